@@ -57,6 +57,7 @@ from lumped.points.start import start_point as start_point
 from lumped.simulation import functionals as functionals
 from lumped.simulation.inverse import inverse as inverse
 from lumped.simulation.simulate import simulate as simulate
+from lumped.support.display_units import display_units as display_units
 from lumped.timeloop.result import OperatingPoint as OperatingPoint
 from lumped.timeloop.result import Trajectory as Trajectory
 from lumped.timeloop.result_files import load as load

@@ -27,6 +27,7 @@ def curves(
     t: np.ndarray,
     quantities: Mapping[str, tuple[str, str, np.ndarray]],
     events: Iterable[float],
+    time_unit: str = "s",
 ) -> Figure:
     """Curves over time, one panel for each unit; events are thin vertical lines.
 
@@ -35,11 +36,13 @@ def curves(
     title : str
         Title of the figure.
     t : ndarray, shape (k,)
-        Times, s.
+        Times.
     quantities : mapping of str to (str, str, ndarray of shape (k,))
         Unit, text and values of each name.
     events : iterable of float
-        Their times, s.
+        Their times.
+    time_unit : str
+        Unit of all times.
     """
     panels: dict[str, list[str]] = {}
     texts: dict[str, set[str]] = {}
@@ -59,7 +62,7 @@ def curves(
         axis.set_ylabel(f"{text}, {unit}" if text else unit)
         axis.grid(alpha=0.3)
         axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
-    axes[-1].set_xlabel("time, s")
+    axes[-1].set_xlabel(f"time, {time_unit}")
     axes[-1].set_xlim(t[0], t[-1])
     figure.suptitle(title)
     return figure
@@ -99,7 +102,7 @@ def torque_speed(
     thermal: tuple[float, float],
     rated: float | Rows | None,
     maximum: float | Rows | None,
-    units: tuple[str, str],
+    labels: tuple[str, str],
 ) -> Figure:
     """Plane of speed and torque: the run, the limits in all four quadrants, the thermal point.
 
@@ -111,8 +114,8 @@ def torque_speed(
         Speed and torque of the thermal equivalent.
     rated, maximum : float, rows of (speed, torque) or None
         The limits.
-    units : tuple of str
-        Units of torque and speed.
+    labels : tuple of str
+        Of the speed and of the torque, with their units.
     """
     speed, torque = points
     figure = Figure((_WIDTH, 5.0), layout="constrained")
@@ -138,10 +141,8 @@ def torque_speed(
     axis.plot(*thermal, "o", color="C2", label="thermal equivalent")
     for line in (axis.axhline, axis.axvline):
         line(0, color="black", linewidth=0.8)
-    torque_unit, speed_unit = units
-    turning = torque_unit == "N.m"
-    axis.set_xlabel(f"{'angular velocity' if turning else 'speed'}, {speed_unit}")
-    axis.set_ylabel(f"{'torque' if turning else 'force'}, {torque_unit}")
+    axis.set_xlabel(labels[0])
+    axis.set_ylabel(labels[1])
     axis.grid(alpha=0.3)
     axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     return figure

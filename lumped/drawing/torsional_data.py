@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lumped.drawing.engineering_units import engineering
 from lumped.drawing.page_run import table
+from lumped.support.display_units import Shown, Units, display
 from lumped.support.text_table import listed, number
 from lumped.vibration.order_response import OrderResponse
 
@@ -29,21 +29,25 @@ class Datum(NamedTuple):
     high: float
     vibrates: bool
     is_free: bool
+    units: Units
 
     @property
-    def shown(self) -> tuple[str, float]:
-        """Unit to show, and factor; frequencies of vibrations are in Hz."""
-        return ("Hz", 0.5 / np.pi) if self.vibrates else engineering(self.unit)
+    def shown(self) -> Shown:
+        """How it is shown: frequencies of vibrations as such."""
+        name = f"{self.path}.{self.name}".lstrip(".")
+        if self.vibrates:
+            hertz = display(name, "Hz", self.units)
+            return Shown(hertz.unit, 0.5 / np.pi * hertz.factor)
+        return display(name, self.unit, self.units)
 
     def told(self, digits: int = 6) -> str:
         """The value, or its range."""
-        _, factor = self.shown
-        ends = dict.fromkeys(number(factor * x, digits) for x in (self.low, self.high))
+        ends = dict.fromkeys(number(self.shown.value(x), digits) for x in (self.low, self.high))
         return " to ".join(ends)
 
 
-def data(response: OrderResponse) -> list[Datum]:
-    """All parameters of a drive, as the response took them."""
+def data(response: OrderResponse, units: Units) -> list[Datum]:
+    """All parameters of a drive, as the response took them, to show in some units."""
     parameters = response.system.structure.parameters
     theta = response.rotation.theta
     if (theta == theta[0]).all():
@@ -56,7 +60,7 @@ def data(response: OrderResponse) -> list[Datum]:
     for i, (name, quantity, a, b) in enumerate(every_one):
         path, _, own = name.rpartition(".")
         kind = quantity.unit, quantity.text
-        found.append(Datum(path, own, *kind, a, b, quantity.vibrates, i in free))
+        found.append(Datum(path, own, *kind, a, b, quantity.vibrates, i in free, units))
     return found
 
 

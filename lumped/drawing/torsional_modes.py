@@ -6,10 +6,10 @@ from html import escape
 
 import numpy as np
 
-from lumped.drawing.engineering_units import engineering
 from lumped.drawing.inline import inline
 from lumped.drawing.page_run import table
 from lumped.drawing.torsional_study import Study
+from lumped.support.display_units import Shown, display
 from lumped.support.text_table import listed, number
 from lumped.vibration.holzer import Holzer
 from lumped.vibration.mass_elastic import MassElastic
@@ -28,16 +28,20 @@ def mass_elastic_table(study: Study) -> str:
     drive = study.drive
     if not isinstance(drive, MassElastic):
         return f"<p>{escape(drive)}</p>"
-    unit, factor = engineering("N.m/rad")
+    stiffness, inertia = _shown(study, "N.m/rad"), _shown(study, "kg.m2")
     rows = []
     for part in drive.parts:
         if isinstance(part, InertialPart):
-            cells = number(part.J), "", number(part.referred), ""
+            J, referred = inertia.value(part.J), inertia.value(part.referred)
+            cells = number(J), "", number(referred), ""
         else:
-            cells = "", number(factor * part.c), "", number(factor * part.referred)
+            c, referred = stiffness.value(part.c), stiffness.value(part.referred)
+            cells = "", number(c), "", number(referred)
         rows.append((part.name, number(part.ratio), *cells))
-    head = ("part", "ratio", "J, kg.m2", f"c, {unit}", "J referred", "c referred")
-    state = f"at {study.first.rpm[study.place]:.5g} 1/min"
+    own = f"J, {inertia.unit}", f"c, {stiffness.unit}"
+    head = ("part", "ratio", *own, "J referred", "c referred")
+    speed = study.speed
+    state = f"at {speed.value(study.first.speeds[study.place]):.5g} {speed.unit}"
     notes = [
         f"Referred to the shaft of {drive.over}; the ratio is that of the turns to its turns. From "
         "the free ends to the last inertia, a branch before the inertia that it joins. What varies "
@@ -54,15 +58,22 @@ def natural_frequencies(study: Study) -> str:
     count = len(found.hertz)
     if not count:
         return "<p>No mode oscillates.</p>"
+    frequency, speed = study.frequency, study.speed
     undamped = {}
     if isinstance(study.drive, MassElastic):
         every = zip(study.drive.hertz, study.counterparts, strict=True)
-        undamped = {mode: number(f) for f, mode in every if mode is not None}
+        undamped = {mode: number(frequency.value(f)) for f, mode in every if mode is not None}
     rows = [
-        (str(i + 1), number(f), number(60 * f), number(z, 4), undamped.get(i, ""))
+        (
+            *(str(i + 1), number(frequency.value(f)), number(speed.value(2 * np.pi * f))),
+            *(number(z, 4), undamped.get(i, "")),
+        )
         for i, (f, z) in enumerate(zip(found.hertz, found.damping, strict=True))
     ]
-    head = ("mode", "natural frequency, Hz", "1/min", "damping ratio", "without damping, Hz")
+    head = (
+        *("mode", f"natural frequency, {frequency.unit}", speed.unit, "damping ratio"),
+        f"without damping, {frequency.unit}",
+    )
     parts = [table(head, rows, range(len(head)))]
     moving = [name for name in found.angles if np.abs(found.shape(name)).max() > _STILL]
     for first in range(0, count, _SHAPES):
@@ -70,7 +81,8 @@ def natural_frequencies(study: Study) -> str:
         last = drawn[-1] + 1
         name = f"Modes {first + 1} to {last}" if last > first + 1 else f"Mode {last}"
         caption = f"{name}, each angle that of its own shaft"
-        parts.append(inline(found.plot(moving, modes=drawn), caption, f"shapes-{first}"))
+        picture = found.plot(moving, modes=drawn, units=study.units)
+        parts.append(inline(picture, caption, f"shapes-{first}"))
     return "\n".join(parts)
 
 
@@ -79,10 +91,11 @@ def holzer_tables(study: Study) -> str:
     drive = study.drive
     if not isinstance(drive, MassElastic):
         return f"<p>{escape(drive)}</p>"
-    low, high = study.reach
+    frequency, (low, high) = study.frequency, study.reach
+    between = f"{number(frequency.value(low), 4)} to {number(frequency.value(high), 4)}"
     parts = [
         "<p>Modes without damping of the inertias and stiffnesses above, from "
-        f"{number(low, 4)} to {number(high, 4)} Hz, which the orders of the Campbell diagram reach "
+        f"{between} {frequency.unit}, which the orders of the Campbell diagram reach "
         "at the speeds of the response. The largest angle, referred to the reference shaft, is "
         "1 rad; angles and torques are those of each part on its own shaft.</p>"
     ]
@@ -90,31 +103,38 @@ def holzer_tables(study: Study) -> str:
         found = drive.holzer(mode)
         own = study.counterparts[mode]
         name = "No mode of the damped drive" if own is None else f"Mode {own + 1}"
-        parts.append(f"<h3>{name}: {number(found.hertz)} Hz without damping</h3>")
-        parts.append(_holzer(found))
-        parts.append(inline(found.plot(), f"{name}, referred", f"holzer-{mode}"))
+        hertz = f"{number(frequency.value(found.hertz))} {frequency.unit}"
+        parts.append(f"<h3>{name}: {hertz} without damping</h3>")
+        parts.append(_holzer(found, study))
+        picture = found.plot(units=study.units)
+        parts.append(inline(picture, f"{name}, referred", f"holzer-{mode}"))
     if len(parts) == 1:
         parts.append("<p>There is none.</p>")
     return "\n".join(parts)
 
 
-def _holzer(found: Holzer) -> str:
-    stiffness, torque = engineering("N.m/rad"), engineering("N.m")
+def _holzer(found: Holzer, study: Study) -> str:
+    stiffness, torque = _shown(study, "N.m/rad"), _shown(study, "N.m")
+    inertia = _shown(study, "kg.m2")
     rows = []
     for part, angle, load in zip(found.parts, found.angles, found.torques, strict=True):
         heavy = isinstance(part, InertialPart)
-        size = part.J if isinstance(part, InertialPart) else stiffness[1] * part.c
+        size = inertia.value(part.J) if isinstance(part, InertialPart) else stiffness.value(part.c)
         cells: list[str] = []
-        for value in (size, angle, torque[1] * load):
+        for value in (size, angle, torque.value(load)):
             text = number(value, 5)
             cells += [text, ""] if heavy else ["", text]
         rows.append((part.name, *cells))
     head = (
-        *("part", "J, kg.m2", f"c, {stiffness[0]}", "angle, rad", "twist, rad"),
-        *(f"torque of inertia, {torque[0]}", f"torque in shaft, {torque[0]}"),
+        *("part", f"J, {inertia.unit}", f"c, {stiffness.unit}", "angle, rad", "twist, rad"),
+        *(f"torque of inertia, {torque.unit}", f"torque in shaft, {torque.unit}"),
     )
     rest = f"Torques balance to {max(found.residual, 1e-16):.0e} of the largest."
     return table(head, rows, range(1, len(head))) + _paragraphs([rest])
+
+
+def _shown(study: Study, unit: str) -> Shown:
+    return display("", unit, study.units)
 
 
 def _paragraphs(texts: list[str]) -> str:

@@ -9,13 +9,16 @@ from xml.etree import ElementTree as Xml
 import casadi as ca
 
 from lumped.exchange.interface import Interface, Shown
-from lumped.exchange.si_units import DISPLAYED, base_powers
 from lumped.language.declared import text_of
+from lumped.support.display_units import display
+from lumped.support.known_units import measure
 
 __all__ = ["build_description", "model_description"]
 
 _STRUCTURED = re.compile(r"(der\()?[A-Za-z_]\w*(\[\d+\])?(\.[A-Za-z_]\w*(\[\d+\])?)*(,\d+)?\)?$")
 _KINDS = {"model_exchange": "ModelExchange", "co_simulation": "CoSimulation"}
+_DISPLAYED = {"rad": "deg", "rad/s": "rpm"}
+"""Units that people read."""
 
 
 def model_description(
@@ -97,11 +100,11 @@ def _units(root: Xml.Element, variables: Sequence[Shown]) -> None:
     definitions = Xml.SubElement(root, "UnitDefinitions")
     for unit in sorted({v.unit for v in variables} - {"1"}):
         element = Xml.SubElement(definitions, "Unit", name=unit)
-        powers = base_powers(unit)
-        if powers is not None:
-            Xml.SubElement(element, "BaseUnit", {k: str(n) for k, n in powers.items()})
-        if unit in DISPLAYED:
-            name, factor = DISPLAYED[unit]
+        known = measure(unit)
+        if known is not None and known.is_si:
+            Xml.SubElement(element, "BaseUnit", {k: str(n) for k, n in known.powers.items()})
+        if unit in _DISPLAYED:
+            name, factor, _ = display("", unit, _DISPLAYED)
             Xml.SubElement(element, "DisplayUnit", name=name, factor=repr(factor))
 
 
@@ -114,8 +117,8 @@ def _facts(shown: Shown) -> tuple[dict[str, str], dict[str, str]]:
     if shown.role == "parameter":
         facts["variability"] = "tunable" if shown.tunable else "fixed"
     values = {} if shown.unit == "1" else {"unit": shown.unit}
-    if shown.unit in DISPLAYED:
-        values["displayUnit"] = DISPLAYED[shown.unit][0]
+    if shown.unit in _DISPLAYED:
+        values["displayUnit"] = _DISPLAYED[shown.unit]
     if shown.role == "state" and shown.nominal != 1.0:
         values["nominal"] = repr(shown.nominal)
     values |= {key: repr(shown.limits[key]) for key in ("min", "max") if key in shown.limits}

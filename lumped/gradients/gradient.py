@@ -24,8 +24,9 @@ from lumped.simulation.functional_kinds import watching
 from lumped.simulation.functionals import Functional
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, chosen
 from lumped.support.ranking import ranked
-from lumped.support.text_table import number, table
+from lumped.support.text_table import amounts, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
 
@@ -113,13 +114,31 @@ class Gradient:
         return ranked(of, self.values[row], self.to, self.relative[row])
 
     @checked
-    def plot(self, of: str | None = None) -> Figure:
-        """Tornado of the parameters that matter most."""
+    def plot(self, of: str | None = None, *, units: Units = None) -> Figure:
+        """Tornado of the parameters that matter most.
+
+        Parameters
+        ----------
+        of : str, optional
+            The functional; default is the first.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
+        """
         from lumped.plots import tornado
 
         row = 0 if of is None else self._row(of)
         label = self.of[row]
-        title = f"{self.run.system.name}: {label} = {self.values[row]:.4g} {self.units[row]}"
+        told = amounts(
+            *(label, self.units[row], self.values[row]), digits=4, units=chosen(units, self.of)
+        )
+        title = f"{self.run.system.name}: {label} = {' '.join(told)}"
         return tornado(self.ranked(label), title, label)
 
     def _row(self, of: str) -> int:
@@ -134,7 +153,7 @@ class Gradient:
             if value:
                 most = [(n, v) for n, v in self.ranked(label)[:4] if v]
                 text = "; ".join(f"{name} {change:+.4f}" for name, change in most)
-            rows.append((label, number(float(value), 9), unit, text))
+            rows.append((label, *amounts(label, unit, value, digits=9), text))
         s = self.run.statistics
         head = (
             f"{self.run.system.name}: {len(self.of)} functionals by {len(self.to)} parameters and "

@@ -14,7 +14,8 @@ from lumped.orbits.orbit_sensitivity import OrbitSensitivity, orbit_sensitivity,
 from lumped.orbits.shooting import Orbit, OrbitProblem
 from lumped.orbits.smooth_curves import Curve, Extreme, curves, extreme, integral
 from lumped.support.arguments import checked
-from lumped.support.text_table import number, table
+from lumped.support.display_units import frequency_unit, time_unit
+from lumped.support.text_table import amounts, table
 from lumped.timeloop.result import Named, Trajectory
 
 __all__ = ["PeriodicOrbit"]
@@ -202,8 +203,10 @@ class PeriodicOrbit(Named):
         how = self.method
         if self.harmonics_used:
             how += f" with {self.harmonics_used} harmonics"
+        time, frequency = time_unit(), frequency_unit()
         lines = [
-            f"{self.system.name}: period {self.period:.9g} s ({self.frequency:.6g} Hz); {how}, "
+            f"{self.system.name}: period {time.value(self.period):.9g} {time.unit} "
+            f"({frequency.value(self.frequency):.6g} {frequency.unit}); {how}, "
             f"{self.iterations} iterations, {self.evaluations} evaluations, residual "
             f"{self.residual:.2g} ({self.worst}), condition {self.condition:.2g}",
             f"largest multiplier {self.largest:.6g}"
@@ -228,6 +231,6 @@ class PeriodicOrbit(Named):
         for name in self.system.state_names[:12]:
             if "(" not in name and name not in self.advance and name not in self.drift:
                 low, high = self.least(name).value, self.greatest(name).value
-                values = (number(v) for v in (low, high, self.mean(name)))
-                rows.append((name, *values, self.system.quantity(name).unit))
+                unit = self.system.quantity(name).unit
+                rows.append((name, *amounts(name, unit, low, high, self.mean(name))))
         return "\n".join(lines) + "\n" + table(("state", "min", "max", "mean", "unit"), rows)

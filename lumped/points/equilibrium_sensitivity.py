@@ -15,8 +15,9 @@ from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.points.kink_refusals import refuse_kinks
 from lumped.points.moved_equilibrium import moved_point, places_to
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, chosen
 from lumped.support.ranking import ranked
-from lumped.support.text_table import number, table
+from lumped.support.text_table import amounts, table
 from lumped.timeloop.result import OperatingPoint
 
 if TYPE_CHECKING:
@@ -70,13 +71,30 @@ class EquilibriumSensitivity:
         return ranked(self.of[row], self.values[row], self.to, relative)
 
     @checked
-    def plot(self, of: Name | None = None) -> Figure:
-        """Tornado of the parameters that matter most."""
+    def plot(self, of: Name | None = None, *, units: Units = None) -> Figure:
+        """Tornado of the parameters that matter most.
+
+        Parameters
+        ----------
+        of : name, optional
+            The quantity; default is the first.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
+        """
         from lumped.plots import tornado
 
         row = 0 if of is None else self._row(of)
         name = self.of[row]
-        title = f"{self.point.system.name}: {name} = {self.values[row]:.4g} at the equilibrium"
+        system, choice = self.point.system, chosen(units, self.of)
+        told = amounts(name, system.quantity(name).unit, self.values[row], digits=4, units=choice)
+        title = f"{system.name}: {name} = {' '.join(told)} at the equilibrium"
         return tornado(self.ranked(name), title, name)
 
     def _row(self, of: Name) -> int:
@@ -88,7 +106,7 @@ class EquilibriumSensitivity:
             most = self.ranked(name)[:4] if value else []
             text = "; ".join(f"{n} {v:+.4f}" for n, v in most if v)
             unit = self.point.system.quantity(name).unit
-            rows.append((name, number(float(value)), unit, text))
+            rows.append((name, *amounts(name, unit, value), text))
         head = f"{self.point.system.name}: equilibrium by {len(self.to)} parameters, relative"
         if self.point.search is not None:
             head += f"; the point was {self.point.search}"

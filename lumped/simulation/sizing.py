@@ -11,7 +11,8 @@ import numpy as np
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
-from lumped.support.text_table import number, table
+from lumped.support.display_units import Units, chosen, display
+from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import Trajectory
 
 if TYPE_CHECKING:
@@ -86,12 +87,41 @@ class Sizing:
     rated: Limit | None = None
     maximum: Limit | None = None
 
-    def plot(self) -> Figure:
-        """Torque over speed with the limits , and the thermal equivalent."""
+    def plot(self, *, units: Units = None) -> Figure:
+        """Torque over speed with the limits, and the thermal equivalent.
+
+        Parameters
+        ----------
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
+        """
         from lumped.plots import torque_speed
 
-        thermal = self.mean_speed, self.rms_torque
-        return torque_speed(self.points, thermal, self.rated, self.maximum, self.units)
+        turning = self.units[0] == "N.m"
+        names = ("torque", "angular velocity") if turning else ("force", "speed")
+        choice = chosen(units, names)
+        y, x = (display(name, unit, choice) for name, unit in zip(names, self.units, strict=True))
+
+        def told(limit: Limit | None) -> Limit | None:
+            if limit is None or isinstance(limit, float | int):
+                return None if limit is None else y.value(float(limit))
+            return [(x.value(float(w)), y.value(float(bound))) for w, bound in limit]
+
+        speed, torque = self.points
+        return torque_speed(
+            (x.value(speed), y.value(torque)),
+            (x.value(self.mean_speed), y.value(self.rms_torque)),
+            told(self.rated),
+            told(self.maximum),
+            (f"{names[1]}, {x.unit}", f"{names[0]}, {y.unit}"),
+        )
 
     @property
     def fits(self) -> bool:
@@ -101,13 +131,16 @@ class Sizing:
     def __repr__(self) -> str:
         torque, speed = self.units
         rows = [
-            ("peak torque", number(self.peak_torque), torque),
-            ("rms torque", number(self.rms_torque), torque),
-            ("peak speed", number(self.peak_speed), speed),
-            ("mean speed", number(self.mean_speed), speed),
-            ("peak power", number(self.peak_power), "W"),
-            ("peak regeneration", number(self.peak_regeneration), "W"),
-            ("mean power", number(self.mean_power), "W"),
+            (name, *amounts(name, unit, value))
+            for name, unit, value in (
+                ("peak torque", torque, self.peak_torque),
+                ("rms torque", torque, self.rms_torque),
+                ("peak speed", speed, self.peak_speed),
+                ("mean speed", speed, self.mean_speed),
+                ("peak power", "W", self.peak_power),
+                ("peak regeneration", "W", self.peak_regeneration),
+                ("mean power", "W", self.mean_power),
+            )
         ]
         for what, load in (("rated", self.thermal), ("maximum", self.peak)):
             if load is not None:

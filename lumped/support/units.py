@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from lumped.errors import LumpedError, OptionError, UnitError, shown
+from lumped.support.known_units import measure
 
 __all__ = [
     "Dimension",
@@ -19,6 +20,7 @@ __all__ = [
     "dimension",
     "has_unit",
     "in_seconds",
+    "in_unit",
     "plain",
     "written",
 ]
@@ -85,42 +87,77 @@ def converted(value: Any, unit: str, what: str) -> float:
     Raises
     ------
     UnitError
-        If the text cannot be read, the dimension is another, or pint is not installed.
+        If the text cannot be read, the dimension is another, or the unit is not among those of
+        `lumped.support.known_units` and pint is not installed.
     """
     if isinstance(value, str):
-        number, _, rest = value.strip().partition(" ")
-        given_unit, spelling = rest.strip(), _spelt(rest.strip())
+        number, _, given = value.strip().partition(" ")
+        given, is_text = given.strip(), True
     else:
-        number, given_unit = value.magnitude, str(value.units)
-        spelling = given_unit
+        number, given, is_text = value.magnitude, str(value.units), False
     wanted_text = "a number" if unit == "1" else f"a number in {unit}"
     needed = f"{what} {value!r}: {wanted_text}, or a number, a space and a unit, is needed"
     try:
         size = float(number)
     except (TypeError, ValueError):
         raise UnitError(f"{needed}, such as '3.5 {'%' if unit == '1' else unit}'.") from None
-    if given_unit == unit:
-        return size
-    if not given_unit and unit != "1":
+    if not given and unit != "1":
         raise UnitError(f"{needed}, such as '{number} {unit}'.")
-    registry, wanted = _registry(), _declared(unit)
+    spelling = _spelt(given) if is_text else given
+    return _in_si(size, given, spelling, unit, f"{what} {value!r}", needed)
+
+
+def in_unit(value: float, given: str, unit: str, said: str) -> float:
+    """A number of one unit in another; both as in `converted`.
+
+    Parameters
+    ----------
+    value : float
+        The number.
+    given, unit : str
+        Its unit, and the SI unit wanted.
+    said : str
+        With which an error begins.
+
+    Raises
+    ------
+    UnitError
+        See `converted`.
+    """
+    return _in_si(value, given, _spelt(given), unit, said, f"{said}: a unit is needed")
+
+
+def _in_si(size: float, given: str, spelling: str, unit: str, said: str, needed: str) -> float:
+    """A number in an SI unit; errors begin with `said`, or with what is needed to read the unit."""
+    if given == unit:
+        return size
+    known, si = measure(given), measure(unit)
+    if known is not None and si is not None and si.is_si:
+        if known.powers == si.powers:
+            return known.factor * size + known.zero
+        free = [{k: n for k, n in m.powers.items() if k != "rad"} for m in (known, si)]
+        hint = _angle_hint(unit, "rad" in known.powers) if free[0] == free[1] else ""
+        raise UnitError(f"{said}: the unit must be of the kind {unit}.{hint}")
+    try:
+        registry = _registry()
+    except UnitError as fault:
+        raise UnitError(f"{said}: {fault}") from None
+    wanted = _declared(unit)
     try:
         if re.search(r"\d\s*\*\*", spelling):
             raise ValueError("a number has no power")
-        given = registry.Quantity(size, spelling)
-        kind = given.to_root_units().units
+        quantity = registry.Quantity(size, spelling)
+        kind = quantity.to_root_units().units
     except Exception as fault:  # pint raises the errors of Python's parser
         raise UnitError(f"{needed} ({str(fault) or 'it cannot be read'}).") from None
     if kind != wanted.to_root_units().units:
         hint = ""
-        if given.dimensionality == wanted.dimensionality:  # as if angles were numbers
+        if quantity.dimensionality == wanted.dimensionality:  # as if angles were numbers
             hint = _angle_hint(unit, "radian" in str(kind))
-        raise UnitError(f"{what} {value!r}: the unit must be of the kind {unit}.{hint}")
-    if unit == "K" and "delta" in str(given.units):
-        raise UnitError(
-            f"{what} {value!r}: a difference of temperatures is no temperature; write degC or K."
-        )
-    return float(given.m_as(wanted.units))
+        raise UnitError(f"{said}: the unit must be of the kind {unit}.{hint}")
+    if unit == "K" and "delta" in str(quantity.units):
+        raise UnitError(f"{said}: a difference of temperatures is no temperature; write degC or K.")
+    return float(quantity.m_as(wanted.units))
 
 
 def _angle_hint(unit: str, given: bool) -> str:
@@ -191,7 +228,7 @@ def _registry() -> Any:
         import pint
     except ImportError:
         raise UnitError(
-            "Values with units need pint: pip install lumped[units], or give a number in SI units."
+            "this unit needs pint: pip install lumped[units], or use SI units."
         ) from None
     return pint.UnitRegistry()
 

@@ -15,6 +15,7 @@ from lumped.errors import OptionError
 from lumped.points.situation import situation
 from lumped.points.start import point_at
 from lumped.support.arguments import checked
+from lumped.support.display_units import Shown, Units, chosen, frequency_unit, speed_unit
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration.modes import Modes, modes
@@ -75,7 +76,11 @@ class BarredRange:
     end: float
 
     def __str__(self) -> str:
-        return f"{self.begin * 30 / np.pi:.5g} to {self.end * 30 / np.pi:.5g} 1/min"
+        return self.told(speed_unit())
+
+    def told(self, speed: Shown) -> str:
+        """The range as speeds are shown."""
+        return f"{speed.value(self.begin):.5g} to {speed.value(self.end):.5g} {speed.unit}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +125,7 @@ class Campbell:
         *,
         between: tuple[float, float] | None = None,
         barred: Iterable[BarredRange] = (),
+        units: Units = None,
     ) -> Figure:
         """Natural frequencies over the speed, rays of the orders, and points where they meet.
 
@@ -129,9 +135,20 @@ class Campbell:
             First and last speed of operation, rad/s, to shade.
         barred : iterable of BarredRange, optional
             Ranges to hatch, such as those of a verdict, `Verdict.barred`.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows, and 1/min
+            for speeds.
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         from lumped.vibration.pictures import campbell
 
+        choice = chosen(units, ("speed", "frequency", *self.system.names()))
         return campbell(
             self.system.name,
             self.speeds,
@@ -140,6 +157,7 @@ class Campbell:
             [(c.speed, c.hertz) for c in self.critical],
             between,
             [(each.begin, each.end) for each in barred],
+            (speed_unit(choice), frequency_unit(choice)),
         )
 
     def __repr__(self) -> str:
@@ -152,17 +170,19 @@ class Campbell:
 
 
 def _table(critical: Iterable[CriticalSpeed]) -> str:
+    speeds, frequency = dict.fromkeys((Shown("rad/s"), speed_unit())), frequency_unit()
     rows = [
         (
-            number(c.speed),
-            number(c.rpm),
+            *(number(speed.value(c.speed)) for speed in speeds),
             f"{number(c.order)} ({c.label})" if c.label else number(c.order),
             str(c.mode + 1),
-            number(c.hertz),
+            number(frequency.value(c.hertz)),
         )
         for c in critical
     ]
-    return table(("speed, rad/s", "1/min", "order", "mode", "natural frequency, Hz"), rows)
+    first, *others = (speed.unit for speed in speeds)
+    told = f"natural frequency, {frequency.unit}"
+    return table((f"speed, {first}", *others, "order", "mode", told), rows)
 
 
 @checked

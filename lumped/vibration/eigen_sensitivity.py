@@ -16,6 +16,7 @@ from lumped.points.kink_refusals import refuse_kinks
 from lumped.points.moved_equilibrium import moved_point, places_to, point_matters, still_point
 from lumped.points.situation import situation
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.ranking import ranked
 from lumped.support.text_table import number, table
 from lumped.vibration.left_vectors import left_vectors, parts
@@ -137,22 +138,39 @@ class EigenSensitivity:
         return split_slopes(self.modes, together, place)
 
     @checked
-    def plot(self, mode: int = 0) -> Figure:
-        """Tornado of the parameters that matter most."""
+    def plot(self, mode: int = 0, *, units: Units = None) -> Figure:
+        """Tornado of the parameters that matter most to a natural frequency.
+
+        Parameters
+        ----------
+        mode : int
+            Its number, from 0.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
+        """
         from lumped.plots import tornado
 
         modes = self.modes
         found = self.ranked(mode)
-        return tornado(found, f"{modes.system.name}: {modes.hertz[mode]:.4g} Hz", "the frequency")
+        frequency = frequency_unit(chosen(units, ("frequency", *modes.system.names())))
+        told = f"{frequency.value(modes.hertz[mode]):.4g} {frequency.unit}"
+        return tornado(found, f"{modes.system.name}: {told}", "the frequency")
 
     def __repr__(self) -> str:
-        rows = []
+        rows, frequency = [], frequency_unit()
         for i, hertz in enumerate(self.modes.hertz[:12]):
             text = "repeated: no derivatives of its own, see split"
             if i not in self.repeated:
                 most = [(n, v) for n, v in self.ranked(i)[:4] if v]
                 text = "; ".join(f"{name} {value:+.4f}" for name, value in most)
-            rows.append((str(i + 1), number(hertz, 9), text))
+            rows.append((str(i + 1), number(frequency.value(hertz), 9), text))
         point = "moves with the parameters" if self.moving else "held, or without effect"
         head = f"{self.modes.system.name}: relative sensitivities; operating point: {point}"
         head += situation(self.modes.point)
@@ -165,7 +183,9 @@ class EigenSensitivity:
                 order = np.argsort(-np.abs(shares))[:4].tolist()
                 text = "; ".join(f"{self.parameters[j]} {shares[j]:+.4f}" for j in order)
             rows.append(("decay", f"{decay:.6g} 1/s", text))
-        return f"{head}\n" + table(("mode", "natural frequency, Hz", "largest"), rows)
+        return f"{head}\n" + table(
+            ("mode", f"natural frequency, {frequency.unit}", "largest"), rows
+        )
 
 
 @checked

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from lumped.errors import UnknownNameError, nearest
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, chosen, display, frequency_unit
 from lumped.support.text_table import number, table
 from lumped.vibration.stations import InertialPart, Part
 
@@ -107,41 +108,63 @@ class Holzer:
             raise UnknownNameError(f"'{part}' is no part of this table. {nearest(part, names)}")
         return names.index(part)
 
-    def plot(self) -> Figure:
+    def plot(self, *, units: Units = None) -> Figure:
         """Angles of the inertias, joined by the shafts, and torques in the shafts, all referred.
 
         Of inertias that are joined rigidly the heaviest gives the name.
+
+        Parameters
+        ----------
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         from lumped.vibration.pictures import holzer
 
         if not self.is_referred:
-            return self.referred.plot()
-        title = f"{self.name}: mode {self.mode + 1}, {number(self.hertz)} Hz, "
+            return self.referred.plot(units=units)
+        choice = chosen(units, ("frequency", "tau"))
+        frequency, to_show = frequency_unit(choice), display("tau", "N.m", choice)
+        title = f"{self.name}: mode {self.mode + 1}, {number(frequency.value(self.hertz))} "
+        title += f"{frequency.unit}, "
         heaviest: dict[int, tuple[float, str, float]] = {}
         shafts = []
         for part, angle, torque in zip(self.parts, self.angles, self.torques, strict=True):
             if not isinstance(part, InertialPart):
-                shafts.append((part.name, part.stations, float(torque)))
+                shafts.append((part.name, part.stations, to_show.value(float(torque))))
             elif part.station not in heaviest or part.referred > heaviest[part.station][0]:
                 heaviest[part.station] = part.referred, part.name, float(angle)
         inertias = [(name, station, angle) for station, (_, name, angle) in heaviest.items()]
-        return holzer(f"{title}referred to {self.over}", inertias, shafts, self.ends)
+        title += f"referred to {self.over}"
+        return holzer(title, inertias, shafts, self.ends, to_show.unit)
 
     def __repr__(self) -> str:
         where = f"referred to {self.over}" if self.is_referred else "each part on its own shaft"
-        head = f"{self.name}: mode {self.mode + 1}, {number(self.hertz, 9)} Hz, {where}\n"
+        frequency = frequency_unit()
+        head = f"{self.name}: mode {self.mode + 1}, {number(frequency.value(self.hertz), 9)} "
+        head += f"{frequency.unit}, {where}\n"
+        inertia, stiffness = display("J", "kg.m2"), display("c", "N.m/rad")
+        turn, moment = display("phi", "rad"), display("tau", "N.m")
         rows = []
         for part, angle, torque in zip(self.parts, self.angles, self.torques, strict=True):
             own = part.J if isinstance(part, InertialPart) else part.c
             size = part.referred if self.is_referred else own
             cells: tuple[str, ...] = ()
-            for value in (size, angle, torque):
-                text = number(value)
+            first = inertia if isinstance(part, InertialPart) else stiffness
+            for to_show, value in ((first, size), (turn, angle), (moment, torque)):
+                text = number(to_show.value(float(value)))
                 cells += (text, "") if isinstance(part, InertialPart) else ("", text)
             rows.append((part.name, *cells))
         columns = (
-            *("part", "J, kg.m2", "c, N.m/rad", "angle, rad", "twist, rad"),
-            *("torque of inertia, N.m", "torque in shaft, N.m"),
+            *("part", f"J, {inertia.unit}", f"c, {stiffness.unit}"),
+            *(f"angle, {turn.unit}", f"twist, {turn.unit}"),
+            *(f"torque of inertia, {moment.unit}", f"torque in shaft, {moment.unit}"),
         )
         bound = 10.0 ** np.ceil(np.log10(max(self.residual, 1e-12)))
         return f"{head}{table(columns, rows)}\nresidual torques below {bound:.0e} of the largest"

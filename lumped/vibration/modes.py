@@ -22,6 +22,7 @@ from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration.eigen_accuracy import Accuracy, accuracy, lost
@@ -256,7 +257,11 @@ class Modes(Eigenpairs):
 
     @checked
     def plot(
-        self, names: Iterable[Name] | None = None, *, modes: Iterable[int] | None = None
+        self,
+        names: Iterable[Name] | None = None,
+        *,
+        modes: Iterable[int] | None = None,
+        units: Units = None,
     ) -> Figure:
         """Amplitudes along the drive, one panel for each mode.
 
@@ -269,11 +274,17 @@ class Modes(Eigenpairs):
             order of their declaration.
         modes : iterable of int, optional
             Numbers of the modes to draw, from 0; default is all.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
 
         Raises
         ------
         OptionError
             If there is no oscillating mode, none of a number, or no quantity is named.
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         from lumped.vibration.pictures import mode_shapes
 
@@ -289,17 +300,23 @@ class Modes(Eigenpairs):
                 )
         if not drawn:
             raise OptionError(f"{name}: modes = []: give the number of at least one mode.")
-        chosen = self.angles if names is None else [self.system.key(n) for n in names]
-        if not chosen:
+        wanted = self.angles if names is None else [self.system.key(n) for n in names]
+        if not wanted:
             raise OptionError(f"{name}: name at least one quantity to draw.")
         title = name
         if modes is None and len(drawn) < every:
             title += f": the {len(drawn)} lowest of {every} modes; modes= chooses others"
-        captions = [f"{self.hertz[k]:.4g} Hz, damping ratio {self.damping[k]:.3g}" for k in drawn]
-        shapes = np.array([self.shape(name)[drawn] for name in chosen])
-        return mode_shapes(title, chosen, shapes, captions)
+        frequency = frequency_unit(chosen(units, ("frequency", *self.system.names())))
+        captions = [
+            f"{frequency.value(self.hertz[k]):.4g} {frequency.unit}, damping ratio "
+            f"{self.damping[k]:.3g}"
+            for k in drawn
+        ]
+        shapes = np.array([self.shape(name)[drawn] for name in wanted])
+        return mode_shapes(title, wanted, shapes, captions)
 
     def __repr__(self) -> str:
+        frequency = frequency_unit()
         names, amplitudes = self._positions
         scaled = amplitudes / self._scale
         head = (
@@ -309,7 +326,7 @@ class Modes(Eigenpairs):
         if side := one_sided(self.point):
             head += f"\n{side}"
         if self.near is not None:
-            head += f"; only those near {self.near:g} Hz"
+            head += f"; only those near {frequency.value(self.near):g} {frequency.unit}"
         if len(self.hertz):
             head += f"\n{self.accuracy}"
         if self.lost:
@@ -321,10 +338,11 @@ class Modes(Eigenpairs):
         for i, (f, z) in enumerate(zip(self.hertz[:30], self.damping, strict=False)):
             order = np.argsort(-np.abs(scaled[:, i]))[:3].tolist() if names else []
             parts = [f"{names[j]} {_signed(scaled[j, i])}" for j in order]
-            rows.append((str(i + 1), number(f, 9), number(z, 4), "; ".join(parts)))
+            rows.append((str(i + 1), number(frequency.value(f), 9), number(z, 4), "; ".join(parts)))
         lines = [head]
         if rows:
-            lines.append(table(("mode", "natural frequency, Hz", "damping ratio", "shape"), rows))
+            told = f"natural frequency, {frequency.unit}"
+            lines.append(table(("mode", told, "damping ratio", "shape"), rows))
         if len(self.decays):
             listed = ", ".join(number(value, 4) for value in self.decays[:10])
             lines.append(f"decays, 1/s: {listed}{', ...' if len(self.decays) > 10 else ''}")

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.support.arguments import checked
-from lumped.support.text_table import number, table
+from lumped.support.display_units import Units, chosen, display, speed_unit
+from lumped.support.text_table import amounts, number, table
 from lumped.vibration.synthesis import Synthesis
 
 if TYPE_CHECKING:
@@ -115,7 +116,9 @@ class OrderAmplitudes:
         )
 
     @checked
-    def plot(self, outputs: Iterable[Name] | None = None, *, most: int = 6) -> Figure:
+    def plot(
+        self, outputs: Iterable[Name] | None = None, *, most: int = 6, units: Units = None
+    ) -> Figure:
         """Largest orders and their synthesis over the speed, a panel for each output.
 
         Parameters
@@ -124,21 +127,33 @@ class OrderAmplitudes:
             Outputs to draw; default is all.
         most : int
             Orders to draw in each panel, the largest.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows, and 1/min
+            for speeds.
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         from lumped.vibration.pictures import order_response
 
-        chosen = self.outputs if outputs is None else [self.system.key(name) for name in outputs]
-        if not chosen:
+        wanted = self.outputs if outputs is None else [self.system.key(name) for name in outputs]
+        if not wanted:
             raise OptionError(f"{self.system.name}: name at least one output to draw.")
+        choice = chosen(units, ("speed", *self.system.names()))
         drawn = {}
-        for output in chosen:
-            size = np.abs(self[output])
+        for output in wanted:
+            to_show = display(output, self.system.quantity(output).unit, choice, is_change=True)
+            size = to_show.value(np.abs(self[output]))
             order = np.argsort(-size.max(axis=0), kind="stable")[:most]
             curves = {f"order {self.orders[o]:g}": size[:, o] for o in sorted(order.tolist())}
             if len(self.orders) > 1:
-                curves["half range"] = self.synthesis(output).half_range
-            drawn[output] = self.system.quantity(output).unit, curves
-        return order_response(self.system.name, self.rpm, drawn)
+                curves["half range"] = to_show.value(self.synthesis(output).half_range)
+            drawn[output] = to_show.unit, curves
+        return order_response(self.system.name, self.speeds, drawn, speed_unit(choice))
 
     def _place(self, output: Name) -> int:
         key = self.system.key(output)
@@ -160,24 +175,19 @@ class OrderAmplitudes:
 
     def largest_orders(self) -> str:
         """A table of the largest order and the synthesis of each output."""
-        rows = []
+        rows, speed = [], speed_unit()
         for output in self.outputs:
             size, both = np.abs(self[output]), self.synthesis(output)
             k, o = np.unravel_index(int(size.argmax()), size.shape)
             top = int(both.half_range.argmax())
-            rows.append(
-                (
-                    output,
-                    self.system.quantity(output).unit,
-                    f"{self.orders[o]:g}",
-                    number(self.rpm[k]),
-                    number(size[k, o]),
-                    number(self.rpm[top]),
-                    number(both.half_range[top]),
-                )
+            *sizes, unit = amounts(
+                *(output, self.system.quantity(output).unit, size[k, o], both.half_range[top]),
+                is_change=True,
             )
+            at = [number(speed.value(self.speeds[i])) for i in (k, top)]
+            rows.append((output, unit, f"{self.orders[o]:g}", at[0], sizes[0], at[1], sizes[1]))
         columns = (
-            *("quantity", "unit", "largest order", "at, 1/min", "amplitude"),
-            *("worst at, 1/min", "half range"),
+            *("quantity", "unit", "largest order", f"at, {speed.unit}", "amplitude"),
+            *(f"worst at, {speed.unit}", "half range"),
         )
         return table(columns, rows)

@@ -13,6 +13,7 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
 from lumped.points.situation import situation
 from lumped.support.arguments import checked
+from lumped.support.display_units import speed_unit
 from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.validity import ranges
 from lumped.vibration.amplitude_laws import amplitude_laws
@@ -172,9 +173,11 @@ class OrderResponse(OrderAmplitudes):
 
     def __repr__(self) -> str:
         settled = f", amplitudes to {self.unsettled:.1e}" if self.law_amplitudes else ""
+        speed = speed_unit()
+        low, high = (speed.value(self.speeds[i]) for i in (0, -1))
         head = (
             f"{self.system.name}: {len(self.orders)} orders at {len(self.speeds)} speeds from "
-            f"{self.rpm[0]:g} to {self.rpm[-1]:g} 1/min; residual {self.residual:.1e}"
+            f"{low:g} to {high:g} {speed.unit}; residual {self.residual:.1e}"
             f"{settled}{situation(self.rotation.points[0])}"
         )
         note = "" if self.linearity is None else self.linearity.note

@@ -9,6 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from lumped.support.display_units import Shown
+
 __all__ = [
     "campbell",
     "frequency_response",
@@ -83,6 +85,7 @@ def frequency_response(
     title: str,
     hertz: np.ndarray,
     outputs: Mapping[str, tuple[str, Mapping[str, tuple[np.ndarray, np.ndarray]]]],
+    frequency: Shown,
 ) -> Figure:
     """Magnitude (logarithmic) and phase over the frequency, one pair of panels for each output.
 
@@ -94,7 +97,10 @@ def frequency_response(
         Frequencies, Hz.
     outputs : mapping of str to (str, mapping of str to two ndarrays of shape (k,))
         Unit of each output, and magnitude and phase (rad) for each input.
+    frequency : Shown
+        How frequencies are shown.
     """
+    x = frequency.value(hertz)
     figure = Figure((_WIDTH, 0.6 + 3.6 * len(outputs)), layout="constrained")
     count = 2 * len(outputs)
     axes = figure.subplots(count, sharex=True, height_ratios=[2, 1] * len(outputs))
@@ -103,8 +109,8 @@ def frequency_response(
     ):
         for i, (given, (magnitude, phase)) in enumerate(inputs.items()):
             line, colour = _LINES[i // 10 % len(_LINES)], f"C{i % 10}"
-            size.plot(hertz, magnitude, line, color=colour, label=given)
-            angle.plot(hertz, np.degrees(phase), line, color=colour)
+            size.plot(x, magnitude, line, color=colour, label=given)
+            angle.plot(x, np.degrees(phase), line, color=colour)
         size.set_yscale("log")
         size.set_title(output, fontsize="medium")
         size.set_ylabel(f"{unit} for each unit")
@@ -112,8 +118,8 @@ def frequency_response(
         angle.set_ylabel("phase, deg")
         for axis in (size, angle):
             axis.grid(alpha=0.3)
-    axes[-1].set_xlabel("frequency, Hz")
-    axes[-1].set_xlim(hertz[0], hertz[-1])
+    axes[-1].set_xlabel(f"frequency, {frequency.unit}")
+    axes[-1].set_xlim(x[0], x[-1])
     figure.suptitle(title)
     return figure
 
@@ -126,6 +132,7 @@ def campbell(
     critical: Sequence[tuple[float, float]],
     between: tuple[float, float] | None,
     barred: Sequence[tuple[float, float]],
+    units: tuple[Shown, Shown],
 ) -> Figure:
     """Natural frequencies over the speed, rays of the orders, and points where they meet.
 
@@ -145,54 +152,63 @@ def campbell(
         Range of operation, rad/s.
     barred : sequence of (float, float)
         Ranges of speeds that are barred, rad/s.
+    units : (Shown, Shown)
+        How speeds and frequencies are shown.
     """
-    rpm = speeds * 30 / np.pi
-    top = 1.15 * (np.nanmax(hertz, initial=0.0) or max(o for _, o in orders) * rpm[-1] / 60)
-    right = sum(order * rpm[-1] / 60 <= top for _, order in orders)
+    speed, frequency = units
+    x, y = speed.value(speeds), frequency.value(hertz)
+    rays = [
+        (label, order, frequency.value(order * speeds / (2 * np.pi))) for label, order in orders
+    ]
+    top = 1.15 * (np.nanmax(y, initial=0.0) or max(ray[-1] for *_, ray in rays))
+    right = sum(ray[-1] <= top for *_, ray in rays)
     figure = Figure((_WIDTH, max(5.0, 2.0 + right * _LINE * _FONT / 72)), layout="constrained")
     axis = figure.subplots()
-    axis.plot(rpm, hertz, color="C0")
+    axis.plot(x, y, color="C0")
     named = 0
-    for label, order in orders:
+    for label, order, ray in rays:
         look: dict[str, Any] = {"color": "grey", "linewidth": 0.8}
         if label:
             look = {"color": _RAYS[named % len(_RAYS)], "label": f"{order:g}: {label}"}
             named += 1
-        axis.plot(rpm, order * rpm / 60, **look)
+        axis.plot(x, ray, **look)
     places = np.array(critical).reshape(-1, 2)
-    axis.plot(places[:, 0] * 30 / np.pi, places[:, 1], "o", color="C3")
+    axis.plot(speed.value(places[:, 0]), frequency.value(places[:, 1]), "o", color="C3")
     plain: dict[str, Any] = {"color": "C2", "alpha": 0.15}
     shaded = {"facecolor": "none", "edgecolor": "C3", "hatch": "///", "alpha": 0.5}
     ranges = [(between, "range of operation", plain)] if between else []
     ranges += [(each, "barred", shaded) for each in barred]
     for (begin, end), label, look in ranges:
         told = label in axis.get_legend_handles_labels()[1]
-        low, high = begin * 30 / np.pi, end * 30 / np.pi
-        axis.axvspan(low, high, zorder=0, label=None if told else label, **look)
+        axis.axvspan(
+            speed.value(begin), speed.value(end), zorder=0, label=None if told else label, **look
+        )
     if ranges or named:
         figure.legend(loc="outside lower center", ncols=2, frameon=False)
     axis.set_ylim(0, top)
-    axis.set_xlim(rpm[0], rpm[-1])
-    _label_rays(axis, [order for _, order in orders], figure.get_figheight() - 1.8)
-    axis.set_xlabel("speed, 1/min")
-    axis.set_ylabel("frequency, Hz")
+    axis.set_xlim(x[0], x[-1])
+    _label_rays(
+        axis, [(order, *ray[[0, -1]]) for _, order, ray in rays], figure.get_figheight() - 1.8
+    )
+    axis.set_xlabel(f"speed, {speed.unit}")
+    axis.set_ylabel(f"frequency, {frequency.unit}")
     axis.grid(alpha=0.3)
     figure.suptitle(title)
     return figure
 
 
-def _label_rays(axis: Axes, orders: Sequence[float], height: float) -> None:
+def _label_rays(axis: Axes, rays: Sequence[tuple[float, float, float]], height: float) -> None:
     """Orders where their rays leave the axes, to the right or above, moved apart where they meet.
 
-    The axes are at least so many inches high.
+    A ray is its order and its heights at both ends. The axes are at least so many inches high.
     """
-    (begin, end), (_, top) = axis.get_xlim(), axis.get_ylim()
+    _, top = axis.get_ylim()
     right, above = [], []
-    for order in {f"{order:g}": order for order in orders}.values():
-        if order * end / 60 <= top:
-            right.append((order * end / 60 / top, f"{order:g}"))
-        elif order * begin / 60 < top:
-            above.append(((60 * top / order - begin) / (end - begin), f"{order:g}"))
+    for text, (begin, end) in {f"{order:g}": ends for order, *ends in rays}.items():
+        if end <= top:
+            right.append((end / top, text))
+        elif begin < top:
+            above.append(((top - begin) / (end - begin), text))
     upright = max((len(text) for _, text in above), default=0) > 4
     for labels, length, aside in ((right, height, True), (above, _WIDTH - 2.0, False)):
         labels.sort()
@@ -265,8 +281,9 @@ def root_locus(title: str, eigenvalues: np.ndarray) -> Figure:
 
 def order_response(
     title: str,
-    rpm: np.ndarray,
+    speeds: np.ndarray,
     outputs: Mapping[str, tuple[str, Mapping[str, np.ndarray]]],
+    speed: Shown,
 ) -> Figure:
     """Amplitudes over the speed, one panel for each output.
 
@@ -274,25 +291,28 @@ def order_response(
     ----------
     title : str
         Title of the figure.
-    rpm : ndarray, shape (k,)
-        Speeds, 1/min.
+    speeds : ndarray, shape (k,)
+        Speeds, rad/s.
     outputs : mapping of str to (str, mapping of str to ndarray of shape (k,))
         Unit of each output, and its curves by their labels; the last one stands out.
+    speed : Shown
+        How speeds are shown.
     """
+    x = speed.value(speeds)
     figure = Figure((_WIDTH, 0.6 + 2.6 * len(outputs)), layout="constrained")
     axes = np.atleast_1d(figure.subplots(len(outputs), sharex=True))
     for axis, (output, (unit, curves)) in zip(axes, outputs.items(), strict=True):
         for i, (label, size) in enumerate(curves.items()):
             last = i == len(curves) - 1
             colour = "black" if last else f"C{i % 10}"
-            axis.plot(rpm, size, color=colour, linewidth=1.6 if last else 1.1, label=label)
+            axis.plot(x, size, color=colour, linewidth=1.6 if last else 1.1, label=label)
         axis.set_title(output, fontsize="medium")
         axis.set_ylabel(f"amplitude, {unit}")
         axis.set_ylim(bottom=0)
         axis.grid(alpha=0.3)
         axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
-    axes[-1].set_xlabel("speed, 1/min")
-    axes[-1].set_xlim(rpm[0], rpm[-1])
+    axes[-1].set_xlabel(f"speed, {speed.unit}")
+    axes[-1].set_xlim(x[0], x[-1])
     figure.suptitle(title)
     return figure
 
@@ -302,6 +322,7 @@ def holzer(
     inertias: Sequence[tuple[str, int, float]],
     shafts: Sequence[tuple[str, tuple[int, int], float]],
     ends: Mapping[int, float],
+    unit: str,
 ) -> Figure:
     """Angles of the inertias, joined by the shafts, above the torques in the shafts.
 
@@ -312,9 +333,11 @@ def holzer(
     inertias : sequence of (str, int, float)
         Name, station and angle, rad, of one at each station.
     shafts : sequence of (str, (int, int), float)
-        Name, stations and torque, N.m, of each; station -1 is the ground.
+        Name, stations and torque of each; station -1 is the ground.
     ends : mapping of int to float
         Angle of each station, in the order along the drive.
+    unit : str
+        Unit of the torques.
     """
     figure = Figure((_WIDTH, 6.4), layout="constrained")
     angles, torques = figure.subplots(2)
@@ -333,7 +356,7 @@ def holzer(
     torques.bar(range(len(shafts)), [torque for *_, torque in shafts], color="C1", width=0.6)
     torques.axhline(0, color="black", linewidth=0.8)
     _name_parts(torques, [name for name, *_ in shafts])
-    torques.set(ylabel="torque in the shafts, N.m", xlim=(-0.6, len(shafts) - 0.4))
+    torques.set(ylabel=f"torque in the shafts, {unit}", xlim=(-0.6, len(shafts) - 0.4))
     figure.suptitle(title)
     return figure
 
@@ -350,11 +373,12 @@ def _name_parts(axis: Axes, names: Sequence[str]) -> None:
 
 def order_tracks(
     title: str,
-    rpm: np.ndarray,
+    speeds: np.ndarray,
     orders: np.ndarray,
     size: np.ndarray,
     tracks: Mapping[str, np.ndarray],
     unit: str,
+    speed: Shown,
 ) -> Figure:
     """Amplitudes over speed and order as a colour map, above those of some orders as curves.
 
@@ -362,8 +386,8 @@ def order_tracks(
     ----------
     title : str
         Title of the figure.
-    rpm : ndarray, shape (k,)
-        Speed of each window, 1/min.
+    speeds : ndarray, shape (k,)
+        Speed of each window, rad/s.
     orders : ndarray, shape (o,)
         Periods for each turn.
     size : ndarray, shape (k, o)
@@ -372,15 +396,18 @@ def order_tracks(
         Amplitudes of single orders by their labels.
     unit : str
         Unit of the amplitudes.
+    speed : Shown
+        How speeds are shown.
     """
+    x = speed.value(speeds)
     figure = Figure((_WIDTH, 6.4), layout="constrained")
     plane, curves = figure.subplots(2, sharex=True, height_ratios=[3, 2])
-    mesh = plane.pcolormesh(rpm, orders, size.T, shading="nearest", cmap="viridis")
+    mesh = plane.pcolormesh(x, orders, size.T, shading="nearest", cmap="viridis")
     figure.colorbar(mesh, ax=plane, label=f"amplitude, {unit}")
     plane.set_ylabel("order")
     for i, (label, values) in enumerate(tracks.items()):
-        curves.plot(rpm, values, _LINES[i // 10 % len(_LINES)], color=f"C{i % 10}", label=label)
-    curves.set(xlabel="speed, 1/min", ylabel=f"amplitude, {unit}", xlim=(rpm[0], rpm[-1]))
+        curves.plot(x, values, _LINES[i // 10 % len(_LINES)], color=f"C{i % 10}", label=label)
+    curves.set(xlabel=f"speed, {speed.unit}", ylabel=f"amplitude, {unit}", xlim=(x[0], x[-1]))
     curves.set_ylim(bottom=0)
     curves.grid(alpha=0.3)
     figure.legend(loc="outside lower center", ncols=5, frameon=False)

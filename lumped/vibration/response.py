@@ -20,8 +20,9 @@ from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, chosen, display, frequency_unit
 from lumped.support.made_once import made_once
-from lumped.support.text_table import number, table
+from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import OperatingPoint
 
 if TYPE_CHECKING:
@@ -174,30 +175,44 @@ class FrequencyResponse:
         return tuple(found)
 
     @checked
-    def plot(self, outputs: Iterable[Name] | None = None) -> Figure:
+    def plot(self, outputs: Iterable[Name] | None = None, *, units: Units = None) -> Figure:
         """Magnitude (logarithmic) and phase over the frequency, two panels for each output.
 
         Parameters
         ----------
         outputs : iterable of names or references, optional
             Outputs to draw; default is all.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows. Inputs
+            count in SI units.
 
         Raises
         ------
         OptionError
             If no output is named.
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         from lumped.vibration.pictures import frequency_response
 
         system = self.system
-        chosen = self.outputs if outputs is None else [system.key(name) for name in outputs]
-        if not chosen:
+        wanted = self.outputs if outputs is None else [system.key(name) for name in outputs]
+        if not wanted:
             raise OptionError(f"{system.name}: name at least one output to draw.")
+        choice = chosen(units, ("frequency", *system.names()))
         drawn = {}
-        for output in chosen:
-            both = {i: (self.magnitude(output, i), self.phase(output, i)) for i in self.inputs}
-            drawn[output] = system.quantity(output).unit, both
-        return frequency_response(system.name, self.hertz, drawn)
+        for output in wanted:
+            to_show = display(output, system.quantity(output).unit, choice, is_change=True)
+            drawn[output] = (
+                to_show.unit,
+                {
+                    i: (to_show.value(self.magnitude(output, i)), self.phase(output, i))
+                    for i in self.inputs
+                },
+            )
+        return frequency_response(system.name, self.hertz, drawn, frequency_unit(choice))
 
     def _places(self, output: Name, input: Name) -> tuple[int, int]:
         places = []
@@ -211,25 +226,29 @@ class FrequencyResponse:
         return places[0], places[1]
 
     def __repr__(self) -> str:
+        frequency = frequency_unit()
+        low, high = (frequency.value(self.hertz[i]) for i in (0, -1))
         head = (
             f"{self.system.name}: response at {len(self.hertz)} frequencies from "
-            f"{self.hertz[0]:g} to {self.hertz[-1]:g} Hz, a factorisation for each; residual "
+            f"{low:g} to {high:g} {frequency.unit}, a factorisation for each; residual "
             f"{self.residual:.1e}{situation(self.point)}"
         )
         if side := one_sided(self.point):
             head += f"\n{side}"
         rows = []
         for output in self.outputs:
+            unit = self.system.quantity(output).unit
             for given in self.inputs:
                 peaks = self.peaks(output, given)
                 highest = max(peaks, key=lambda p: p.magnitude, default=None)
-                at = (
-                    ("-", "-")
-                    if highest is None
-                    else (number(highest.hertz), number(highest.magnitude))
-                )
-                rows.append((f"{output} / {given}", str(len(peaks)), *at))
-        return f"{head}\n" + table(("output / input", "peaks", "highest at, Hz", "magnitude"), rows)
+                at: tuple[str, ...] = ("-", "-")
+                if highest is not None:
+                    size, _ = amounts(output, unit, highest.magnitude, is_change=True)
+                    at = number(frequency.value(highest.hertz)), size
+                to_show = display(output, unit, is_change=True).unit
+                rows.append((f"{output} / {given}", str(len(peaks)), *at, to_show))
+        columns = ("output / input", "peaks", f"highest at, {frequency.unit}", "magnitude", "unit")
+        return f"{head}\n" + table(columns, rows)
 
 
 @checked

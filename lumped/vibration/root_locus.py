@@ -16,6 +16,7 @@ from lumped.points.linearise import sparse_state_matrix
 from lumped.points.situation import situation
 from lumped.points.start import point_at, start_point
 from lumped.support.arguments import checked
+from lumped.support.display_units import frequency_unit
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 
@@ -99,18 +100,18 @@ class RootLocus:
             head += f"\nnot followed for certain: {begin:.6g} to {end:.6g}"
         first, last = self.eigenvalues[0], self.eigenvalues[-1]
         upper = np.flatnonzero((first.imag > 0) | (last.imag > 0))
+        frequency = frequency_unit()
         rows = [
             (
-                number(self.hertz[0, i]),
+                number(frequency.value(self.hertz[0, i])),
                 number(self.damping[0, i], 4),
-                number(self.hertz[-1, i]),
+                number(frequency.value(self.hertz[-1, i])),
                 number(self.damping[-1, i], 4),
             )
             for i in upper[np.argsort(np.abs(first[upper]))][:20]
         ]
-        return f"{head}\n" + table(
-            ("first, Hz", "damping ratio", "last, Hz", "damping ratio"), rows
-        )
+        columns = (f"{end}, {frequency.unit}" for end in ("first", "last"))
+        return f"{head}\n" + table([x for c in columns for x in (c, "damping ratio")], rows)
 
 
 @checked

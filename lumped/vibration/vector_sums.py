@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.text_table import number, table
 from lumped.vibration.modes import Modes
 
@@ -62,13 +63,24 @@ class VectorSums:
         return 60 * self.modes.hertz[:, None] / self.orders
 
     @checked
-    def plot(self, mode: int = 0) -> Figure:
-        """Phase diagram of each order in a mode, counted from 0: its vectors and their sum.
+    def plot(self, mode: int = 0, *, units: Units = None) -> Figure:
+        """Phase diagram of each order in a mode: its vectors and their sum.
+
+        Parameters
+        ----------
+        mode : int
+            Its number, from 0.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
 
         Raises
         ------
         OptionError
             If there is no such mode.
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         from lumped.vibration.pictures import phase_diagrams
 
@@ -76,7 +88,9 @@ class VectorSums:
             raise OptionError(
                 f"vector_sums: there is no mode {mode}; {len(self.vectors)} modes count from 0."
             )
-        title = f"{self.modes.system.name}: {self.modes.hertz[mode]:.4g} Hz"
+        frequency = frequency_unit(chosen(units, ("frequency", *self.modes.system.names())))
+        told = f"{frequency.value(self.modes.hertz[mode]):.4g} {frequency.unit}"
+        title = f"{self.modes.system.name}: {told}"
         labels = [str(i + 1) for i in range(len(self.names))]
         captions = [f"order {order:g}" for order in self.orders]
         return phase_diagrams(title, labels, self.vectors[mode], captions)
@@ -91,7 +105,9 @@ class VectorSums:
             (f"{order:g}", *(number(v, 4) for v in size[:6, o]))
             for o, order in enumerate(self.orders[:_MOST_SHOWN])
         ]
-        columns = ("order", *(f"{hertz:.4g} Hz" for hertz in self.modes.hertz[:6]))
+        frequency = frequency_unit()
+        told = frequency.value(self.modes.hertz[:6])
+        columns = ("order", *(f"{value:.4g} {frequency.unit}" for value in told))
         return f"{head}\n" + table(columns, rows)
 
 

@@ -31,7 +31,6 @@ from lumped.errors import (
     UnknownNameError,
 )
 from lumped.exchange.interface import rate_unit
-from lumped.exchange.si_units import base_powers
 from lumped.ops import where
 
 
@@ -193,20 +192,6 @@ def test_the_description_names_units_roles_and_dependencies(exported):
     assert needs["load.w"] == {"load.w"}
     units = {u.get("name"): u.find("BaseUnit").attrib for u in root.find("UnitDefinitions")}
     assert units["N.m/rad"] == {"kg": "1", "m": "2", "s": "-2", "rad": "-1"}
-
-
-@pytest.mark.parametrize(
-    ("unit", "powers"),
-    [
-        ("N.m.s/rad2", {"kg": 1, "m": 2, "s": -1, "rad": -2}),
-        ("rad/(s.N.m)", {"rad": 1, "s": 1, "kg": -1, "m": -2}),
-        ("1/s2", {"s": -2}),
-        ("V.s", {"kg": 1, "m": 2, "s": -2, "A": -1}),
-        ("parsec", None),
-    ],
-)
-def test_units_are_powers_of_base_units(unit, powers):
-    assert base_powers(unit) == powers
 
 
 @pytest.mark.parametrize(

@@ -121,10 +121,11 @@ def test_without_pint_the_remedy_is_named(monkeypatch):
     monkeypatch.setattr(builtins, "__import__", without)
     _registry.cache_clear()
     with pytest.raises(UnitError, match=r"pip install lumped\[units\]"):
-        Inertia(J="3 t.m2")
-    assert Inertia(J="3 kg.m2")._values["J"] == 3.0  # needs no conversion
-    monkeypatch.undo()
+        Inertia(J="3 lb.ft2")
     assert Inertia(J="3 t.m2")._values["J"] == 3000.0
+    assert converted("1500 rpm", "rad/s", "x =") == pytest.approx(50 * np.pi, rel=1e-15)
+    monkeypatch.undo()
+    assert Inertia(J="3 lb.ft2")._values["J"] == pytest.approx(3 * 0.45359237 * 0.3048**2)
 
 
 class Wrong(lp.Component):

@@ -8,6 +8,7 @@ from matplotlib.text import Text
 import lumped as lp
 from lumped.components import Fixed, Inertia, Spring, SpringDamper
 from lumped.errors import OptionError
+from lumped.support.display_units import frequency_unit, speed_unit
 from lumped.vibration import pictures
 
 
@@ -144,6 +145,7 @@ def test_labels_of_rays_touch_neither_each_other_nor_the_curves(orders, hertz, s
         [],
         RANGE if ranges else None,
         [(70.0, 80.0), (200.0, 210.0)] if ranges else [],
+        (speed_unit(), frequency_unit()),
     )
     boxes, axes, whole = text_boxes(figure)
     top = figure.axes[0].get_ylim()[1]
