@@ -62,6 +62,7 @@ def test_measures_are_the_same_quantities_for_a_changed_machine(name):
         "pilger_mill": {"mill.m2": 8000.0},
         "reversing_mill": {"upper.motor.J": 20.0},
         "rotary_arm": {"arm.m_x": 25_000.0},
+        "turbine_generator": {"turbine.lpb_gen.c": 2e8},
     }[name]
     own, changed = machine(name).measures(), machine(name).measures(changes)
     assert [m[:2] for m in own] == [m[:2] for m in changed]
