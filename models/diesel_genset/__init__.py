@@ -18,9 +18,10 @@ from lumped.models.diesel_genset.about import ABOUT
 from lumped.models.diesel_genset.drive import SHAFTS, Genset
 from lumped.models.diesel_genset.scenes import (
     CASES,
+    SLOW,
     Start,
+    coupled,
     mean_modes,
-    misfiring,
     published,
     response,
     run_up,
@@ -52,9 +53,9 @@ def rows() -> list[Row]:
             remark = f"{known} by complex matrices in SciPy"
             text = f"shaft {number}, largest torque, {case}"
             found.append(Row(text, "N.m", None, size, NOT, remark))
-    for case, kind in CASES.items():
-        steady = response([1500.0], misfiring(Genset(), kind), ["coupling.tau"])
-        size = float(steady.synthesis("coupling.tau").maximum[0])
+    rated = SLOW.index(1500)
+    for case in CASES:
+        size = float(coupled(case).synthesis("coupling.tau").maximum[rated])
         text = f"coupling at 1500 1/min, {case}"
         found.append(Row(text, "N.m", None, size, ASSUMED, "vibratory torque"))
     return found

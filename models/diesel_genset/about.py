@@ -39,10 +39,10 @@ ABOUT = About(
     ),
     scene=(
         "The starter has brought the engine to 120 turns a minute. It fires with 0.3 of the "
-        "pressure and takes the generator to about 900, without load. Near 190 order 3 meets the "
+        "pressure and takes the generator to about 500, without load. Near 190 order 3 meets the "
         "first natural frequency, that of the coupling."
     ),
-    until=1.2,
+    until=0.6,
     captions={
         "shapes": "Angles of the inertias and torques of the shafts in the first mode",
         "phases": "Phase diagrams of the firing order in the first mode",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 from matplotlib.figure import Figure
 
 import lumped as lp
@@ -10,9 +9,10 @@ from lumped.models.diesel_genset import OUTER, PUBLISHED
 from lumped.models.diesel_genset.drive import RPM, SHAFTS, Genset
 from lumped.models.diesel_genset.scenes import (
     CASES,
+    SLOW,
     SPEEDS,
+    coupled,
     mean_modes,
-    misfiring,
     published,
     response,
     run_up,
@@ -71,11 +71,9 @@ def _draw_synthesis(fired: lp.vibration.OrderResponse) -> Figure:
 def _draw_misfire() -> Figure:
     figure = Figure((8, 6), layout="constrained")
     above, below = figure.subplots(2, 1)
-    slow = np.arange(400.0, 1801.0, 20.0)
-    for case, kind in CASES.items():
+    for case in CASES:
         above.plot(SPEEDS, published(case).synthesis(OUTER[8]).maximum / 1e3, label=case)
-        behind = response(slow, misfiring(Genset(), kind), ["coupling.tau"])
-        below.plot(slow, behind.synthesis("coupling.tau").maximum / 1e3)
+        below.plot(SLOW, coupled(case).synthesis("coupling.tau").maximum / 1e3)
     above.set(ylabel="shaft 8, kN.m", xlim=(SPEEDS[0], SPEEDS[-1]), ylim=(0, None))
     below.set(ylabel="coupling, kN.m", xlabel="speed, 1/min", xlim=(400, 1800), ylim=(0, None))
     for axis in (above, below):

@@ -16,8 +16,10 @@ from lumped.models.sources import Given
 
 __all__ = [
     "CASES",
+    "SLOW",
     "SPEEDS",
     "Start",
+    "coupled",
     "mean_modes",
     "misfiring",
     "published",
@@ -35,6 +37,8 @@ CASES = {
 
 SPEEDS = tuple(range(1000, 2551, 25))
 """Speeds at which the source looks, 1/min."""
+SLOW = tuple(range(400, 1801, 50))
+"""Speeds at which the genset is looked at, 1/min."""
 BEGIN = Given(120 * RPM, "rad/s", "A", "speed that the starter gives, 120 1/min")
 FUEL = Given(0.3, "1", "A", "factor of the pressure in the start")
 
@@ -98,6 +102,12 @@ def published(case: str = "all cylinders fire") -> lp.vibration.OrderResponse:
     return response(model=misfiring(Crankshaft(), CASES[case]))
 
 
+@cache
+def coupled(case: str = "all cylinders fire") -> lp.vibration.OrderResponse:
+    """Steady vibration of the coupling of the genset at the speeds `SLOW`."""
+    return response(SLOW, misfiring(Genset(), CASES[case]), ["coupling.tau"])
+
+
 def mean_modes(
     model: Crankshaft | None = None, parameters: Mapping[str, Any] | None = None
 ) -> lp.Modes:
@@ -124,7 +134,7 @@ class Start(Genset):
     engine: Engine = ENGINE.with_({"d": 0.0, "load": FUEL})
 
 
-def run_up(until: float = 1.2, model: Genset | None = None, **options: Any) -> lp.Trajectory:
+def run_up(until: float = 0.6, model: Genset | None = None, **options: Any) -> lp.Trajectory:
     """The engine fires from the speed of the starter on, without load.
 
     Parameters

@@ -57,6 +57,7 @@ def test_every_machine_tells_its_source_findings_and_assumptions(name):
 def test_measures_are_the_same_quantities_for_a_changed_machine(name):
     changes = {
         "carrousel_coiler": {"drive.rotor.J": 900.0},
+        "diesel_genset": {"coupling.psi": 0.8},
         "eccentric_shear": {"motor.J": 30e3},
         "marine_turbine": {"propeller.J": 3e5},
         "pilger_mill": {"mill.m2": 8000.0},
