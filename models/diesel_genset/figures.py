@@ -75,7 +75,9 @@ def _draw_misfire() -> Figure:
         above.plot(SPEEDS, published(case).synthesis(OUTER[8]).maximum / 1e3, label=case)
         below.plot(SLOW, coupled(case).synthesis("coupling.tau").maximum / 1e3)
     above.set(ylabel="shaft 8, kN.m", xlim=(SPEEDS[0], SPEEDS[-1]), ylim=(0, None))
-    below.set(ylabel="coupling, kN.m", xlabel="speed, 1/min", xlim=(400, 1800), ylim=(0, None))
+    below.set(
+        ylabel="coupling, kN.m", xlabel="speed, 1/min", xlim=(SLOW[0], SLOW[-1]), ylim=(0, None)
+    )
     for axis in (above, below):
         axis.grid(alpha=0.3)
     above.legend()

@@ -37,7 +37,7 @@ CASES = {
 
 SPEEDS = tuple(range(1000, 2551, 25))
 """Speeds at which the source looks, 1/min."""
-SLOW = tuple(range(400, 1801, 50))
+SLOW = tuple(range(420, 1801, 30))
 """Speeds at which the genset is looked at, 1/min."""
 BEGIN = Given(120 * RPM, "rad/s", "A", "speed that the starter gives, 120 1/min")
 FUEL = Given(0.3, "1", "A", "factor of the pressure in the start")
