@@ -13,13 +13,12 @@ import numpy as np
 
 import lumped as lp
 from lumped.models import Row
-from lumped.models.about import Measure, extremes, shared
+from lumped.models.about import Measure, extremes
 from lumped.models.diesel_genset.about import ABOUT
 from lumped.models.diesel_genset.drive import SHAFTS, Genset
 from lumped.models.diesel_genset.scenes import (
     CASES,
     SLOW,
-    Start,
     coupled,
     mean_modes,
     published,
@@ -99,18 +98,18 @@ def scene(until: float = 0.2, **options: Any) -> lp.Trajectory:
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
     """Effects of changed parameters: natural frequencies, steady vibration, the start."""
-    own = shared(lp.assemble(Genset()), parameters)
-    hertz = lp.vibration.mass_elastic(mean_modes(Genset(), own), over="flywheel.phi").hertz
+    run = scene(ABOUT.until, parameters=parameters, grid=8000)
+    modes = mean_modes(Genset(), parameters)
+    hertz = lp.vibration.mass_elastic(modes, over="flywheel.phi").hertz
     found = [
         Measure(f"natural frequency, mode {i}", "Hz", float(f)) for i, f in enumerate(hertz, 1)
     ]
     of = [*SHAFTS, "coupling.tau"]
-    steady = response(np.arange(1000.0, 1801.0, 50.0), Genset(), of, own)
+    steady = response(np.arange(1000.0, 1801.0, 50.0), Genset(), of, parameters)
     for name in of:
         size = steady.synthesis(name).maximum.max()
         found.append(Measure(f"largest vibration of {name}", "N.m", float(size)))
-    known = shared(lp.assemble(Start()), parameters)
-    return [*found, *extremes(scene(ABOUT.until, parameters=known, grid=8000), ABOUT)]
+    return [*found, *extremes(run, ABOUT)]
 
 
 def plots() -> dict[str, Figure]:

@@ -76,12 +76,12 @@ def scene(until: float = 0.2, **options: Any) -> lp.Trajectory:
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
     """Effects of changed parameters: torsional frequencies, torques after a fault."""
+    run = scene(ABOUT.until, parameters=parameters, grid=8000)
     train = lp.assemble(Train())
     hertz = lp.modes(train, parameters=shared(train, parameters)).hertz
     found = [
         Measure(f"torsional frequency, mode {i}", "Hz", float(f)) for i, f in enumerate(hertz, 1)
     ]
-    run = scene(ABOUT.until, parameters=parameters, grid=8000)
     return [*found, *extremes(run, ABOUT)]
 
 

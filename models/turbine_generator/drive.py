@@ -32,7 +32,7 @@ from lumped.components import (
     wires,
 )
 from lumped.models.sources import Given
-from lumped.ops import where
+from lumped.ops import pi, where
 
 S_RATED = Given(892.4e6, "V.A", "P", "rated apparent power")
 V_RATED = Given(26e3, "V", "A", "rated voltage between lines; nothing in per unit depends on it")
@@ -80,6 +80,9 @@ POWER = Given(0.9, "1", "P", "power before the fault, pu")
 FACTOR = Given(0.9, "1", "A", "power factor before the fault, lagging")
 REACTIVE = POWER * (FACTOR**-2 - 1) ** 0.5
 BEGIN = Given(0.02, "s", "A", "instant of the fault")
+CLEARED = Given(0.07, "s", "A", "instant of its clearing before load rejection and reclosing")
+OPENS = Given(0.15, "s", "A", "instant of the load rejection")
+CLOSES = Given(0.25, "s", "A", "instant of the reclosing")
 
 
 class Generator(lp.Component):
@@ -145,7 +148,6 @@ class Train(lp.Component):
 class TurbineGenerator(Generator):
     """Turbine, generator and exciter without damping, all at synchronous speed at the start."""
 
-    speed: lp.Param = lp.param("rad/s", "synchronous speed", BASE.speed)
     turbine: Turbine = Turbine()
 
     def connections(self) -> Iterator[lp.Connection]:
@@ -156,15 +158,16 @@ class TurbineGenerator(Generator):
         turbine = self.turbine
         bodies = (turbine.hp, turbine.ip, turbine.lpa, turbine.lpb, self.gen, turbine.exciter)
         for body in bodies:
-            yield body.w == self.speed
+            yield self.gen.pairs * body.w == 2 * pi * self.bus.f
             yield lp.der(body.w) == 0
 
 
 class Reclosed(TurbineGenerator):
-    """The generator behind a breaker, which opens after the fault and closes again."""
+    """The generator behind a breaker, which opens after a cleared fault and closes again."""
 
-    opens: lp.Param = lp.param("s", "instant at which the breaker opens", 0.15)
-    closes: lp.Param = lp.param("s", "instant at which it closes again", 0.25, above=opens)
+    opens: lp.Param = lp.param("s", "instant at which the breaker opens", OPENS)
+    closes: lp.Param = lp.param("s", "instant at which it closes again", CLOSES, above=opens)
+    fault: ShortCircuit = ShortCircuit(begin=BEGIN, end=CLEARED)
     breaker: CircuitBreaker = CircuitBreaker(
         closed=where(lp.time < opens, 1.0, where(lp.time < closes, 0.0, 1.0))
     )

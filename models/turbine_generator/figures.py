@@ -6,7 +6,15 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import lumped as lp
-from lumped.models.turbine_generator.drive import BASE, BEGIN, SHAFTS, Train
+from lumped.models.turbine_generator.drive import (
+    BASE,
+    BEGIN,
+    CLEARED,
+    CLOSES,
+    OPENS,
+    SHAFTS,
+    Train,
+)
 from lumped.models.turbine_generator.scenes import cleared, faulted, per_unit, reclosed
 
 __all__ = ["figures"]
@@ -83,7 +91,8 @@ def _draw_reclosed() -> Figure:
     axis = figure.subplots()
     axis.plot(run.t, per_unit(run, "gen.tau"), linewidth=0.8, label="air gap")
     axis.plot(run.t, per_unit(run, SHAFT), linewidth=1.2, label="LPB-GEN")
-    for time, text in ((0.02, "fault"), (0.07, "cleared"), (0.15, "opened"), (0.25, "closed")):
+    instants = {"fault": BEGIN, "cleared": CLEARED, "opened": OPENS, "closed": CLOSES}
+    for text, time in instants.items():
         axis.axvline(time, color="black", linewidth=0.6)
         axis.annotate(text, (time, 0.97), xycoords=("data", "axes fraction"), rotation=90,
                       ha="right", va="top")  # fmt: skip

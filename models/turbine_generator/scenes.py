@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import lumped as lp
-from lumped.components import ShortCircuit
+from lumped.errors import OptionError
 from lumped.models.turbine_generator.drive import (
     BASE,
-    BEGIN,
     SHAFTS,
     Reclosed,
     TurbineGenerator,
@@ -38,13 +37,24 @@ def at_maximum(system: lp.System, parameters: Mapping[str, Any] | None = None) -
     -------
     dict
         Start value of ``gen.phi``, rad.
+
+    Raises
+    ------
+    OptionError
+        If a parameter is given that follows from the start.
     """
+    for name in sorted(set(FREE) & set(parameters or {})):
+        raise OptionError(
+            f"{system.name}: {name} follows from the steady state at the start. Change what it "
+            "follows from: gen.P_0, gen.Q_0 or gen.V_0."
+        )
     value = system.parameter_values(parameters)
     P, Q, V = (value[f"gen.{name}"] for name in ("P_0", "Q_0", "V_0"))
-    X_q = BASE.w * (value["gen.L_ls"] + value["gen.L_mq"])
+    w = 2 * np.pi * value["bus.f"]
+    X_q = w * (value["gen.L_ls"] + value["gen.L_mq"])
     # the q axis lies along v + (R_s + j X_q) i, the d axis a quarter of a period behind
     inner = V - (value["gen.R_s"] + 1j * X_q) * (P - 1j * Q) / (1.5 * V)
-    return {"gen.phi": float(np.angle(inner)) - np.pi / 2 - BASE.w * value["fault.begin"]}
+    return {"gen.phi": float(np.angle(inner)) - np.pi / 2 - w * value["fault.begin"]}
 
 
 def faulted(
@@ -66,8 +76,8 @@ def faulted(
     **options
         Passed to `lumped.simulate`; `parameters` such as ``{"fault.end": 0.1}``.
     """
-    model = (model or TurbineGenerator()).with_({"fault": ShortCircuit(begin=BEGIN, phases=phases)})
-    return _run(lp.assemble(model), until, options)
+    system = lp.assemble((model or TurbineGenerator()).with_({"fault.phases": phases}))
+    return _run(system, until, options)
 
 
 def cleared(
@@ -92,7 +102,8 @@ def cleared(
     system = lp.assemble(TurbineGenerator())
     start = at_maximum(system, parameters)
     point = lp.start_point(system, start=start, free=FREE, parameters=parameters)
-    ends = system.parameters["fault.begin"] + np.asarray(durations, dtype=float)
+    begin = system.parameter_values(parameters)["fault.begin"]
+    ends = begin + np.asarray(durations, dtype=float)
     over: dict[str | lp.Expr, Any] = {"fault.end": ends}
     return lp.ensemble(
         system,
@@ -104,9 +115,7 @@ def cleared(
     )
 
 
-def reclosed(
-    until: float = 0.6, model: TurbineGenerator | None = None, **options: Any
-) -> lp.Trajectory:
+def reclosed(until: float = 0.6, model: Reclosed | None = None, **options: Any) -> lp.Trajectory:
     """Three-phase fault cleared after 50 ms; then the breaker opens, and closes again.
 
     Parameters
@@ -118,8 +127,7 @@ def reclosed(
     **options
         Passed to `lumped.simulate`; `parameters` such as ``{"closes": 0.4}``.
     """
-    cleared = {"fault": ShortCircuit(begin=BEGIN, end=BEGIN + 0.05)}
-    return _run(lp.assemble((model or Reclosed()).with_(cleared)), until, options)
+    return _run(lp.assemble(model or Reclosed()), until, options)
 
 
 def per_unit(run: lp.Trajectory, torque: str) -> np.ndarray:

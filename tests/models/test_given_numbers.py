@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from lumped.errors import UnknownNameError
 from lumped.models import MACHINES, MARKS, machine
 from lumped.models.sources import Given, constants
 from lumped.support.units import dimension
@@ -69,3 +70,9 @@ def test_measures_are_the_same_quantities_for_a_changed_machine(name):
     assert [m[:2] for m in own] == [m[:2] for m in changed]
     values = {m.quantity: (m.value, n.value) for m, n in zip(own, changed, strict=True)}
     assert any(a != b for a, b in values.values())
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_a_change_of_what_a_machine_does_not_have_is_refused(name):
+    with pytest.raises(UnknownNameError, match=r"has no parameter 'no\.such'"):
+        machine(name).measures({"no.such": 3.0})

@@ -10,6 +10,7 @@ import scipy
 
 import lumped as lp
 from lumped.components import standard_parameters
+from lumped.errors import OptionError
 from lumped.models import machine
 from lumped.models.turbine_generator import PUBLISHED, TORQUES
 from lumped.models.turbine_generator.drive import (
@@ -83,12 +84,13 @@ def test_the_start_is_the_steady_state_of_the_phasors():
 
 
 def test_phase_a_has_its_largest_voltage_when_the_fault_begins():
-    for changed in ({}, {"gen.P_0": -0.5 * BASE.S, "fault.begin": 0.013}):
-        begin = changed.get("fault.begin", BEGIN)
+    for changed in ({}, {"gen.P_0": -0.5 * BASE.S, "fault.begin": 0.013, "bus.f": 50.0}):
+        begin, f = changed.get("fault.begin", BEGIN), changed.get("bus.f", BASE.f)
         run = faulted(begin, parameters=changed, grid=200, rtol=1e-9)
         wires = [run[f"gen.{name}.v"][0] for name in "abc"]
         assert wires == pytest.approx(
-            BASE.v * np.cos([BASE.w * -begin - k * 2 * np.pi / 3 for k in range(3)]), rel=1e-9
+            BASE.v * np.cos([2 * np.pi * f * -begin - k * 2 * np.pi / 3 for k in range(3)]),
+            rel=1e-9,
         )
 
 
@@ -230,3 +232,9 @@ def test_what_is_changed_changes():
     assert received == pytest.approx(np.sqrt(squares[1:]) / (2 * np.pi), rel=1e-9)
     name = "torque of the shaft LPB-GEN, least"
     assert stiff[name] < own[name] < 0
+
+
+@pytest.mark.parametrize("name", FREE)
+def test_what_follows_from_the_start_is_not_given(name):
+    with pytest.raises(OptionError, match=rf"{name} follows from the steady state.*gen\.P_0"):
+        faulted(0.1, parameters={name: 1.0})
