@@ -88,10 +88,8 @@ def test_phase_a_has_its_largest_voltage_when_the_fault_begins():
         begin, f = changed.get("fault.begin", BEGIN), changed.get("bus.f", BASE.f)
         run = faulted(begin, parameters=changed, grid=200, rtol=1e-9)
         wires = [run[f"gen.{name}.v"][0] for name in "abc"]
-        assert wires == pytest.approx(
-            BASE.v * np.cos([2 * np.pi * f * -begin - k * 2 * np.pi / 3 for k in range(3)]),
-            rel=1e-9,
-        )
+        angles = 2 * np.pi * (-f * begin - np.arange(3) / 3)
+        assert wires == pytest.approx(BASE.v * np.cos(angles), rel=1e-9)
 
 
 @pytest.mark.parametrize("phases", FAULTS)
