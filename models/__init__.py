@@ -29,6 +29,8 @@ MACHINES = {
     "reversing_mill": "Stand drive of the reversing cold rolling mill 400",
     "rotary_arm": "Mandrel rotary arm of a tube mill's front table",
     "marine_turbine": "Geared steam turbines of a ship and their propeller",
+    "diesel_genset": "Six-cylinder diesel engine and its generator",
+    "turbine_generator": "Turbine generator of a benchmark, with short circuits at its terminals",
 }
 
 

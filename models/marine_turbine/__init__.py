@@ -16,7 +16,7 @@ from lumped.models import Row
 from lumped.models.about import Measure, extremes, shared
 from lumped.models.marine_turbine.about import ABOUT
 from lumped.models.marine_turbine.drive import BLADES, MarineTurbine
-from lumped.models.marine_turbine.scenes import RunUp, response, run_up
+from lumped.models.marine_turbine.scenes import response, run_up
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -85,6 +85,7 @@ def scene(until: float = 20.0, **options: Any) -> lp.Trajectory:
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
     """Effects of changed parameters: natural frequencies, steady vibration, the run up."""
+    run = scene(ABOUT.until, parameters=parameters, grid=8000)
     own = shared(lp.assemble(MarineTurbine()), parameters)
     hertz = lp.modes(lp.assemble(MarineTurbine()), parameters=own).hertz
     found = [
@@ -94,8 +95,7 @@ def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
     for name in steady.outputs:
         size = steady.magnitude(name, BLADES).max()
         found.append(Measure(f"greatest vibration of {name}", "N.m", float(size)))
-    known = shared(lp.assemble(RunUp()), parameters)
-    return [*found, *extremes(scene(ABOUT.until, parameters=known, grid=8000), ABOUT)]
+    return [*found, *extremes(run, ABOUT)]
 
 
 def plots() -> dict[str, Figure]:

@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from lumped.errors import UnknownNameError
 from lumped.models import MACHINES, MARKS, machine
 from lumped.models.sources import Given, constants
 from lumped.support.units import dimension
@@ -57,13 +58,21 @@ def test_every_machine_tells_its_source_findings_and_assumptions(name):
 def test_measures_are_the_same_quantities_for_a_changed_machine(name):
     changes = {
         "carrousel_coiler": {"drive.rotor.J": 900.0},
+        "diesel_genset": {"coupling.psi": 0.8},
         "eccentric_shear": {"motor.J": 30e3},
         "marine_turbine": {"propeller.J": 3e5},
         "pilger_mill": {"mill.m2": 8000.0},
         "reversing_mill": {"upper.motor.J": 20.0},
         "rotary_arm": {"arm.m_x": 25_000.0},
+        "turbine_generator": {"turbine.lpb_gen.c": 2e8},
     }[name]
     own, changed = machine(name).measures(), machine(name).measures(changes)
     assert [m[:2] for m in own] == [m[:2] for m in changed]
     values = {m.quantity: (m.value, n.value) for m, n in zip(own, changed, strict=True)}
     assert any(a != b for a, b in values.values())
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_a_change_of_what_a_machine_does_not_have_is_refused(name):
+    with pytest.raises(UnknownNameError, match=r"has no parameter 'no\.such'"):
+        machine(name).measures({"no.such": 3.0})

@@ -4,7 +4,8 @@ import pytest
 import lumped as lp
 from lumped.components import CrankSlider, Cylinder, Engine, Inertia, SpringDamper
 from lumped.errors import OptionError, UnknownNameError
-from tests.vibration.torsional_cases import FIRST, INERTIAS, SERIES, STIFFNESSES, six_cylinders
+from lumped.models.diesel_genset import scenes
+from tests.vibration.torsional_cases import FIRST, INERTIAS, SERIES, STIFFNESSES
 
 TABLE = ((0.0, 0.0), (3.0, 1e5), (5.5, 1e6), (6.4, 8e6), (7.5, 2e6), (9.5, 1e5))
 SIZE = {"bore": 0.1, "r": 0.05, "L": 0.18, "m": 4.0}
@@ -62,7 +63,7 @@ def test_an_exact_inertia_counts_with_the_mean_of_its_inverse():
 
 
 def test_the_six_cylinders_have_their_constant_inertias():
-    modes = lp.vibration.mean_modes(six_cylinders(), over="mass[8].phi", speed=150.0, turns=2)
+    modes = scenes.mean_modes()
     # symmetric problem of the inertias and stiffnesses alone; damping changes its square
     K = np.zeros((9, 9))
     for i, c in enumerate(STIFFNESSES):
@@ -130,8 +131,8 @@ def test_vector_sums_of_a_rigid_shape_are_those_of_the_firing_order():
 
 
 def test_vector_sums_turn_the_amplitudes_of_a_mode():
-    modes = lp.vibration.mean_modes(six_cylinders(), over="mass[8].phi", speed=150.0, turns=2)
-    names = [f"mass[{i + 2}].phi" for i in range(6)]
+    modes = scenes.mean_modes()
+    names = [f"engine.throw[{i}].phi" for i in range(6)]
     phases = 2 * np.pi / 3 * np.array(FIRST)
     sums = lp.vibration.vector_sums(modes, dict(zip(names, phases, strict=True)), orders=[1.5, 4])
     for k in range(3):
@@ -142,12 +143,12 @@ def test_vector_sums_turn_the_amplitudes_of_a_mode():
             )
             assert abs(sums.values[k, o]) == pytest.approx(expected, rel=1e-12)
     with pytest.raises(OptionError, match="positive"):
-        lp.vibration.vector_sums(modes, {"mass[2].phi": 0.0}, orders=[0.0])
+        lp.vibration.vector_sums(modes, {"engine.throw[0].phi": 0.0}, orders=[0.0])
     with pytest.raises(OptionError, match="finite"):
-        lp.vibration.vector_sums(modes, {"mass[2].phi": np.inf}, orders=[1])
+        lp.vibration.vector_sums(modes, {"engine.throw[0].phi": np.inf}, orders=[1])
     with pytest.raises(OptionError, match="name the angles"):
         lp.vibration.vector_sums(modes, {}, orders=[1])
     with pytest.raises(UnknownNameError):
-        lp.vibration.vector_sums(modes, {"mass[99].phi": 0.0}, orders=[1])
+        lp.vibration.vector_sums(modes, {"engine.throw[99].phi": 0.0}, orders=[1])
     with pytest.raises(OptionError, match="no mode 99"):
         sums.plot(99)

@@ -1,0 +1,92 @@
+"""Turbine generator of a benchmark: published frequencies beside computed ones, and faults.
+
+The machine and its source are described in `lumped.models.turbine_generator.drive`, faults at its
+terminals in `lumped.models.turbine_generator.scenes`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import lumped as lp
+from lumped.models import Row
+from lumped.models.about import Measure, extremes, shared
+from lumped.models.turbine_generator.about import ABOUT
+from lumped.models.turbine_generator.drive import BEGIN, SHAFTS, Train, TurbineGenerator
+from lumped.models.turbine_generator.scenes import faulted, per_unit
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BENCHMARK = "torsional frequencies [P]"
+NOT = "not published [R]"
+PUBLISHED = (15.71, 20.21, 25.55, 32.28, 47.46)  # Hz
+TORQUES = {"air gap": "gen.tau"} | SHAFTS
+BY_SCIPY = {  # largest torques of the three-phase fault, pu, from dq equations in SciPy
+    "air gap": "8.002358",
+    "HP-IP": "0.823051",
+    "IP-LPA": "1.364340",
+    "LPA-LPB": "2.279888",
+    "LPB-GEN": "3.159265",
+    "GEN-EXC": "0.207335",
+}
+
+
+def rows() -> list[Row]:
+    """Published and computed numbers."""
+    hertz = lp.modes(lp.assemble(Train())).hertz
+    found = [
+        Row(
+            f"torsional frequency, mode {i}",
+            "Hz",
+            published,
+            float(value),
+            BENCHMARK,
+            "equal in the printed digits",
+        )
+        for i, (published, value) in enumerate(zip(PUBLISHED, hertz, strict=True), 1)
+    ]
+    grid = np.concatenate([[0.0], BEGIN + np.linspace(0.0, 0.5, 15_001)])
+    for phases, text in (("abc", "three-phase fault"), ("bc", "line-to-line fault")):
+        run = faulted(phases=phases, grid=grid, rtol=1e-9)
+        for name, torque in TORQUES.items():
+            course = per_unit(run, torque)
+            remark = "in rated torques; no other value"
+            if phases == "abc":
+                remark = f"{BY_SCIPY[name]} by equations in d and q, in SciPy"
+            elif name in ("air gap", "LPB-GEN"):
+                remark = "in rated torques; the course agrees with fluxes in fixed axes, in SciPy"
+            largest = float(course[np.abs(course).argmax()])
+            found.append(Row(f"{text}, {name}, largest torque", "1", None, largest, NOT, remark))
+    return found
+
+
+def model() -> TurbineGenerator:
+    """The machine to draw and to report on."""
+    return TurbineGenerator()
+
+
+def scene(until: float = 0.2, **options: Any) -> lp.Trajectory:
+    """The run whose error is shown against run time."""
+    return faulted(until, **options)
+
+
+def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
+    """Effects of changed parameters: torsional frequencies, torques after a fault."""
+    run = scene(ABOUT.until, parameters=parameters, grid=8000)
+    train = lp.assemble(Train())
+    hertz = lp.modes(train, parameters=shared(train, parameters)).hertz
+    found = [
+        Measure(f"torsional frequency, mode {i}", "Hz", float(f)) for i, f in enumerate(hertz, 1)
+    ]
+    return [*found, *extremes(run, ABOUT)]
+
+
+def plots() -> dict[str, Figure]:
+    """Figures by name."""
+    from lumped.models.turbine_generator.figures import figures
+
+    return figures()
