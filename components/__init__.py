@@ -145,6 +145,7 @@ from lumped.components.pendulum import CentrifugalPendulum
 from lumped.components.planetary_stage import ElasticPlanetary
 from lumped.components.propeller import Propeller
 from lumped.components.rolling import RollingTorque
+from lumped.components.shafts.continuous import ContinuousElement
 from lumped.components.shafts.element import ShaftElement
 from lumped.components.shafts.materials import Material
 from lumped.components.shafts.notches import Fillet, Keyway, RadialHole
@@ -186,6 +187,7 @@ __all__ = [
     "Clutch",
     "Coil",
     "Constant",
+    "ContinuousElement",
     "ConverterDrive",
     "Coupling",
     "CrankSlider",

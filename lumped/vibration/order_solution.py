@@ -15,7 +15,7 @@ from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.many_points import ManyPoints
 from lumped.vibration.harmonics import harmonics
 from lumped.vibration.rotation import Rotation
-from lumped.vibration.small_vibrations import SmallVibrations
+from lumped.vibration.small_vibrations import SmallVibrations, mechanical_states
 
 __all__ = ["Excitations", "OrderSolution", "order_solution"]
 
@@ -149,11 +149,9 @@ def _modal_damping(
     ``-2 ratio sqrt(-F E) v`` to ``der(v)``.
     """
     system = small.system
-    units = np.array([_unit(system, node) for node in system.structure.states])
-    p = np.flatnonzero(np.isin(units, ("rad", "m")))
-    v = np.flatnonzero(np.isin(units, ("rad/s", "m/s")))
+    p, v = mechanical_states(system)
     rows, columns = small.patterns[0]
-    n = len(units)
+    n = len(system.structure.states)
     found = np.empty((len(A), len(v) ** 2))
     for k, numbers in enumerate(A[:, 0]):
         if k and np.array_equal(numbers, A[k - 1, 0]):
@@ -177,11 +175,6 @@ def _matrix(rows: Integer, columns: Integer, numbers: Real, n: int) -> Real:
     """A matrix from its numbers; those at the same place add up."""
     found: Real = scipy.sparse.coo_array((numbers, (rows, columns)), shape=(n, n)).toarray()
     return found
-
-
-def _unit(system: System, node: int) -> str:
-    unknown = system.structure.members.get(node)
-    return "" if unknown is None else system.structure.tree.quantity(unknown).unit
 
 
 def _refuse_growth(over: Rotation, rows: Integer, columns: Integer, A: Real) -> None:

@@ -14,7 +14,7 @@ from lumped.errors import SolverError
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.many_points import ManyPoints
 
-__all__ = ["Parts", "SmallVibrations", "small_vibrations"]
+__all__ = ["Parts", "SmallVibrations", "mechanical_states", "small_vibrations"]
 
 Real = NDArray[np.float64]
 Pattern = tuple[NDArray[np.int64], NDArray[np.int64]]
@@ -157,6 +157,18 @@ def small_vibrations(
     """What a system does to small vibrations; the latest are kept."""
     made = _latest(system)
     return made.of((inputs, outputs), lambda: SmallVibrations(system, inputs, outputs))
+
+
+def mechanical_states(system: System) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Places of the states that are positions or angles, and of those that are speeds."""
+    tree, members = system.structure.tree, system.structure.members
+    units = np.array(
+        [tree.quantity(members[n]).unit if n in members else "" for n in system.structure.states],
+        dtype=str,
+    )
+    return np.flatnonzero(np.isin(units, ("rad", "m"))), np.flatnonzero(
+        np.isin(units, ("rad/s", "m/s"))
+    )
 
 
 def _nonzeros(matrix: ca.SX) -> ca.SX:
