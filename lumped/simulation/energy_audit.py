@@ -26,7 +26,7 @@ from lumped.support.made_once import made_once
 from lumped.support.text_table import number
 from lumped.timeloop.result import Piece, Trajectory
 
-__all__ = ["EnergyAudit", "audited"]
+__all__ = ["EnergyAudit", "audited", "stored_energy"]
 
 _WORK = {("rad", "N.m"), ("m", "N")}
 """Units of potential and flow of a port whose product is work."""
@@ -165,12 +165,25 @@ def _storing(system: System) -> list[Instance]:
     return [node for node in system.structure.tree.instances if hasattr(node.component, "stored")]
 
 
+def stored_energy(system: System) -> ca.SX:
+    """What all components store that say so, J, by the symbols of all states.
+
+    Raises
+    ------
+    EquationError
+        If a method `stored` holds something else than the component's own quantities.
+    """
+    found = ca.SX(0)
+    for node in _storing(system):
+        found += _lowered(system, node, "stored")
+    return found
+
+
 @made_once
 def _audit(system: System) -> ca.Function:
-    stored = power = loss = ca.SX(0)
+    stored, power, loss = stored_energy(system), ca.SX(0), ca.SX(0)
     for node in _storing(system):
         component: Any = node.component
-        stored += _lowered(system, node, "stored")
         if hasattr(component, "loss"):
             loss += _lowered(system, node, "loss")
         power += _power(system, node)

@@ -48,7 +48,7 @@ class MeanSpectrum:
         self._small, self._over = response.small, response.rotation.at(k)
         samples = samples_of(self._over, response.orders)
         self._shapes = samples, self._over.x.shape[1]
-        matrix = mean_matrix(self._small, self._over, response.orders)
+        matrix, self._masses = mean_matrix(self._small, self._over, response.orders)
         values, self._left, self._right = scipy.linalg.eig(matrix, left=True, right=True)
         fastest = np.abs(values).max(initial=0.0)
         chosen = np.flatnonzero(values.imag > _VIBRATES * np.abs(values))
@@ -90,9 +90,13 @@ class MeanSpectrum:
             )
         rows, columns = small.patterns[0]
         left, right = self._left[:, place].conj(), self._right[:, place]
-        own = (weight * left[rows] * right[columns] / (left @ right)).real
+        left = left / (left @ right)
+        masses = small.masses
+        left = masses.divided(self._masses, left)  # M is symmetric
+        own = (weight * left[rows] * right[columns]).real
         samples, n = self._shapes
-        means = [own, *(np.zeros(len(pattern[0])) for pattern in small.patterns[1:])]
+        means = [own, *(np.zeros(len(pattern[0])) for pattern in small.patterns[1:4])]
+        means.append((-weight * value * left[masses.rows] * right[masses.columns]).real)
         still = [np.zeros((samples, n)), np.zeros((samples, len(small.outputs)))]
         by_x, slope = swept(small, self._over, still, means)
         total: Real = slope + moved_by(self._over, by_x)

@@ -21,7 +21,7 @@ from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.validity import refuse_point_outside
 from lumped.vibration.left_vectors import left_vectors
 from lumped.vibration.modes import Modes, modes_of
-from lumped.vibration.small_vibrations import mechanical_states
+from lumped.vibration.masses import mechanical_states
 
 __all__ = ["NaturalModes", "natural_modes"]
 

@@ -14,8 +14,9 @@ from lumped.numerics.shifted_solutions import elimination, pivots, solved_singly
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.many_points import ManyPoints
 from lumped.vibration.harmonics import harmonics
+from lumped.vibration.masses import mechanical_states
 from lumped.vibration.rotation import Rotation
-from lumped.vibration.small_vibrations import SmallVibrations, mechanical_states
+from lumped.vibration.small_vibrations import SmallVibrations
 
 __all__ = ["Excitations", "OrderSolution", "order_solution"]
 
@@ -41,7 +42,7 @@ class OrderSolution(NamedTuple):
     means : ndarray, shape (k, outputs)
         Means of the outputs over the turns.
     matrices : list of ndarray, shapes (k, o, numbers)
-        Numbers of A, B, C and D.
+        Numbers of A, B, C, D and M.
     residual : float
         Largest backward error.
     """
@@ -80,7 +81,7 @@ def order_solution(
     (b_rows, b_columns), (d_rows, d_columns) = small.patterns[1], small.patterns[3]
     w = orders[None, :] * speeds[:, None]
     matrices = _at_frequencies(small, over, matrices, w)
-    A, B, C, D = matrices
+    A, B, C, D, M = matrices
     for i, given in enumerate(wanted.values()):
         for order, amplitude in given.items():
             for o in np.flatnonzero(orders == order):
@@ -93,11 +94,12 @@ def order_solution(
             f"{system.name}: order {orders[o]:g} excites nothing; leave it out, or give its "
             "excitation."
         )
-    rows, columns = small.patterns[0]
+    rates = small.masses.divided(M, rates)
+    (rows, columns), A = small.masses.divided_matrix(M, small.patterns[0], A)
     if damping_ratio:
-        more, block = _modal_damping(small, matrices[0], damping_ratio)
+        more, block = _modal_damping(system, rows, columns, A, damping_ratio)
         rows, columns = np.append(rows, more[0]), np.append(columns, more[1])
-        A = np.concatenate([A, np.repeat(block[:, None], len(orders), axis=1)], axis=2)
+        A = np.concatenate([A, block], axis=2)
     _refuse_growth(over, rows, columns, A[:, 0])
     found, worst = _solved(
         system, rows, columns, A.reshape(-1, A.shape[2]), w.ravel(), rates.reshape(-1, n)
@@ -140,21 +142,20 @@ def _at_frequencies(
 
 
 def _modal_damping(
-    small: SmallVibrations, A: Real, ratio: float
+    system: System, rows: Integer, columns: Integer, A: Real, ratio: float
 ) -> tuple[tuple[Integer, Integer], Real]:
-    """What a damping ratio of every elastic mode adds to A: places, and numbers, shape (k, m).
+    """What a damping ratio of every elastic mode adds to A: places, and numbers, shape (k, o, m).
 
     Without dampers, speeds v and positions p follow ``der(v) = F p``, ``der(p) = E v``, so that
     ``-F E`` has the squares of the natural frequencies; modal damping adds
-    ``-2 ratio sqrt(-F E) v`` to ``der(v)``.
+    ``-2 ratio sqrt(-F E) v`` to ``der(v)``. Laws have the frequency of each order.
     """
-    system = small.system
     p, v = mechanical_states(system)
-    rows, columns = small.patterns[0]
     n = len(system.structure.states)
-    found = np.empty((len(A), len(v) ** 2))
-    for k, numbers in enumerate(A[:, 0]):
-        if k and np.array_equal(numbers, A[k - 1, 0]):
+    every = A.reshape(-1, A.shape[2])
+    found = np.empty((len(every), len(v) ** 2))
+    for k, numbers in enumerate(every):
+        if k and np.array_equal(numbers, every[k - 1]):
             found[k] = found[k - 1]
             continue
         matrix = _matrix(rows, columns, numbers, n)
@@ -168,7 +169,7 @@ def _modal_damping(
         elastic = np.where(squares.real > 1e-12 * largest, squares.real, 0.0)
         block = -2 * ratio * (shapes * np.sqrt(elastic)) @ np.linalg.inv(shapes)
         found[k] = block.real.ravel()
-    return (np.repeat(v, len(v)), np.tile(v, len(v))), found
+    return (np.repeat(v, len(v)), np.tile(v, len(v))), found.reshape(*A.shape[:2], -1)
 
 
 def _matrix(rows: Integer, columns: Integer, numbers: Real, n: int) -> Real:

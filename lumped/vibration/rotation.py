@@ -338,7 +338,7 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
     time = rotation.points[0].time
 
     def missing(k: int, at: Real, value: float) -> tuple[Real, Real, Real, float]:
-        """Mean rates and missing speed, matrix, size of their parts, largest effect at an angle."""
+        """Mean rates (torques of masses that vary) and missing speed, matrix, size of their parts, largest effect at an angle."""
         own = theta[k].copy()
         own[place] = value
         angle = 2 * np.pi * rotation.turns * np.arange(samples) / samples
@@ -348,7 +348,7 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
         mean = [part.mean(axis=0) for part in found]
         matrix = np.zeros((n + 1, n + 1))
         for numbers, (rows, columns), (top, left) in zip(
-            mean[2:], parts.patterns, ((0, 0), (0, n), (n, 0), (n, n)), strict=True
+            mean[2:6], parts.patterns[:4], ((0, 0), (0, n), (n, 0), (n, n)), strict=True
         ):
             matrix[rows + top, columns + left] = numbers
         target = rotation.speeds[k] * rotation.turning

@@ -1,4 +1,4 @@
-"""What a system does to small vibrations: ``der(x) = A x + B u``, ``y = C x + D u`` at points."""
+"""What a system does to small vibrations: ``M der(x) = A x + B u``, ``y = C x + D u`` at points."""
 
 from __future__ import annotations
 
@@ -13,15 +13,19 @@ from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.many_points import ManyPoints
+from lumped.vibration.masses import masses
 
-__all__ = ["Parts", "SmallVibrations", "mechanical_states", "small_vibrations"]
+__all__ = ["Parts", "SmallVibrations", "small_vibrations"]
 
 Real = NDArray[np.float64]
 Pattern = tuple[NDArray[np.int64], NDArray[np.int64]]
 
 
 class Parts(NamedTuple):
-    """Rates, outputs and the numbers of the matrices at points, shapes (points, ...)."""
+    """Rates, outputs and the numbers of the matrices at points, shapes (points, ...).
+
+    Rates, A and B of masses that vary are torques and forces: they are multiplied by M.
+    """
 
     rates: Real
     outputs: Real
@@ -29,6 +33,7 @@ class Parts(NamedTuple):
     B: Real
     C: Real
     D: Real
+    M: Real
 
 
 class SmallVibrations:
@@ -44,9 +49,11 @@ class SmallVibrations:
     Attributes
     ----------
     patterns : tuple of (rows, columns)
-        Places of the numbers of A, B, C and D.
+        Places of the numbers of A, B, C, D and M.
     expressions : list of SX
-        Rates, outputs, A, B, C and D; of the inputs of the system and of `frequency`.
+        Rates, outputs, A, B, C, D and M; of the inputs of the system and of `frequency`.
+    masses : Masses
+        Which rows M has; those of all other states are those of the unit matrix.
     frequency : SX
         Stands for the frequencies of vibration among the parameters, rad/s.
     """
@@ -58,8 +65,11 @@ class SmallVibrations:
         self.frequency = ca.SX.sym("vibration", len(self.places))
         u = theta[system.places(inputs)] if inputs else ca.SX(0, 1)
         y = system.expressions(outputs)
-        found = [system.rates, y]
-        found += [ca.jacobian(f, by) for f in (system.rates, y) for by in (x, u)]
+        self.masses, M = masses(system)
+        torques = self.masses.times(M, system.rates)
+        found = [torques, y]
+        found += [ca.jacobian(f, by) for f in (torques, y) for by in (x, u)]
+        found.append(M)
         if self.places:
             found = ca.substitute(found, [theta[self.places]], [self.frequency])
         self.expressions = found
@@ -157,18 +167,6 @@ def small_vibrations(
     """What a system does to small vibrations; the latest are kept."""
     made = _latest(system)
     return made.of((inputs, outputs), lambda: SmallVibrations(system, inputs, outputs))
-
-
-def mechanical_states(system: System) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Places of the states that are positions or angles, and of those that are speeds."""
-    tree, members = system.structure.tree, system.structure.members
-    units = np.array(
-        [tree.quantity(members[n]).unit if n in members else "" for n in system.structure.states],
-        dtype=str,
-    )
-    return np.flatnonzero(np.isin(units, ("rad", "m"))), np.flatnonzero(
-        np.isin(units, ("rad/s", "m/s"))
-    )
 
 
 def _nonzeros(matrix: ca.SX) -> ca.SX:
