@@ -34,17 +34,20 @@ def bars_needed(transit: float, f_max: float) -> int:
 
 
 class ContinuousElement(ShaftElement):
-    """Uniform bar: in a vibration of w its flanges see ``K = c x / sin(x) [[cos(x), -1], [-1, cos(x)]]``.
+    """Uniform bar with distributed inertia, in responses to a vibration of the frequency w exact.
 
-    ``x = w sqrt((J_a + J_b) / c)`` is the phase of a wave from end to end. The same torques has a
-    spring ``c x / sin(x)`` with the inertias ``J_a tan(x/2) / (x/2)`` and ``J_b tan(x/2) / (x/2)``
-    at the flanges, which is how it is computed. `c` is multiplied by ``1 + j eta`` everywhere.
-    Between flanges of unequal inertia it is no uniform bar, and rows of such elements converge.
+    There ``tau = c x / sin(x) [[cos(x), -1], [-1, cos(x)]] phi`` for torques and angles of the
+    flanges; ``x = w sqrt((J_a + J_b) / c)`` is the phase of a wave from end to end. A spring
+    ``c x / sin(x)`` with the inertias ``J_a tan(x/2) / (x/2)`` and ``J_b tan(x/2) / (x/2)`` at the
+    flanges has the same torques, and is what is computed. With a loss factor `c` is everywhere
+    ``c (1 + j eta)``. An element with unequal J_a and J_b, a piece of a cone, is no uniform bar:
+    rows of them converge.
 
     Runs and operating points have ``w = 0``: a spring with J_a and J_b at the ends, and a damper
     that loses as much at `w_loss` as `eta` says. Responses to a vibration put its own frequency in
-    the place of both. The law ends below the first natural frequency of the bar between clamped
-    ends, at x = 3: a longer bar is cut, which changes nothing else.
+    the place of both. The law is used up to x = 3, below the first natural frequency of the bar
+    between clamped ends (x = pi), where it has a pole: a longer bar is cut, which changes nothing
+    else.
 
     `tau` and `stress` are those in the middle, `stress_a` and `stress_b` those at the flanges.
 

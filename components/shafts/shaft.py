@@ -17,16 +17,15 @@ from lumped import (
     Flange,
     Output,
     Param,
-    Var,
     chain,
     connect,
     param,
-    var,
 )
 from lumped.components.shafts.continuous import ContinuousElement, bars_needed
 from lumped.components.shafts.element import ShaftElement
 from lumped.components.shafts.fineness import elements_needed
 from lumped.components.shafts.materials import Material, material_of_name
+from lumped.components.shafts.notch import Notch
 from lumped.components.shafts.steps import RULES, moved
 from lumped.errors import DeclarationError, UnknownNameError, nearest, shown
 from lumped.language.component import Made, path_of
@@ -35,7 +34,7 @@ from lumped.language.expression import Number
 from lumped.language.given_numbers import given_number
 from lumped.ops import maximum, minimum, pi, smooth, where
 
-__all__ = ["Notch", "Section", "Shaft", "neighbours"]
+__all__ = ["Section", "Shaft", "neighbours"]
 
 
 def _label(part: Component) -> str:
@@ -144,7 +143,7 @@ def _count(section: Section) -> int:
         return 1
     f_max, accuracy = shaft.limit()
     begin, end = section.ends()
-    if _is_continuous(section) and begin is end:
+    if _is_continuous(section) and begin is end:  # no cone
         c, J = (given_number(section, name) for name in ("c", "J"))
         return bars_needed((J / c) ** 0.5, f_max) if c > 0 and J > 0 else 1
     length, G, rho = (given_number(section, name) for name in ("L", "G", "rho"))
@@ -283,36 +282,6 @@ class Section(Component):
         yield connect(self.flange_a, self.elements[0].flange_a)
         yield from chain(*self.elements)
         yield connect(self.elements[-1].flange_b, self.flange_b)
-
-
-class Notch(Component):
-    """Place in a shaft, rigid and without mass, that tells the stress there: base of all notches.
-
-    ``stress = tau / W``, ``notch_stress = K_ts stress``.
-    """
-
-    symbol = "notch"
-    flange_a = Flange()
-    flange_b = Flange()
-    stress = Output("Pa", "nominal shear stress at the surface")
-    notch_stress = Output("Pa", "largest stress, the notch factor times the nominal one")
-    K_ts: Param = param("1", "notch factor", lambda notch: notch.factor(), above=0)
-    tau: Var = var("N.m", "torque on flange b")
-
-    def factor(self) -> Expr | float:
-        """The notch factor by the fit."""
-        raise NotImplementedError
-
-    def modulus(self) -> Expr:
-        """Polar section modulus for the nominal stress, m3."""
-        raise NotImplementedError
-
-    def equations(self) -> Iterator[Equation]:
-        yield self.flange_a.phi == self.flange_b.phi
-        yield self.flange_b.tau == self.tau
-        yield self.flange_a.tau == -self.tau
-        yield self.stress == self.tau / self.modulus()
-        yield self.notch_stress == self.K_ts * self.stress
 
 
 def _no_sections(shaft: Shaft) -> None:

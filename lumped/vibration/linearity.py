@@ -208,7 +208,9 @@ class _Along:
 
     def missing(self) -> _Missing:
         size = np.abs(self.solved.y[0]).max(axis=0)
-        shares = np.abs(self._left_out(self.vibration, self.slopes)) / np.where(size > 0, size, np.inf)
+        shares = np.abs(self._left_out(self.vibration, self.slopes)) / np.where(
+            size > 0, size, np.inf
+        )
         order, output = np.unravel_index(int(shares.argmax()), shares.shape)
         return _Missing(float(shares.max()), int(output), int(order), self._released())
 

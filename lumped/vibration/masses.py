@@ -129,7 +129,9 @@ def masses(system: System) -> tuple[Masses, ca.SX]:
     label = scipy.sparse.csgraph.connected_components(links, directed=False)[1]
     chosen = np.flatnonzero(np.isin(label[rows], label[rows[varies]]))
     place = np.array(speeds)
-    sparse = ca.Sparsity.triplet(n, n, place[rows[chosen]].tolist(), place[columns[chosen]].tolist())
+    sparse = ca.Sparsity.triplet(
+        n, n, place[rows[chosen]].tolist(), place[columns[chosen]].tolist()
+    )
     M = ca.SX(sparse)
     for k in chosen.tolist():
         M[int(place[rows[k]]), int(place[columns[k]])] = numbers[k]

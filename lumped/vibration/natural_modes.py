@@ -20,8 +20,8 @@ from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.validity import refuse_point_outside
 from lumped.vibration.left_vectors import left_vectors
-from lumped.vibration.modes import Modes, modes_of
 from lumped.vibration.masses import mechanical_states
+from lumped.vibration.modes import Modes, modes_of
 
 __all__ = ["NaturalModes", "natural_modes"]
 
@@ -194,11 +194,9 @@ class _Frozen:
 
     def __init__(self, point: OperatingPoint) -> None:
         self._point = point
-        positions, speeds = mechanical_states(point.system)
-        n = len(point.x)
-        self._between = np.zeros((n, n), dtype=bool)
-        self._between[np.ix_(positions, speeds)] = True
-        self._between[np.ix_(speeds, positions)] = True
+        self._positions, self._speeds = (
+            np.isin(np.arange(len(point.x)), own) for own in mechanical_states(point.system)
+        )
 
     def point(self, w: float) -> OperatingPoint:
         """The operating point with laws at a frequency, rad/s; as stated at zero."""
@@ -232,13 +230,14 @@ class _Frozen:
     ) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
         """State matrix without damping, and what damping adds to it."""
         full = scipy.sparse.coo_array(sparse_state_matrix(point.system, point))
-        kept = self._between[full.row, full.col]
-        speeds = self._between.any(axis=0)[full.row] & self._between.any(axis=0)[full.col]
+        (at, moves), (by, pushes) = (
+            (own[full.row], own[full.col]) for own in (self._positions, self._speeds)
+        )
         parts = (
             scipy.sparse.coo_array(
                 (full.data[chosen], (full.row[chosen], full.col[chosen])), shape=full.shape
             )
-            for chosen in (kept, speeds & ~kept)
+            for chosen in (at & pushes | by & moves, by & pushes)
         )
         first, second = (scipy.sparse.csr_array(part) for part in parts)
         return first, second

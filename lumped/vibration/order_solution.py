@@ -28,6 +28,10 @@ Excitations: TypeAlias = dict[str, dict[float, Complex]]
 
 _MOST_SOLVED = 250
 """States up to which a formula is made for the solution."""
+_LOOKS = 7
+"""Angles at which torques are compared."""
+_UNKNOWN = 1e-7
+"""Share of a torque that may differ by rounding."""
 _ACCURATE = 1e-10
 """Backward error up to which the formula is believed."""
 
@@ -129,6 +133,7 @@ def _at_frequencies(
     if not small.places:
         return found
     time = over.points[0].time
+    _refuse_unknown_masses(small, over, w[0, -1])
     for k in range(len(w)) if not (over.theta == over.theta[0]).all() else (slice(None),):
         own = np.atleast_2d(over.x[k]), np.atleast_2d(over.settings[k])
         theta = np.atleast_2d(over.theta[k])[0]
@@ -139,6 +144,26 @@ def _at_frequencies(
             change = part.reshape(len(base), count, part.shape[1]) - base[:, None, :]
             held[k] += change if isinstance(k, slice) else change[0]
     return found
+
+
+def _refuse_unknown_masses(small: SmallVibrations, over: Rotation, w: float) -> None:
+    """Refuse laws of the frequency that change torques of the turns: a mass is not in M."""
+    if not (len(small.masses.rows) and over.turns_matter):
+        return
+    _, x, settings = over.along(0, _LOOKS)
+    theta, time = over.theta[0], over.points[0].time
+    held, there = (
+        small(x, theta, settings, time, frequency).rates[:, small.masses.own]
+        for frequency in (None, np.full(_LOOKS, w))
+    )
+    missed = np.ptp(there - held, axis=0)
+    if (missed > _UNKNOWN * np.abs(held).max()).any():
+        name = over.system.state_names[small.masses.own[int(missed.argmax())]]
+        raise OptionError(
+            f"{over.system.name}: a component moves with {name} whose mass or inertia is not known "
+            "beside those that depend on the frequency; give it a method `stored` with its kinetic "
+            "energy."
+        )
 
 
 def _modal_damping(
