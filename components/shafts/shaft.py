@@ -114,19 +114,14 @@ def _of_shaft(name: str) -> Any:
 
 def _is_continuous(section: Section) -> bool:
     shaft = _shaft(section)
+    found = section.continuous or (shaft is not None and shaft.continuous)
     for part in (section, shaft):
-        if part is not None and not isinstance(part.continuous, bool):
-            raise DeclarationError(
-                f"{_label(part)}: continuous = {shown(part.continuous)}: True or False is needed."
-            )
-        if part is not None and "eta" in values_of(part) and not part.continuous:
-            if part is section and shaft is not None and shaft.continuous:
-                continue
+        if part is not None and "eta" in values_of(part) and not found:
             raise DeclarationError(
                 f"{_label(part)}: eta is given, but lumped elements have no loss; give "
                 "continuous=True, too."
             )
-    return section.continuous or (shaft is not None and shaft.continuous)
+    return found
 
 
 def _count(section: Section) -> int:

@@ -58,6 +58,5 @@ def angles_along(x: float, at_a: complex, at_b: complex, places: np.ndarray) -> 
     ndarray, shape (m,)
     """
     s = np.asarray(places, dtype=float)
-    if x == 0:
-        return at_a * (1 - s) + at_b * s
-    return (at_a * np.sin(x * (1 - s)) + at_b * np.sin(x * s)) / np.sin(x)
+    from_a, from_b = (1 - s, s) if x == 0 else np.sin([x * (1 - s), x * s]) / np.sin(x)
+    return np.asarray(at_a * from_a + at_b * from_b)

@@ -1,4 +1,4 @@
-"""Masses and inertias of a system that vary with its position, or with the frequency of vibration."""
+"""Masses and inertias of a system that vary with its position or with the frequency."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class Masses:
         place[own] = np.arange(len(own))
         dense: Real = np.zeros((*A.shape[:-1], len(own), self.count))
         dense[..., place[rows[mine]], columns[mine]] = A[..., mine]
-        dense = np.linalg.solve(self.whole(numbers), dense)
+        dense = np.asarray(np.linalg.solve(self.whole(numbers), dense), dtype=float)
         uses = scipy.sparse.coo_array(
             (np.ones(mine.sum()), (place[rows[mine]], columns[mine])), shape=dense.shape[-2:]
         )
@@ -128,15 +128,11 @@ def masses(system: System) -> tuple[Masses, ca.SX]:
     links = scipy.sparse.coo_array((np.ones(len(rows)), (rows, columns)), (len(speeds),) * 2)
     label = scipy.sparse.csgraph.connected_components(links, directed=False)[1]
     chosen = np.flatnonzero(np.isin(label[rows], label[rows[varies]]))
-    place = np.array(speeds)
-    sparse = ca.Sparsity.triplet(
-        n, n, place[rows[chosen]].tolist(), place[columns[chosen]].tolist()
-    )
-    M = ca.SX(sparse)
+    M = ca.SX(n, n)
     for k in chosen.tolist():
-        M[int(place[rows[k]]), int(place[columns[k]])] = numbers[k]
-    at = (np.array(part, dtype=int) for part in M.sparsity().get_triplet())
-    return Masses(*at, n), M
+        M[speeds[rows[k]], speeds[columns[k]]] = numbers[k]
+    i, j = M.sparsity().get_triplet()
+    return Masses(np.array(i, dtype=int), np.array(j, dtype=int), n), M
 
 
 def mechanical_states(system: System) -> tuple[Integer, Integer]:

@@ -274,8 +274,8 @@ def frequency_response(
     UnknownNameError
         If an input or output does not exist.
     SolverError
-        If equations of a component do not hold at one of the frequencies, the response is unbounded at one of the frequencies, or the linearisation is unstable
-        (looked at up to 500 states).
+        If equations of a component do not hold at one of the frequencies, the response is
+        unbounded there, or the linearisation is unstable (looked at up to 500 states).
     """
     if at is not None and parameters:
         raise OptionError(

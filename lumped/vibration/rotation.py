@@ -338,7 +338,10 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
     time = rotation.points[0].time
 
     def missing(k: int, at: Real, value: float) -> tuple[Real, Real, Real, float]:
-        """Mean rates (torques of masses that vary) and missing speed, matrix, size of their parts, largest effect at an angle."""
+        """Mean rates and missing speed, matrix, size of their parts, largest effect at an angle.
+
+        Rates of masses that vary are torques.
+        """
         own = theta[k].copy()
         own[place] = value
         angle = 2 * np.pi * rotation.turns * np.arange(samples) / samples

@@ -76,13 +76,12 @@ FIELDS = {
         "sections": (sections.Solid(d=1.0, L=2.0), sections.Solid(d=1.0, L=1.0)),
         "continuous": True,
     },
-    **dict.fromkeys(
-        (
-            *(sections.Disc, sections.Hollow, sections.Keyed),
-            *(sections.Solid, sections.Splined, sections.Taper),
-        ),
-        {"continuous": True},
-    ),
+    sections.Disc: {"continuous": True},
+    sections.Hollow: {"continuous": True},
+    sections.Keyed: {"continuous": True},
+    sections.Solid: {"continuous": True},
+    sections.Splined: {"continuous": True},
+    sections.Taper: {"continuous": True},
     lossy_gear.LossyGear: {"losses": ((0.0, 0.9, 0.8, 0.5, 0.7), (3.0, 0.7, 0.8, 0.6, 0.7))},
 }
 """Structural fields without a usable default."""
