@@ -195,8 +195,10 @@ def mass_elastic(modes: Modes, *, over: Name) -> MassElastic:
     Raises
     ------
     OptionError
-        If the drive has no inertia or no stiffness, or no ratio joins its shafts.
+        If the drive has no inertia or no stiffness, no ratio joins its shafts, or the modes are
+        those of a mean over turns.
     """
+    modes.refuse_mean("mass_elastic")
     name = modes.system.key(over)
     found = drive_parts(modes)
     ratios = _ratios(modes, found, over)

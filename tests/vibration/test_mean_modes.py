@@ -158,6 +158,8 @@ def test_analyses_of_a_point_refuse_modes_of_a_mean():
             analysis(modes)
     with pytest.raises(OptionError, match="mean over turns"):
         lp.vibration.shape_sensitivity(modes, of=["crank.phi"])
+    with pytest.raises(OptionError, match="mean over turns"):
+        lp.vibration.mass_elastic(modes, over="wheel.phi")
 
 
 @pytest.mark.parametrize(
