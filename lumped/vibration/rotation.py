@@ -31,6 +31,8 @@ _STRAIGHT = 1e-9
 """Difference from a straight line over the speed that is rounding."""
 _CLOSED = 1e-11
 """What may be missing of a balance, relative to the parts that make it up."""
+_SINGULAR = 1e-13
+"""Singular value of the balance, relative to the largest, that is rounding."""
 _STEPS = 50
 _SAMPLES = 1440
 """Points of a turn at which torques that follow from the angle are taken."""
@@ -385,7 +387,8 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
                 )
             own = matrix[:, unknown]
             scale = np.maximum(np.abs(own).max(axis=1), 1e-300)  # parts may all be zero at first
-            found[unknown] -= np.linalg.lstsq(own / scale[:, None], residual / scale)[0]
+            step = np.linalg.lstsq(own / scale[:, None], residual / scale, rcond=_SINGULAR)[0]
+            found[unknown] -= step
         names = [*system.state_names, speed]
         raise SolverError(
             f"{system.name}: mean torques do not balance at {rotation.speeds[k]:g} rad/s with "
