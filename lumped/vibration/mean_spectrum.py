@@ -90,13 +90,12 @@ class MeanSpectrum:
             )
         rows, columns = small.patterns[0]
         left, right = self._left[:, place].conj(), self._right[:, place]
-        left = left / (left @ right)
-        masses = small.masses
+        masses, size = small.masses, left @ right
         left = masses.divided(self._masses, left)  # M is symmetric
-        own = (weight * left[rows] * right[columns]).real
+        own = (weight * left[rows] * right[columns] / size).real
         samples, n = self._shapes
         means = [own, *(np.zeros(len(pattern[0])) for pattern in small.patterns[1:4])]
-        means.append((-weight * value * left[masses.rows] * right[masses.columns]).real)
+        means.append((-weight * value * left[masses.rows] * right[masses.columns] / size).real)
         still = [np.zeros((samples, n)), np.zeros((samples, len(small.outputs)))]
         by_x, slope = swept(small, self._over, still, means)
         total: Real = slope + moved_by(self._over, by_x)
