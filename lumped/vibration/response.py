@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -24,6 +24,7 @@ from lumped.support.display_units import Units, chosen, display, frequency_unit
 from lumped.support.made_once import made_once
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import OperatingPoint
+from lumped.timeloop.validity import refuse_point_outside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -292,8 +293,8 @@ def frequency_response(
     UnknownNameError
         If an input or output does not exist.
     SolverError
-        If the response is unbounded at one of the frequencies, or the linearisation is unstable
-        (looked at up to 500 states).
+        If equations of a component do not hold at one of the frequencies, the response is
+        unbounded there, or the linearisation is unstable (looked at up to 500 states).
     """
     if at is not None and parameters:
         raise OptionError(
@@ -315,7 +316,10 @@ def frequency_response(
             f"exp({faster:.4g} t), most in {state}, so no steady response is ever reached. Take a "
             "stable operating point, or add damping or control."
         )
-    values = _solved(Held(point, matrices), at_hertz, system)
+    held = Held(point, matrices)
+    for f in at_hertz[[0, -1]]:
+        refuse_point_outside(replace(point, theta=held.theta(f)), f"at {f:.6g} Hz")
+    values = _solved(held, at_hertz, system)
     return FrequencyResponse(system, at_hertz, values, given, observed, point)
 
 

@@ -13,6 +13,7 @@ NAMES = (
         "analyses/torsional",
         "elements/engine",
         "elements/elastic_coupling",
+        "elements/shafts",
         "elements/synchronous_machine",
     ),
 )
