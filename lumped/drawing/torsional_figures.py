@@ -112,7 +112,7 @@ def shade(axis: Axes, study: Study) -> None:
 
 def campbell_figure(study: Study) -> Figure:
     """Natural frequencies and orders, up to the highest order."""
-    figure = study.campbell.plot()
+    figure: Figure = study.campbell.plot()
     (axis,) = figure.axes
     shade(axis, study)
     axis.set_ylim(0, min(axis.get_ylim()[1], max(study.orders) * axis.get_xlim()[1] / 60 * 1.05))

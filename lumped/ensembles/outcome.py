@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.errors import OptionError
+from lumped.plots.draw import Backend, draw
+from lumped.plots.numbers import histograms
+from lumped.support.display_units import Units, display
 from lumped.support.optional_packages import extra
 from lumped.support.text_table import number, table
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["Ensemble"]
 
@@ -129,23 +129,30 @@ class Ensemble:
         found = {n: _correlation(_ranks(self[n][there]), own) for n in self.names}
         return dict(sorted(found.items(), key=lambda item: -abs(item[1])))
 
-    def plot(self, labels: Sequence[str] | None = None) -> Figure:
+    def plot(
+        self,
+        labels: Sequence[str] | None = None,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Histograms of results, those named or all, with medians and quantiles.
 
         Parameters
         ----------
         labels : sequence of str, optional
             Of the results.
-
-        Returns
-        -------
-        Figure
+        units, backend, ax
+            As in `lumped.Trajectory.plot`.
         """
-        from lumped.plots import histograms
-
-        units = dict(zip(self.labels, self.units or [""] * len(self.labels), strict=True))
+        known = dict(zip(self.labels, self.units or [""] * len(self.labels), strict=True))
         chosen = self.labels if labels is None else labels
-        return histograms(self.title, {k: (units.get(k, ""), self[k]) for k in chosen})
+        results = {}
+        for label in chosen:
+            shown = display(label, known.get(label, ""), units)
+            results[label] = shown.unit, shown.value(self[label])
+        return draw(histograms(self.title, results), backend, ax)
 
     def to_pandas(self) -> Any:
         """A DataFrame, one row for each run, with an empty ``failure`` where there is none.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -20,17 +20,17 @@ from lumped.gradients.varied import (
     varied_name,
     varied_values,
 )
+from lumped.plots.draw import Backend, draw
+from lumped.plots.numbers import tornado
 from lumped.simulation.functional_kinds import watching
 from lumped.simulation.functionals import Functional
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, display
 from lumped.support.ranking import ranked
 from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["Gradient", "gradient"]
 
@@ -113,14 +113,29 @@ class Gradient:
         return ranked(of, self.values[row], self.to, self.relative[row])
 
     @checked
-    def plot(self, of: str | None = None) -> Figure:
-        """Tornado of the parameters that matter most."""
-        from lumped.plots import tornado
+    def plot(
+        self,
+        of: str | None = None,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
+        """Tornado of the parameters that matter most to a functional.
 
+        Parameters
+        ----------
+        of : str, optional
+            The functional; default is the first.
+        units, backend, ax
+            As in `lumped.Trajectory.plot`.
+        """
         row = 0 if of is None else self._row(of)
         label = self.of[row]
-        title = f"{self.run.system.name}: {label} = {self.values[row]:.4g} {self.units[row]}"
-        return tornado(self.ranked(label), title, label)
+        shown = display(label, self.units[row], units)
+        value = shown.value(float(self.values[row]))
+        title = f"{self.run.system.name}: {label} = {value:.4g} {shown.unit}"
+        return draw(tornado(self.ranked(label), title, label), backend, ax)
 
     def _row(self, of: str) -> int:
         if of not in self.of:

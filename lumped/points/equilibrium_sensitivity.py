@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.plots.draw import Backend, draw
+from lumped.plots.numbers import tornado
 from lumped.points.kink_refusals import refuse_kinks
 from lumped.points.moved_equilibrium import moved_point, places_to
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, display
 from lumped.support.ranking import ranked
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["EquilibriumSensitivity", "equilibrium_sensitivity"]
 
@@ -70,14 +70,30 @@ class EquilibriumSensitivity:
         return ranked(self.of[row], self.values[row], self.to, relative)
 
     @checked
-    def plot(self, of: Name | None = None) -> Figure:
-        """Tornado of the parameters that matter most."""
-        from lumped.plots import tornado
+    def plot(
+        self,
+        of: Name | None = None,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
+        """Tornado of the parameters that matter most to a quantity.
 
+        Parameters
+        ----------
+        of : name, optional
+            The quantity; default is the first.
+        units, backend, ax
+            As in `lumped.Trajectory.plot`.
+        """
         row = 0 if of is None else self._row(of)
         name = self.of[row]
-        title = f"{self.point.system.name}: {name} = {self.values[row]:.4g} at the equilibrium"
-        return tornado(self.ranked(name), title, name)
+        system = self.point.system
+        shown = display(name, system.quantity(name).unit, units)
+        value = shown.value(float(self.values[row]))
+        title = f"{system.name}: {name} = {value:.4g} {shown.unit} at the equilibrium"
+        return draw(tornado(self.ranked(name), title, name), backend, ax)
 
     def _row(self, of: Name) -> int:
         return _place(self.point.system, of, self.of)

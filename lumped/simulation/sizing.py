@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
+from lumped.plots.draw import Backend, draw
+from lumped.plots.numbers import torque_speed
+from lumped.plots.picture import labelled
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, display
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import Trajectory
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["Limit", "Load", "Sizing", "sizing"]
 
@@ -86,12 +87,35 @@ class Sizing:
     rated: Limit | None = None
     maximum: Limit | None = None
 
-    def plot(self) -> Figure:
-        """Torque over speed with the limits , and the thermal equivalent."""
-        from lumped.plots import torque_speed
+    @checked
+    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+        """Torque over speed with the limits, and the thermal equivalent.
 
-        thermal = self.mean_speed, self.rms_torque
-        return torque_speed(self.points, thermal, self.rated, self.maximum, self.units)
+        Parameters
+        ----------
+        units, backend, ax
+            As in `lumped.Trajectory.plot`.
+        """
+        is_torque = self.units[0] == "N.m"
+        torque = display("tau" if is_torque else "f", self.units[0], units)
+        speed = display("w" if is_torque else "v", self.units[1], units)
+
+        def limit(given: Limit | None) -> Limit | None:
+            if given is None or isinstance(given, float | int):
+                return None if given is None else torque.value(float(given))
+            return [(speed.value(float(w)), torque.value(float(tau))) for w, tau in given]
+
+        picture = torque_speed(
+            (speed.value(self.points[0]), torque.value(self.points[1])),
+            (speed.value(self.mean_speed), torque.value(self.rms_torque)),
+            limit(self.rated),
+            limit(self.maximum),
+            (
+                labelled("angular velocity" if is_torque else "speed", speed.unit),
+                labelled("torque" if is_torque else "force", torque.unit),
+            ),
+        )
+        return draw(picture, backend, ax)
 
     @property
     def fits(self) -> bool:

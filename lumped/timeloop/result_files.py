@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,11 @@ from numpy.typing import NDArray
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.flattening.tree import key_of
+from lumped.plots.draw import Backend, draw
+from lumped.plots.over_time import over_time
+from lumped.plots.picture import Picture
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, display
 from lumped.support.made_once import made_once
 from lumped.support.optional_packages import extra
 from lumped.support.whole_files import whole_file
@@ -21,10 +25,7 @@ from lumped.timeloop.event import Event
 from lumped.timeloop.file_formats import READERS, WRITERS, Contents, apart
 from lumped.timeloop.fingerprint import fingerprint
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-__all__ = ["Saved", "computed", "drawn", "fingerprint", "load", "saved", "state_names"]
+__all__ = ["Saved", "computed", "fingerprint", "load", "pictured", "saved", "state_names"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,16 +68,25 @@ class Saved(Contents):
     def __iter__(self) -> Iterator[str]:
         return iter(self.values)
 
-    def plot(self, names: Iterable[Name] | None = None) -> Figure:
-        """Curves over time, one panel for each unit (see `lumped.Trajectory.plot`).
+    @checked
+    def plot(
+        self,
+        names: Iterable[Name] | None = None,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
+        """Curves over time (see `lumped.Trajectory.plot`).
 
-        Default is all states; of a file that does not tell them, such as a csv, all quantities.
+        Default is the states; of a file that does not tell them, such as a csv, all quantities.
         """
         chosen = [*(self.states or self.values)] if names is None else [*map(key_of, names)]
         found = {name: self[name] for name in chosen}
         units, texts = {"time": "s", **self.units}, {"time": "time", **self.texts}
         told = {name: (units[name], texts[name], y) for name, y in found.items()}
-        return drawn(self.model, self.t, told, self.events)
+        picture = pictured(self.model, self.t, told, self.events, units, names is not None)
+        return draw(picture, backend, ax)
 
     def to_pandas(self) -> Any:
         """A DataFrame over the time, one column for each quantity; units in ``frame.attrs``.
@@ -137,20 +147,33 @@ class Saved(Contents):
         return path
 
 
-def drawn(
+def pictured(
     title: str,
     t: NDArray[np.float64],
     quantities: Mapping[str, tuple[str, str, NDArray[np.float64]]],
     events: Sequence[Event],
-) -> Figure:
-    """Curves of units, texts and values over time (see `lumped.plots.curves`)."""
-    from lumped.plots import curves
-
+    units: Units,
+    all_of_them: bool,
+) -> Picture:
+    """Curves of SI units, texts and values over time (see `lumped.plots.over_time`)."""
     if not len(t):
         raise OptionError(f"{title}: nothing was computed, so there is nothing to draw.")
     if not quantities:
         raise OptionError(f"{title}: no states to draw; name the quantities to see.")
-    return curves(title, t, quantities, [event.time for event in events])
+    told = {}
+    for name, (unit, text, values) in quantities.items():
+        shown = display(name, unit, units)
+        told[name] = shown.unit, text, shown.value(values)
+    happened = [(event.time, *_told(event)) for event in events]
+    return over_time(title, t, told, happened, all_of_them=all_of_them)
+
+
+def _told(event: Event) -> tuple[str, str]:
+    """What happened, and of what sort it is."""
+    if not event.after:
+        return f"{event.component}: function of time", "functions of time"
+    sort = "impacts" if event.loss else "changes of mode"
+    return f"{event.component}: {event.before} to {event.after}", sort
 
 
 def saved(

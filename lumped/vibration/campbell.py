@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import scipy
@@ -12,15 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError
+from lumped.plots.draw import Backend, draw
 from lumped.points.situation import situation
 from lumped.points.start import point_at
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, display
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
+from lumped.vibration.campbell_picture import campbell_picture
 from lumped.vibration.modes import Modes, modes
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["BarredRange", "Campbell", "CriticalSpeed", "campbell", "critical_speeds"]
 
@@ -118,7 +118,10 @@ class Campbell:
         *,
         between: tuple[float, float] | None = None,
         barred: Iterable[BarredRange] = (),
-    ) -> Figure:
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Natural frequencies over the speed, rays of the orders, and points where they meet.
 
         Parameters
@@ -127,10 +130,10 @@ class Campbell:
             First and last speed of operation, rad/s, to shade.
         barred : iterable of BarredRange, optional
             Ranges to hatch, such as those of a verdict, `Verdict.barred`.
+        units, backend, ax
+            As in `lumped.Trajectory.plot`.
         """
-        from lumped.vibration.pictures import campbell
-
-        return campbell(
+        picture = campbell_picture(
             self.system.name,
             self.speeds,
             self.hertz,
@@ -138,7 +141,12 @@ class Campbell:
             [(c.speed, c.hertz) for c in self.critical],
             between,
             [(each.begin, each.end) for each in barred],
+            (
+                display("speed", "rad/s", units, usual="1/min"),
+                display("frequency", "Hz", units),
+            ),
         )
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
         head = (

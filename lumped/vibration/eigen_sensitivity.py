@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -12,18 +12,18 @@ from numpy.typing import NDArray
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError, SolverError
+from lumped.plots.draw import Backend, draw
+from lumped.plots.numbers import tornado
 from lumped.points.kink_refusals import refuse_kinks
 from lumped.points.moved_equilibrium import moved_point, places_to, point_matters, still_point
 from lumped.points.situation import situation
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, display
 from lumped.support.ranking import ranked
 from lumped.support.text_table import number, table
 from lumped.vibration.left_vectors import left_vectors, parts
 from lumped.vibration.modes import Modes
 from lumped.vibration.repeated_eigenvalues import split_slopes
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["EigenSensitivity", "eigen_sensitivity"]
 
@@ -137,13 +137,27 @@ class EigenSensitivity:
         return split_slopes(self.modes, together, place)
 
     @checked
-    def plot(self, mode: int = 0) -> Figure:
-        """Tornado of the parameters that matter most."""
-        from lumped.plots import tornado
+    def plot(
+        self,
+        mode: int = 0,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
+        """Tornado of the parameters that matter most to the frequency of a mode, counted from 0.
 
-        modes = self.modes
-        found = self.ranked(mode)
-        return tornado(found, f"{modes.system.name}: {modes.hertz[mode]:.4g} Hz", "the frequency")
+        Parameters
+        ----------
+        mode : int
+            Number of the mode.
+        units, backend, ax
+            As in `lumped.Trajectory.plot`.
+        """
+        ranking, shown = self.ranked(mode), display("frequency", "Hz", units)
+        value = shown.value(float(self.modes.hertz[mode]))
+        title = f"{self.modes.system.name}: {value:.4g} {shown.unit}"
+        return draw(tornado(ranking, title, "the frequency"), backend, ax)
 
     def __repr__(self) -> str:
         rows = []

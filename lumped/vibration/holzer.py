@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.errors import UnknownNameError, nearest
+from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, display
 from lumped.support.text_table import number, table
+from lumped.vibration import pictures
 from lumped.vibration.stations import InertialPart, Part
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["Holzer"]
 
@@ -107,20 +107,27 @@ class Holzer:
             raise UnknownNameError(f"'{part}' is no part of this table. {nearest(part, names)}")
         return names.index(part)
 
-    def plot(self) -> Figure:
-        """Angles of the inertias, joined by the shafts, and torques in the shafts, all referred."""
-        from lumped.vibration.pictures import holzer
+    @checked
+    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+        """Angles of the inertias, joined by the shafts, and torques in the shafts, all referred.
 
+        Parameters
+        ----------
+        units, backend, ax
+            As in `lumped.Trajectory.plot`.
+        """
         if not self.is_referred:
-            return self.referred.plot()
-        title = f"{self.name}: mode {self.mode + 1}, {number(self.hertz)} Hz, "
+            return self.referred.plot(units=units, backend=backend, ax=ax)
+        frequency, shown = display("frequency", "Hz", units), display("tau", "N.m", units)
+        hertz = f"{number(frequency.value(self.hertz))} {frequency.unit}"
+        title = f"{self.name}: mode {self.mode + 1}, {hertz}, referred to {self.over}"
         inertias, shafts = [], []
         for part, angle, torque in zip(self.parts, self.angles, self.torques, strict=True):
             if isinstance(part, InertialPart):
                 inertias.append((part.name, part.station, float(angle)))
             else:
-                shafts.append((part.name, part.stations, float(torque)))
-        return holzer(f"{title}referred to {self.over}", inertias, shafts, self.ends)
+                shafts.append((part.name, part.stations, shown.value(float(torque))))
+        return draw(pictures.holzer(title, inertias, shafts, self.ends, shown.unit), backend, ax)
 
     def __repr__(self) -> str:
         where = f"referred to {self.over}" if self.is_referred else "each part on its own shaft"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -16,19 +16,19 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError, UnknownNameError
 from lumped.numerics.eigen import eigenpairs
 from lumped.numerics.eigen_near import eigenpairs_near
+from lumped.plots.draw import Backend, draw
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.moved_equilibrium import held_still
 from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, display
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
+from lumped.vibration import pictures
 from lumped.vibration.eigen_accuracy import Accuracy, accuracy, lost
 from lumped.vibration.eigenpairs import Eigenpairs
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["Modes", "modes", "modes_of"]
 
@@ -256,11 +256,17 @@ class Modes(Eigenpairs):
 
     @checked
     def plot(
-        self, names: Iterable[Name] | None = None, *, modes: Iterable[int] | None = None
-    ) -> Figure:
+        self,
+        names: Iterable[Name] | None = None,
+        *,
+        modes: Iterable[int] | None = None,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Amplitudes along the drive, one panel for each mode.
 
-        Of more than 16 modes the lowest are drawn, which the title says.
+        Of more than 16 modes the lowest are drawn, and a note says so.
 
         Parameters
         ----------
@@ -269,14 +275,14 @@ class Modes(Eigenpairs):
             order of their declaration.
         modes : iterable of int, optional
             Numbers of the modes to draw, from 0; default is all.
+        units, backend, ax
+            As in `lumped.Trajectory.plot`.
 
         Raises
         ------
         OptionError
             If there is no oscillating mode, none of a number, or no quantity is named.
         """
-        from lumped.vibration.pictures import mode_shapes
-
         name, every = self.system.name, len(self.hertz)
         if not every:
             raise OptionError(f"{name}: no oscillating mode to draw.")
@@ -292,12 +298,14 @@ class Modes(Eigenpairs):
         chosen = self.angles if names is None else [self.system.key(n) for n in names]
         if not chosen:
             raise OptionError(f"{name}: name at least one quantity to draw.")
-        title = name
+        note = ""
         if modes is None and len(drawn) < every:
-            title += f": the {len(drawn)} lowest of {every} modes; modes= chooses others"
-        captions = [f"{self.hertz[k]:.4g} Hz, damping ratio {self.damping[k]:.3g}" for k in drawn]
+            note = f"the {len(drawn)} lowest of {every} modes; modes= chooses others"
+        shown = display("frequency", "Hz", units)
+        hertz, damping = shown.value(self.hertz), self.damping
+        captions = [f"{hertz[k]:.4g} {shown.unit}, damping ratio {damping[k]:.3g}" for k in drawn]
         shapes = np.array([self.shape(name)[drawn] for name in chosen])
-        return mode_shapes(title, chosen, shapes, captions)
+        return draw(pictures.mode_shapes(name, chosen, shapes, captions, note), backend, ax)
 
     def __repr__(self) -> str:
         names, amplitudes = self._positions

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, display
 from lumped.support.text_table import number, table
+from lumped.vibration import pictures
 from lumped.vibration.synthesis import Synthesis
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["OrderAmplitudes"]
 
@@ -115,7 +115,15 @@ class OrderAmplitudes:
         )
 
     @checked
-    def plot(self, outputs: Iterable[Name] | None = None, *, most: int = 6) -> Figure:
+    def plot(
+        self,
+        outputs: Iterable[Name] | None = None,
+        *,
+        most: int = 6,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Largest orders and their synthesis over the speed, a panel for each output.
 
         Parameters
@@ -124,9 +132,9 @@ class OrderAmplitudes:
             Outputs to draw; default is all.
         most : int
             Orders to draw in each panel, the largest.
+        units, backend, ax
+            As in `lumped.Trajectory.plot`.
         """
-        from lumped.vibration.pictures import order_response
-
         chosen = self.outputs if outputs is None else [self.system.key(name) for name in outputs]
         if not chosen:
             raise OptionError(f"{self.system.name}: name at least one output to draw.")
@@ -137,8 +145,14 @@ class OrderAmplitudes:
             curves = {f"order {self.orders[o]:g}": size[:, o] for o in sorted(order.tolist())}
             if len(self.orders) > 1:
                 curves["half range"] = self.synthesis(output).half_range
-            drawn[output] = self.system.quantity(output).unit, curves
-        return order_response(self.system.name, self.rpm, drawn)
+            unit = self.system.quantity(output).unit
+            shown = display(output, unit, units, is_change=True)
+            drawn[output] = shown.unit, {k: shown.value(y) for k, y in curves.items()}
+        speed = display("speed", "rad/s", units, usual="1/min")
+        across = speed.value(self.speeds), speed.unit
+        left = len(self.orders) - most
+        note = f"{left} smaller orders: choose with most=" if left > 0 else ""
+        return draw(pictures.order_response(self.system.name, across, drawn, note), backend, ax)
 
     def _place(self, output: Name) -> int:
         key = self.system.key(output)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import scipy
@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
+from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, display
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import Trajectory
+from lumped.vibration import pictures
 from lumped.vibration.order_analysis import rising_angle
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["OrderTracks", "order_tracks"]
 
@@ -145,21 +145,35 @@ class OrderTracks:
         return order if abs(found - order) < _NEAR * step else float(found)
 
     @checked
-    def plot(self, orders: Iterable[float] | None = None) -> Figure:
+    def plot(
+        self,
+        orders: Iterable[float] | None = None,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Amplitudes over speed and order as a colour map, and those of some orders as curves.
 
         Parameters
         ----------
         orders : iterable of float, optional
             Orders to draw as curves; default is the six largest.
+        units, backend, ax
+            As in `lumped.Trajectory.plot`.
         """
-        from lumped.vibration.pictures import order_tracks
-
         chosen = self.largest() if orders is None else tuple(orders)
-        tracks = {f"order {order:.5g}": np.abs(self.track(order)) for order in chosen}
-        size = np.abs(self.values)
-        title = f"{self.name}: {self.of}"
-        return order_tracks(title, self.rpm, self.orders, size, tracks, self.unit)
+        shown = display(self.of, self.unit, units, is_change=True)
+        speed = display("speed", "rad/s", units, usual="1/min")
+        picture = pictures.order_tracks(
+            f"{self.name}: {self.of}",
+            (speed.value(self.speeds), speed.unit),
+            self.orders,
+            shown.value(np.abs(self.values)),
+            {f"order {o:.5g}": shown.value(np.abs(self.track(o))) for o in chosen},
+            shown.unit,
+        )
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
         head = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -15,17 +15,17 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.numerics.singular_factors import factors_of
+from lumped.plots.draw import Backend, draw
 from lumped.points.linearise import Matrices, growth, linear_matrices
 from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, display
 from lumped.support.made_once import made_once
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from lumped.vibration import pictures
 
 __all__ = [
     "FrequencyResponse",
@@ -174,30 +174,50 @@ class FrequencyResponse:
         return tuple(found)
 
     @checked
-    def plot(self, outputs: Iterable[Name] | None = None) -> Figure:
-        """Magnitude (logarithmic) and phase over the frequency, two panels for each output.
+    def plot(
+        self,
+        outputs: Iterable[Name] | None = None,
+        *,
+        decibels: bool = False,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
+        """Magnitude and phase over the frequency, two panels for each output.
+
+        Phases begin between -180 and 180 deg and go on without jumps. An output has panels of its
+        own for each unit of the inputs.
 
         Parameters
         ----------
         outputs : iterable of names or references, optional
             Outputs to draw; default is all.
+        decibels : bool
+            Whether magnitudes are in dB, ``20 log10(magnitude)``, else on a logarithmic axis.
+        units, backend, ax
+            As in `lumped.Trajectory.plot`.
 
         Raises
         ------
         OptionError
             If no output is named.
         """
-        from lumped.vibration.pictures import frequency_response
-
         system = self.system
         chosen = self.outputs if outputs is None else [system.key(name) for name in outputs]
         if not chosen:
             raise OptionError(f"{system.name}: name at least one output to draw.")
-        drawn = {}
+        drawn: dict[tuple[str, str], dict[str, tuple[Real, Real]]] = {}
         for output in chosen:
-            both = {i: (self.magnitude(output, i), self.phase(output, i)) for i in self.inputs}
-            drawn[output] = system.quantity(output).unit, both
-        return frequency_response(system.name, self.hertz, drawn)
+            shown = display(output, system.quantity(output).unit, units, is_change=True)
+            for given in self.inputs:
+                by = display(given, system.quantity(given).unit, units, is_change=True)
+                size = self.magnitude(output, given) * (shown.factor / by.factor)
+                both = size, np.angle(self[output, given])
+                drawn.setdefault((output, _quotient(shown.unit, by.unit)), {})[given] = both
+        frequency = display("frequency", "Hz", units)
+        axis = frequency.value(self.hertz), frequency.unit
+        picture = pictures.frequency_response(system.name, axis, drawn, decibels=decibels)
+        return draw(picture, backend, ax)
 
     def _places(self, output: Name, input: Name) -> tuple[int, int]:
         places = []
@@ -400,3 +420,11 @@ def refuse_rates(system: System, inputs: tuple[str, ...]) -> None:
                 "model holds parameters constant. Let a torque or force vary instead, or prescribe "
                 "the motion by a component with its acceleration as input and der(w) == a."
             )
+
+
+def _quotient(unit: str, by: str) -> str:
+    """Unit of a response: that of the output over that of the input."""
+    if unit == by:
+        return ""
+    upper, lower = (f"({u})" if "/" in u or "." in u else u or "1" for u in (unit, by))
+    return unit if lower == "1" else f"{upper}/{lower}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import scipy
@@ -12,15 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, SolverError
+from lumped.plots.draw import Backend, draw
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.situation import situation
 from lumped.points.start import point_at, start_point
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, display
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from lumped.vibration import pictures
 
 __all__ = ["RootLocus", "root_locus"]
 
@@ -81,13 +81,24 @@ class RootLocus:
         found: NDArray[np.bool_] = self.eigenvalues.real.max(axis=1) > 1e-9 * size
         return found
 
-    def plot(self) -> Figure:
-        """Root locus in the complex plane ; a circle marks the first value, a dot the last."""
-        from lumped.vibration.pictures import root_locus
+    @checked
+    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+        """Root locus in the complex plane; a circle marks the first value, a dot the last.
 
-        first, last = self.values[0], self.values[-1]
-        title = f"{self.system.name}: {self.parameter} from {first:g} (circle) to {last:g} (dot)"
-        return root_locus(title, self.eigenvalues)
+        Parameters
+        ----------
+        units, backend, ax
+            As in `lumped.Trajectory.plot`.
+        """
+        parameters = self.system.structure.parameters
+        unit = parameters.declared[parameters.names.index(self.parameter)].unit
+        shown = display(self.parameter, unit, units)
+        first, last = shown.value(self.values)[[0, -1]]
+        of = "" if shown.unit in ("", "1") else f" {shown.unit}"
+        title = f"{self.parameter} from {first:g} (circle) to {last:g}{of} (dot)"
+        return draw(
+            pictures.root_locus(f"{self.system.name}: {title}", self.eigenvalues), backend, ax
+        )
 
     def __repr__(self) -> str:
         head = (

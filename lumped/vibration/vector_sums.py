@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
+from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, display
 from lumped.support.text_table import number, table
+from lumped.vibration import pictures
 from lumped.vibration.modes import Modes
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["VectorSums", "vector_sums"]
 
@@ -62,24 +62,40 @@ class VectorSums:
         return 60 * self.modes.hertz[:, None] / self.orders
 
     @checked
-    def plot(self, mode: int = 0) -> Figure:
+    def plot(
+        self,
+        mode: int = 0,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Phase diagram of each order in a mode, counted from 0: its vectors and their sum.
+
+        Parameters
+        ----------
+        mode : int
+            Number of the mode.
+        units, backend, ax
+            As in `lumped.Trajectory.plot`.
 
         Raises
         ------
         OptionError
             If there is no such mode.
         """
-        from lumped.vibration.pictures import phase_diagrams
-
         if not 0 <= mode < len(self.vectors):
             raise OptionError(
                 f"vector_sums: there is no mode {mode}; {len(self.vectors)} modes count from 0."
             )
-        title = f"{self.modes.system.name}: {self.modes.hertz[mode]:.4g} Hz"
+        shown = display("frequency", "Hz", units)
+        value = shown.value(float(self.modes.hertz[mode]))
+        title = f"{self.modes.system.name}: {value:.4g} {shown.unit}"
         labels = [str(i + 1) for i in range(len(self.names))]
         captions = [f"order {order:g}" for order in self.orders]
-        return phase_diagrams(title, labels, self.vectors[mode], captions)
+        return draw(
+            pictures.phase_diagrams(title, labels, self.vectors[mode], captions), backend, ax
+        )
 
     def __repr__(self) -> str:
         size = np.abs(self.values)
