@@ -25,9 +25,10 @@ from lumped.plots.picture import (
     Picture,
     Tag,
     Words,
+    told_names,
     wrapped,
 )
-from lumped.plots.style import GREY, INK, LETTERS, MAP, RC, SMALL, WIDTH, Look
+from lumped.plots.style import GREY, INK, LETTER, MAP, RC, SMALL, WIDTH, Look
 
 __all__ = ["matplotlib_figure"]
 
@@ -38,11 +39,9 @@ _MARKERS = {
     "triangle": "^",
     "diamond": "D",
     "down": "v",
-    "cross": "x",
 }
 _DASHES = {"": "none", "solid": "-", "dashed": "--", "dotted": ":", "dashdot": "-."}
 _AWAY = 0.03  # of tags from the panel, as a share of its sides
-_LETTER = 0.55  # width of a letter over its height
 
 
 def matplotlib_figure(picture: Picture, ax: Any = None) -> Figure:
@@ -62,7 +61,7 @@ def matplotlib_figure(picture: Picture, ax: Any = None) -> Figure:
                 handle = _drawn(item, axis)
                 if handle is not None and isinstance(item, Beside | Instants) and item.label:
                     own = isinstance(item, Beside) and not picture.below
-                    text = _plain(wrapped(item.label))
+                    text = _plain(wrapped(item.label, 30 if own else 60))
                     (beside if own else below).setdefault(text, handle)
             _scaled(axis, picture, i)
             if ax is not None and axis is axes[-1]:
@@ -87,7 +86,7 @@ def matplotlib_figure(picture: Picture, ax: Any = None) -> Figure:
         figure.suptitle(heading)
         if below:
             longest = max(map(len, below))
-            columns = max(1, int(WIDTH * 72 / (_LETTER * SMALL * longest + 40)))
+            columns = max(1, int(WIDTH * 72 / (LETTER * SMALL * longest + 40)))
             figure.legend(below.values(), below.keys(), loc="outside lower center", ncols=columns)
         return figure
 
@@ -99,10 +98,8 @@ def _new_axes(picture: Picture) -> list[Axes]:
         for first in range(0, len(panels), columns)
     ]
     captions = 0.25 * picture.rows * any(panel.caption for panel in panels)
-    names = max((len(name) for panel in panels for name in panel.x.names), default=0)
-    own = 1 if picture.shared else picture.rows
-    more = captions + 0.5 * _LETTER * SMALL / 72 * names * own
-    figure = Figure((WIDTH, 0.9 + sum(heights) + more), layout="constrained")
+    names = picture.depth * (1 if picture.shared else picture.rows)
+    figure = Figure((WIDTH, 0.9 + sum(heights) + captions + names), layout="constrained")
     grid = figure.add_gridspec(picture.rows, columns, height_ratios=heights)
     axes: list[Axes] = []
     for i in range(len(panels)):
@@ -177,16 +174,12 @@ def _scaled(axis: Axes, picture: Picture, i: int) -> None:
 
 def _name_places(axis: Axes, names: tuple[str, ...], columns: int, told: bool) -> None:
     """Names below places, turned if they need it, and only every n-th if they are too many."""
-    room = 72 * 0.8 * WIDTH / columns / len(names)
-    longest = max(map(len, names)) * _LETTER * SMALL
-    each = max(1, int(np.ceil(SMALL / room)))
+    each, angle = told_names(names, columns)
     places = range(0, len(names), each)
     axis.set_xticks(places, [_plain(names[k]) for k in places] if told else [""] * len(places))
-    if longest > room:
-        angle = 30 if room > 3 * SMALL else 90
-        for label in axis.get_xticklabels():
-            label.set(rotation=angle, ha="right" if angle == 30 else "center")
-            label.set(rotation_mode="anchor" if angle == 30 else "default")
+    for label in axis.get_xticklabels():
+        label.set(rotation=angle, ha="right" if angle == 30 else "center")
+        label.set(rotation_mode="anchor" if angle == 30 else "default")
 
 
 def _of(look: Look) -> dict[str, Any]:
@@ -279,9 +272,10 @@ def _(item: Instants, axis: Axes) -> Artist | None:
     return axis.scatter(
         item.times,
         np.zeros(len(item.times)),
-        s=LETTERS * 2,
+        s=item.size**2,
         marker=_MARKERS[item.mark],
-        color=INK,
+        facecolor="white",
+        edgecolor=INK,
         linewidths=0.8,
         transform=axis.get_xaxis_transform(),
         clip_on=False,

@@ -133,8 +133,9 @@ def tornado(ranked: Sequence[tuple[str, float]], title: str, what: str) -> Pictu
     if log:
         low, high = floor, reach * (reach / floor) ** 0.15
     else:
-        low = 1.25 * min(values, default=0.0) if min(values, default=0.0) < 0 else 0.0
-        high = 1.25 * max(values, default=reach) if max(values, default=reach) > 0 else 0.0
+        low, high = min(values, default=0.0), max(values, default=reach)
+        room = 0.15 * (max(high, 0.0) - min(low, 0.0))
+        low, high = (low - room if low < 0 else 0.0), (high + room if high > 0 else 0.0)
     told = "size of the change" if log else "change"
     x = Axis(f"{told} of {what} by 1 % of the parameter, %", log, low, high)
     names = tuple(name for name, _ in most)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -13,12 +14,16 @@ __all__ = ["over_time"]
 
 _RANGE = 30.0
 """Times its own range that a curve may stand in."""
-_PANELS = 6
-"""Unless quantities are named."""
+_PANELS, _LOOKED_AT = 6, 200
+"""Unless quantities are named: panels, and quantities among which they are chosen."""
 _NEAR = 1 / 150
 """Share of the time within which events of one kind are one mark."""
 _CONSTANT = 1e-9
 """Of its size: a curve with less range than that is constant."""
+_ZERO = 1e-12
+"""Of the largest of its unit: what is smaller is drawn as zero."""
+_SIZES = (8.5, 7.0, 5.5, 4.0, 3.0)
+"""Of marks, points: those of several kinds at one instant are all seen."""
 
 Quantity = tuple[str, str, Real]
 Happening = tuple[float, str, str]
@@ -47,11 +52,12 @@ def over_time(
     all_of_them : bool
         Whether all are drawn, however many; else as many as can be read.
     """
-    groups = _groups(quantities)
-    most = len(quantities) if all_of_them else _PANELS
-    kept = groups[:most] if all_of_them else [group[:CURVES] for group in groups[:most]]
     if all_of_them:
-        kept = [group[i : i + CURVES] for group in kept for i in range(0, len(group), CURVES)]
+        groups = _groups(quantities)
+        kept = [group[i : i + CURVES] for group in groups for i in range(0, len(group), CURVES)]
+    else:
+        groups = _groups(dict(itertools.islice(quantities.items(), _LOOKED_AT)))
+        kept = [group[:CURVES] for group in _each_unit_first(groups, quantities)[:_PANELS]]
     left = len(quantities) - sum(map(len, kept))
     marks = _marks(events, float(t[-1] - t[0]))
     panels = tuple(_panel(t, group, quantities, marks) for group in kept)
@@ -83,31 +89,47 @@ def _span(values: Real) -> tuple[float, float]:
 def _groups(quantities: Mapping[str, Quantity]) -> list[list[str]]:
     """Names that share a panel: one unit, and no range below a thirtieth of the panel's.
 
-    What is constant counts with its value, zero with nothing. The widest come first, so that each
-    joins those that are most like it; panels and curves keep the order in which they are named.
+    What is constant counts with its value, zero with nothing. The two groups in which the least
+    range is the greatest share of the common one are joined, as long as there are such. Panels and
+    curves keep the order in which they are named.
     """
-    spans = {name: _span(values) for name, (_, _, values) in quantities.items()}
-
-    def least(name: str) -> float:
-        low, high = spans[name]
-        size = max(abs(low), abs(high))
-        if not size:
-            return np.inf
-        return high - low if high - low > _CONSTANT * size else size
-
-    found: list[list[str]] = []
-    for name in sorted(quantities, key=lambda n: -min(least(n), 1e300)):
-        for group in found:
-            members = [*group, name]
-            whole = max(spans[m][1] for m in members) - min(spans[m][0] for m in members)
-            alike = quantities[name][0] == quantities[group[0]][0]
-            if alike and whole <= _RANGE * min(map(least, members)):
-                group.append(name)
-                break
-        else:
-            found.append([name])
+    by_unit: dict[str, list[str]] = {}
+    for name, (unit, _, _) in quantities.items():
+        by_unit.setdefault(unit, []).append(name)
     place = {name: i for i, name in enumerate(quantities)}
-    return sorted((sorted(g, key=place.__getitem__) for g in found), key=lambda g: place[g[0]])
+    found = []
+    for names in by_unit.values():
+        low, high = np.array([_span(quantities[name][2]) for name in names]).T
+        size = np.maximum(np.abs(low), np.abs(high))
+        least = np.where(high - low > _CONSTANT * size, high - low, size)
+        least[size <= _ZERO * size.max()] = np.inf
+        groups: list[list[str]] = [[name] for name in names]
+        while len(groups) > 1:
+            whole = np.maximum.outer(high, high) - np.minimum.outer(low, low)
+            ratio = whole / np.minimum.outer(least, least)
+            np.fill_diagonal(ratio, np.inf)
+            a, b = sorted(np.unravel_index(int(ratio.argmin()), ratio.shape))
+            if not ratio[a, b] <= _RANGE:
+                break
+            groups[a] += groups.pop(b)
+            low[a], high[a] = min(low[a], low[b]), max(high[a], high[b])
+            least[a] = min(least[a], least[b])
+            low, high, least = (np.delete(each, b) for each in (low, high, least))
+        found += [sorted(group, key=place.__getitem__) for group in groups]
+    return sorted(found, key=lambda group: place[group[0]])
+
+
+def _each_unit_first(
+    groups: list[list[str]], quantities: Mapping[str, Quantity]
+) -> list[list[str]]:
+    """Groups, the first of each unit before the second of any."""
+    seen: dict[str, int] = {}
+    rank = []
+    for i, group in enumerate(groups):
+        unit = quantities[group[0]][0]
+        seen[unit] = seen.get(unit, 0) + 1
+        rank.append((seen[unit], i))
+    return [groups[i] for _, i in sorted(rank)]
 
 
 def _marks(events: Sequence[Happening], length: float) -> tuple[Instants, ...]:
@@ -127,5 +149,5 @@ def _marks(events: Sequence[Happening], length: float) -> tuple[Instants, ...]:
         count = f" ({len(members)}, {len(kept)} marked)" if len(kept) < len(members) else ""
         times = np.array([time for time, _, _ in kept])
         told = tuple(text for _, text, _ in kept)
-        found.append(Instants(times, told, label + count, MARKS[i % len(MARKS)]))
+        found.append(Instants(times, told, label + count, MARKS[i], _SIZES[i]))
     return tuple(found)

@@ -5,12 +5,13 @@ Each analysis describes its picture once; `lumped.plots.draw` has it drawn.
 
 from __future__ import annotations
 
+import math
 import textwrap
 from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.plots.style import PLAIN, Look
+from lumped.plots.style import LETTER, PLAIN, SMALL, WIDTH, Look, Mark
 
 __all__ = [
     "Axis",
@@ -27,6 +28,7 @@ __all__ = [
     "Tag",
     "Words",
     "labelled",
+    "told_names",
     "wrapped",
 ]
 
@@ -148,12 +150,15 @@ class Instants:
         What all are, in the legend.
     mark : str
         Of `lumped.plots.style.MARKS`.
+    size : float
+        Of the mark, points.
     """
 
     times: Real
     texts: tuple[str, ...]
     label: str
-    mark: str
+    mark: Mark
+    size: float
 
 
 Beside = Curve | Level | Band | Bars
@@ -233,6 +238,17 @@ class Picture:
     note: str = ""
 
     @property
+    def depth(self) -> float:
+        """Inches below a row that its names along the axis x need, beyond those of numbers."""
+        found = 0.0
+        for panel in self.panels:
+            if panel.x.names:
+                angle = told_names(panel.x.names, self.columns)[1]
+                longest = max(map(len, panel.x.names)) * LETTER * SMALL / 72
+                found = max(found, longest * math.sin(math.radians(angle)))
+        return found
+
+    @property
     def rows(self) -> int:
         """Rows of panels."""
         return -(-len(self.panels) // self.columns)
@@ -242,6 +258,15 @@ class Picture:
         if self.below:
             return []
         return [item.label for item in panel.items if isinstance(item, Beside) and item.label]
+
+
+def told_names(names: tuple[str, ...], columns: int) -> tuple[int, int]:
+    """Every which of the names along an axis x is told, and how far they are turned, deg."""
+    room = 72 * 0.8 * WIDTH / columns / len(names)
+    each = max(1, math.ceil(1.1 * SMALL / room))
+    if max(map(len, names)) * LETTER * SMALL <= room:
+        return each, 0
+    return each, 30 if room > 3 * SMALL else 90
 
 
 def labelled(text: str, unit: str) -> str:

@@ -23,6 +23,7 @@ from lumped.plots.picture import (
     Picture,
     Tag,
     Words,
+    told_names,
     wrapped,
 )
 from lumped.plots.style import GREY, INK, LETTERS, MAP, SMALL, WIDTH, Look
@@ -35,7 +36,6 @@ _SYMBOLS = {
     "triangle": "triangle-up",
     "diamond": "diamond",
     "down": "triangle-down",
-    "cross": "x-thin-open",
 }
 _DASHES = {"": "solid", "solid": "solid", "dashed": "dash", "dotted": "dot", "dashdot": "dashdot"}
 _INCH = 96  # pixels
@@ -61,10 +61,9 @@ class _Drawing:
             max(self._height(panel) for panel in panels[first : first + columns])
             for first in range(0, len(panels), columns)
         ]
-        names = max((len(name) for panel in panels for name in panel.x.names), default=0)
         gap = _BETWEEN + 0.15 * any(panel.caption for panel in panels)
         if not picture.shared:
-            gap += 0.25 + _NAMES * SMALL / 72 * names
+            gap += 0.25 + picture.depth
         whole = sum(heights) + gap * (len(heights) - 1)
         self.figure = make_subplots(
             rows=picture.rows,
@@ -88,12 +87,12 @@ class _Drawing:
     def _lay_out(self, whole: float) -> None:
         """Size, letters, title and legends of the whole."""
         picture, tags = self.picture, self._tags()
-        lowest = max((len(n) for p in picture.panels for n in p.x.names), default=0)
+        captions = any(panel.caption for panel in picture.panels)
         margin = {
             "l": 70 + self._left(),
             "r": 20 + 45 * (False in tags),
-            "t": 50 + 18 * bool(picture.note) + 50 * (True in tags),
-            "b": 55 + int(_NAMES * SMALL * _POINT * lowest),
+            "t": 50 + 18 * bool(picture.note) + 18 * captions + 50 * (True in tags),
+            "b": 55 + int(picture.depth * _INCH),
         }
         self.figure.update_layout(
             template="plotly_white",
@@ -102,8 +101,13 @@ class _Drawing:
             height=int(whole * _INCH + margin["t"] + margin["b"] + 30 * self._is_below()),
             margin=margin,
             title={
-                "text": _html(wrapped(picture.title, 80)),
-                "x": 0.5,
+                "text": _html(wrapped(picture.title, 70)),
+                "x": 0.02,
+                "xanchor": "left",
+                "y": 1.0,
+                "yanchor": "top",
+                "yref": "container",
+                "pad": {"t": 12},
                 "font": {"size": (LETTERS + 2) * _POINT},
                 "subtitle": {"text": _html(wrapped(picture.note, 90))},
             },
@@ -150,8 +154,9 @@ class _Drawing:
         """What says in which legend a trace stands; each label once in the one below all."""
         if not item.label:
             return {"showlegend": False}
-        text = _html(wrapped(item.label))
-        if isinstance(item, Beside) and not self.picture.below:
+        own = isinstance(item, Beside) and not self.picture.below
+        text = _html(wrapped(item.label, 30 if own else 60))
+        if own:
             return {"name": text, "legend": f"legend{self.panel + 2}"}
         first = item.label not in self.told
         self.told.add(item.label)
@@ -167,9 +172,10 @@ class _Drawing:
         again = k % columns and panel.y.label == self.picture.panels[k - 1].y.label
         x, y = (f"{name}axis{self._number(k)}" for name in "xy")
         texts = {x: panel.x.label if below else "", y: "" if again else panel.y.label}
-        for name, axis in ((x, panel.x), (y, panel.y)):
+        names = told_names(panel.x.names, columns) if panel.x.names else (1, 0)
+        for name, axis, how in ((x, panel.x, names), (y, panel.y, (1, 0))):
             text = wrapped(texts[name], int(13 * panel.height)) if name == y else texts[name]
-            look = {"title": {"text": _html(text), "standoff": 8}} | _scale(axis)
+            look = {"title": {"text": _html(text), "standoff": 8}} | _scale(axis, *how)
             self.figure.update_layout({name: look})
         self.figure.update_layout({x: {"showticklabels": below and not panel.x.bare}})
         if panel.square:
@@ -212,7 +218,7 @@ class _Drawing:
     @_draw.register
     def _(self, item: Level) -> None:
         line = self.figure.add_vline if item.upright else self.figure.add_hline
-        line(item.at, line=_line(item.look), **self._place())
+        line(item.at, line=_line(item.look), exclude_empty_subplots=False, **self._place())
         if item.label:
             look = {"mode": "lines", "line": _line(item.look)}
             self._trace(go.Scatter(x=[None], y=[None], **look, **self._legend(item)))
@@ -226,6 +232,7 @@ class _Drawing:
             opacity=0.15,
             layer="below",
             line={"width": 1.0 if item.hatched else 0.0, "color": item.colour, "dash": "dot"},
+            exclude_empty_subplots=False,
             **self._place(),
         )
         square = {"symbol": "square", "size": 12, "color": item.colour, "opacity": 0.3}
@@ -255,6 +262,7 @@ class _Drawing:
             "len": domain[1] - domain[0],
             "y": domain[0],
             "yanchor": "bottom",
+            "exponentformat": "power",
         }
         self._trace(go.Heatmap(x=item.x, y=item.y, z=item.sizes.T, colorscale=MAP, colorbar=bar))
 
@@ -314,7 +322,12 @@ class _Drawing:
                 xaxis=f"x{number}",
                 yaxis=f"y{own}",
                 mode="markers",
-                marker={"symbol": _SYMBOLS[item.mark], "size": 7, "color": INK},
+                marker={
+                    "symbol": _SYMBOLS[item.mark],
+                    "size": item.size * _POINT,
+                    "color": "white",
+                    "line": {"color": INK, "width": 1.0},
+                },
                 cliponaxis=False,
                 text=[_html(text) for text in item.texts],
                 hovertemplate="%{x:.6g} s<br>%{text}<extra></extra>",
@@ -335,8 +348,8 @@ def _symbol(look: Look) -> str:
     return _SYMBOLS.get(look.mark, "circle") + ("-open" if look.hollow else "")
 
 
-def _scale(axis: Axis) -> dict[str, Any]:
-    """What an axis of plotly is told of ours."""
+def _scale(axis: Axis, each: int = 1, angle: int = 0) -> dict[str, Any]:
+    """What an axis of plotly is told of ours; every which name is told, and turned how far."""
     ends = [axis.low, axis.high]
     if axis.log:
         ends = [None if end is None else float(np.log10(end)) for end in ends]
@@ -353,7 +366,11 @@ def _scale(axis: Axis) -> dict[str, Any]:
     }
     if axis.names:
         texts = [_html(wrapped(name)) for name in axis.names]
-        found |= {"tickmode": "array", "tickvals": list(range(len(texts))), "ticktext": texts}
+        places = list(range(0, len(texts), each))
+        found |= {"tickmode": "array", "tickvals": places, "tickangle": -angle}
+        found["ticktext"] = [texts[k] for k in places]
     if axis.step is not None:
         found["dtick"] = axis.step
+    if axis.log and axis.low and axis.high:
+        found["dtick"] = "D2" if axis.high < 300 * axis.low else 1
     return found

@@ -10,6 +10,7 @@ __all__ = [
     "CURVES",
     "GREY",
     "INK",
+    "LETTER",
     "LETTERS",
     "LINES",
     "MAP",
@@ -25,7 +26,7 @@ __all__ = [
 ]
 
 Dash = Literal["", "solid", "dashed", "dotted", "dashdot"]
-Mark = Literal["", "circle", "square", "triangle", "diamond", "down", "cross"]
+Mark = Literal["", "circle", "square", "triangle", "diamond", "down"]
 
 COLOURS = {
     "blue": "#0072B2",
@@ -40,12 +41,13 @@ is too light for lines, its black is for what all else refers to."""
 INK, GREY = "#000000", "#767676"
 LINES: tuple[Dash, ...] = ("solid", "dashed", "dotted", "dashdot")
 """Of the curves after one round of the colours each."""
-MARKS: tuple[Mark, ...] = ("triangle", "diamond", "square", "circle", "cross")
+MARKS: tuple[Mark, ...] = ("triangle", "diamond", "square", "circle", "down")
 MAP = "viridis"
 CURVES = 8
 """As many in one panel can be told apart."""
 WIDTH = 8.0  # inch
 LETTERS, SMALL = 9.0, 8.0  # points
+LETTER = 0.55  # width of a letter over its size
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from lumped.plots.picture import (
     Words,
     labelled,
 )
-from lumped.plots.style import COLOURS, GREY, INK, ZERO, Look, look
+from lumped.plots.style import COLOURS, GREY, INK, SMALL, ZERO, Look, look
 
 __all__ = [
     "frequency_response",
@@ -31,6 +31,10 @@ __all__ = [
 ]
 
 _LINKS = Look(GREY, "dotted")
+_ROUND = 1.9
+"""Height of a phase diagram, inch; its radius is 1 / 2.4 of it."""
+_WIDE, _HIGH = (2.4 * points / (72 * _ROUND) for points in (0.6 * SMALL, 1.2 * SMALL))
+"""A small letter, relative to that radius."""
 _STEPS = (15.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0)
 
 
@@ -300,17 +304,33 @@ def phase_diagrams(
             )
             for share in (0.5, 1.0)
         ]
-        ends: dict[tuple[float, float], list[str]] = {}
-        for i, (label, vector) in enumerate(zip(labels, row, strict=True)):
+        for i, vector in enumerate(row):
             told = "" if i else "vectors"
             items.append(Curve(np.array([0, vector.real]), np.array([0, vector.imag]), told))
-            end = complex(np.round(vector / reach, 2))
-            ends.setdefault((end.real, end.imag), []).append(label)
         bold = Look(INK, width=2.2)
         items.append(Curve(np.array([0, whole.real]), np.array([0, whole.imag]), "sum", bold))
-        for (x, y), names in ends.items():
-            items.append(Words(reach * x, reach * y, ", ".join(names)))
+        for end, text in _told_apart(row / reach, labels):
+            items.append(Words(reach * end.real, reach * end.imag, text))
         bare = Axis(low=-1.2 * reach, high=1.2 * reach, bare=True)
         text = f"{caption}: {abs(whole):.3g}"
-        panels.append(Panel(tuple(items), bare, bare, text, height=1.9, square=True))
+        panels.append(Panel(tuple(items), bare, bare, text, height=_ROUND, square=True))
     return Picture(title, tuple(panels), min(len(captions), 4), below=True)
+
+
+def _told_apart(ends: np.ndarray, labels: Sequence[str]) -> list[tuple[complex, str]]:
+    """Where labels stand at the ends of vectors; those that would touch become one text."""
+    found: list[tuple[complex, str]] = []
+    for end, label in zip(ends.tolist(), labels, strict=True):
+        here, text = end, label
+        touching = True
+        while touching:
+            touching = False
+            for k, (there, other) in enumerate(found):
+                apart = here - there
+                wide = _WIDE * (len(text) + len(other) + 1) / 2
+                if abs(apart.real) < wide and abs(apart.imag) < _HIGH:
+                    here, text, touching = there, f"{other}, {text}", True
+                    del found[k]
+                    break
+        found.append((here, text))
+    return found
