@@ -22,7 +22,7 @@ _CONSTANT = 1e-9
 """Of its size: a curve with less range than that is constant."""
 _ZERO = 1e-12
 """Of the largest of its unit: what is smaller is drawn as zero."""
-_SIZES = (8.5, 7.0, 5.5, 4.0, 3.0)
+_SIZES = (7.5, 6.0, 4.7, 3.5, 2.5)
 """Of marks, points: those of several kinds at one instant are all seen."""
 
 Quantity = tuple[str, str, Real]

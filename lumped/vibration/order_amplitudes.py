@@ -151,7 +151,7 @@ class OrderAmplitudes:
         speed = display("speed", "rad/s", units, usual="1/min")
         across = speed.value(self.speeds), speed.unit
         left = len(self.orders) - most
-        note = f"{left} smaller orders: choose with most=" if left > 0 else ""
+        note = f"{left} smaller: choose with most=" if left > 0 else ""
         return draw(pictures.order_response(self.system.name, across, drawn, note), backend, ax)
 
     def _place(self, output: Name) -> int:
