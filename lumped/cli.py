@@ -11,6 +11,7 @@ from pathlib import Path
 
 from lumped.errors import LumpedError, OptionError
 from lumped.models import MACHINES, MARKS, Machine, Row, machine
+from lumped.support.display_units import Units, display_units
 from lumped.support.text_table import number, table
 from lumped.support.whole_files import write_text
 
@@ -41,13 +42,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     try:
         changes = dict(arguments.set)
-        if arguments.command == "report" and arguments.name.endswith(".py"):
-            print(f"written: {_own_report(Path(arguments.name), arguments.output, changes)}")
+        if arguments.command == "report":
+            with display_units(_units(arguments.units)):
+                _report(arguments.name, arguments.output, changes)
             return 0
         chosen = machine(arguments.name)
-        if arguments.command == "report":
-            _report(chosen, arguments.name, arguments.output, changes)
-        elif changes:
+        if changes:
             _run_changed(chosen, arguments.name, changes, arguments.json, arguments.plot)
         else:
             _run(chosen, arguments.name, arguments.json, arguments.plot)
@@ -76,6 +76,14 @@ def _parser() -> argparse.ArgumentParser:
         type=Path,
         default=Path("report.html"),
         help="page to write; default is report.html",
+    )
+    report.add_argument(
+        "--units",
+        metavar="UNIT",
+        action="append",
+        default=[],
+        help="show numbers in other units: engineering, or SI unit or quantity and unit, such as "
+        "N.m=kN.m or motor.w=rpm; may be given several times",
     )
     run.add_argument("name", help="name of the machine, see 'lumped list'")
     own = "or a file .py with a function report(path, parameters)"
@@ -106,6 +114,23 @@ def _change(text: str) -> tuple[str, str | float]:
         return path, value
 
 
+def _units(given: Sequence[str]) -> Units:
+    """Units to show, as they were written."""
+    if not given:
+        return None
+    if len(given) == 1 and "=" not in given[0]:
+        return given[0]
+    found = {}
+    for text in given:
+        key, sign, unit = (part.strip() for part in text.partition("="))
+        if not (sign and key and unit):
+            raise OptionError(
+                f"--units {text}: write a preset alone, or KEY=UNIT, for example N.m=kN.m."
+            )
+        found[key] = unit
+    return found
+
+
 def _own_report(module: Path, file: Path, changes: Changes) -> Path:
     """The page that the function `report` of a user's module writes."""
     if not module.is_file():
@@ -123,7 +148,15 @@ def _own_report(module: Path, file: Path, changes: Changes) -> Path:
 _TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9)
 
 
-def _report(chosen: Machine, name: str, file: Path, changes: Changes) -> None:
+def _report(name: str, file: Path, changes: Changes) -> None:
+    """The page about a machine, or that of a user's module."""
+    if name.endswith(".py"):
+        print(f"written: {_own_report(Path(name), file, changes)}")
+    else:
+        _machine_report(machine(name), name, file, changes)
+
+
+def _machine_report(chosen: Machine, name: str, file: Path, changes: Changes) -> None:
     from lumped.compiler.assemble import assemble
     from lumped.drawing.page import report_html
     from lumped.models.about import sized

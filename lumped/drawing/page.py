@@ -15,7 +15,8 @@ from lumped.drawing.schematic import schematic
 from lumped.simulation.sizing import Sizing
 from lumped.simulation.work_precision import WorkPrecision
 from lumped.support.arguments import checked
-from lumped.support.text_table import number
+from lumped.support.display_units import Units, chosen
+from lumped.support.text_table import amounts, number
 from lumped.support.whole_files import write_text
 from lumped.timeloop.result import Trajectory
 
@@ -58,6 +59,7 @@ def report_html(
     runs: Mapping[str, Trajectory] | None = None,
     sizing: Mapping[str, Sizing] | None = None,
     accuracy: WorkPrecision | None = None,
+    units: Units = None,
 ) -> Path:
     """Write a report on a model, and on given runs of it.
 
@@ -89,12 +91,24 @@ def report_html(
         Demands of runs on motors, by their names, from `lumped.simulation.sizing`.
     accuracy : WorkPrecision, optional
         Error against run time, from `lumped.simulation.work_precision`.
+    units : mapping of str to str or str, optional
+        Units of the numbers of the model and its runs, see `lumped.display_units`; default is what
+        the session shows. Figures, and numbers beside published ones, stay as they are given.
 
     Returns
     -------
     Path
         The file.
+
+    Raises
+    ------
+    UnitError
+        If a unit does not fit.
+    UnknownNameError
+        If a unit is given for a name that does not exist.
     """
+    parameters = system.structure.parameters.names
+    choice = chosen(units, ("time", "energy", *system.names(), *parameters))
     name = title or system.name
     sections: list[Section] = [(head, prose(body)) for head, body in (text or {}).items()]
     sections += comparison(list(compared), marks or {})
@@ -106,15 +120,18 @@ def report_html(
             inline(f, caption, f"figure-{i}") for i, (caption, f) in enumerate(figures.items())
         ]
         sections.append(("Figures", "\n".join(drawn)))
-    for head, found in (("Events", events(runs or {})), ("Energy balance", energy(runs or {}))):
+    for head, found in (
+        ("Events", events(runs or {}, choice)),
+        ("Energy balance", energy(runs or {}, choice)),
+    ):
         if found:
             sections.append((head, found))
     if sizing:
-        sections.append(("Sizing of motors", sizes(sizing)))
+        sections.append(("Sizing of motors", sizes(sizing, choice)))
     numbers = list(given)
     if numbers:
         sections.append(("Numbers of the source", _numbers(numbers, marks or {})))
-    sections += [("Model", _model(system)), ("Parameters", _parameters(system))]
+    sections += [("Model", _model(system)), ("Parameters", _parameters(system, choice))]
     if accuracy is not None:
         sections.append(("Error and run time", _accuracy(accuracy)))
     sections.append(("Left out", _left_out(system)))
@@ -162,11 +179,16 @@ def _tree(system: System) -> str:
     return f'<div class="tree"><ul>{inner[0]}</ul></div>'
 
 
-def _parameters(system: System) -> str:
+def _parameters(system: System, units: Units) -> str:
     parameters = system.structure.parameters
     free = set(parameters.free)
     rows = [
-        (p.text, name, number(value), p.unit, "" if i in free else "follows from others")
+        (
+            p.text,
+            name,
+            *amounts(name, p.unit, value, units=units),
+            "" if i in free else "follows from others",
+        )
         for i, (name, value, p) in enumerate(
             zip(parameters.names, parameters.numbers, parameters.declared, strict=True)
         )

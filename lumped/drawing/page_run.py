@@ -8,7 +8,8 @@ from itertools import groupby
 from typing import Protocol
 
 from lumped.simulation.sizing import Sizing
-from lumped.support.text_table import number
+from lumped.support.display_units import Units, display, time_unit
+from lumped.support.text_table import amounts, number
 from lumped.timeloop.result import Event, Trajectory
 
 __all__ = ["Told", "comparison", "energy", "events", "sizes", "table"]
@@ -80,18 +81,19 @@ def comparison(rows: list[Told], marks: Mapping[str, str]) -> Iterator[tuple[str
         yield "Computed besides", ("" if printed else key) + table(columns, alone, (2,))
 
 
-def events(runs: Mapping[str, Trajectory]) -> str:
+def events(runs: Mapping[str, Trajectory], units: Units) -> str:
     """Tables of events, a row for each instant."""
-    found = []
+    found, instant, joule = [], time_unit(units), display("energy", "J", units)
     for what, run in runs.items():
         rows = []
         for time, group in groupby(run.events, lambda event: event.time):
             same = list(group)
             loss = sum(event.loss for event in same)
-            rows.append((number(time, 7), _changes(same), number(loss) if loss else ""))
+            lost = number(joule.value(loss)) if loss else ""
+            rows.append((number(instant.value(time), 7), _changes(same), lost))
         lead = f"<p>{escape(what)}</p>\n" if what else ""
         more = f"<p>{len(rows) - _MOST} more.</p>" if len(rows) > _MOST else ""
-        head = ("time, s", "what changes", "energy lost, J")
+        head = (f"time, {instant.unit}", "what changes", f"energy lost, {joule.unit}")
         found.append(lead + (table(head, rows[:_MOST], (0, 2)) if rows else "<p>None.</p>") + more)
     return "\n".join(found)
 
@@ -113,25 +115,29 @@ def _changes(same: list[Event]) -> str:
     return "; ".join(f"{', '.join(where)}: {change}" for change, where in found.items())
 
 
-def energy(runs: Mapping[str, Trajectory]) -> str:
+def energy(runs: Mapping[str, Trajectory], units: Units) -> str:
     """Energy balances of certified runs."""
-    found = []
+    found, joule = [], display("energy", "J", units)
+
+    def told(value: float, digits: int = 6) -> str:
+        return number(joule.value(value), digits)
+
     for what, run in runs.items():
         audit = run.certificate.energy if run.certificate else None
         if audit is None:
             continue
         most = max((abs(work) for _, work in audit.works), default=0.0)
-        told = [(path, work) for path, work in audit.works if abs(work) > 1e-6 * most]
-        rows = [(f"work of {path}", number(work)) for path, work in told]
-        if len(told) < len(audit.works):
-            rest = sum(work for _, work in audit.works) - sum(work for _, work in told)
-            rows.append((f"work of {len(audit.works) - len(told)} others", number(rest)))
+        large = [(path, work) for path, work in audit.works if abs(work) > 1e-6 * most]
+        rows = [(f"work of {path}", told(work)) for path, work in large]
+        if len(large) < len(audit.works):
+            rest = sum(work for _, work in audit.works) - sum(work for _, work in large)
+            rows.append((f"work of {len(audit.works) - len(large)} others", told(rest)))
         rows += [
-            ("sum of these works", number(audit.supplied)),
-            ("stored at the end, less that at the begin", number(audit.change)),
-            ("dissipated by those that store", number(audit.dissipated)),
-            ("lost by them in impacts", number(audit.impacts)),
-            ("gap of the balance, at most", number(audit.error * audit.turnover, 2)),
+            ("sum of these works", told(audit.supplied)),
+            ("stored at the end, less that at the begin", told(audit.change)),
+            ("dissipated by those that store", told(audit.dissipated)),
+            ("lost by them in impacts", told(audit.impacts)),
+            ("gap of the balance, at most", told(audit.error * audit.turnover, 2)),
         ]
         text = (
             f"Energy of the {len(audit.components)} components that say what they store "
@@ -140,23 +146,27 @@ def energy(runs: Mapping[str, Trajectory]) -> str:
             "counts in its work. The gap is the error of the run."
         )
         lead = f"<p>{escape(what)}</p>\n" if what else ""
-        found.append(f"{lead}<p>{escape(text)}</p>\n" + table(("energy", "J"), rows, (1,)))
+        found.append(f"{lead}<p>{escape(text)}</p>\n" + table(("energy", joule.unit), rows, (1,)))
     return "\n".join(found)
 
 
-def sizes(sizing: Mapping[str, Sizing]) -> str:
+def sizes(sizing: Mapping[str, Sizing], units: Units) -> str:
     """One table with a column for each motor."""
     names = list(sizing)
     torque, speed = sizing[names[0]].units
-    rows = [
-        ("peak torque", torque, [number(s.peak_torque) for s in sizing.values()]),
-        ("RMS torque", torque, [number(s.rms_torque) for s in sizing.values()]),
-        ("peak speed", speed, [number(s.peak_speed) for s in sizing.values()]),
-        ("mean speed", speed, [number(s.mean_speed) for s in sizing.values()]),
-        ("peak power", "W", [number(s.peak_power) for s in sizing.values()]),
-        ("peak power taken back", "W", [number(s.peak_regeneration) for s in sizing.values()]),
-        ("mean power", "W", [number(s.mean_power) for s in sizing.values()]),
-    ]
+    rows = []
+    for what, own, name in (
+        ("peak torque", torque, "peak_torque"),
+        ("RMS torque", torque, "rms_torque"),
+        ("peak speed", speed, "peak_speed"),
+        ("mean speed", speed, "mean_speed"),
+        ("peak power", "W", "peak_power"),
+        ("peak power taken back", "W", "peak_regeneration"),
+        ("mean power", "W", "mean_power"),
+    ):
+        values = (getattr(motor, name) for motor in sizing.values())
+        *texts, unit = amounts(what, own, *values, units=units)
+        rows.append((what, unit, texts))
     loads = (
         ("RMS torque over rated torque", [s.thermal for s in sizing.values()]),
         ("torque over greatest torque", [s.peak for s in sizing.values()]),
@@ -166,4 +176,4 @@ def sizes(sizing: Mapping[str, Sizing]) -> str:
             texts = ["" if load is None else number(100 * load.ratio, 4) for load in found]
             rows.append((what, "%", texts))
     head = ("what the run asks", "unit", *names)
-    return table(head, [(a, u, *values) for a, u, values in rows], range(2, 2 + len(names)))
+    return table(head, [(a, u, *texts) for a, u, texts in rows], range(2, 2 + len(names)))

@@ -10,6 +10,7 @@ from lumped.drawing.page_frame import prose
 from lumped.drawing.page_run import table
 from lumped.drawing.torsional_study import Study
 from lumped.points.situation import one_sided, situation
+from lumped.support.display_units import Shown
 from lumped.support.text_table import listed, number
 from lumped.vibration.order_response import OrderResponse
 
@@ -20,13 +21,14 @@ def assumptions(study: Study, stated: Iterable[str]) -> str:
     """Assumptions of the user, those of the methods, and a table of residuals."""
     items = [*stated, *_model(study)]
     for caption, response in study.responses.items():
-        items += [f"{caption}: {text}" if caption else text for text in _response(response)]
+        told = _response(response, study.speed)
+        items += [f"{caption}: {text}" if caption else text for text in told]
     items += [f"Run {caption}: {run.statistics.why}." for caption, run in study.runs.items()]
     return f"{prose(items)}\n<h3>Accuracy</h3>\n{_accuracy(study)}"
 
 
 def _model(study: Study) -> Iterator[str]:
-    first, system = study.first, study.system
+    first, system, speed = study.first, study.system, study.speed
     yield (
         "Maximum, half range and sum are those of all computed orders over a cycle, without the "
         "mean: the largest size, half the difference of the extremes, and the sum of the "
@@ -46,14 +48,15 @@ def _model(study: Study) -> Iterator[str]:
     )
     yield (
         "Natural frequencies are those of the drive linearised at "
-        f"{first.rpm[study.place]:.5g} 1/min{where}{situation(study.modes.point)}."
+        f"{speed.value(first.speeds[study.place]):.5g} {speed.unit}{where}"
+        f"{situation(study.modes.point)}."
     )
     if side := one_sided(study.modes.point):
         yield f"{side[0].upper()}{side[1:]}."
     parameters = system.structure.parameters
     every = parameters.all(study.point.theta)
     laws = [
-        f"{name} of {number(0.5 * value / np.pi)} Hz"
+        f"{name} of {number(study.frequency.value(0.5 * value / np.pi))} {study.frequency.unit}"
         for name, p, value in zip(parameters.names, parameters.declared, every, strict=True)
         if p.vibrates
     ]
@@ -70,13 +73,13 @@ def _model(study: Study) -> Iterator[str]:
         yield "Bending and axial vibration, and their coupling with torsion, are left out."
 
 
-def _response(response: OrderResponse) -> Iterator[str]:
+def _response(response: OrderResponse, speed: Shown) -> Iterator[str]:
     rotation = response.rotation
-    orders = response.orders
+    orders, ends = response.orders, speed.value(response.speeds)
     spread = f"{orders[0]:g} to {orders[-1]:g}" if len(orders) > 1 else f"{orders[0]:g}"
     yield (
         f"{len(orders)} orders, {spread}, at {len(response.speeds)} speeds from "
-        f"{response.rpm[0]:g} to {response.rpm[-1]:g} 1/min; linearised about steady rotation "
+        f"{ends[0]:g} to {ends[-1]:g} {speed.unit}; linearised about steady rotation "
         f"{_means(response)}{situation(rotation.points[0])}."
     )
     if response.damping_ratio:

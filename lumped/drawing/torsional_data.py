@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lumped.drawing.engineering_units import engineering
 from lumped.drawing.page_run import table
+from lumped.support.display_units import Shown, Units, display
 from lumped.support.text_table import listed, number
 from lumped.vibration.order_response import OrderResponse
 
@@ -28,6 +28,7 @@ class Datum(NamedTuple):
     low: float
     high: float
     vibrates: bool
+    units: Units
 
     @property
     def column(self) -> str | None:
@@ -37,19 +38,22 @@ class Datum(NamedTuple):
         return "" if self.unit == "1" and self.name.startswith("ratio") else None
 
     @property
-    def shown(self) -> tuple[str, float]:
-        """Unit to show, and factor; frequencies of vibrations are in Hz."""
-        return ("Hz", 0.5 / np.pi) if self.vibrates else engineering(self.unit)
+    def shown(self) -> Shown:
+        """How it is shown: frequencies of vibrations as such, columns of a table in one unit."""
+        name = "" if self.column else f"{self.path}.{self.name}".lstrip(".")
+        if self.vibrates:
+            hertz = display(name, "Hz", self.units)
+            return Shown(hertz.unit, 0.5 / np.pi * hertz.factor)
+        return display(name, self.unit, self.units)
 
     def told(self, digits: int = 6) -> str:
         """The value, or its range."""
-        _, factor = self.shown
-        ends = dict.fromkeys(number(factor * x, digits) for x in (self.low, self.high))
+        ends = dict.fromkeys(number(self.shown.value(x), digits) for x in (self.low, self.high))
         return " to ".join(ends)
 
 
-def data(response: OrderResponse) -> list[Datum]:
-    """All parameters of a drive, as the response took them."""
+def data(response: OrderResponse, units: Units) -> list[Datum]:
+    """All parameters of a drive, as the response took them, to show in some units."""
     parameters = response.system.structure.parameters
     theta = response.rotation.theta
     if (theta == theta[0]).all():
@@ -60,11 +64,11 @@ def data(response: OrderResponse) -> list[Datum]:
     for name, quantity, a, b in zip(parameters.names, parameters.declared, low, high, strict=True):
         path, _, own = name.rpartition(".")
         kind = quantity.unit, quantity.text
-        found.append(Datum(path, own, *kind, a, b, quantity.vibrates))
+        found.append(Datum(path, own, *kind, a, b, quantity.vibrates, units))
     return found
 
 
-def mass_elastic_table(every: list[Datum]) -> str:
+def mass_elastic_table(every: list[Datum], units: Units) -> str:
     """Inertias, stiffnesses, dampings and ratios, a row for each component."""
     rows: dict[str, dict[str, list[Datum]]] = {}
     for datum in every:
@@ -72,7 +76,8 @@ def mass_elastic_table(every: list[Datum]) -> str:
             rows.setdefault(datum.path, {}).setdefault(datum.column, []).append(datum)
     used = {unit: text for unit, text in _COLUMNS.items() if any(unit in r for r in rows.values())}
     head = ["component"]
-    head += [f"{text}, {engineering(unit)[0]}" if unit else text for unit, text in used.items()]
+    shown = {unit: display("", unit, units).unit for unit in used}
+    head += [f"{text}, {shown[unit]}" if unit else text for unit, text in used.items()]
     cells = [(path, *(_cell(row.get(unit, [])) for unit in used)) for path, row in rows.items()]
     return table(head, cells, range(1, len(head)))
 

@@ -9,8 +9,8 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lumped.drawing.engineering_units import engineering
 from lumped.drawing.torsional_study import MOST_ORDERS, Study
+from lumped.support.display_units import Units, display, time_unit
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.limits import Measure, measured
 from lumped.vibration.order_response import OrderResponse
@@ -46,7 +46,6 @@ _LIMIT: tuple[Style, ...] = (
     ("#c4261d", (0, (2, 2)), 2.0),
     ("#c4261d", (0, (8, 2, 2, 2)), 2.0),
 )
-_RPM = 30 / np.pi
 
 
 def _line(axis: Axes, x: Real, y: Real, style: Style, label: str) -> None:
@@ -97,7 +96,7 @@ def _over_speed(study: Study, count: int) -> tuple[Figure, np.ndarray]:
     columns = min(count, _PAIR)
     figure, axes = _panels(-(-count // columns), columns, 2.6)
     for axis in axes[-1]:
-        axis.set_xlabel("speed, 1/min")
+        axis.set_xlabel(f"speed, {study.speed.unit}")
     for axis in axes.ravel():
         shade(axis, study)
     return figure, axes
@@ -106,23 +105,24 @@ def _over_speed(study: Study, count: int) -> tuple[Figure, np.ndarray]:
 def shade(axis: Axes, study: Study) -> None:
     """Shade the speeds of operation."""
     if study.operation is not None:
-        low, high = (_RPM * w for w in study.operation)
+        low, high = (study.speed.value(w) for w in study.operation)
         axis.axvspan(low, high, color="#d9d9d9", zorder=0, label="operation")
 
 
 def campbell_figure(study: Study) -> Figure:
     """Natural frequencies and orders, up to the highest order."""
-    figure: Figure = study.campbell.plot()
+    figure: Figure = study.campbell.plot(units=study.units)
     (axis,) = figure.axes
     shade(axis, study)
-    axis.set_ylim(0, min(axis.get_ylim()[1], max(study.orders) * axis.get_xlim()[1] / 60 * 1.05))
+    top = max(study.orders) * study.campbell.speeds[-1] / (2 * np.pi) * 1.05
+    axis.set_ylim(0, min(axis.get_ylim()[1], study.frequency.value(top)))
     return figure
 
 
 def order_figure(study: Study, output: str) -> Figure:
     """The largest orders of a quantity, a panel for each response, with the same scales."""
     responses = study.having(output)
-    unit, factor = engineering(study.unit(output))
+    shown = study.shown(output)
     largest: dict[float, float] = {}
     for response in responses.values():
         for order, size in zip(response.orders, np.abs(response[output]).max(axis=0), strict=True):
@@ -132,17 +132,18 @@ def order_figure(study: Study, output: str) -> Figure:
     for axis, (caption, response) in zip(axes.ravel(), responses.items(), strict=False):
         for order, style in zip(chosen, _STYLES, strict=False):
             if order in response.orders:
-                size = factor * response.magnitude(output, order)
-                _line(axis, response.rpm, size, style, f"order {order:g}")
-        _framed(axis, caption, response)
-    _finished(figure, axes, len(responses), f"amplitude, {unit}")
+                size = shown.value(response.magnitude(output, order))
+                speeds = study.speed.value(response.speeds)
+                _line(axis, speeds, size, style, f"order {order:g}")
+        _framed(axis, caption, response, study)
+    _finished(figure, axes, len(responses), f"amplitude, {shown.unit}")
     return figure
 
 
 def synthesis_figure(study: Study, output: str) -> Figure:
     """All orders together over the speed, against the limits."""
     responses = study.having(output)
-    unit, factor = engineering(study.unit(output))
+    shown = study.shown(output)
     figure, axes = _over_speed(study, len(responses))
     for axis, (caption, response) in zip(axes.ravel(), responses.items(), strict=False):
         limits = study.limits_of(caption, output)
@@ -150,37 +151,38 @@ def synthesis_figure(study: Study, output: str) -> Figure:
         kinds += [limit.measure for limit in limits]
         for kind, style in zip(dict.fromkeys(kinds), _STYLES, strict=False):
             text = "sum of amplitudes" if kind == "sum" else kind
-            _line(axis, response.rpm, factor * measured(response, output, kind), style, text)
+            size = shown.value(measured(response, output, kind))
+            _line(axis, study.speed.value(response.speeds), size, style, text)
         for i, limit in enumerate(limits):
             speeds = limit.holding(response.speeds)
-            permitted = limit.at(speeds, study.unit(output))
+            permitted = shown.value(limit.at(speeds, study.unit(output)))
             label = f"permitted: {limit.name} ({limit.measure})"
-            _line(axis, _RPM * speeds, factor * permitted, _LIMIT[i % len(_LIMIT)], label)
-        _framed(axis, caption, response)
-    _finished(figure, axes, len(responses), f"all orders, {unit}")
+            _line(axis, study.speed.value(speeds), permitted, _LIMIT[i % len(_LIMIT)], label)
+        _framed(axis, caption, response, study)
+    _finished(figure, axes, len(responses), f"all orders, {shown.unit}")
     return figure
 
 
-def _framed(axis: Axes, caption: str, response: OrderResponse) -> None:
+def _framed(axis: Axes, caption: str, response: OrderResponse, study: Study) -> None:
     axis.set_title(_plain(caption), fontsize="medium")
     if len(response.speeds) > 1:
-        axis.set_xlim(response.rpm[0], response.rpm[-1])
+        axis.set_xlim(*(study.speed.value(response.speeds[i]) for i in (0, -1)))
 
 
 def heat_figure(study: Study) -> Figure:
     """Mean dissipated power over the speed, a panel for each response."""
-    unit, factor = engineering("W")
     figure, axes = _over_speed(study, len(study.heat))
     for axis, (caption, parts) in zip(axes.ravel(), study.heat.items(), strict=False):
         response = study.responses[caption]
         for i, (part, power) in enumerate(parts.items()):
-            _line(axis, response.rpm, factor * power, _STYLES[i % len(_STYLES)], part)
-        _framed(axis, caption, response)
-    _finished(figure, axes, len(study.heat), f"dissipated power, {unit}")
+            size, speeds = study.power.value(power), study.speed.value(response.speeds)
+            _line(axis, speeds, size, _STYLES[i % len(_STYLES)], part)
+        _framed(axis, caption, response, study)
+    _finished(figure, axes, len(study.heat), f"dissipated power, {study.power.unit}")
     return figure
 
 
-def run_figures(run: Trajectory, names: Mapping[str, str]) -> list[Figure]:
+def run_figures(run: Trajectory, names: Mapping[str, str], units: Units) -> list[Figure]:
     """Quantities of a run over the time, a panel for each.
 
     Parameters
@@ -188,20 +190,23 @@ def run_figures(run: Trajectory, names: Mapping[str, str]) -> list[Figure]:
     run : Trajectory
         The run.
     names : mapping of str to str
-        Quantities and their units.
+        Quantities and their SI units.
+    units : mapping of str to str
+        Units to show.
     """
+    time = time_unit(units)
     found, every = [], list(names.items())
     for first in range(0, len(every), _PANELS):
         members = every[first : first + _PANELS]
         figure = Figure((_WIDTH, 0.7 + 1.8 * len(members)), layout="constrained")
         axes = figure.subplots(len(members), sharex=True, squeeze=False)[:, 0]
         for axis, (name, unit) in zip(axes, members, strict=True):
-            shown, factor = engineering(unit)
-            _line(axis, run.t, factor * run[name], _STYLES[0], name)
+            shown = display(name, unit, units)
+            _line(axis, time.value(run.t), shown.value(run[name]), _STYLES[0], name)
             axis.set_title(name, fontsize="medium")
-            axis.set_ylabel(shown)
+            axis.set_ylabel(shown.unit)
             axis.grid(alpha=0.4)
-        axes[-1].set_xlabel("time, s")
-        axes[-1].set_xlim(run.t[0], run.t[-1])
+        axes[-1].set_xlabel(f"time, {time.unit}")
+        axes[-1].set_xlim(*(time.value(run.t[i]) for i in (0, -1)))
         found.append(figure)
     return found

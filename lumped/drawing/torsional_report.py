@@ -11,6 +11,7 @@ from lumped.drawing.page_frame import whole_page
 from lumped.drawing.torsional_sections import lead, sections
 from lumped.drawing.torsional_study import Limits, study
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units
 from lumped.support.whole_files import write_text
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.campbell import Campbell
@@ -36,14 +37,14 @@ def torsional_report(
     heat: Mapping[str, Mapping[str, ArrayLike]] | None = None,
     runs: Mapping[str, Trajectory] | None = None,
     assumptions: Iterable[str] = (),
+    units: Units = None,
 ) -> Path:
     """Write a report on a torsional vibration calculation, to read or to print on A4.
 
     It has the verdict, the schematic, inertias and stiffnesses, natural frequencies with their
     shapes, the Campbell diagram, each quantity of the responses (largest orders, and all orders
     together against the limits, the responses side by side), dissipated power, transients with
-    their peaks, all other data, and the assumptions with residuals. Torques are in kN.m, stresses
-    in MPa, angles in deg, speeds in 1/min. The page loads no other files.
+    their peaks, all other data, and the assumptions with residuals. The page loads no other files.
 
     Parameters
     ----------
@@ -75,6 +76,9 @@ def torsional_report(
         Transients, by captions: their quantities are those of the responses and of the limits.
     assumptions : iterable of str, optional
         To stand before those of the methods.
+    units : mapping of str to str or str, optional
+        Units to show, see `lumped.display_units`; default is what the session shows, or, if nothing
+        was chosen, "engineering": torques in kN.m, stresses in MPa, angles in deg, speeds in 1/min.
 
     Returns
     -------
@@ -87,9 +91,10 @@ def torsional_report(
         If there is no response, the operation makes no sense, an order was not computed, or a run
         has none of the quantities.
     UnknownNameError
-        If a limit is for a quantity that was not computed, or a caption is unknown.
+        If a limit is for a quantity that was not computed, or a caption is unknown, or a unit is
+        given for a name that does not exist.
     UnitError
-        If a limit or speed has a unit of another dimension.
+        If a limit or speed has a unit of another dimension, or a unit to show does.
     """
     found = study(
         response,
@@ -101,6 +106,7 @@ def torsional_report(
         campbell,
         heat or {},
         runs or {},
+        units,
     )
     parts = list(sections(found, assumptions))
     target = Path(path)

@@ -7,7 +7,6 @@ from html import escape
 
 import numpy as np
 
-from lumped.drawing.engineering_units import engineering
 from lumped.drawing.inline import inline
 from lumped.drawing.page_frame import Section
 from lumped.drawing.page_run import events, table
@@ -22,12 +21,12 @@ from lumped.drawing.torsional_figures import (
     synthesis_figure,
 )
 from lumped.drawing.torsional_study import Study
+from lumped.support.display_units import display, time_unit
 from lumped.support.text_table import number
 from lumped.vibration.limits import Result
 
 __all__ = ["lead", "sections"]
 
-_RPM = 30 / np.pi
 _COLUMNS = 6
 """Parts side by side in the schematic, which then needs the width of a page."""
 _SHAPES = 6
@@ -52,13 +51,13 @@ def lead(study: Study, about: Mapping[str, str | Sequence[str]]) -> str:
 
 def sections(study: Study, stated: Iterable[str]) -> Iterator[Section]:
     """All sections in order."""
-    every = data(study.first)
+    every = data(study.first, study.units)
     if study.verdicts:
         yield "Verdict", _verdict(study)
     name = f"Schematic of {study.system.name}"
     picture = schematic(study.system, columns=_COLUMNS, values=values(every))
     yield "Schematic", inline(picture, name, "schematic")
-    yield "Inertias, stiffnesses and ratios", mass_elastic_table(every)
+    yield "Inertias, stiffnesses and ratios", mass_elastic_table(every, study.units)
     yield "Natural frequencies and mode shapes", _modes(study)
     yield "Critical speeds", _critical(study)
     for i, output in enumerate(study.outputs):
@@ -73,33 +72,30 @@ def sections(study: Study, stated: Iterable[str]) -> Iterator[Section]:
 
 def _verdict(study: Study) -> str:
     rows = [
-        (caption or "response", *_row(result))
+        (caption or "response", *_row(result, study))
         for caption, found in study.verdicts.items()
         for result in found.results
     ]
     head = (
         *("case", "limit", "quantity", "measure", "value", "permitted", "unit", "used, %"),
-        *("at, 1/min", "kept", "where it stands"),
+        *(f"at, {study.speed.unit}", "kept", "where it stands"),
     )
     lines = [table(head, rows, (4, 5, 7, 8))]
     for caption, found in study.verdicts.items():
         if found.barred:
-            ranges = "; ".join(map(str, found.barred))
+            ranges = "; ".join(each.told(study.speed) for each in found.barred)
             lines.append(f"<p>Speeds to bar, {escape(caption or 'response')}: {ranges}.</p>")
     return "\n".join(lines)
 
 
-def _row(result: Result) -> tuple[str, ...]:
-    unit, factor = engineering(result.unit)
+def _row(result: Result, study: Study) -> tuple[str, ...]:
     return (
         result.name,
         result.quantity,
         result.measure,
-        number(factor * result.value, 5),
-        number(factor * result.permitted, 5),
-        unit,
+        *result.told(study.units, 5),
         f"{100 * result.utilisation:.1f}",
-        "" if np.isnan(result.speed) else number(_RPM * result.speed, 5),
+        "" if np.isnan(result.speed) else number(study.speed.value(result.speed), 5),
         "yes" if result.passed else "NO",
         " ".join(part for part in (result.clause, result.source) if part),
     )
@@ -110,30 +106,38 @@ def _modes(study: Study) -> str:
     count = len(found.hertz)
     if not count:
         return "<p>No mode oscillates.</p>"
+    frequency, speed = study.frequency, study.speed
     rows = [
-        (str(i + 1), number(f), number(60 * f), number(z, 4))
+        (
+            *(str(i + 1), number(frequency.value(f))),
+            *(number(speed.value(2 * np.pi * f)), number(z, 4)),
+        )
         for i, (f, z) in enumerate(zip(found.hertz, found.damping, strict=True))
     ]
-    head = ("mode", "natural frequency, Hz", "1/min", "damping ratio")
+    head = ("mode", f"natural frequency, {frequency.unit}", speed.unit, "damping ratio")
     parts = [table(head, rows, (0, 1, 2, 3))]
     moving = [name for name in found.angles if np.abs(found.shape(name)).max() > _STILL]
     for first in range(0, count, _SHAPES):
         drawn = range(first, min(first + _SHAPES, count))
         last = drawn[-1] + 1
         caption = f"Modes {first + 1} to {last}" if last > first + 1 else f"Mode {last}"
-        parts.append(inline(found.plot(moving, modes=drawn), caption, f"shapes-{first}"))
+        parts.append(
+            inline(found.plot(moving, modes=drawn, units=study.units), caption, f"shapes-{first}")
+        )
     return "\n".join(parts)
 
 
 def _critical(study: Study) -> str:
     found = study.campbell
     parts = [inline(campbell_figure(study), "Natural frequencies and orders", "campbell")]
-    head = ["speed, 1/min", "order", "mode", "natural frequency, Hz"]
+    speed, frequency = study.speed, study.frequency
+    head = [f"speed, {speed.unit}", "order", "mode", f"natural frequency, {frequency.unit}"]
     if study.operation is not None:
         head.append("distance from operation, %")
     rows = []
     for each in found.critical:
-        row = [number(each.rpm), number(each.order), str(each.mode + 1), number(each.hertz)]
+        row = [number(speed.value(each.speed)), number(each.order), str(each.mode + 1)]
+        row.append(number(frequency.value(each.hertz)))
         if study.operation is not None:
             row.append(f"{100 * study.distance(each):.1f}")
         rows.append(row)
@@ -143,19 +147,21 @@ def _critical(study: Study) -> str:
 
 
 def _response(study: Study, output: str, key: str) -> str:
-    unit, factor = engineering(study.unit(output))
+    shown, speed = study.shown(output), study.speed
     responses = study.having(output)
     rows = []
     for caption, response in responses.items():
         both, mean = response.synthesis(output), response.mean(output)
         row = [caption or "response"]
         for size in (both.maximum, both.half_range, both.sum):
-            row += [number(factor * size.max(), 5), number(response.rpm[size.argmax()], 5)]
-        low, high = factor * mean.min(), factor * mean.max()
+            at = speed.value(response.speeds[size.argmax()])
+            row += [number(shown.value(size.max()), 5), number(at, 5)]
+        low, high = shown.value(mean.min()), shown.value(mean.max())
         rows.append([*row, *(number(end if abs(end) > 1e-9 else 0.0, 5) for end in (low, high))])
-    at = "at, 1/min"
+    where = f"at, {speed.unit}"
     head = (
-        *("case", f"maximum, {unit}", at, "half range", at, "sum of amplitudes", at),
+        *("case", f"maximum, {shown.unit}", where, "half range", where),
+        *("sum of amplitudes", where),
         *("least mean", "greatest mean"),
     )
     return "\n".join(
@@ -170,10 +176,10 @@ def _response(study: Study, output: str, key: str) -> str:
 
 def _orders(study: Study, output: str) -> str:
     """Largest amplitude of each order, the responses side by side."""
-    unit, factor = engineering(study.unit(output))
+    shown, speed = study.shown(output), study.speed
     sizes = {
         caption: {
-            float(order): (float(size.max()), float(response.rpm[size.argmax()]))
+            float(order): (float(size.max()), float(response.speeds[size.argmax()]))
             for order, size in zip(response.orders, np.abs(response[output]).T, strict=True)
         }
         for caption, response in study.having(output).items()
@@ -183,13 +189,17 @@ def _orders(study: Study, output: str) -> str:
     listed = [x for x in every if any(o.get(x, (0.0,))[0] >= _SMALL * top for o in sizes.values())]
     head = ["order"]
     for caption in sizes:
-        head += [f"{caption}: {unit}" if caption else f"amplitude, {unit}", "at, 1/min"]
+        head.append(f"{caption}: {shown.unit}" if caption else f"amplitude, {shown.unit}")
+        head.append(f"at, {speed.unit}")
     rows = []
     for order in listed if top else []:
         row = [f"{order:g}"]
         for own in sizes.values():
             found = own.get(order)
-            row += ["", ""] if found is None else [number(factor * found[0], 5), number(found[1])]
+            cells = ["", ""]
+            if found is not None:
+                cells = [number(shown.value(found[0]), 5), number(speed.value(found[1]))]
+            row += cells
         rows.append(row)
     left = len(every) - len(rows)
     note = f"<p>{left} orders stay below {_SMALL:.0%} of the largest.</p>" if left else ""
@@ -197,38 +207,39 @@ def _orders(study: Study, output: str) -> str:
 
 
 def _heat(study: Study) -> str:
-    unit, factor = engineering("W")
     rows = []
     for caption, parts in study.heat.items():
         for part, power in parts.items():
             k = int(power.argmax())
-            rpm = study.responses[caption].rpm[k]
-            rows.append((caption or "response", part, number(factor * power[k], 5), number(rpm)))
-    head = ("case", "part", f"largest mean power, {unit}", "at, 1/min")
+            at = number(study.speed.value(study.responses[caption].speeds[k]))
+            largest = number(study.power.value(power[k]), 5)
+            rows.append((caption or "response", part, largest, at))
+    head = ("case", "part", f"largest mean power, {study.power.unit}", f"at, {study.speed.unit}")
     picture = inline(heat_figure(study), "Mean dissipated power", "heat")
     return f"{picture}\n{table(head, rows, (2, 3))}"
 
 
 def _runs(study: Study) -> str:
-    parts = []
+    parts, time = [], time_unit(study.units)
     for i, (caption, run) in enumerate(study.runs.items()):
         names = {name: run.system.quantity(name).unit for name in study.watched(caption)}
         rows = []
         for name, unit in names.items():
-            shown, factor = engineering(unit)
-            row = [name, shown]
+            shown = display(name, unit, study.units)
+            row = [name, shown.unit]
             for k in (int(run[name].argmax()), int(run[name].argmin())):
-                row += [number(factor * run[name][k], 5), number(run.t[k], 5)]
+                row += [number(shown.value(run[name][k]), 5), number(time.value(run.t[k]), 5)]
             rows.append(row)
-        head = ("quantity", "unit", "greatest", "at, s", "least", "at, s")
+        where = f"at, {time.unit}"
+        head = ("quantity", "unit", "greatest", where, "least", where)
         parts.append(
             f"<h3>{escape(caption)}</h3>\n"
             + "\n".join(
                 inline(figure, caption, f"run-{i}-{k}")
-                for k, figure in enumerate(run_figures(run, names))
+                for k, figure in enumerate(run_figures(run, names, study.units))
             )
             + table(head, rows, range(2, 6))
         )
         if run.events:
-            parts.append(events({"Events": run}))
+            parts.append(events({"Events": run}, study.units))
     return "\n".join(parts)

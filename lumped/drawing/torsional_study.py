@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,6 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.support.display_units import (
+    Shown,
+    Units,
+    chosen,
+    display,
+    frequency_unit,
+    speed_unit,
+)
 from lumped.support.units import plain
 from lumped.timeloop.result import OperatingPoint, Trajectory
 from lumped.vibration.campbell import Campbell, CriticalSpeed, campbell
@@ -57,6 +65,8 @@ class Study:
         Mean state there.
     heat : dict of str to dict of str to ndarray
         Mean dissipated power over the speeds of a response, W, by its caption and the part.
+    units : mapping of str to str
+        Units to show.
     """
 
     responses: dict[str, OrderResponse]
@@ -70,6 +80,7 @@ class Study:
     place: int
     point: OperatingPoint
     heat: dict[str, dict[str, Real]]
+    units: Units
 
     @property
     def first(self) -> OrderResponse:
@@ -91,8 +102,27 @@ class Study:
         return {key: r for key, r in self.responses.items() if output in r.outputs}
 
     def unit(self, output: str) -> str:
-        """Unit of a quantity."""
+        """SI unit of a quantity."""
         return next(iter(self.having(output).values())).system.quantity(output).unit
+
+    def shown(self, output: str) -> Shown:
+        """How amplitudes of a quantity are shown."""
+        return display(output, self.unit(output), self.units, is_change=True)
+
+    @cached_property
+    def speed(self) -> Shown:
+        """How speeds are shown."""
+        return speed_unit(self.units)
+
+    @cached_property
+    def frequency(self) -> Shown:
+        """How frequencies are shown."""
+        return frequency_unit(self.units)
+
+    @cached_property
+    def power(self) -> Shown:
+        """How dissipated powers are shown."""
+        return display("power", "W", self.units)
 
     def limits_of(self, caption: str, output: str) -> list[Limit]:
         """Limits of a quantity in a response."""
@@ -148,6 +178,7 @@ def study(
     found_campbell: Campbell | None,
     heat: Mapping[str, Mapping[str, ArrayLike]],
     runs: Mapping[str, Trajectory],
+    units: Units,
 ) -> Study:
     """Results put together and checked; what was not given is computed.
 
@@ -158,6 +189,8 @@ def study(
         has none of the quantities.
     UnknownNameError
         If a caption is that of no response and no run.
+    UnitError
+        If a unit does not fit.
     """
     given = {"": responses} if isinstance(responses, OrderResponse) else dict(responses)
     if not given:
@@ -185,7 +218,16 @@ def study(
         place,
         point,
         _heat(heat, given),
+        chosen(units, _names(first.system, runs), usual="engineering"),
     )
+
+
+def _names(system: System, runs: Mapping[str, Trajectory]) -> Iterator[str]:
+    """All that a unit may be chosen for."""
+    yield from ("speed", "frequency", "power", "time", "energy")
+    for each in (system, *(run.system for run in runs.values())):
+        yield from each.names()
+    yield from system.structure.parameters.names
 
 
 def _operation(given: tuple[float | str, float | str], first: OrderResponse) -> tuple[float, float]:

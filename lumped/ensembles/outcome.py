@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from lumped.errors import OptionError
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import histograms
-from lumped.support.display_units import Units, display
+from lumped.support.arguments import checked
+from lumped.support.display_units import Shown, Units, chosen, display
 from lumped.support.optional_packages import extra
-from lumped.support.text_table import number, table
+from lumped.support.text_table import amounts, table
 
 __all__ = ["Ensemble"]
 
@@ -129,6 +130,7 @@ class Ensemble:
         found = {n: _correlation(_ranks(self[n][there]), own) for n in self.names}
         return dict(sorted(found.items(), key=lambda item: -abs(item[1])))
 
+    @checked
     def plot(
         self,
         labels: Sequence[str] | None = None,
@@ -143,29 +145,61 @@ class Ensemble:
         ----------
         labels : sequence of str, optional
             Of the results.
-        units, backend, ax
-            As in `lumped.Trajectory.plot`.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
-        known = dict(zip(self.labels, self.units or [""] * len(self.labels), strict=True))
-        chosen = self.labels if labels is None else labels
-        results = {}
-        for label in chosen:
-            shown = display(label, known.get(label, ""), units)
-            results[label] = shown.unit, shown.value(self[label])
+        told = self._shown(units)
+        results = {
+            label: (told[label].unit, told[label].value(self[label]))
+            for label in (self.labels if labels is None else labels)
+        }
         return draw(histograms(self.title, results), backend, ax)
 
-    def to_pandas(self) -> Any:
+    def to_pandas(self, *, units: Units = None) -> Any:
         """A DataFrame, one row for each run, with an empty ``failure`` where there is none.
+
+        Units of the results are in ``frame.attrs``; what was varied is in SI units.
+
+        Parameters
+        ----------
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
 
         Raises
         ------
         OptionError
             If pandas is not installed.
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         pandas = extra("pandas", "data", "to_pandas")
-        columns = {name: self[name] for name in (*self.names, *self.labels)}
+        told = self._shown(units)
+        columns = {name: self[name] for name in self.names}
+        columns |= {label: told[label].value(self[label]) for label in self.labels}
         reasons = [self.failures.get(i, "") for i in range(len(self.points))]
-        return pandas.DataFrame(columns | {"failure": reasons})
+        frame = pandas.DataFrame(columns | {"failure": reasons})
+        frame.attrs = {"units": {label: told[label].unit for label in self.labels}}
+        return frame
+
+    def _units(self) -> dict[str, str]:
+        """SI units of all that can be asked for; empty where they are not known."""
+        own = dict.fromkeys((*self.names, *self.labels), "")
+        return own | dict(zip(self.labels, self.units, strict=False))
+
+    def _shown(self, units: Units) -> dict[str, Shown]:
+        choice = chosen(units, self.labels)
+        return {label: display(label, unit, choice) for label, unit in self._units().items()}
 
     def _reason(self) -> str:
         return next(iter(self.failures.values()), "")
@@ -176,13 +210,17 @@ class Ensemble:
             f"{self.workers} workers, {self.busy:.3g} s of work"
         )
         rows = []
+        units = self._units()
         for label in self.labels:
             good = self[label][np.isfinite(self[label])]
             spread = good if len(good) else np.array([np.nan])
             deviation = spread.std(ddof=1) if len(spread) > 1 else np.nan
-            told = (spread.min(), np.median(spread), spread.max(), spread.mean(), deviation)
-            rows.append((label, *map(number, told)))
-        columns = ("result", "least", "median", "greatest", "mean", "deviation")
+            middle = float(np.median(spread))
+            told = (spread.min(), middle, spread.max(), spread.mean())
+            *texts, unit = amounts(label, units[label], *told)
+            off, _ = amounts(label, units[label], deviation, is_change=True)
+            rows.append((label, *texts, off, unit))
+        columns = ("result", "least", "median", "greatest", "mean", "deviation", "unit")
         counts: dict[str, list[int]] = {}
         for i, reason in self.failures.items():
             counts.setdefault(reason, []).append(i)

@@ -26,9 +26,9 @@ from lumped.simulation.functional_kinds import watching
 from lumped.simulation.functionals import Functional
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, display
+from lumped.support.display_units import Units, chosen
 from lumped.support.ranking import ranked
-from lumped.support.text_table import number, table
+from lumped.support.text_table import amounts, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
 
@@ -121,20 +121,30 @@ class Gradient:
         backend: Backend = "matplotlib",
         ax: Any = None,
     ) -> Any:
-        """Tornado of the parameters that matter most to a functional.
+        """Tornado of the parameters that matter most.
 
         Parameters
         ----------
         of : str, optional
             The functional; default is the first.
-        units, backend, ax
-            As in `lumped.Trajectory.plot`.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         row = 0 if of is None else self._row(of)
         label = self.of[row]
-        shown = display(label, self.units[row], units)
-        value = shown.value(float(self.values[row]))
-        title = f"{self.run.system.name}: {label} = {value:.4g} {shown.unit}"
+        told = amounts(
+            *(label, self.units[row], self.values[row]), digits=4, units=chosen(units, self.of)
+        )
+        title = f"{self.run.system.name}: {label} = {' '.join(told)}"
         return draw(tornado(self.ranked(label), title, label), backend, ax)
 
     def _row(self, of: str) -> int:
@@ -149,7 +159,7 @@ class Gradient:
             if value:
                 most = [(n, v) for n, v in self.ranked(label)[:4] if v]
                 text = "; ".join(f"{name} {change:+.4f}" for name, change in most)
-            rows.append((label, number(float(value), 9), unit, text))
+            rows.append((label, *amounts(label, unit, value, digits=9), text))
         s = self.run.statistics
         head = (
             f"{self.run.system.name}: {len(self.of)} functionals by {len(self.to)} parameters and "

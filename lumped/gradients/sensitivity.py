@@ -30,6 +30,7 @@ from lumped.simulation.functional_kinds import watching
 from lumped.simulation.functionals import Functional
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
+from lumped.support.display_units import display
 from lumped.support.ranking import ranked
 from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
@@ -78,6 +79,8 @@ class Sensitivity:
         What they are.
     slopes : ndarray, shape (len(functionals), len(to))
         Their derivatives.
+    units : tuple of str
+        Units of the functionals.
     """
 
     run: Trajectory
@@ -91,6 +94,7 @@ class Sensitivity:
     functionals: tuple[str, ...] = ()
     totals: np.ndarray = field(default_factory=lambda: np.zeros(0))
     slopes: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    units: tuple[str, ...] = ()
 
     @checked
     def __getitem__(self, pair: tuple[Name | Functional, Name]) -> np.ndarray | float:
@@ -170,8 +174,10 @@ class Sensitivity:
             text = "zero: nothing is relative to it"
             if last:
                 text = "; ".join(f"{n} {v:+.4f}" for n, v in self.ranked(name)[:4] if v)
-            largest = np.abs(self.values[:, i]).max(initial=0.0)
-            rows.append((name, number(last, 9), number(float(largest)), text))
+            to_show = display(name, self.run.system.quantity(name).unit)
+            largest = to_show.factor * float(np.abs(self.values[:, i]).max(initial=0.0))
+            told = number(to_show.value(last), 9), to_show.unit, number(largest), text
+            rows.append((name, *told))
         head = (
             f"{self.run.system.name}: derivatives of {len(self.of)} quantities by {len(self.to)} "
             f"parameters and start values over {self.run.t[-1]:g} s; run of {s.steps} steps "
@@ -181,16 +187,18 @@ class Sensitivity:
         if self.shared:
             head += "\nshares of indeterminate constraints held fixed where they let go, t = "
             head += ", ".join(f"{t:.6g} s" for t in self.shared[:6])
-        columns = ("quantity", "at the end", "largest derivative", "relative at the end")
+        columns = ("quantity", "at the end", "unit", "largest derivative", "relative at the end")
         text = f"{head}\n" + (table(columns, rows) if rows else "")
         if self.functionals:
-            sums = [
-                (label, number(float(value), 9), *(number(float(v), 6) for v in slopes[:6]))
-                for label, value, slopes in zip(
-                    self.functionals, self.totals, self.slopes, strict=True
-                )
-            ]
-            text += "\n" * bool(rows) + table(("functional", "value", *self.to[:6]), sums)
+            sums = []
+            for label, unit, value, slopes in zip(
+                self.functionals, self.units, self.totals, self.slopes, strict=True
+            ):
+                to_show = display(label, unit)
+                shares = (number(to_show.factor * float(v)) for v in slopes[:6])
+                total = number(to_show.value(float(value)), 9)
+                sums.append((label, total, to_show.unit, *shares))
+            text += "\n" * bool(rows) + table(("functional", "value", "unit", *self.to[:6]), sums)
         return text
 
 
@@ -377,7 +385,12 @@ class Varied:
             curves = Sensitivity(run, (), self.to, none, instants, shared, 0, self.rtol)
         cost = curves.evaluations + forward.evaluations
         return replace(
-            curves, functionals=labels, totals=summed.values, slopes=slopes, evaluations=cost
+            curves,
+            functionals=labels,
+            totals=summed.values,
+            slopes=slopes,
+            units=tuple(functional.unit(self.system) for functional in functionals),
+            evaluations=cost,
         )
 
     def _instants(self, found: Followed) -> tuple[MovedInstant, ...]:

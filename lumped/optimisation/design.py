@@ -11,7 +11,7 @@ from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
 from lumped.numerics.nlp import Solution
 from lumped.simulation.functionals import Designed, Frequency, Functional, OrderPeak, Vibrating
-from lumped.support.text_table import number, table
+from lumped.support.text_table import amounts, number, table
 from lumped.support.units import amount
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.modes import Modes
@@ -76,12 +76,13 @@ class Optimum:
         return self.run.system
 
     def __repr__(self) -> str:
-        rows = [
-            (name, number(self.start[name]), number(value, 9), unit_of(self.system, name))
-            for name, value in self.parameters.items()
-        ]
+        rows = []
+        for name, value in self.parameters.items():
+            unit = unit_of(self.system, name)
+            begin, _ = amounts(name, unit, self.start[name])
+            rows.append((name, begin, *amounts(name, unit, value, digits=9)))
         rows += [
-            (str(key), "", number(value, 9), key_unit(self.system, key))
+            (str(key), "", *amounts(str(key), key_unit(self.system, key), value, digits=9))
             for key, value in self.values.items()
         ]
         rows.append(("objective", "", number(self.objective, 9), ""))

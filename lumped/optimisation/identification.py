@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lumped.optimisation.design import unit_of
-from lumped.support.text_table import number, table
+from lumped.support.text_table import amounts, table
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["Identification"]
@@ -86,14 +86,15 @@ class Identification:
     def __repr__(self) -> str:
         system, rows = self.run.system, []
         for name, value in self.parameters.items():
-            low, high = self.intervals[name]
-            note = "not identified" if name in self.unknown else f"{number(low)} .. {number(high)}"
-            if name in self.bounded:
-                note += " (at its bound)"
             unit = (
                 unit_of(system, name) if name in system.parameters else system.quantity(name).unit
             )
-            rows.append((name, number(self.start[name]), number(value, 8), note, unit))
+            begin, low, high, to_show = amounts(name, unit, self.start[name], *self.intervals[name])
+            note = "not identified" if name in self.unknown else f"{low} .. {high}"
+            if name in self.bounded:
+                note += " (at its bound)"
+            found, _ = amounts(name, unit, value, digits=8)
+            rows.append((name, begin, found, note, to_show))
         lines = [
             f"{system.name}: {self.status}; {self.iterations} iterations, {self.evaluations} runs, "
             f"{self.seconds:.2g} s",

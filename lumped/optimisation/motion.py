@@ -18,7 +18,7 @@ from lumped.optimisation.design import Bounds, bounds_of
 from lumped.optimisation.discretisation import Discretisation, number_of, term
 from lumped.simulation.functionals import Designed
 from lumped.support.arguments import checked
-from lumped.support.text_table import number, table
+from lumped.support.text_table import amounts, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Named, OperatingPoint
 
@@ -90,10 +90,17 @@ class Motion(Named):
                 [
                     (
                         str(self.minimise),
-                        number(self.objective, 9),
-                        self.system.quantity(self.minimise.name).unit,
+                        *amounts(
+                            str(self.minimise),
+                            self.system.quantity(self.minimise.name).unit,
+                            self.objective,
+                            digits=9,
+                        ),
                     ),
-                    *((f"station {i + 1}", number(t, 7), "s") for i, t in enumerate(self.stations)),
+                    *(
+                        (f"station {i + 1}", *amounts("time", "s", t, digits=7))
+                        for i, t in enumerate(self.stations)
+                    ),
                 ],
             ),
             "limits reached: " + (", ".join(self.limits) or "none"),

@@ -14,7 +14,7 @@ from lumped.orbits.orbit import PeriodicOrbit
 from lumped.orbits.periodic import again
 from lumped.orbits.shooting import Guess
 from lumped.support.arguments import checked
-from lumped.support.text_table import number, table
+from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import OperatingPoint
 
 __all__ = ["Flywheel", "flywheel"]
@@ -61,8 +61,8 @@ class Flywheel:
 
     def __repr__(self) -> str:
         rows = [
-            ("inertia to add", number(self.added), "kg.m2"),
-            ("the same by Wittenbauer", number(self.classical), "kg.m2"),
+            ("inertia to add", *amounts(self.inertia, "kg.m2", self.added)),
+            ("the same by Wittenbauer", *amounts(self.inertia, "kg.m2", self.classical)),
             ("irregularity", number(self.irregularity), "1"),
         ]
         head = f"{self.inertia}: {self.orbits} orbits, {self.evaluations} evaluations"

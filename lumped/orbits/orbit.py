@@ -14,7 +14,7 @@ from lumped.orbits.orbit_sensitivity import OrbitSensitivity, orbit_sensitivity,
 from lumped.orbits.shooting import Orbit, OrbitProblem
 from lumped.orbits.smooth_curves import Curve, Extreme, curves, extreme, integral
 from lumped.support.arguments import checked
-from lumped.support.text_table import number, table
+from lumped.support.text_table import amounts, table
 from lumped.timeloop.result import Named, Trajectory
 
 __all__ = ["PeriodicOrbit"]
@@ -228,6 +228,6 @@ class PeriodicOrbit(Named):
         for name in self.system.state_names[:12]:
             if "(" not in name and name not in self.advance and name not in self.drift:
                 low, high = self.least(name).value, self.greatest(name).value
-                values = (number(v) for v in (low, high, self.mean(name)))
-                rows.append((name, *values, self.system.quantity(name).unit))
+                unit = self.system.quantity(name).unit
+                rows.append((name, *amounts(name, unit, low, high, self.mean(name))))
         return "\n".join(lines) + "\n" + table(("state", "min", "max", "mean", "unit"), rows)

@@ -14,7 +14,8 @@ from lumped.orbits.orbit import PeriodicOrbit
 from lumped.orbits.order_harmonics import angle_of, order_harmonics
 from lumped.orbits.periodic import of_speed, turning_problem
 from lumped.support.arguments import checked
-from lumped.support.text_table import number, table
+from lumped.support.display_units import speed_unit
+from lumped.support.text_table import amounts, number, table
 from lumped.vibration.order_response import OrderResponse
 
 __all__ = ["OrderCheck", "check_orders"]
@@ -80,29 +81,30 @@ class OrderCheck:
             f"{count or 'no'} amplitude{'s' * (count != 1)} differ{'s' * (count == 1)} by more "
             f"than {self.tolerance:.3g} of the largest"
         )
-        rows = []
+        rows, speed = [], speed_unit()
         for k in found:
             for i, output in enumerate(self.response.outputs):
-                own = self.differences[k, :, i]
+                own, unit = self.differences[k, :, i], self.response.system.quantity(output).unit
                 o = int(own.argmax())
+                both = self.response.values[self._place(k), o, i], self.values[k, o, i]
                 rows.append(
                     (
-                        number(self.speeds[k] * 30 / np.pi),
+                        number(speed.value(self.speeds[k])),
                         output,
                         f"{self.response.orders[o]:g}",
-                        number(abs(self.response.values[self._place(k), o, i])),
-                        number(abs(self.values[k, o, i])),
-                        self.response.system.quantity(output).unit,
+                        *amounts(output, unit, *np.abs(both), is_change=True),
                         f"{own[o]:.2%}",
                         "NO" if own[o] > self.tolerance else "yes",
                     )
                 )
         columns = (
-            *("at, 1/min", "quantity", "order", "response", "motion", "unit"),
+            *(f"at, {speed.unit}", "quantity", "order", "response", "motion", "unit"),
             *("difference", "holds"),
         )
         lines = [head, table(columns, rows)] if rows else [head]
-        lines += [f"at {w * 30 / np.pi:.6g} 1/min: {text}" for w, text in self.faults.items()]
+        lines += [
+            f"at {speed.value(w):.6g} {speed.unit}: {text}" for w, text in self.faults.items()
+        ]
         return "\n".join(lines)
 
     def _place(self, k: int) -> int:

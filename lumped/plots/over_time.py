@@ -31,7 +31,7 @@ Happening = tuple[float, str, str]
 
 def over_time(
     title: str,
-    t: Real,
+    time: tuple[Real, str],
     quantities: Mapping[str, Quantity],
     events: Sequence[Happening],
     *,
@@ -43,12 +43,12 @@ def over_time(
     ----------
     title : str
         Title of the picture.
-    t : ndarray, shape (k,)
-        Times, s.
+    time : (ndarray of shape (k,), str)
+        Times, and their unit.
     quantities : mapping of str to (str, str, ndarray of shape (k,))
         Unit, text and values of each name.
     events : sequence of (float, str, str)
-        Their times, s, what happened, and where, or of what sort it is.
+        Their times, what happened, and where, or of what sort it is.
     all_of_them : bool
         Whether all are drawn, however many; else as many as can be read.
     """
@@ -59,15 +59,19 @@ def over_time(
         groups = _groups(dict(itertools.islice(quantities.items(), _LOOKED_AT)))
         kept = [group[:CURVES] for group in _each_unit_first(groups, quantities)[:_PANELS]]
     left = len(quantities) - sum(map(len, kept))
-    marks = _marks(events, float(t[-1] - t[0]))
-    panels = tuple(_panel(t, group, quantities, marks) for group in kept)
+    marks = _marks(events, float(time[0][-1] - time[0][0]))
+    panels = tuple(_panel(time, group, quantities, marks) for group in kept)
     note = f"{left} more: choose with names" if left else ""
     return Picture(title, panels, shared=True, note=note)
 
 
 def _panel(
-    t: Real, group: list[str], quantities: Mapping[str, Quantity], marks: tuple[Instants, ...]
+    time: tuple[Real, str],
+    group: list[str],
+    quantities: Mapping[str, Quantity],
+    marks: tuple[Instants, ...],
 ) -> Panel:
+    t, t_unit = time
     unit = quantities[group[0]][0]
     texts = {quantities[name][1] for name in group}
     curves = [Curve(t, quantities[name][2], name, look(i)) for i, name in enumerate(group)]
@@ -78,7 +82,7 @@ def _panel(
     room = 0.05 * max(abs(low), abs(high)) or 1.0
     y = Axis(label, low=low - room, high=high + room) if flat else Axis(label)
     ends = (float(t[0]), float(t[-1])) if t[-1] > t[0] else (None, None)
-    return Panel((*curves, *marks), Axis("time, s", low=ends[0], high=ends[1]), y)
+    return Panel((*curves, *marks), Axis(labelled("time", t_unit), low=ends[0], high=ends[1]), y)
 
 
 def _span(values: Real) -> tuple[float, float]:

@@ -17,9 +17,9 @@ from lumped.plots.numbers import tornado
 from lumped.points.kink_refusals import refuse_kinks
 from lumped.points.moved_equilibrium import moved_point, places_to
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, display
+from lumped.support.display_units import Units, chosen
 from lumped.support.ranking import ranked
-from lumped.support.text_table import number, table
+from lumped.support.text_table import amounts, table
 from lumped.timeloop.result import OperatingPoint
 
 __all__ = ["EquilibriumSensitivity", "equilibrium_sensitivity"]
@@ -78,21 +78,29 @@ class EquilibriumSensitivity:
         backend: Backend = "matplotlib",
         ax: Any = None,
     ) -> Any:
-        """Tornado of the parameters that matter most to a quantity.
+        """Tornado of the parameters that matter most.
 
         Parameters
         ----------
         of : name, optional
             The quantity; default is the first.
-        units, backend, ax
-            As in `lumped.Trajectory.plot`.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         row = 0 if of is None else self._row(of)
         name = self.of[row]
-        system = self.point.system
-        shown = display(name, system.quantity(name).unit, units)
-        value = shown.value(float(self.values[row]))
-        title = f"{system.name}: {name} = {value:.4g} {shown.unit} at the equilibrium"
+        system, choice = self.point.system, chosen(units, self.of)
+        told = amounts(name, system.quantity(name).unit, self.values[row], digits=4, units=choice)
+        title = f"{system.name}: {name} = {' '.join(told)} at the equilibrium"
         return draw(tornado(self.ranked(name), title, name), backend, ax)
 
     def _row(self, of: Name) -> int:
@@ -104,7 +112,7 @@ class EquilibriumSensitivity:
             most = self.ranked(name)[:4] if value else []
             text = "; ".join(f"{n} {v:+.4f}" for n, v in most if v)
             unit = self.point.system.quantity(name).unit
-            rows.append((name, number(float(value)), unit, text))
+            rows.append((name, *amounts(name, unit, value), text))
         head = f"{self.point.system.name}: equilibrium by {len(self.to)} parameters, relative"
         if self.point.search is not None:
             head += f"; the point was {self.point.search}"

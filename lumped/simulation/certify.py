@@ -10,7 +10,7 @@ from lumped.compiler.system import Name
 from lumped.simulation.compare import Comparison, Deviation, compared, observed
 from lumped.simulation.energy_audit import EnergyAudit
 from lumped.support.arguments import checked
-from lumped.support.text_table import number, table
+from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["Certificate", "certified"]
@@ -68,7 +68,10 @@ class Certificate:
         if c.missed:
             lines.append(f"other events: {c.missed}")
         rows = [
-            (d.name, number(d.relative, 2), number(d.time, 4), number(d.range, 4), d.unit)
+            (
+                *(d.name, number(d.relative, 2), number(d.time, 4)),
+                *amounts(d.name, d.unit, d.range, digits=4, is_change=True),
+            )
             for d in sorted(c.deviations, key=lambda d: -d.relative)[:12]
         ]
         return (

@@ -22,6 +22,7 @@ from lumped.errors import EquationError, told_by
 from lumped.flattening.tree import Instance
 from lumped.language.expression import Expr, Ref
 from lumped.language.lowering import lower
+from lumped.support.display_units import display
 from lumped.support.made_once import made_once
 from lumped.support.text_table import number
 from lumped.timeloop.result import Piece, Trajectory
@@ -70,11 +71,15 @@ class EnergyAudit:
 
     def __repr__(self) -> str:
         parts = (self.supplied, self.change, self.dissipated, self.impacts)
-        texts = [number(value + 0.0, 6) for value in parts]
+        to_show = display("energy", "J")
+        texts = [number(to_show.value(value + 0.0)) for value in parts]
         return (
-            "energy of {} components, J: supplied {} = stored {} + dissipated {} + impacts {}, "
+            "energy of {} components, {}: supplied {} = stored {} + dissipated {} + impacts {}, "
             "to {} of the turnover {}"
-        ).format(len(self.components), *texts, number(self.error, 2), number(self.turnover, 4))
+        ).format(
+            *(len(self.components), to_show.unit, *texts, number(self.error, 2)),
+            number(to_show.value(self.turnover), 4),
+        )
 
 
 def audited(

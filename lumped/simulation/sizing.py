@@ -14,8 +14,8 @@ from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import torque_speed
 from lumped.plots.picture import labelled
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, display
-from lumped.support.text_table import number, table
+from lumped.support.display_units import Units, chosen, display
+from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["Limit", "Load", "Sizing", "sizing"]
@@ -88,32 +88,46 @@ class Sizing:
     maximum: Limit | None = None
 
     @checked
-    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+    def plot(
+        self,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Torque over speed with the limits, and the thermal equivalent.
 
         Parameters
         ----------
-        units, backend, ax
-            As in `lumped.Trajectory.plot`.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
-        is_torque = self.units[0] == "N.m"
-        torque = display("tau" if is_torque else "f", self.units[0], units)
-        speed = display("w" if is_torque else "v", self.units[1], units)
+        turning = self.units[0] == "N.m"
+        names = ("torque", "angular velocity") if turning else ("force", "speed")
+        choice = chosen(units, names)
+        y, x = (display(name, unit, choice) for name, unit in zip(names, self.units, strict=True))
 
-        def limit(given: Limit | None) -> Limit | None:
-            if given is None or isinstance(given, float | int):
-                return None if given is None else torque.value(float(given))
-            return [(speed.value(float(w)), torque.value(float(tau))) for w, tau in given]
+        def told(limit: Limit | None) -> Limit | None:
+            if limit is None or isinstance(limit, float | int):
+                return None if limit is None else y.value(float(limit))
+            return [(x.value(float(w)), y.value(float(bound))) for w, bound in limit]
 
+        speed, torque = self.points
         picture = torque_speed(
-            (speed.value(self.points[0]), torque.value(self.points[1])),
-            (speed.value(self.mean_speed), torque.value(self.rms_torque)),
-            limit(self.rated),
-            limit(self.maximum),
-            (
-                labelled("angular velocity" if is_torque else "speed", speed.unit),
-                labelled("torque" if is_torque else "force", torque.unit),
-            ),
+            (x.value(speed), y.value(torque)),
+            (x.value(self.mean_speed), y.value(self.rms_torque)),
+            told(self.rated),
+            told(self.maximum),
+            (labelled(names[1], x.unit), labelled(names[0], y.unit)),
         )
         return draw(picture, backend, ax)
 
@@ -125,13 +139,16 @@ class Sizing:
     def __repr__(self) -> str:
         torque, speed = self.units
         rows = [
-            ("peak torque", number(self.peak_torque), torque),
-            ("rms torque", number(self.rms_torque), torque),
-            ("peak speed", number(self.peak_speed), speed),
-            ("mean speed", number(self.mean_speed), speed),
-            ("peak power", number(self.peak_power), "W"),
-            ("peak regeneration", number(self.peak_regeneration), "W"),
-            ("mean power", number(self.mean_power), "W"),
+            (name, *amounts(name, unit, value))
+            for name, unit, value in (
+                ("peak torque", torque, self.peak_torque),
+                ("rms torque", torque, self.rms_torque),
+                ("peak speed", speed, self.peak_speed),
+                ("mean speed", speed, self.mean_speed),
+                ("peak power", "W", self.peak_power),
+                ("peak regeneration", "W", self.peak_regeneration),
+                ("mean power", "W", self.mean_power),
+            )
         ]
         for what, load in (("rated", self.thermal), ("maximum", self.peak)):
             if load is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from contextlib import AbstractContextManager
 from functools import cache
 from types import TracebackType
 from typing import NamedTuple, TypeAlias, TypeVar
@@ -13,7 +14,17 @@ from lumped.errors import OptionError, UnitError, UnknownNameError, nearest, sho
 from lumped.support.known_units import measure
 from lumped.support.units import in_unit
 
-__all__ = ["PRESETS", "Shown", "Units", "chosen", "display", "display_units"]
+__all__ = [
+    "PRESETS",
+    "Shown",
+    "Units",
+    "chosen",
+    "display",
+    "display_units",
+    "frequency_unit",
+    "speed_unit",
+    "time_unit",
+]
 
 Units: TypeAlias = Mapping[str, str] | str | None
 """A preset, or the units to show by path, last name or SI unit; None is the session's choice."""
@@ -58,10 +69,14 @@ class Shown(NamedTuple):
         return self.factor * si + self.offset
 
 
+class _Choice(dict[str, str]):
+    """A choice that was checked."""
+
+
 class _Session:
     """What the session shows results in."""
 
-    units: Mapping[str, str] = {}
+    units = _Choice()
 
 
 def display(
@@ -82,7 +97,8 @@ def display(
         Its SI unit.
     units : mapping of str to str, str or None
         See `display_units`; None is the choice of the session. A path goes before a last name,
-        and a last name before an SI unit. A key such as ``"s"``, which may be a name or a unit,
+        and a last name before an SI unit; the number ``"peak(motor.w)"`` answers to the names of
+        its quantity too, if their unit fits. A key such as ``"s"``, which may be a name or a unit,
         is a unit where the unit to show is of its kind.
     usual : str, optional
         Unit to show if nothing is chosen for the quantity.
@@ -102,7 +118,8 @@ def display(
     """
     choice = chosen(units)
     wanted = usual or unit
-    named = [key for key in (path, path.rpartition(".")[2]) if key in choice]
+    named = [key for key in (path, _last(path)) if key in choice]
+    named += [key for key in _inner(path) if key in choice and _fits(choice[key], unit)]
     named = [key for key in named if not _is_unit(key, choice[key])]
     if named:
         wanted = choice[named[0]]
@@ -112,7 +129,35 @@ def display(
     return Shown(unit) if is_change and offset else Shown(wanted, factor, offset)
 
 
-def chosen(units: Units, names: Iterable[str] | None = None) -> Mapping[str, str]:
+def _last(path: str) -> str:
+    return path.rpartition(".")[2]
+
+
+def _inner(path: str) -> tuple[str, ...]:
+    """The quantity of a number such as ``peak(motor.tau, between 0 and 1)``, and its last name."""
+    _, bracket, rest = path.partition("(")
+    own = rest.rstrip(")").partition(",")[0]
+    return (own, _last(own)) if bracket else ()
+
+
+def speed_unit(units: Units = None) -> Shown:
+    """How speeds of rotation over which something is shown are shown, usually in 1/min."""
+    return display("speed", "rad/s", units, usual="1/min")
+
+
+def frequency_unit(units: Units = None) -> Shown:
+    """How frequencies of vibrations are shown."""
+    return display("frequency", "Hz", units)
+
+
+def time_unit(units: Units = None) -> Shown:
+    """How instants are shown."""
+    return display("time", "s", units)
+
+
+def chosen(
+    units: Units, names: Iterable[str] | None = None, *, usual: str | None = None
+) -> Mapping[str, str]:
     """A choice of units as a mapping.
 
     Parameters
@@ -121,6 +166,8 @@ def chosen(units: Units, names: Iterable[str] | None = None) -> Mapping[str, str
         See `display_units`; None is the choice of the session.
     names : iterable of str, optional
         All names that a result shows. A key that is none of them, nor a unit, is refused.
+    usual : str, optional
+        Preset that counts if neither here nor for the session anything was chosen.
 
     Raises
     ------
@@ -131,15 +178,17 @@ def chosen(units: Units, names: Iterable[str] | None = None) -> Mapping[str, str
     UnknownNameError
         If a key is neither a unit nor a name of the result.
     """
+    if isinstance(units, _Choice):
+        return units
     if units is None:
-        return _Session.units
+        return _Session.units or _Choice(PRESETS[usual] if usual else {})
     if isinstance(units, str):
         if units not in PRESETS:
             raise OptionError(
                 f"units = {units!r}: a mapping such as {{'rad/s': 'rpm'}} or the name of a preset "
                 f"is needed: {', '.join(map(repr, PRESETS))}."
             )
-        return PRESETS[units]
+        return _Choice(PRESETS[units])
     is_choice = isinstance(units, Mapping) and all(
         isinstance(key, str) and isinstance(unit, str) for key, unit in units.items()
     )
@@ -150,7 +199,7 @@ def chosen(units: Units, names: Iterable[str] | None = None) -> Mapping[str, str
         )
     if names is not None:
         _check_names(units, names)
-    return units
+    return _Choice(units)
 
 
 def _check_names(units: Mapping[str, str], names: Iterable[str]) -> None:
@@ -159,7 +208,7 @@ def _check_names(units: Mapping[str, str], names: Iterable[str]) -> None:
         if _is_unit(key, unit):
             continue
         full = list(names) if full is None else full
-        if key in full or key in {name.rpartition(".")[2] for name in full}:
+        if any(key in (name, _last(name), *_inner(name)) for name in full):
             continue
         if _reads_as_si(key):
             _scale(unit, key, f"units: {key} cannot be shown in")
@@ -173,13 +222,15 @@ def _reads_as_si(key: str) -> bool:
     return known is not None and known.is_si
 
 
-@cache
 def _is_unit(key: str, unit: str) -> bool:
     """Whether a key is an SI unit, for which a unit to show can stand."""
-    if not _reads_as_si(key):
-        return False
+    return _reads_as_si(key) and _fits(unit, key)
+
+
+@cache
+def _fits(wanted: str, unit: str) -> bool:
     try:
-        _scale(unit, key, "")
+        _scale(wanted, unit, "")
     except UnitError:
         return False
     return True
@@ -190,6 +241,8 @@ def _scale(wanted: str, unit: str, what: str) -> tuple[float, float]:
     """Factor and offset from a unit to the one to show."""
     if wanted == unit:
         return 1.0, 0.0
+    if not unit:
+        raise UnitError(f"{what} {wanted!r}: in which unit it is, is not known.")
     meant = _SPEED.get((unit, wanted), wanted)
     said = f"{what} {wanted!r}"
     zero, one, two = (in_unit(size, meant, unit, said) for size in (0.0, 1.0, 2.0))
@@ -198,7 +251,25 @@ def _scale(wanted: str, unit: str, what: str) -> tuple[float, float]:
     return 1 / (one - zero), -zero / (one - zero) + 0.0  # never -0.0
 
 
-class display_units:  # noqa: N801  # called like a function
+class _Until:
+    """What a choice for the session replaced, and puts back at the end of a context."""
+
+    def __init__(self, before: _Choice) -> None:
+        self._before = before
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        _Session.units = self._before
+
+
+def display_units(units: Units) -> AbstractContextManager[None]:
     """Choose the units in which results are shown from now on.
 
     Tables, plots and reports follow it unless they are given `units` themselves. Numbers that are
@@ -212,42 +283,26 @@ class display_units:  # noqa: N801  # called like a function
         ``{"N.m": "kN.m", "N.m/rad": "kN.m/rad", "Pa": "MPa", "W": "kW", "rad": "deg",
         "rad/s": "1/min"}``, where 1/min is a speed of rotation. None is SI units.
 
+    Returns
+    -------
+    context manager
+        At whose end the former choice holds again; to be used or not.
+
     Raises
     ------
     OptionError
         If it is no mapping of texts and no preset.
     UnitError
         If a unit cannot be read, or is of another kind than the SI unit for which it stands.
-
-    Examples
-    --------
-    As a context it holds inside only:
-
-    >>> import lumped as lp
-    >>> with lp.display_units({"rad/s": "rpm"}):
-    ...     pass
     """
-
-    def __init__(self, units: Units) -> None:
-        self._before = _Session.units
-        choice = {} if units is None else dict(chosen(units))
-        for key, unit in choice.items():
-            if _reads_as_si(key) and not key.isidentifier():
-                _scale(unit, key, f"display_units: {key} cannot be shown in")
-            elif not _is_unit(key, unit):
-                _check_readable(key, unit)
-        _Session.units = choice
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        _Session.units = self._before
+    choice = _Choice() if units is None else _Choice(chosen(units))
+    for key, unit in choice.items():
+        if _reads_as_si(key) and not key.isidentifier():
+            _scale(unit, key, f"display_units: {key} cannot be shown in")
+        elif not _is_unit(key, unit):
+            _check_readable(key, unit)
+    before, _Session.units = _Session.units, choice
+    return _Until(before)
 
 
 def _check_readable(key: str, unit: str) -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-__all__ = ["compared", "listed", "number", "table"]
+from lumped.support.display_units import Units, display
+
+__all__ = ["amounts", "compared", "listed", "number", "table"]
 
 
 def listed(names: Sequence[str], most: int = 6) -> str:
@@ -16,6 +18,31 @@ def listed(names: Sequence[str], most: int = 6) -> str:
 def number(value: float, digits: int = 6) -> str:
     """A number in few characters."""
     return f"{value:.{digits}g}"
+
+
+def amounts(
+    path: str,
+    unit: str,
+    *values: float,
+    digits: int = 6,
+    units: Units = None,
+    is_change: bool = False,
+) -> tuple[str, ...]:
+    """Values of a quantity as they are shown, and their unit.
+
+    Parameters
+    ----------
+    path, unit : str
+        Name and SI unit of the quantity.
+    *values : float
+        In SI units.
+    digits : int
+        Of each number.
+    units, is_change
+        See `lumped.support.display_units.display`.
+    """
+    to_show = display(path, unit, units, is_change=is_change)
+    return *(number(to_show.value(float(value)), digits) for value in values), to_show.unit
 
 
 def compared(

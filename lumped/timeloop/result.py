@@ -16,8 +16,8 @@ from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, SolverError
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units
-from lumped.support.text_table import number, table
+from lumped.support.display_units import Units, chosen
+from lumped.support.text_table import amounts, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.event import Change, Event
 from lumped.timeloop.quantity_values import quantity_along
@@ -200,7 +200,7 @@ class OperatingPoint(Named):
 
     def __repr__(self) -> str:
         rows = [
-            (name, number(value), self.system.quantity(name).unit)
+            (name, *amounts(name, self.system.quantity(name).unit, value))
             for name, value in zip(self.system.state_names[:20], self.x, strict=False)
             if "(" not in name
         ]
@@ -352,7 +352,9 @@ class Trajectory(Named):
         return np.column_stack(columns)
 
     @checked
-    def save(self, path: str | Path, names: Iterable[Name] | None = None) -> Path:
+    def save(
+        self, path: str | Path, names: Iterable[Name] | None = None, *, units: Units = None
+    ) -> Path:
         """Write quantities to a file (.nc, .npz, .csv, .mat); see `lumped.load` to read it.
 
         The file is written whole or not at all.
@@ -363,25 +365,32 @@ class Trajectory(Named):
             Its ending says the format; ``.mat`` is the result file of Modelica tools.
         names : iterable of names, optional
             Quantities; default is all.
+        units : mapping of str to str or str, optional
+            Units of the values, see `lumped.display_units`; default is SI units, whatever the
+            session shows, as a file is read by programs.
 
         Raises
         ------
         OptionError
             If the ending is none of these.
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         OSError
             If the file cannot be written.
         """
-        return self._saved(names).write(path)
+        return self._saved(names).write(path, units=units)
 
     @checked
-    def to_pandas(self, names: Iterable[Name] | None = None) -> Any:
+    def to_pandas(self, names: Iterable[Name] | None = None, *, units: Units = None) -> Any:
         """A pandas DataFrame over the time, one column for each quantity (see `Saved`)."""
-        return self._saved(names).to_pandas()
+        return self._saved(names).to_pandas(units=units)
 
     @checked
-    def to_xarray(self, names: Iterable[Name] | None = None) -> Any:
+    def to_xarray(self, names: Iterable[Name] | None = None, *, units: Units = None) -> Any:
         """An xarray Dataset over the time, with units and texts as attributes (see `Saved`)."""
-        return self._saved(names).to_xarray()
+        return self._saved(names).to_xarray(units=units)
 
     def _saved(self, names: Iterable[Name] | None) -> Saved:
         return saved(self.system, names, self.t, self.theta, self.events, self.__getitem__)
@@ -404,8 +413,10 @@ class Trajectory(Named):
         ----------
         names : iterable of names or references, optional
             Quantities to draw, all of them; default is the states.
-        units : mapping of str to str, or str, optional
-            Units to show (see `lumped.display_units`).
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
         backend : {"matplotlib", "plotly"}
             What draws; plotly makes an interactive figure.
         ax : matplotlib Axes, or an array of as many as there are panels, optional
@@ -419,12 +430,17 @@ class Trajectory(Named):
         ------
         OptionError
             If there is nothing to draw, plotly is not installed, or `ax` does not fit.
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         system = self.system
-        chosen = [*(state_names(system) if names is None else map(system.key, names))]
-        quantities = {name: system.quantity(name) for name in chosen}
+        wanted = [*(state_names(system) if names is None else map(system.key, names))]
+        quantities = {name: system.quantity(name) for name in wanted}
         found = {name: (q.unit, q.text, self[name]) for name, q in quantities.items()}
-        picture = pictured(system.name, self.t, found, self.events, units, names is not None)
+        choice = chosen(units, ("time", *self))
+        picture = pictured(system.name, self.t, found, self.events, choice, names is not None)
         return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
@@ -440,9 +456,8 @@ class Trajectory(Named):
         for name in self.system.state_names[:12]:
             if "(" in name:
                 continue
-            y = self[name]
-            unit = self.system.quantity(name).unit
-            rows.append((name, *(number(v) for v in (y[0], y[-1], y.min(), y.max())), unit))
+            y, unit = self[name], self.system.quantity(name).unit
+            rows.append((name, *amounts(name, unit, y[0], y[-1], y.min(), y.max())))
         if s.method in ("exact", "explicit then implicit"):
             head += f"\n{s.method}: {s.why}"
         if self.statistics.small:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.plots.over_time import over_time
 from lumped.plots.picture import Picture
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, display
+from lumped.support.display_units import Units, chosen, display, time_unit
 from lumped.support.made_once import made_once
 from lumped.support.optional_packages import extra
 from lumped.support.whole_files import whole_file
@@ -39,7 +39,7 @@ class Saved(Contents):
     values : dict of str to ndarray, shape (k,)
         Quantities.
     units, texts : dict of str to str
-        Their units and what they are.
+        Their units, SI unless the file was written with others, and what they are.
     parameters : dict of str to float
         Parameters of the run.
     parameter_units : dict of str to str
@@ -68,6 +68,26 @@ class Saved(Contents):
     def __iter__(self) -> Iterator[str]:
         return iter(self.values)
 
+    def in_units(self, units: Units) -> Saved:
+        """The same in other units; times stay in s.
+
+        Parameters
+        ----------
+        units : mapping of str to str, str or None
+            See `lumped.display_units`; None is what the session shows.
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
+        """
+        choice = chosen(units, self)
+        found = {name: display(name, unit, choice) for name, unit in self.units.items()}
+        values = {name: found[name].value(y) for name, y in self.values.items()}
+        return replace(self, values=values, units={name: to.unit for name, to in found.items()})
+
     @checked
     def plot(
         self,
@@ -81,50 +101,71 @@ class Saved(Contents):
 
         Default is the states; of a file that does not tell them, such as a csv, all quantities.
         """
-        chosen = [*(self.states or self.values)] if names is None else [*map(key_of, names)]
-        found = {name: self[name] for name in chosen}
-        units, texts = {"time": "s", **self.units}, {"time": "time", **self.texts}
-        told = {name: (units[name], texts[name], y) for name, y in found.items()}
-        picture = pictured(self.model, self.t, told, self.events, units, names is not None)
+        wanted = [*(self.states or self.values)] if names is None else [*map(key_of, names)]
+        found = {name: self[name] for name in wanted}
+        own, texts = {"time": "s", **self.units}, {"time": "time", **self.texts}
+        told = {name: (own[name], texts[name], y) for name, y in found.items()}
+        choice = chosen(units, ("time", *self))
+        picture = pictured(self.model, self.t, told, self.events, choice, names is not None)
         return draw(picture, backend, ax)
 
-    def to_pandas(self) -> Any:
+    def to_pandas(self, *, units: Units = None) -> Any:
         """A DataFrame over the time, one column for each quantity; units in ``frame.attrs``.
 
         Its index increases strictly: where values jump, those before the jump stand one step of
         rounding earlier, and ``frame.loc[t]`` gives those after it.
 
+        Parameters
+        ----------
+        units : mapping of str to str or str, optional
+            Units of the values, see `in_units`; times stay in s.
+
         Raises
         ------
         OptionError
             If pandas is not installed.
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         pandas = extra("pandas", "data", "to_pandas")
-        frame = pandas.DataFrame(self.values, index=pandas.Index(apart(self.t), name="time"))
-        frame.attrs = {"model": self.model, "fingerprint": self.fingerprint, "units": self.units}
+        told = self.in_units(units)
+        frame = pandas.DataFrame(told.values, index=pandas.Index(apart(self.t), name="time"))
+        frame.attrs = {"model": self.model, "fingerprint": self.fingerprint, "units": told.units}
         return frame
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self, *, units: Units = None) -> Any:
         """A Dataset over the time, with units and texts as attributes.
 
         Times are as in `to_pandas`, so that it can be indexed and interpolated.
+
+        Parameters
+        ----------
+        units : mapping of str to str or str, optional
+            Units of the values, see `in_units`; times stay in s.
 
         Raises
         ------
         OptionError
             If xarray is not installed.
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         xarray = extra("xarray", "data", "to_xarray")
+        told = self.in_units(units)
         columns = {
-            name: ("time", values, {"units": self.units[name], "long_name": self.texts[name]})
-            for name, values in self.values.items()
+            name: ("time", values, {"units": told.units[name], "long_name": self.texts[name]})
+            for name, values in told.values.items()
         }
         time = ("time", apart(self.t), {"units": "s", "long_name": "time"})
         about = {"model": self.model, "fingerprint": self.fingerprint}
         return xarray.Dataset(columns, coords={"time": time}, attrs=about)
 
     @checked
-    def write(self, path: str | Path) -> Path:
+    def write(self, path: str | Path, *, units: Units = None) -> Path:
         """Write a file; its ending says what: .nc, .npz, .csv or .mat.
 
         Times and values are stored in full. ``.nc`` is NetCDF 3; ``.mat`` is the result file that
@@ -132,18 +173,30 @@ class Saved(Contents):
         Times in ``.nc`` and ``.csv`` are those of `to_pandas`; `lumped.load` undoes that. The file
         is written whole or not at all.
 
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+        units : mapping of str to str or str, optional
+            Units of the values, see `in_units`; default is to leave them. Times stay in s.
+
         Raises
         ------
         OptionError
             If the ending is none of these.
         OSError
             If it cannot be written.
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         path = Path(path)
         if path.suffix not in WRITERS:
             raise OptionError(f"{path.name}: the ending must be one of {', '.join(WRITERS)}.")
+        told = self if units is None else self.in_units(units)
         with whole_file(path) as file:
-            WRITERS[path.suffix](self, file)
+            WRITERS[path.suffix](told, file)
         return path
 
 
@@ -160,12 +213,12 @@ def pictured(
         raise OptionError(f"{title}: nothing was computed, so there is nothing to draw.")
     if not quantities:
         raise OptionError(f"{title}: no states to draw; name the quantities to see.")
-    told = {}
+    time, told = time_unit(units), {}
     for name, (unit, text, values) in quantities.items():
-        shown = display(name, unit, units)
-        told[name] = shown.unit, text, shown.value(values)
-    happened = [(event.time, *_told(event)) for event in events]
-    return over_time(title, t, told, happened, all_of_them=all_of_them)
+        to_show = display(name, unit, units)
+        told[name] = to_show.unit, text, to_show.value(values)
+    happened = [(time.value(event.time), *_told(event)) for event in events]
+    return over_time(title, (time.value(t), time.unit), told, happened, all_of_them=all_of_them)
 
 
 def _told(event: Event) -> tuple[str, str]:

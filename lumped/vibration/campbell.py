@@ -16,7 +16,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.points.situation import situation
 from lumped.points.start import point_at
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, display
+from lumped.support.display_units import Shown, Units, chosen, frequency_unit, speed_unit
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration.campbell_picture import campbell_picture
@@ -73,7 +73,11 @@ class BarredRange:
     end: float
 
     def __str__(self) -> str:
-        return f"{self.begin * 30 / np.pi:.5g} to {self.end * 30 / np.pi:.5g} 1/min"
+        return self.told(speed_unit())
+
+    def told(self, speed: Shown) -> str:
+        """The range as speeds are shown."""
+        return f"{speed.value(self.begin):.5g} to {speed.value(self.end):.5g} {speed.unit}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,9 +134,20 @@ class Campbell:
             First and last speed of operation, rad/s, to shade.
         barred : iterable of BarredRange, optional
             Ranges to hatch, such as those of a verdict, `Verdict.barred`.
-        units, backend, ax
-            As in `lumped.Trajectory.plot`.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows, and 1/min
+            for speeds.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
+        choice = chosen(units, ("speed", "frequency", *self.system.names()))
         picture = campbell_picture(
             self.system.name,
             self.speeds,
@@ -141,10 +156,7 @@ class Campbell:
             [(c.speed, c.hertz) for c in self.critical],
             between,
             [(each.begin, each.end) for each in barred],
-            (
-                display("speed", "rad/s", units, usual="1/min"),
-                display("frequency", "Hz", units),
-            ),
+            (speed_unit(choice), frequency_unit(choice)),
         )
         return draw(picture, backend, ax)
 
@@ -158,17 +170,19 @@ class Campbell:
 
 
 def _table(critical: Iterable[CriticalSpeed]) -> str:
+    speeds, frequency = dict.fromkeys((Shown("rad/s"), speed_unit())), frequency_unit()
     rows = [
         (
-            number(c.speed),
-            number(c.rpm),
+            *(number(speed.value(c.speed)) for speed in speeds),
             f"{number(c.order)} ({c.label})" if c.label else number(c.order),
             str(c.mode + 1),
-            number(c.hertz),
+            number(frequency.value(c.hertz)),
         )
         for c in critical
     ]
-    return table(("speed, rad/s", "1/min", "order", "mode", "natural frequency, Hz"), rows)
+    first, *others = (speed.unit for speed in speeds)
+    told = f"natural frequency, {frequency.unit}"
+    return table((f"speed, {first}", *others, "order", "mode", told), rows)
 
 
 @checked

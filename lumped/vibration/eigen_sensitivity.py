@@ -18,7 +18,7 @@ from lumped.points.kink_refusals import refuse_kinks
 from lumped.points.moved_equilibrium import moved_point, places_to, point_matters, still_point
 from lumped.points.situation import situation
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, display
+from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.ranking import ranked
 from lumped.support.text_table import number, table
 from lumped.vibration.left_vectors import left_vectors, parts
@@ -145,28 +145,39 @@ class EigenSensitivity:
         backend: Backend = "matplotlib",
         ax: Any = None,
     ) -> Any:
-        """Tornado of the parameters that matter most to the frequency of a mode, counted from 0.
+        """Tornado of the parameters that matter most to a natural frequency.
 
         Parameters
         ----------
         mode : int
-            Number of the mode.
-        units, backend, ax
-            As in `lumped.Trajectory.plot`.
+            Its number, from 0.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
-        ranking, shown = self.ranked(mode), display("frequency", "Hz", units)
-        value = shown.value(float(self.modes.hertz[mode]))
-        title = f"{self.modes.system.name}: {value:.4g} {shown.unit}"
-        return draw(tornado(ranking, title, "the frequency"), backend, ax)
+        modes = self.modes
+        found = self.ranked(mode)
+        frequency = frequency_unit(chosen(units, ("frequency", *modes.system.names())))
+        told = f"{frequency.value(modes.hertz[mode]):.4g} {frequency.unit}"
+        picture = tornado(found, f"{modes.system.name}: {told}", "the frequency")
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
-        rows = []
+        rows, frequency = [], frequency_unit()
         for i, hertz in enumerate(self.modes.hertz[:12]):
             text = "repeated: no derivatives of its own, see split"
             if i not in self.repeated:
                 most = [(n, v) for n, v in self.ranked(i)[:4] if v]
                 text = "; ".join(f"{name} {value:+.4f}" for name, value in most)
-            rows.append((str(i + 1), number(hertz, 9), text))
+            rows.append((str(i + 1), number(frequency.value(hertz), 9), text))
         point = "moves with the parameters" if self.moving else "held, or without effect"
         head = f"{self.modes.system.name}: relative sensitivities; operating point: {point}"
         head += situation(self.modes.point)
@@ -179,7 +190,9 @@ class EigenSensitivity:
                 order = np.argsort(-np.abs(shares))[:4].tolist()
                 text = "; ".join(f"{self.parameters[j]} {shares[j]:+.4f}" for j in order)
             rows.append(("decay", f"{decay:.6g} 1/s", text))
-        return f"{head}\n" + table(("mode", "natural frequency, Hz", "largest"), rows)
+        return f"{head}\n" + table(
+            ("mode", f"natural frequency, {frequency.unit}", "largest"), rows
+        )
 
 
 @checked

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
+from lumped.support.display_units import frequency_unit
 from lumped.support.text_table import number, table
 from lumped.vibration.modes import Modes
 
@@ -110,16 +111,16 @@ class ModalEnergies:
         return found[0], found[1]
 
     def __repr__(self) -> str:
-        rows = []
+        rows, frequency = [], frequency_unit()
         for i, hertz in enumerate(self.modes.hertz[:30]):
             texts = ["; ".join(f"{n} {100 * v:.1f} %" for n, v in x[:4]) for x in self.ranked(i)]
             most = np.argsort(-np.abs(self.damping[i]), kind="stable")[:4].tolist()
             shares = [(self.components[j], self.damping[i, j]) for j in most]
             damping = "; ".join(f"{n} {v:.3g}" for n, v in shares if v) or "none"
-            rows.append((str(i + 1), number(hertz, 9), *texts, damping))
+            rows.append((str(i + 1), number(frequency.value(hertz), 9), *texts, damping))
         head = (
             "mode",
-            "natural frequency, Hz",
+            f"natural frequency, {frequency.unit}",
             "elastic energy",
             "kinetic energy",
             "damping ratio",

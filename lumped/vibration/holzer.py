@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lumped.errors import UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, display
+from lumped.support.display_units import Units, chosen, display, frequency_unit
 from lumped.support.text_table import number, table
 from lumped.vibration import pictures
 from lumped.vibration.stations import InertialPart, Part
@@ -108,42 +108,65 @@ class Holzer:
         return names.index(part)
 
     @checked
-    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+    def plot(
+        self,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Angles of the inertias, joined by the shafts, and torques in the shafts, all referred.
 
         Parameters
         ----------
-        units, backend, ax
-            As in `lumped.Trajectory.plot`.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         if not self.is_referred:
             return self.referred.plot(units=units, backend=backend, ax=ax)
-        frequency, shown = display("frequency", "Hz", units), display("tau", "N.m", units)
-        hertz = f"{number(frequency.value(self.hertz))} {frequency.unit}"
-        title = f"{self.name}: mode {self.mode + 1}, {hertz}, referred to {self.over}"
+        choice = chosen(units, ("frequency", "tau"))
+        frequency, to_show = frequency_unit(choice), display("tau", "N.m", choice)
+        title = f"{self.name}: mode {self.mode + 1}, {number(frequency.value(self.hertz))} "
+        title += f"{frequency.unit}, referred to {self.over}"
         inertias, shafts = [], []
         for part, angle, torque in zip(self.parts, self.angles, self.torques, strict=True):
             if isinstance(part, InertialPart):
                 inertias.append((part.name, part.station, float(angle)))
             else:
-                shafts.append((part.name, part.stations, shown.value(float(torque))))
-        return draw(pictures.holzer(title, inertias, shafts, self.ends, shown.unit), backend, ax)
+                shafts.append((part.name, part.stations, to_show.value(float(torque))))
+        picture = pictures.holzer(title, inertias, shafts, self.ends, to_show.unit)
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
         where = f"referred to {self.over}" if self.is_referred else "each part on its own shaft"
-        head = f"{self.name}: mode {self.mode + 1}, {number(self.hertz, 9)} Hz, {where}\n"
+        frequency = frequency_unit()
+        head = f"{self.name}: mode {self.mode + 1}, {number(frequency.value(self.hertz), 9)} "
+        head += f"{frequency.unit}, {where}\n"
+        inertia, stiffness = display("J", "kg.m2"), display("c", "N.m/rad")
+        turn, moment = display("phi", "rad"), display("tau", "N.m")
         rows = []
         for part, angle, torque in zip(self.parts, self.angles, self.torques, strict=True):
             own = part.J if isinstance(part, InertialPart) else part.c
             size = part.referred if self.is_referred else own
             cells: tuple[str, ...] = ()
-            for value in (size, angle, torque):
-                text = number(value)
+            first = inertia if isinstance(part, InertialPart) else stiffness
+            for to_show, value in ((first, size), (turn, angle), (moment, torque)):
+                text = number(to_show.value(float(value)))
                 cells += (text, "") if isinstance(part, InertialPart) else ("", text)
             rows.append((part.name, *cells))
         columns = (
-            *("part", "J, kg.m2", "c, N.m/rad", "angle, rad", "twist, rad"),
-            *("torque of inertia, N.m", "torque in shaft, N.m"),
+            *("part", f"J, {inertia.unit}", f"c, {stiffness.unit}"),
+            *(f"angle, {turn.unit}", f"twist, {turn.unit}"),
+            *(f"torque of inertia, {moment.unit}", f"torque in shaft, {moment.unit}"),
         )
         bound = 10.0 ** np.ceil(np.log10(max(self.residual, 1e-12)))
         return f"{head}{table(columns, rows)}\nresidual torques below {bound:.0e} of the largest"

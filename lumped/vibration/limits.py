@@ -14,7 +14,8 @@ from lumped.errors import OptionError
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import utilisation
 from lumped.support.arguments import checked
-from lumped.support.text_table import number, table
+from lumped.support.display_units import Units, speed_unit
+from lumped.support.text_table import amounts, number, table
 from lumped.support.units import converted, has_unit
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.campbell import BarredRange, Campbell, CriticalSpeed
@@ -185,6 +186,12 @@ class Result:
         """Whether the limit is kept everywhere."""
         return self.utilisation <= 1
 
+    def told(self, units: Units = None, digits: int = 6) -> tuple[str, ...]:
+        """Value, permitted value and unit, as they are shown."""
+        is_change = self.measure in ("maximum", "half range", "sum")
+        own = self.quantity, self.unit, self.value, self.permitted
+        return amounts(*own, digits=digits, units=units, is_change=is_change)
+
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
@@ -232,16 +239,15 @@ class Verdict:
     def __repr__(self) -> str:
         kept = sum(result.passed for result in self.results)
         head = f"{'passed' if self.passed else 'FAILED'}: {kept} of {len(self.results)} limits kept"
+        speed = speed_unit()
         rows = [
             (
                 r.name,
                 r.quantity,
                 r.measure,
-                number(r.value),
-                number(r.permitted),
-                r.unit,
+                *r.told(),
                 f"{r.utilisation:.1%}",
-                "-" if np.isnan(r.speed) else number(r.speed * 30 / np.pi),
+                "-" if np.isnan(r.speed) else number(speed.value(r.speed)),
                 "yes" if r.passed else "NO",
                 " ".join(part for part in (r.clause, r.source) if part) or "-",
             )
@@ -249,7 +255,7 @@ class Verdict:
         ]
         columns = (
             *("limit", "quantity", "measure", "value", "permitted", "unit", "used"),
-            *("at, 1/min", "kept", "source"),
+            *(f"at, {speed.unit}", "kept", "source"),
         )
         text = f"{head}\n" + table(columns, rows)
         if self.barred:

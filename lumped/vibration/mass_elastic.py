@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
+from lumped.support.display_units import display
 from lumped.support.text_table import listed, number, table
 from lumped.vibration.drive_parts import DriveParts, drive_parts
 from lumped.vibration.holzer import Holzer
@@ -153,20 +154,22 @@ class MassElastic:
         return s[kept], angles / scale, U[:, kept] * s[kept] / scale
 
     def __repr__(self) -> str:
+        inertia, stiffness = display("J", "kg.m2"), display("c", "N.m/rad")
         rows = []
         for part in self.parts:
-            referred = number(part.referred)
             if isinstance(part, InertialPart):
-                cells = number(part.J), "", referred, ""
+                own, referred = (number(inertia.value(x)) for x in (part.J, part.referred))
+                cells = own, "", referred, ""
             else:
-                cells = "", number(part.c), "", referred
+                own, referred = (number(stiffness.value(x)) for x in (part.c, part.referred))
+                cells = "", own, "", referred
             rows.append((part.name, number(part.ratio), *cells))
         head = f"{self.name}: {len(self.inertias)} inertias and {len(self.shafts)} stiffnesses, "
         head += f"referred to {self.over}"
         if self.left_out:
             head += f"\nleft out: {listed(self.left_out)}"
         columns = (
-            *("part", "ratio", "J, kg.m2", "c, N.m/rad"),
+            *("part", "ratio", f"J, {inertia.unit}", f"c, {stiffness.unit}"),
             *("J referred", "c referred"),
         )
         return f"{head}\n" + table(columns, rows)

@@ -23,7 +23,7 @@ from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, display
+from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration import pictures
@@ -275,13 +275,19 @@ class Modes(Eigenpairs):
             order of their declaration.
         modes : iterable of int, optional
             Numbers of the modes to draw, from 0; default is all.
-        units, backend, ax
-            As in `lumped.Trajectory.plot`.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
 
         Raises
         ------
         OptionError
             If there is no oscillating mode, none of a number, or no quantity is named.
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         name, every = self.system.name, len(self.hertz)
         if not every:
@@ -295,17 +301,20 @@ class Modes(Eigenpairs):
                 )
         if not drawn:
             raise OptionError(f"{name}: modes = []: give the number of at least one mode.")
-        chosen = self.angles if names is None else [self.system.key(n) for n in names]
-        if not chosen:
+        wanted = self.angles if names is None else [self.system.key(n) for n in names]
+        if not wanted:
             raise OptionError(f"{name}: name at least one quantity to draw.")
         note = ""
         if modes is None and len(drawn) < every:
             note = f"the {len(drawn)} lowest of {every} modes; modes= chooses others"
-        shown = display("frequency", "Hz", units)
-        hertz, damping = shown.value(self.hertz), self.damping
-        captions = [f"{hertz[k]:.4g} {shown.unit}, damping ratio {damping[k]:.3g}" for k in drawn]
-        shapes = np.array([self.shape(name)[drawn] for name in chosen])
-        return draw(pictures.mode_shapes(name, chosen, shapes, captions, note), backend, ax)
+        frequency = frequency_unit(chosen(units, ("frequency", *self.system.names())))
+        captions = [
+            f"{frequency.value(self.hertz[k]):.4g} {frequency.unit}, damping ratio "
+            f"{self.damping[k]:.3g}"
+            for k in drawn
+        ]
+        shapes = np.array([self.shape(name)[drawn] for name in wanted])
+        return draw(pictures.mode_shapes(name, wanted, shapes, captions, note), backend, ax)
 
     def __repr__(self) -> str:
         names, amplitudes = self._positions
@@ -325,14 +334,15 @@ class Modes(Eigenpairs):
                 f"\nnote: {self.lost} eigenvalues that are not zero are below the rounding of the "
                 "highest, and count among the rigid-body modes; analyse the soft parts alone"
             )
-        rows = []
+        rows, frequency = [], frequency_unit()
         for i, (f, z) in enumerate(zip(self.hertz[:30], self.damping, strict=False)):
             order = np.argsort(-np.abs(scaled[:, i]))[:3].tolist() if names else []
             parts = [f"{names[j]} {_signed(scaled[j, i])}" for j in order]
-            rows.append((str(i + 1), number(f, 9), number(z, 4), "; ".join(parts)))
+            rows.append((str(i + 1), number(frequency.value(f), 9), number(z, 4), "; ".join(parts)))
         lines = [head]
         if rows:
-            lines.append(table(("mode", "natural frequency, Hz", "damping ratio", "shape"), rows))
+            told = f"natural frequency, {frequency.unit}"
+            lines.append(table(("mode", told, "damping ratio", "shape"), rows))
         if len(self.decays):
             listed = ", ".join(number(value, 4) for value in self.decays[:10])
             lines.append(f"decays, 1/s: {listed}{', ...' if len(self.decays) > 10 else ''}")

@@ -13,8 +13,8 @@ from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, display
-from lumped.support.text_table import number, table
+from lumped.support.display_units import Units, chosen, display, speed_unit
+from lumped.support.text_table import amounts, number, table
 from lumped.vibration import pictures
 from lumped.vibration.synthesis import Synthesis
 
@@ -132,27 +132,38 @@ class OrderAmplitudes:
             Outputs to draw; default is all.
         most : int
             Orders to draw in each panel, the largest.
-        units, backend, ax
-            As in `lumped.Trajectory.plot`.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows, and 1/min
+            for speeds.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
-        chosen = self.outputs if outputs is None else [self.system.key(name) for name in outputs]
-        if not chosen:
+        wanted = self.outputs if outputs is None else [self.system.key(name) for name in outputs]
+        if not wanted:
             raise OptionError(f"{self.system.name}: name at least one output to draw.")
+        choice = chosen(units, ("speed", *self.system.names()))
         drawn = {}
-        for output in chosen:
-            size = np.abs(self[output])
+        for output in wanted:
+            to_show = display(output, self.system.quantity(output).unit, choice, is_change=True)
+            size = to_show.value(np.abs(self[output]))
             order = np.argsort(-size.max(axis=0), kind="stable")[:most]
             curves = {f"order {self.orders[o]:g}": size[:, o] for o in sorted(order.tolist())}
             if len(self.orders) > 1:
-                curves["half range"] = self.synthesis(output).half_range
-            unit = self.system.quantity(output).unit
-            shown = display(output, unit, units, is_change=True)
-            drawn[output] = shown.unit, {k: shown.value(y) for k, y in curves.items()}
-        speed = display("speed", "rad/s", units, usual="1/min")
-        across = speed.value(self.speeds), speed.unit
+                curves["half range"] = to_show.value(self.synthesis(output).half_range)
+            drawn[output] = to_show.unit, curves
         left = len(self.orders) - most
         note = f"{left} smaller: choose with most=" if left > 0 else ""
-        return draw(pictures.order_response(self.system.name, across, drawn, note), backend, ax)
+        picture = pictures.order_response(
+            self.system.name, self.speeds, drawn, speed_unit(choice), note
+        )
+        return draw(picture, backend, ax)
 
     def _place(self, output: Name) -> int:
         key = self.system.key(output)
@@ -174,24 +185,19 @@ class OrderAmplitudes:
 
     def largest_orders(self) -> str:
         """A table of the largest order and the synthesis of each output."""
-        rows = []
+        rows, speed = [], speed_unit()
         for output in self.outputs:
             size, both = np.abs(self[output]), self.synthesis(output)
             k, o = np.unravel_index(int(size.argmax()), size.shape)
             top = int(both.half_range.argmax())
-            rows.append(
-                (
-                    output,
-                    self.system.quantity(output).unit,
-                    f"{self.orders[o]:g}",
-                    number(self.rpm[k]),
-                    number(size[k, o]),
-                    number(self.rpm[top]),
-                    number(both.half_range[top]),
-                )
+            *sizes, unit = amounts(
+                *(output, self.system.quantity(output).unit, size[k, o], both.half_range[top]),
+                is_change=True,
             )
+            at = [number(speed.value(self.speeds[i])) for i in (k, top)]
+            rows.append((output, unit, f"{self.orders[o]:g}", at[0], sizes[0], at[1], sizes[1]))
         columns = (
-            *("quantity", "unit", "largest order", "at, 1/min", "amplitude"),
-            *("worst at, 1/min", "half range"),
+            *("quantity", "unit", "largest order", f"at, {speed.unit}", "amplitude"),
+            *(f"worst at, {speed.unit}", "half range"),
         )
         return table(columns, rows)

@@ -13,6 +13,7 @@ from lumped.compiler.system import Name
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.points.moved_equilibrium import places_to
 from lumped.support.arguments import checked
+from lumped.support.display_units import display, speed_unit
 from lumped.support.text_table import number, table
 from lumped.vibration.moved_rotation import moved_by
 from lumped.vibration.order_response import OrderResponse
@@ -72,16 +73,18 @@ class OrderSensitivity:
         return float(self.values[self.parameters.index(parameter)])
 
     def __repr__(self) -> str:
+        to_show, speed = display(self.output, self.unit, is_change=True), speed_unit()
         head = (
-            f"{self.measure} of {self.output} at {self.speed * 30 / np.pi:.6g} 1/min: "
-            f"{self.value:.6g} {self.unit}; by {len(self.parameters)} parameters"
+            f"{self.measure} of {self.output} at {speed.value(self.speed):.6g} {speed.unit}: "
+            f"{to_show.value(self.value):.6g} {to_show.unit}; by {len(self.parameters)} parameters"
         )
         order = np.argsort(-np.abs(self.relative), kind="stable")[:20].tolist()
         rows = [
-            (self.parameters[i], number(self.values[i], 6), f"{self.relative[i]:+.4f}")
+            (self.parameters[i], number(to_show.value(self.values[i])), f"{self.relative[i]:+.4f}")
             for i in order
         ]
-        return f"{head}\n" + table(("parameter", "derivative", "relative"), rows)
+        columns = ("parameter", f"derivative, {to_show.unit} for each unit", "relative")
+        return f"{head}\n" + table(columns, rows)
 
 
 @checked

@@ -15,8 +15,8 @@ from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, display
-from lumped.support.text_table import number, table
+from lumped.support.display_units import Units, chosen, display, speed_unit
+from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import Trajectory
 from lumped.vibration import pictures
 from lumped.vibration.order_analysis import rising_angle
@@ -159,34 +159,45 @@ class OrderTracks:
         ----------
         orders : iterable of float, optional
             Orders to draw as curves; default is the six largest.
-        units, backend, ax
-            As in `lumped.Trajectory.plot`.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows, and 1/min
+            for speeds.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
-        chosen = self.largest() if orders is None else tuple(orders)
-        shown = display(self.of, self.unit, units, is_change=True)
-        speed = display("speed", "rad/s", units, usual="1/min")
+        wanted = self.largest() if orders is None else tuple(orders)
+        choice = chosen(units, ("speed", self.of))
+        to_show = display(self.of, self.unit, choice, is_change=True)
+        tracks = {f"order {o:.5g}": to_show.value(np.abs(self.track(o))) for o in wanted}
+        size, speed = to_show.value(np.abs(self.values)), speed_unit(choice)
+        title = f"{self.name}: {self.of}"
         picture = pictures.order_tracks(
-            f"{self.name}: {self.of}",
-            (speed.value(self.speeds), speed.unit),
-            self.orders,
-            shown.value(np.abs(self.values)),
-            {f"order {o:.5g}": shown.value(np.abs(self.track(o))) for o in chosen},
-            shown.unit,
+            title, self.speeds, self.orders, size, tracks, to_show.unit, speed
         )
         return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
+        speed = speed_unit()
+        low, high = speed.value(self.speeds.min()), speed.value(self.speeds.max())
         head = (
             f"{self.name}: {self.of} in {len(self.times)} windows of {self.turns} turns of "
-            f"{self.over} (Hann), overlap {self.overlap:.0%}, {self.rpm.min():.5g} to "
-            f"{self.rpm.max():.5g} 1/min"
+            f"{self.over} (Hann), overlap {self.overlap:.0%}, {low:.5g} to {high:.5g} {speed.unit}"
         )
         rows = []
         for order in self.largest():
             size = np.abs(self.track(order))
             k = int(size.argmax())
-            rows.append((f"{order:.5g}", number(size[k]), self.unit, number(self.rpm[k])))
-        return f"{head}\n" + table(("order", "largest amplitude", "unit", "at, 1/min"), rows)
+            told = amounts(self.of, self.unit, size[k], is_change=True)
+            rows.append((f"{order:.5g}", *told, number(speed.value(self.speeds[k]))))
+        columns = ("order", "largest amplitude", "unit", f"at, {speed.unit}")
+        return f"{head}\n" + table(columns, rows)
 
 
 @checked

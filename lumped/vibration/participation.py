@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
+from lumped.support.display_units import frequency_unit
 from lumped.support.text_table import number, table
 from lumped.vibration.left_vectors import left_vectors
 from lumped.vibration.modes import Modes
@@ -50,11 +51,11 @@ class Participation:
         return [(names[i], float(size[i])) for i in order if size[i] > 1e-12]
 
     def __repr__(self) -> str:
-        rows = []
+        rows, frequency = [], frequency_unit()
         for i, hertz in enumerate(self.modes.hertz[:30]):
             most = "; ".join(f"{name} {value:.3f}" for name, value in self.ranked(i)[:5])
-            rows.append((str(i + 1), number(hertz, 9), most))
-        head = ("mode", "natural frequency, Hz", "participation")
+            rows.append((str(i + 1), number(frequency.value(hertz), 9), most))
+        head = ("mode", f"natural frequency, {frequency.unit}", "participation")
         return f"{self.modes.system.name}: {self.modes.accuracy}\n" + table(head, rows)
 
 

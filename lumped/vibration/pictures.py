@@ -19,6 +19,7 @@ from lumped.plots.picture import (
     labelled,
 )
 from lumped.plots.style import COLOURS, GREY, INK, SMALL, ZERO, Look, look
+from lumped.support.display_units import Shown
 
 __all__ = [
     "frequency_response",
@@ -77,8 +78,9 @@ def mode_shapes(
 
 def frequency_response(
     title: str,
-    frequency: tuple[np.ndarray, str],
+    hertz: np.ndarray,
     outputs: Mapping[tuple[str, str], Mapping[str, tuple[np.ndarray, np.ndarray]]],
+    frequency: Shown,
     *,
     decibels: bool,
 ) -> Picture:
@@ -91,19 +93,21 @@ def frequency_response(
     ----------
     title : str
         Title of the picture.
-    frequency : (ndarray of shape (k,), str)
-        Frequencies, and their unit.
+    hertz : ndarray, shape (k,)
+        Frequencies, Hz.
     outputs : mapping of (str, str) to mapping of str to two ndarrays of shape (k,)
         For each output and unit of its responses: magnitude and phase (rad) by the inputs.
+    frequency : Shown
+        How frequencies are shown.
     decibels : bool
         Whether magnitudes are in dB, else as they are on a logarithmic axis.
     """
-    hertz, hertz_unit = frequency
-    low, high = float(hertz[0]), float(hertz[-1])
-    log = high > 10 * max(low, hertz[min(1, len(hertz) - 1)]) > 0
-    first = low if low > 0 or not log else float(hertz[1])
+    f = frequency.value(hertz)
+    low, high = float(f[0]), float(f[-1])
+    log = high > 10 * max(low, f[min(1, len(f) - 1)]) > 0
+    first = low if low > 0 or not log else float(f[1])
     ends = (first, high) if high > first else (None, None)
-    x = Axis(labelled("frequency", hertz_unit), log, *ends)
+    x = Axis(labelled("frequency", frequency.unit), log, *ends)
     panels = []
     for (output, unit), inputs in outputs.items():
         sizes: list[Item] = []
@@ -111,9 +115,9 @@ def frequency_response(
         span = 0.0
         for i, (given, (magnitude, phase)) in enumerate(inputs.items()):
             size = np.where(magnitude > 0, magnitude, np.nan)
-            sizes.append(Curve(hertz, 20 * np.log10(size) if decibels else size, given, look(i)))
+            sizes.append(Curve(f, 20 * np.log10(size) if decibels else size, given, look(i)))
             degrees = _phase(phase)
-            angles.append(Curve(hertz, degrees, "", look(i)))
+            angles.append(Curve(f, degrees, "", look(i)))
             span = max(span, float(np.ptp(degrees)))
         label = f"magnitude, dB of {unit}" if decibels else labelled("magnitude", unit)
         y = Axis(label, log=not decibels)
@@ -130,7 +134,7 @@ def _phase(phase: np.ndarray) -> np.ndarray:
     return np.asarray(degrees)
 
 
-def root_locus(title: str, eigenvalues: np.ndarray) -> Picture:
+def root_locus(title: str, eigenvalues: np.ndarray, frequency: Shown) -> Picture:
     """Eigenvalues in the complex plane, upper half; a circle marks the first value, a dot the last.
 
     Parameters
@@ -139,9 +143,11 @@ def root_locus(title: str, eigenvalues: np.ndarray) -> Picture:
         Title of the picture.
     eigenvalues : complex ndarray, shape (k, n)
         Eigenvalues along the locus, 1/s.
+    frequency : Shown
+        How frequencies are shown.
     """
     items: list[Item] = [Level(0.0, upright=True, look=ZERO)]
-    hertz = eigenvalues / (2 * np.pi)
+    hertz = frequency.factor * eigenvalues / (2 * np.pi)
     upper = (eigenvalues.imag > 0).any(axis=0)
     for i, column in enumerate(np.flatnonzero(upper).tolist()):
         path = np.where(hertz[:, column].imag >= 0, hertz[:, column], np.nan)
@@ -149,14 +155,15 @@ def root_locus(title: str, eigenvalues: np.ndarray) -> Picture:
         for k, hollow in ((0, True), (-1, False)):
             end = look(i, dash="", mark="circle", hollow=hollow)
             items.append(Curve(path.real[[k]], path.imag[[k]], look=end))
-    x, y = Axis("real part / (2 pi), 1/s"), Axis("imaginary part / (2 pi), Hz")
+    x, y = (Axis(labelled(f"{of} part / (2 pi)", frequency.unit)) for of in ("real", "imaginary"))
     return Picture(title, (Panel(tuple(items), x, y, height=4.0),))
 
 
 def order_response(
     title: str,
-    speed: tuple[np.ndarray, str],
+    speeds: np.ndarray,
     outputs: Mapping[str, tuple[str, Mapping[str, np.ndarray]]],
+    speed: Shown,
     note: str,
 ) -> Picture:
     """Amplitudes over the speed, one panel for each output.
@@ -165,29 +172,31 @@ def order_response(
     ----------
     title : str
         Title of the picture.
-    speed : (ndarray of shape (k,), str)
-        Speeds, and their unit.
+    speeds : ndarray, shape (k,)
+        Speeds, rad/s.
     outputs : mapping of str to (str, mapping of str to ndarray of shape (k,))
         Unit of each output, and its curves by their labels; the last one stands out.
+    speed : Shown
+        How speeds are shown.
     note : str
         Which orders are left out.
     """
-    x = _over_speed(speed)
+    across, x = speed.value(speeds), _over_speed(speeds, speed)
     panels = []
     for output, (unit, curves) in outputs.items():
         last = len(curves) - 1
         items = [
-            Curve(speed[0], size, label, Look(INK, width=1.8) if 0 < i == last else look(i))
+            Curve(across, size, label, Look(INK, width=1.8) if 0 < i == last else look(i))
             for i, (label, size) in enumerate(curves.items())
         ]
         panels.append(Panel(tuple(items), x, Axis(labelled("amplitude", unit), low=0.0), output))
     return Picture(title, tuple(panels), shared=True, note=note)
 
 
-def _over_speed(speed: tuple[np.ndarray, str]) -> Axis:
-    values, unit = speed
+def _over_speed(speeds: np.ndarray, speed: Shown) -> Axis:
+    values = speed.value(speeds)
     ends = (float(values.min()), float(values.max())) if len(values) > 1 else (None, None)
-    return Axis(labelled("speed", unit), low=ends[0], high=ends[1])
+    return Axis(labelled("speed", speed.unit), low=ends[0], high=ends[1])
 
 
 def holzer(
@@ -244,11 +253,12 @@ def holzer(
 
 def order_tracks(
     title: str,
-    speed: tuple[np.ndarray, str],
+    speeds: np.ndarray,
     orders: np.ndarray,
     size: np.ndarray,
     tracks: Mapping[str, np.ndarray],
     unit: str,
+    speed: Shown,
 ) -> Picture:
     """Amplitudes over speed and order as a colour map, above those of some orders as curves.
 
@@ -256,8 +266,8 @@ def order_tracks(
     ----------
     title : str
         Title of the picture.
-    speed : (ndarray of shape (k,), str)
-        Speed of each window, and its unit.
+    speeds : ndarray, shape (k,)
+        Speed of each window, rad/s.
     orders : ndarray, shape (o,)
         Periods for each turn.
     size : ndarray, shape (k, o)
@@ -266,11 +276,13 @@ def order_tracks(
         Amplitudes of single orders by their labels.
     unit : str
         Unit of the amplitudes.
+    speed : Shown
+        How speeds are shown.
     """
     label = labelled("amplitude", unit)
-    x = _over_speed(speed)
-    curves = [Curve(speed[0], y, name, look(i)) for i, (name, y) in enumerate(tracks.items())]
-    plane = Panel((HeatMap(speed[0], orders, size, label),), x, Axis("order"), height=3.0)
+    across, x = speed.value(speeds), _over_speed(speeds, speed)
+    curves = [Curve(across, y, name, look(i)) for i, (name, y) in enumerate(tracks.items())]
+    plane = Panel((HeatMap(across, orders, size, label),), x, Axis("order"), height=3.0)
     below = Panel(tuple(curves), x, Axis(label, low=0.0))
     return Picture(title, (plane, below), shared=True, below=True)
 

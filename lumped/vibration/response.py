@@ -21,9 +21,9 @@ from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, display
+from lumped.support.display_units import Units, chosen, display, frequency_unit
 from lumped.support.made_once import made_once
-from lumped.support.text_table import number, table
+from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration import pictures
 
@@ -194,29 +194,36 @@ class FrequencyResponse:
             Outputs to draw; default is all.
         decibels : bool
             Whether magnitudes are in dB, ``20 log10(magnitude)``, else on a logarithmic axis.
-        units, backend, ax
-            As in `lumped.Trajectory.plot`.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
 
         Raises
         ------
         OptionError
             If no output is named.
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         system = self.system
-        chosen = self.outputs if outputs is None else [system.key(name) for name in outputs]
-        if not chosen:
+        wanted = self.outputs if outputs is None else [system.key(name) for name in outputs]
+        if not wanted:
             raise OptionError(f"{system.name}: name at least one output to draw.")
+        choice = chosen(units, ("frequency", *system.names()))
         drawn: dict[tuple[str, str], dict[str, tuple[Real, Real]]] = {}
-        for output in chosen:
-            shown = display(output, system.quantity(output).unit, units, is_change=True)
+        for output in wanted:
+            to_show = display(output, system.quantity(output).unit, choice, is_change=True)
             for given in self.inputs:
-                by = display(given, system.quantity(given).unit, units, is_change=True)
-                size = self.magnitude(output, given) * (shown.factor / by.factor)
-                both = size, np.angle(self[output, given])
-                drawn.setdefault((output, _quotient(shown.unit, by.unit)), {})[given] = both
-        frequency = display("frequency", "Hz", units)
-        axis = frequency.value(self.hertz), frequency.unit
-        picture = pictures.frequency_response(system.name, axis, drawn, decibels=decibels)
+                by = display(given, system.quantity(given).unit, choice, is_change=True)
+                size = self.magnitude(output, given) * (to_show.factor / by.factor)
+                key = output, _quotient(to_show.unit, by.unit)
+                drawn.setdefault(key, {})[given] = size, self.phase(output, given)
+        picture = pictures.frequency_response(
+            system.name, self.hertz, drawn, frequency_unit(choice), decibels=decibels
+        )
         return draw(picture, backend, ax)
 
     def _places(self, output: Name, input: Name) -> tuple[int, int]:
@@ -238,18 +245,20 @@ class FrequencyResponse:
         )
         if side := one_sided(self.point):
             head += f"\n{side}"
-        rows = []
+        rows, frequency = [], frequency_unit()
         for output in self.outputs:
+            unit = self.system.quantity(output).unit
             for given in self.inputs:
                 peaks = self.peaks(output, given)
                 highest = max(peaks, key=lambda p: p.magnitude, default=None)
-                at = (
-                    ("-", "-")
-                    if highest is None
-                    else (number(highest.hertz), number(highest.magnitude))
-                )
-                rows.append((f"{output} / {given}", str(len(peaks)), *at))
-        return f"{head}\n" + table(("output / input", "peaks", "highest at, Hz", "magnitude"), rows)
+                at: tuple[str, ...] = ("-", "-")
+                if highest is not None:
+                    size, _ = amounts(output, unit, highest.magnitude, is_change=True)
+                    at = number(frequency.value(highest.hertz)), size
+                to_show = display(output, unit, is_change=True).unit
+                rows.append((f"{output} / {given}", str(len(peaks)), *at, to_show))
+        columns = ("output / input", "peaks", f"highest at, {frequency.unit}", "magnitude", "unit")
+        return f"{head}\n" + table(columns, rows)
 
 
 @checked

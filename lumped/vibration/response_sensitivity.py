@@ -15,6 +15,7 @@ from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.points.kink_refusals import refuse_kinks
 from lumped.points.moved_equilibrium import moved_point, places_to, point_matters, still_point
 from lumped.support.arguments import checked
+from lumped.support.display_units import frequency_unit
 from lumped.support.text_table import number, table
 from lumped.vibration.response import FrequencyResponse
 
@@ -71,7 +72,7 @@ class ResponseSensitivity:
     def __repr__(self) -> str:
         point, known = self.response.point, self.response.point.parameters
         theta = np.array([known[name] for name in self.parameters])
-        rows = []
+        rows, frequency = [], frequency_unit()
         for i, output in enumerate(self.response.outputs):
             for j, given in enumerate(self.response.inputs):
                 curve = np.abs(self.response.values[:, i, j])
@@ -79,14 +80,17 @@ class ResponseSensitivity:
                 shares = self._magnitudes(k, i, j) * theta / curve[k] if curve[k] else theta * 0
                 order = np.argsort(-np.abs(shares))[:4].tolist()
                 text = "; ".join(f"{self.parameters[n]} {shares[n]:+.4f}" for n in order)
-                rows.append((f"{output} / {given}", number(self.response.hertz[k]), text))
+                rows.append(
+                    (f"{output} / {given}", number(frequency.value(self.response.hertz[k])), text)
+                )
         where = "moves with the parameters" if self.moving else "held, or without effect"
         head = (
             f"{point.system.name}: response by {len(self.parameters)} parameters, relative; "
             f"operating point: {where}; {len(self.response.hertz)} factorisations, residual "
             f"{self.response.residual:.1e}"
         )
-        return f"{head}\n" + table(("output / input", "largest at, Hz", "magnitude there"), rows)
+        columns = ("output / input", f"largest at, {frequency.unit}", "magnitude there")
+        return f"{head}\n" + table(columns, rows)
 
 
 @checked

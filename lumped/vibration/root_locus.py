@@ -13,11 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, SolverError
 from lumped.plots.draw import Backend, draw
+from lumped.plots.picture import labelled
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.situation import situation
 from lumped.points.start import point_at, start_point
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, display
+from lumped.support.display_units import Units, chosen, display, frequency_unit
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration import pictures
@@ -82,23 +83,38 @@ class RootLocus:
         return found
 
     @checked
-    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+    def plot(
+        self,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Root locus in the complex plane; a circle marks the first value, a dot the last.
 
         Parameters
         ----------
-        units, backend, ax
-            As in `lumped.Trajectory.plot`.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         parameters = self.system.structure.parameters
         unit = parameters.declared[parameters.names.index(self.parameter)].unit
-        shown = display(self.parameter, unit, units)
-        first, last = shown.value(self.values)[[0, -1]]
-        of = "" if shown.unit in ("", "1") else f" {shown.unit}"
-        title = f"{self.parameter} from {first:g} (circle) to {last:g}{of} (dot)"
-        return draw(
-            pictures.root_locus(f"{self.system.name}: {title}", self.eigenvalues), backend, ax
-        )
+        choice = chosen(units, ("frequency", *self.system.names(), *parameters.names))
+        to_show = display(self.parameter, unit, choice)
+        first, last = to_show.value(self.values)[[0, -1]]
+        change = f"{first:g} (circle) to {labelled(f'{last:g}', to_show.unit)} (dot)"
+        title = f"{self.system.name}: {self.parameter} from {change}"
+        picture = pictures.root_locus(title, self.eigenvalues, frequency_unit(choice))
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
         head = (
@@ -110,18 +126,18 @@ class RootLocus:
             head += f"\nnot followed for certain: {begin:.6g} to {end:.6g}"
         first, last = self.eigenvalues[0], self.eigenvalues[-1]
         upper = np.flatnonzero((first.imag > 0) | (last.imag > 0))
+        frequency = frequency_unit()
         rows = [
             (
-                number(self.hertz[0, i]),
+                number(frequency.value(self.hertz[0, i])),
                 number(self.damping[0, i], 4),
-                number(self.hertz[-1, i]),
+                number(frequency.value(self.hertz[-1, i])),
                 number(self.damping[-1, i], 4),
             )
             for i in upper[np.argsort(np.abs(first[upper]))][:20]
         ]
-        return f"{head}\n" + table(
-            ("first, Hz", "damping ratio", "last, Hz", "damping ratio"), rows
-        )
+        columns = (f"{end}, {frequency.unit}" for end in ("first", "last"))
+        return f"{head}\n" + table([x for c in columns for x in (c, "damping ratio")], rows)
 
 
 @checked

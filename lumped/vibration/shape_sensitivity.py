@@ -16,6 +16,7 @@ from lumped.points.linearise import sparse_state_matrix
 from lumped.points.moved_equilibrium import moved_point, still_point
 from lumped.points.vibrating_states import moving
 from lumped.support.arguments import checked
+from lumped.support.display_units import frequency_unit
 from lumped.support.text_table import number, table
 from lumped.vibration.eigen_sensitivity import eigen_sensitivity
 from lumped.vibration.left_vectors import left_vectors, parts
@@ -65,7 +66,7 @@ class ShapeSensitivity:
 
     def __repr__(self) -> str:
         theta = self.modes.point.parameters
-        rows = []
+        rows, frequency = [], frequency_unit()
         for k, hertz in enumerate(self.modes.hertz[:12]):
             change = self.values[k] * [theta[name] for name in self.to]
             order = np.argsort(-np.abs(change), axis=None)[:4]
@@ -75,12 +76,14 @@ class ShapeSensitivity:
                 text = "; ".join(
                     f"{self.of[i]} by {self.to[j]} {abs(change[i, j]):.4f}" for i, j in pairs
                 )
-            rows.append((str(k + 1), number(hertz, 9), text))
+            rows.append((str(k + 1), number(frequency.value(hertz), 9), text))
         head = (
             f"{self.modes.system.name}: size of the change of amplitudes for a relative change of "
             f"parameters; residual {self.residual:.1e}"
         )
-        return f"{head}\n" + table(("mode", "natural frequency, Hz", "largest"), rows)
+        return f"{head}\n" + table(
+            ("mode", f"natural frequency, {frequency.unit}", "largest"), rows
+        )
 
 
 @checked

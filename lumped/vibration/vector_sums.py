@@ -13,7 +13,7 @@ from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, display
+from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.text_table import number, table
 from lumped.vibration import pictures
 from lumped.vibration.modes import Modes
@@ -70,32 +70,37 @@ class VectorSums:
         backend: Backend = "matplotlib",
         ax: Any = None,
     ) -> Any:
-        """Phase diagram of each order in a mode, counted from 0: its vectors and their sum.
+        """Phase diagram of each order in a mode: its vectors and their sum.
 
         Parameters
         ----------
         mode : int
-            Number of the mode.
-        units, backend, ax
-            As in `lumped.Trajectory.plot`.
+            Its number, from 0.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
 
         Raises
         ------
         OptionError
             If there is no such mode.
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
         """
         if not 0 <= mode < len(self.vectors):
             raise OptionError(
                 f"vector_sums: there is no mode {mode}; {len(self.vectors)} modes count from 0."
             )
-        shown = display("frequency", "Hz", units)
-        value = shown.value(float(self.modes.hertz[mode]))
-        title = f"{self.modes.system.name}: {value:.4g} {shown.unit}"
+        frequency = frequency_unit(chosen(units, ("frequency", *self.modes.system.names())))
+        told = f"{frequency.value(self.modes.hertz[mode]):.4g} {frequency.unit}"
+        title = f"{self.modes.system.name}: {told}"
         labels = [str(i + 1) for i in range(len(self.names))]
         captions = [f"order {order:g}" for order in self.orders]
-        return draw(
-            pictures.phase_diagrams(title, labels, self.vectors[mode], captions), backend, ax
-        )
+        picture = pictures.phase_diagrams(title, labels, self.vectors[mode], captions)
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
         size = np.abs(self.values)
@@ -107,7 +112,9 @@ class VectorSums:
             (f"{order:g}", *(number(v, 4) for v in size[:6, o]))
             for o, order in enumerate(self.orders[:_MOST_SHOWN])
         ]
-        columns = ("order", *(f"{hertz:.4g} Hz" for hertz in self.modes.hertz[:6]))
+        frequency = frequency_unit()
+        told = frequency.value(self.modes.hertz[:6])
+        columns = ("order", *(f"{value:.4g} {frequency.unit}" for value in told))
         return f"{head}\n" + table(columns, rows)
 
 
