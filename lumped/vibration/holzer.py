@@ -14,7 +14,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display, frequency_unit
 from lumped.support.text_table import number, table
-from lumped.vibration import pictures
+from lumped.vibration.pictures import holzer_picture
 from lumped.vibration.stations import InertialPart, Part
 
 __all__ = ["Holzer"]
@@ -143,7 +143,7 @@ class Holzer:
                 inertias.append((part.name, part.station, float(angle)))
             else:
                 shafts.append((part.name, part.stations, to_show.value(float(torque))))
-        picture = pictures.holzer(title, inertias, shafts, self.ends, to_show.unit)
+        picture = holzer_picture(title, inertias, shafts, self.ends, to_show.unit)
         return draw(picture, backend, ax)
 
     def __repr__(self) -> str:

@@ -26,9 +26,9 @@ from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
-from lumped.vibration import pictures
 from lumped.vibration.eigen_accuracy import Accuracy, accuracy, lost
 from lumped.vibration.eigenpairs import Eigenpairs
+from lumped.vibration.pictures import mode_shapes_picture
 
 __all__ = ["Modes", "modes", "modes_of"]
 
@@ -314,7 +314,7 @@ class Modes(Eigenpairs):
             for k in drawn
         ]
         shapes = np.array([self.shape(name)[drawn] for name in wanted])
-        return draw(pictures.mode_shapes(name, wanted, shapes, captions, note), backend, ax)
+        return draw(mode_shapes_picture(name, wanted, shapes, captions, note), backend, ax)
 
     def __repr__(self) -> str:
         names, amplitudes = self._positions

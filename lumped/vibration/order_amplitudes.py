@@ -15,7 +15,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display, speed_unit
 from lumped.support.text_table import amounts, number, table
-from lumped.vibration import pictures
+from lumped.vibration.pictures import order_response_picture
 from lumped.vibration.synthesis import Synthesis
 
 __all__ = ["OrderAmplitudes"]
@@ -160,7 +160,7 @@ class OrderAmplitudes:
             drawn[output] = to_show.unit, curves
         left = len(self.orders) - most
         note = f"{left} smaller: choose with most=" if left > 0 else ""
-        picture = pictures.order_response(
+        picture = order_response_picture(
             self.system.name, self.speeds, drawn, speed_unit(choice), note
         )
         return draw(picture, backend, ax)

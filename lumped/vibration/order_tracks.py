@@ -18,8 +18,8 @@ from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display, speed_unit
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import Trajectory
-from lumped.vibration import pictures
 from lumped.vibration.order_analysis import rising_angle
+from lumped.vibration.pictures import order_tracks_picture
 
 __all__ = ["OrderTracks", "order_tracks"]
 
@@ -178,7 +178,7 @@ class OrderTracks:
         tracks = {f"order {o:.5g}": to_show.value(np.abs(self.track(o))) for o in wanted}
         size, speed = to_show.value(np.abs(self.values)), speed_unit(choice)
         title = f"{self.name}: {self.of}"
-        picture = pictures.order_tracks(
+        picture = order_tracks_picture(
             title, self.speeds, self.orders, size, tracks, to_show.unit, speed
         )
         return draw(picture, backend, ax)

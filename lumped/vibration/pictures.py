@@ -22,13 +22,13 @@ from lumped.plots.style import COLOURS, GREY, INK, SMALL, ZERO, Look, look
 from lumped.support.display_units import Shown
 
 __all__ = [
-    "frequency_response",
-    "holzer",
-    "mode_shapes",
-    "order_response",
-    "order_tracks",
-    "phase_diagrams",
-    "root_locus",
+    "frequency_response_picture",
+    "holzer_picture",
+    "mode_shapes_picture",
+    "order_response_picture",
+    "order_tracks_picture",
+    "phase_diagrams_picture",
+    "root_locus_picture",
 ]
 
 _LINKS = Look(GREY, "dotted")
@@ -39,7 +39,7 @@ _WIDE, _HIGH = (2.4 * points / (72 * _ROUND) for points in (0.6 * SMALL, 1.2 * S
 _STEPS = (15.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0)
 
 
-def mode_shapes(
+def mode_shapes_picture(
     title: str, names: Sequence[str], shapes: np.ndarray, captions: Sequence[str], note: str
 ) -> Picture:
     """Amplitudes along the drive, one panel for each mode.
@@ -76,7 +76,7 @@ def mode_shapes(
     return Picture(title, tuple(drawn), columns, shared=True, below=True, note=note)
 
 
-def frequency_response(
+def frequency_response_picture(
     title: str,
     hertz: np.ndarray,
     outputs: Mapping[tuple[str, str], Mapping[str, tuple[np.ndarray, np.ndarray]]],
@@ -134,7 +134,7 @@ def _phase(phase: np.ndarray) -> np.ndarray:
     return np.asarray(degrees)
 
 
-def root_locus(title: str, eigenvalues: np.ndarray, frequency: Shown) -> Picture:
+def root_locus_picture(title: str, eigenvalues: np.ndarray, frequency: Shown) -> Picture:
     """Eigenvalues in the complex plane, upper half; a circle marks the first value, a dot the last.
 
     Parameters
@@ -159,7 +159,7 @@ def root_locus(title: str, eigenvalues: np.ndarray, frequency: Shown) -> Picture
     return Picture(title, (Panel(tuple(items), x, y, height=4.0),))
 
 
-def order_response(
+def order_response_picture(
     title: str,
     speeds: np.ndarray,
     outputs: Mapping[str, tuple[str, Mapping[str, np.ndarray]]],
@@ -199,7 +199,7 @@ def _over_speed(speeds: np.ndarray, speed: Shown) -> Axis:
     return Axis(labelled("speed", speed.unit), low=ends[0], high=ends[1])
 
 
-def holzer(
+def holzer_picture(
     title: str,
     inertias: Sequence[tuple[str, int, float]],
     shafts: Sequence[tuple[str, tuple[int, int], float]],
@@ -251,7 +251,7 @@ def holzer(
     )
 
 
-def order_tracks(
+def order_tracks_picture(
     title: str,
     speeds: np.ndarray,
     orders: np.ndarray,
@@ -287,7 +287,7 @@ def order_tracks(
     return Picture(title, (plane, below), shared=True, below=True)
 
 
-def phase_diagrams(
+def phase_diagrams_picture(
     title: str, labels: Sequence[str], vectors: np.ndarray, captions: Sequence[str]
 ) -> Picture:
     """Vectors from one centre and their sum, one panel for each row.

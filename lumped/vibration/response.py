@@ -25,7 +25,7 @@ from lumped.support.display_units import Units, chosen, display, frequency_unit
 from lumped.support.made_once import made_once
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import OperatingPoint
-from lumped.vibration import pictures
+from lumped.vibration.pictures import frequency_response_picture
 
 __all__ = [
     "FrequencyResponse",
@@ -217,11 +217,11 @@ class FrequencyResponse:
         for output in wanted:
             to_show = display(output, system.quantity(output).unit, choice, is_change=True)
             for given in self.inputs:
-                by = display(given, system.quantity(given).unit, choice, is_change=True)
+                by = display(given, system.parameter_unit(given), choice, is_change=True)
                 size = self.magnitude(output, given) * (to_show.factor / by.factor)
                 key = output, _quotient(to_show.unit, by.unit)
                 drawn.setdefault(key, {})[given] = size, self.phase(output, given)
-        picture = pictures.frequency_response(
+        picture = frequency_response_picture(
             system.name, self.hertz, drawn, frequency_unit(choice), decibels=decibels
         )
         return draw(picture, backend, ax)

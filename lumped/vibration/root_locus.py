@@ -13,15 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, SolverError
 from lumped.plots.draw import Backend, draw
-from lumped.plots.picture import labelled
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.situation import situation
 from lumped.points.start import point_at, start_point
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, display, frequency_unit
-from lumped.support.text_table import number, table
+from lumped.support.display_units import Units, chosen, frequency_unit
+from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import OperatingPoint
-from lumped.vibration import pictures
+from lumped.vibration.pictures import root_locus_picture
 
 __all__ = ["RootLocus", "root_locus"]
 
@@ -106,14 +105,13 @@ class RootLocus:
         UnknownNameError
             If a name does not exist.
         """
-        parameters = self.system.structure.parameters
-        unit = parameters.declared[parameters.names.index(self.parameter)].unit
-        choice = chosen(units, ("frequency", *self.system.names(), *parameters.names))
-        to_show = display(self.parameter, unit, choice)
-        first, last = to_show.value(self.values)[[0, -1]]
-        change = f"{first:g} (circle) to {labelled(f'{last:g}', to_show.unit)} (dot)"
-        title = f"{self.system.name}: {self.parameter} from {change}"
-        picture = pictures.root_locus(title, self.eigenvalues, frequency_unit(choice))
+        system = self.system
+        choice = chosen(units, ("frequency", *system.names(), *system.structure.parameters.names))
+        unit, ends = system.parameter_unit(self.parameter), self.values[[0, -1]]
+        first, last, unit = amounts(self.parameter, unit, *ends, units=choice)
+        title = f"{system.name}: {self.parameter} from {first} (circle) to {last} (dot)"
+        title += f", {unit}" if unit not in ("", "1") else ""
+        picture = root_locus_picture(title, self.eigenvalues, frequency_unit(choice))
         return draw(picture, backend, ax)
 
     def __repr__(self) -> str:

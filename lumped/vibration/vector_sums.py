@@ -15,8 +15,8 @@ from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.text_table import number, table
-from lumped.vibration import pictures
 from lumped.vibration.modes import Modes
+from lumped.vibration.pictures import phase_diagrams_picture
 
 __all__ = ["VectorSums", "vector_sums"]
 
@@ -99,7 +99,7 @@ class VectorSums:
         title = f"{self.modes.system.name}: {told}"
         labels = [str(i + 1) for i in range(len(self.names))]
         captions = [f"order {order:g}" for order in self.orders]
-        picture = pictures.phase_diagrams(title, labels, self.vectors[mode], captions)
+        picture = phase_diagrams_picture(title, labels, self.vectors[mode], captions)
         return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
