@@ -14,6 +14,7 @@ from lumped.orbits.orbit_sensitivity import OrbitSensitivity, orbit_sensitivity,
 from lumped.orbits.shooting import Orbit, OrbitProblem
 from lumped.orbits.smooth_curves import Curve, Extreme, curves, extreme, integral
 from lumped.support.arguments import checked
+from lumped.support.display_units import frequency_unit, time_unit
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.result import Named, Trajectory
 
@@ -202,8 +203,10 @@ class PeriodicOrbit(Named):
         how = self.method
         if self.harmonics_used:
             how += f" with {self.harmonics_used} harmonics"
+        time, frequency = time_unit(), frequency_unit()
         lines = [
-            f"{self.system.name}: period {self.period:.9g} s ({self.frequency:.6g} Hz); {how}, "
+            f"{self.system.name}: period {time.value(self.period):.9g} {time.unit} "
+            f"({frequency.value(self.frequency):.6g} {frequency.unit}); {how}, "
             f"{self.iterations} iterations, {self.evaluations} evaluations, residual "
             f"{self.residual:.2g} ({self.worst}), condition {self.condition:.2g}",
             f"largest multiplier {self.largest:.6g}"

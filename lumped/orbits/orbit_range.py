@@ -18,6 +18,7 @@ from lumped.orbits.periodic import at_guess, of_speed, turning_problem
 from lumped.orbits.shooting import Guess, OrbitProblem
 from lumped.points.start import start_point
 from lumped.support.arguments import checked
+from lumped.support.display_units import speed_unit
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration.order_amplitudes import OrderAmplitudes
 from lumped.vibration.order_response import OrderResponse
@@ -75,18 +76,21 @@ class OrbitRange(OrderAmplitudes):
         return np.array([orbit.least(output).value for orbit in self.orbits])
 
     def __repr__(self) -> str:
+        speed = speed_unit()
+        speeds = speed.value(self.speeds)
         head = (
-            f"{self.system.name}: periodic motions at {len(self.speeds)} speeds from "
-            f"{self.rpm[0]:g} to {self.rpm[-1]:g} 1/min"
+            f"{self.system.name}: periodic motions at {len(speeds)} speeds from "
+            f"{speeds[0]:g} to {speeds[-1]:g} {speed.unit}"
         )
         free = {name for orbit in self.orbits for name in orbit.free}
         if free:
             held = [(name, [orbit.free[name] for orbit in self.orbits]) for name in sorted(free)]
             head += "".join(f"; {n} from {v[0]:.6g} to {v[-1]:.6g}" for n, v in held)
-        unstable = self.rpm[[not orbit.stable for orbit in self.orbits]]
+        unstable = speeds[[not orbit.stable for orbit in self.orbits]]
         if len(unstable):
             head += (
-                f"; {len(unstable)} unstable, from {unstable.min():g} to {unstable.max():g} 1/min"
+                f"; {len(unstable)} unstable, from {unstable.min():g} to {unstable.max():g} "
+                f"{speed.unit}"
             )
         return "\n".join([head, self.largest_orders(), *([self.ended] if self.ended else [])])
 

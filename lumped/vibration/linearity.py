@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError
+from lumped.support.display_units import speed_unit
 from lumped.support.made_once import made_once
 from lumped.timeloop.many_points import ManyPoints
 from lumped.vibration.order_solution import OrderSolution
@@ -66,16 +67,17 @@ class Linearity:
     @property
     def note(self) -> str:
         """What to say of it; empty if it is small."""
-        parts = []
+        parts, speed = [], speed_unit()
         if self.share > _TOLD:
             parts.append(
                 f"not linear: order {self.order:g} of {self.output} is wrong by about "
-                f"{min(self.share, 9.99):.0%} at {self.speed * 30 / np.pi:.5g} 1/min, as "
+                f"{min(self.share, 9.99):.0%} at {speed.value(self.speed):.5g} {speed.unit}, as "
                 f"{' and '.join(self.states)} vibrate{'s' * (len(self.states) == 1)} too far"
             )
         if self.released:
             told = ", ".join(
-                f"{name} (from {w * 30 / np.pi:.5g} 1/min)" for name, w in self.released.items()
+                f"{name} (from {speed.value(w):.5g} {speed.unit})"
+                for name, w in self.released.items()
             )
             parts.append(f"what is held in the mean changes along the vibration: {told}")
         return "; ".join(parts)

@@ -317,6 +317,7 @@ class Modes(Eigenpairs):
         return draw(mode_shapes_picture(name, wanted, shapes, captions, note), backend, ax)
 
     def __repr__(self) -> str:
+        frequency = frequency_unit()
         names, amplitudes = self._positions
         scaled = amplitudes / self._scale
         head = (
@@ -326,7 +327,7 @@ class Modes(Eigenpairs):
         if side := one_sided(self.point):
             head += f"\n{side}"
         if self.near is not None:
-            head += f"; only those near {self.near:g} Hz"
+            head += f"; only those near {frequency.value(self.near):g} {frequency.unit}"
         if len(self.hertz):
             head += f"\n{self.accuracy}"
         if self.lost:
@@ -334,7 +335,7 @@ class Modes(Eigenpairs):
                 f"\nnote: {self.lost} eigenvalues that are not zero are below the rounding of the "
                 "highest, and count among the rigid-body modes; analyse the soft parts alone"
             )
-        rows, frequency = [], frequency_unit()
+        rows = []
         for i, (f, z) in enumerate(zip(self.hertz[:30], self.damping, strict=False)):
             order = np.argsort(-np.abs(scaled[:, i]))[:3].tolist() if names else []
             parts = [f"{names[j]} {_signed(scaled[j, i])}" for j in order]

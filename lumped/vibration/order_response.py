@@ -13,6 +13,7 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
 from lumped.points.situation import situation
 from lumped.support.arguments import checked
+from lumped.support.display_units import speed_unit
 from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.validity import ranges
 from lumped.vibration.linearity import Linearity, linearity
@@ -134,9 +135,11 @@ class OrderResponse(OrderAmplitudes):
         return k
 
     def __repr__(self) -> str:
+        speed = speed_unit()
+        low, high = (speed.value(self.speeds[i]) for i in (0, -1))
         head = (
             f"{self.system.name}: {len(self.orders)} orders at {len(self.speeds)} speeds from "
-            f"{self.rpm[0]:g} to {self.rpm[-1]:g} 1/min; residual {self.residual:.1e}"
+            f"{low:g} to {high:g} {speed.unit}; residual {self.residual:.1e}"
             f"{situation(self.rotation.points[0])}"
         )
         note = "" if self.linearity is None else self.linearity.note

@@ -238,14 +238,16 @@ class FrequencyResponse:
         return places[0], places[1]
 
     def __repr__(self) -> str:
+        frequency = frequency_unit()
+        low, high = (frequency.value(self.hertz[i]) for i in (0, -1))
         head = (
             f"{self.system.name}: response at {len(self.hertz)} frequencies from "
-            f"{self.hertz[0]:g} to {self.hertz[-1]:g} Hz, a factorisation for each; residual "
+            f"{low:g} to {high:g} {frequency.unit}, a factorisation for each; residual "
             f"{self.residual:.1e}{situation(self.point)}"
         )
         if side := one_sided(self.point):
             head += f"\n{side}"
-        rows, frequency = [], frequency_unit()
+        rows = []
         for output in self.outputs:
             unit = self.system.quantity(output).unit
             for given in self.inputs:

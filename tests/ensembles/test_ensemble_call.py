@@ -272,7 +272,9 @@ def test_tables_quantiles_and_texts(system):
     head, _, _, row = repr(found).splitlines()
     assert head.startswith("14 runs, 0 failed; ")
     assert row.split()[0] == "x"
-    numbers = [float(text) for text in row.split()[1:]]
+    *numbers, unit = row.split()[1:]
+    assert unit == "rad"
+    numbers = [float(text) for text in numbers]
     told = [np.min, np.median, np.max, np.mean, lambda x: np.std(x, ddof=1)]
     assert numbers == pytest.approx([f(expected) for f in told], rel=1e-5)
 

@@ -5,19 +5,19 @@ import pytest
 
 from lumped.support.known_units import _UNITS, measure
 
+REGISTRY = pint.UnitRegistry()
 SPELT = {"kWh": "kW*h", "%": "percent"}
 
 
 @pytest.mark.parametrize("unit", _UNITS)
 def test_a_known_unit_is_the_one_of_pint(unit):
-    registry = pint.UnitRegistry()
     received = measure(unit)
     base = "*".join(f"{name}**{power}" for name, power in received.powers.items())
     spelt = SPELT.get(unit, unit.replace("Ohm", "ohm"))
-    one, three = (registry.Quantity(size, spelt).to(base or "1") for size in (1.0, 3.0))
+    one, three = (REGISTRY.Quantity(size, spelt).to(base or "1") for size in (1.0, 3.0))
     assert received.factor + received.zero == pytest.approx(one.magnitude, rel=1e-14)
     assert 3 * received.factor + received.zero == pytest.approx(three.magnitude, rel=1e-14)
-    radians = registry.Quantity(1.0, spelt).to_root_units().units
+    radians = REGISTRY.Quantity(1.0, spelt).to_root_units().units
     assert received.powers.get("rad", 0) == radians._units.get("radian", 0)
 
 
