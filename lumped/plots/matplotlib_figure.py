@@ -274,7 +274,7 @@ def _(item: Instants, axis: Axes) -> Artist | None:
         np.zeros(len(item.times)),
         s=item.size**2,
         marker=_MARKERS[item.mark],
-        facecolor="white",
+        facecolor="none",
         edgecolor=INK,
         linewidths=0.8,
         transform=axis.get_xaxis_transform(),

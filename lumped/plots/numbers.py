@@ -22,7 +22,8 @@ Rows = Sequence[tuple[float, float]]
 _MOST_BARS = 12
 _RANGE = 30.0
 """Ratio of the longest to the shortest bar above which lengths are logarithmic."""
-_DECADES = 6
+_FELT = 1e-10
+"""Of the longest bar: what is shorter is rounding."""
 _BAR = 0.27  # inch for each
 
 
@@ -110,11 +111,12 @@ def tornado(ranked: Sequence[tuple[str, float]], title: str, what: str) -> Pictu
     title, what : str
         Title, and what changes.
     """
-    felt = [(name, value) for name, value in ranked if value]
+    least = _FELT * max((abs(value) for _, value in ranked), default=0.0)
+    felt = [(name, value) for name, value in ranked if abs(value) > least]
     most = felt[:_MOST_BARS]
     sizes = np.abs([value for _, value in most])
     log = len(most) > 0 and sizes[0] > _RANGE * sizes[-1]
-    floor = max(sizes[-1] / 2, sizes[0] * 10.0**-_DECADES) if log else 0.0
+    floor = sizes[-1] / 2 if log else 0.0
     items: list[Item] = []
     for sign, colour, label in ((1, "blue", "rises"), (-1, "vermilion", "falls")):
         rows = [i for i, (_, value) in enumerate(most) if value * sign > 0]
@@ -124,7 +126,7 @@ def tornado(ranked: Sequence[tuple[str, float]], title: str, what: str) -> Pictu
             text = f"{label} with the parameter"
             items.append(Bars(np.array(rows), lengths, COLOURS[colour], text, lying=True))
     for i, (_, value) in enumerate(most):
-        end = max(abs(value), floor) if log else value
+        end = abs(value) if log else value
         items.append(Words(end, i, f"{value:+.3g}", -1 if end < 0 else 1))
     if not log:
         items.append(Level(0.0, upright=True, look=ZERO))

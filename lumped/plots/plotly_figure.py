@@ -323,10 +323,9 @@ class _Drawing:
                 yaxis=f"y{own}",
                 mode="markers",
                 marker={
-                    "symbol": _SYMBOLS[item.mark],
+                    "symbol": f"{_SYMBOLS[item.mark]}-open",
                     "size": item.size * _POINT,
-                    "color": "white",
-                    "line": {"color": INK, "width": 1.0},
+                    "color": INK,
                 },
                 cliponaxis=False,
                 text=[_html(text) for text in item.texts],

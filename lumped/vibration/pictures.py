@@ -119,7 +119,8 @@ def frequency_response_picture(
             degrees = _phase(phase)
             angles.append(Curve(f, degrees, "", look(i)))
             span = max(span, float(np.ptp(degrees)))
-        label = f"magnitude, dB of {unit}" if decibels else labelled("magnitude", unit)
+        told = labelled("magnitude", unit)
+        label = (f"magnitude, dB of {unit}" if unit else "magnitude, dB") if decibels else told
         y = Axis(label, log=not decibels)
         step = next((step for step in _STEPS if span <= 4.5 * step), None)
         panels.append(Panel(tuple(sizes), x, y, output, height=2.2))

@@ -217,7 +217,7 @@ def test_decibels_are_twenty_logarithms(results):
 
 
 def test_bars_that_differ_much_are_logarithmic_and_tell_their_signs():
-    ranked = [("a", 2.0), ("b", -0.5), ("c", 0.001), ("d", 0.0)]
+    ranked = [("a", 2.0), ("b", -0.5), ("c", 0.001), ("d", 1e-17), ("e", 0.0)]
     figure = draw(tornado(ranked, "drive", "the peak"))
     (axis,) = figure.axes
     assert axis.get_xscale() == "log"
@@ -228,7 +228,7 @@ def test_bars_that_differ_much_are_logarithmic_and_tell_their_signs():
     rises, falls = (mpl.colors.to_rgba(COLOURS[name]) for name in ("blue", "vermilion"))
     assert {round(k): v for k, v in colours.items()} == {0: rises, 1: falls, 2: rises}
     assert [text.get_text() for text in axis.texts] == ["+2", "-0.5", "+0.001"]
-    assert figure.get_suptitle() == "drive\n1 without effect"
+    assert figure.get_suptitle() == "drive\n2 without effect"
 
 
 def test_verdict_shows_how_far_each_limit_is_used(results):
