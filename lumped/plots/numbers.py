@@ -24,6 +24,8 @@ _RANGE = 30.0
 """Ratio of the longest to the shortest bar above which lengths are logarithmic."""
 _FELT = 1e-10
 """Of the longest bar: what is shorter is rounding."""
+_MOST_SHARE = 3.0
+"""Of a permitted value: longer bars are cut."""
 _BAR = 0.27  # inch for each
 
 
@@ -159,10 +161,9 @@ def utilisation(title: str, shares: Sequence[tuple[str, float]]) -> Picture:
     title : str
         Title of the picture.
     shares : sequence of (str, float)
-        Names and shares, the largest first; infinite ones reach beyond the others.
+        Names and shares, the largest first; bars end at three times what is permitted.
     """
-    known = [share for _, share in shares if np.isfinite(share)]
-    reach = 115.0 * max(1.0, *known, 0.0)
+    reach = 100 * min(max(1.0, *(share for _, share in shares)), _MOST_SHARE)
     items: list[Item] = []
     for is_kept, colour, label in ((True, "blue", "kept"), (False, "vermilion", "exceeded")):
         rows = [i for i, (_, share) in enumerate(shares) if (share <= 1) == is_kept]
@@ -170,9 +171,10 @@ def utilisation(title: str, shares: Sequence[tuple[str, float]]) -> Picture:
             sizes = np.array([min(100 * shares[i][1], reach) for i in rows])
             items.append(Bars(np.array(rows), sizes, COLOURS[colour], label, lying=True))
     for i, (_, share) in enumerate(shares):
-        items.append(Words(min(100 * share, reach), i, f"{share:.1%}", 1))
+        told = f"{share:.1%}" if np.isfinite(share) else "infinite"
+        items.append(Words(min(100 * share, reach), i, told, 1))
     items.append(Level(100.0, upright=True, look=ZERO))
-    x = Axis("share of the permitted value, %", low=0.0, high=1.12 * reach)
+    x = Axis("share of the permitted value, %", low=0.0, high=1.25 * reach)
     names = tuple(name for name, _ in shares)
     y = Axis(names=names, down=True, low=-0.6, high=len(shares) - 0.4)
     panel = Panel(tuple(items), x, y, height=0.4 + _BAR * 1.3 * max(len(shares), 2))

@@ -48,7 +48,7 @@ def over_time(
     quantities : mapping of str to (str, str, ndarray of shape (k,))
         Unit, text and values of each name.
     events : sequence of (float, str, str)
-        Their times, what happened, and where, or of what sort it is.
+        Their times, what happened, and of what sort it is.
     all_of_them : bool
         Whether all are drawn, however many; else as many as can be read.
     """

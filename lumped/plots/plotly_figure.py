@@ -26,7 +26,7 @@ from lumped.plots.picture import (
     told_names,
     wrapped,
 )
-from lumped.plots.style import GREY, INK, LETTERS, MAP, SMALL, WIDTH, Look
+from lumped.plots.style import GREY, INK, LETTER, LETTERS, MAP, SMALL, WIDTH, Look
 
 __all__ = ["plotly_figure"]
 
@@ -41,7 +41,6 @@ _DASHES = {"": "solid", "solid": "solid", "dashed": "dash", "dotted": "dot", "da
 _INCH = 96  # pixels
 _POINT = 96 / 72
 _BETWEEN = 0.3  # inch, between rows
-_NAMES = 0.6  # width of a letter over its height
 
 
 def plotly_figure(picture: Picture) -> Any:
@@ -131,7 +130,7 @@ class _Drawing:
         """Pixels for names beside the axis y."""
         names = [name for panel in self.picture.panels for name in panel.y.names]
         longest = max((len(line) for n in names for line in wrapped(n).split("\n")), default=0)
-        return int(_NAMES * SMALL * _POINT * longest)
+        return int(LETTER * SMALL * _POINT * longest)
 
     def _tags(self) -> set[bool]:
         """Whether tags stand above, on the right, or both."""
@@ -285,15 +284,9 @@ class _Drawing:
     def _(self, item: Tag) -> None:
         suffix = f"{self._number(self.panel)} domain"
         refs = {"xref": f"x{suffix}", "yref": f"y{suffix}"}
-        ends = (
-            ((item.place, 1.0), (item.moved, 1.03))
-            if item.above
-            else (
-                (1.0, item.place),
-                (1.02, item.moved),
-            )
-        )
-        (x0, y0), (x1, y1) = ends
+        x0, y0, x1, y1 = 1.0, item.place, 1.02, item.moved
+        if item.above:
+            x0, y0, x1, y1 = item.place, 1.0, item.moved, 1.03
         line = {"color": GREY, "width": 0.7}
         self.figure.add_shape(type="line", x0=x0, y0=y0, x1=x1, y1=y1, line=line, **refs)
         self.figure.add_annotation(
@@ -329,7 +322,7 @@ class _Drawing:
                 },
                 cliponaxis=False,
                 text=[_html(text) for text in item.texts],
-                hovertemplate="%{x:.6g} s<br>%{text}<extra></extra>",
+                hovertemplate="%{x:.6g}<br>%{text}<extra></extra>",
                 **self._legend(item),
             )
         )

@@ -47,7 +47,7 @@ CURVES = 8
 """As many in one panel can be told apart."""
 WIDTH = 8.0  # inch
 LETTERS, SMALL = 9.0, 8.0  # points
-LETTER = 0.55  # width of a letter over its size
+LETTER = 0.62  # width of a letter over its size
 
 
 @dataclass(frozen=True)

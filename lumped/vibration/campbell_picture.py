@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from lumped.plots.picture import Axis, Band, Curve, Item, Panel, Picture, Tag, labelled
-from lumped.plots.style import COLOURS, GREY, SMALL, WIDTH, Look
+from lumped.plots.style import COLOURS, GREY, LETTER, SMALL, WIDTH, Look
 from lumped.support.display_units import Shown
 
 __all__ = ["campbell_picture"]
 
-_LINE, _LETTER = 1.3, 0.62  # height of a line and width of a letter over its size
+_LINE = 1.3  # height of a line over the size of its letters
 _RAYS = ("orange", "purple", "sky", "green")  # blue and vermilion are frequencies and points
 
 
@@ -100,7 +100,7 @@ def _tags(ends: Mapping[str, tuple[float, float]], height: float) -> list[Tag]:
     found = []
     for labels, length, aside in ((right, height, True), (above, WIDTH - 2.0, False)):
         labels.sort()
-        lines = [_LINE if aside or upright else _LETTER * len(t) + 0.8 for _, t in labels]
+        lines = [_LINE if aside or upright else LETTER * len(t) + 0.8 for _, t in labels]
         room = length * 72 / SMALL
         small = min(1.0, room / max(sum(lines), 1.0))
         moved = _apart([place for place, _ in labels], [small * each / room for each in lines])

@@ -18,7 +18,7 @@ from lumped.plots.picture import (
     Words,
     labelled,
 )
-from lumped.plots.style import COLOURS, GREY, INK, SMALL, ZERO, Look, look
+from lumped.plots.style import COLOURS, GREY, INK, LETTER, SMALL, ZERO, Look, look
 from lumped.support.display_units import Shown
 
 __all__ = [
@@ -34,7 +34,7 @@ __all__ = [
 _LINKS = Look(GREY, "dotted")
 _ROUND = 1.9
 """Height of a phase diagram, inch; its radius is 1 / 2.4 of it."""
-_WIDE, _HIGH = (2.4 * points / (72 * _ROUND) for points in (0.6 * SMALL, 1.2 * SMALL))
+_WIDE, _HIGH = (2.4 * points / (72 * _ROUND) for points in (LETTER * SMALL, 1.2 * SMALL))
 """A small letter, relative to that radius."""
 _STEPS = (15.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0)
 
