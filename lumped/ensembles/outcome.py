@@ -157,11 +157,9 @@ class Ensemble:
         UnknownNameError
             If a name does not exist.
         """
+        found = {label: self[label] for label in (self.labels if labels is None else labels)}
         told = self._shown(units)
-        results = {
-            label: (told[label].unit, told[label].value(self[label]))
-            for label in (self.labels if labels is None else labels)
-        }
+        results = {k: (told[k].unit, told[k].value(y)) for k, y in found.items()}
         return draw(histograms(self.title, results), backend, ax)
 
     def to_pandas(self, *, units: Units = None) -> Any:
@@ -193,13 +191,13 @@ class Ensemble:
         return frame
 
     def _units(self) -> dict[str, str]:
-        """SI units of all that can be asked for; empty where they are not known."""
-        own = dict.fromkeys((*self.names, *self.labels), "")
-        return own | dict(zip(self.labels, self.units, strict=False))
+        """SI units of the results; empty where they are not known."""
+        return dict.fromkeys(self.labels, "") | dict(zip(self.labels, self.units, strict=False))
 
     def _shown(self, units: Units) -> dict[str, Shown]:
         choice = chosen(units, self.labels)
-        return {label: display(label, unit, choice) for label, unit in self._units().items()}
+        varied = dict.fromkeys(self.names, Shown(""))
+        return varied | {k: display(k, unit, choice) for k, unit in self._units().items()}
 
     def _reason(self) -> str:
         return next(iter(self.failures.values()), "")

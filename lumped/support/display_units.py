@@ -73,10 +73,14 @@ class _Choice(dict[str, str]):
     """A choice that was checked."""
 
 
+class _Usual(_Choice):
+    """A choice for the session: what fits a quantity counts, as names differ between models."""
+
+
 class _Session:
     """What the session shows results in."""
 
-    units = _Choice()
+    units = _Usual()
 
 
 def display(
@@ -114,13 +118,18 @@ def display(
     Raises
     ------
     UnitError
-        If the unit to show is of another kind, or cannot be read.
+        If the unit to show is of another kind, unless the session chose it, or cannot be read.
     """
     choice = chosen(units)
     wanted = usual or unit
-    named = [key for key in (path, _last(path)) if key in choice]
-    named += [key for key in _inner(path) if key in choice and _fits(choice[key], unit)]
-    named = [key for key in named if not _is_unit(key, choice[key])]
+    loose, inner = isinstance(choice, _Usual), _inner(path)
+    named = [
+        key
+        for key in (path, _last(path), *inner)
+        if key in choice
+        and not _is_unit(key, choice[key])
+        and (_fits(choice[key], unit) or not (loose or key in inner))
+    ]
     if named:
         wanted = choice[named[0]]
     elif unit in choice and not (unit.isidentifier() and not _is_unit(unit, choice[unit])):
@@ -230,31 +239,37 @@ def _is_unit(key: str, unit: str) -> bool:
 @cache
 def _fits(wanted: str, unit: str) -> bool:
     try:
-        _scale(wanted, unit, "")
+        _factors(wanted, unit)
     except UnitError:
         return False
     return True
 
 
+def _scale(wanted: str, unit: str, said: str) -> tuple[float, float]:
+    """Factor and offset from a unit to the one to show; an error begins with `said`."""
+    try:
+        return _factors(wanted, unit)
+    except UnitError as fault:
+        raise UnitError(f"{said} {fault}") from None
+
+
 @cache
-def _scale(wanted: str, unit: str, what: str) -> tuple[float, float]:
-    """Factor and offset from a unit to the one to show."""
+def _factors(wanted: str, unit: str) -> tuple[float, float]:
     if wanted == unit:
         return 1.0, 0.0
     if not unit:
-        raise UnitError(f"{what} {wanted!r}: in which unit it is, is not known.")
+        raise UnitError(f"{wanted!r}: in which unit it is, is not known.")
     meant = _SPEED.get((unit, wanted), wanted)
-    said = f"{what} {wanted!r}"
-    zero, one, two = (in_unit(size, meant, unit, said) for size in (0.0, 1.0, 2.0))
+    zero, one, two = (in_unit(size, meant, unit, repr(wanted)) for size in (0.0, 1.0, 2.0))
     if abs(two - 2 * one + zero) > 1e-9 * abs(two):
-        raise UnitError(f"{said}: its values are not proportional to those in {unit}.")
+        raise UnitError(f"{wanted!r}: its values are not proportional to those in {unit}.")
     return 1 / (one - zero), -zero / (one - zero) + 0.0  # never -0.0
 
 
 class _Until:
     """What a choice for the session replaced, and puts back at the end of a context."""
 
-    def __init__(self, before: _Choice) -> None:
+    def __init__(self, before: _Usual) -> None:
         self._before = before
 
     def __enter__(self) -> None:
@@ -281,7 +296,8 @@ def display_units(units: Units) -> AbstractContextManager[None]:
         Units to show. Keys are paths such as ``"motor.w"``, last names such as ``"w"`` and SI units
         such as ``"rad/s"``; the first of these that is given counts. ``"engineering"`` is
         ``{"N.m": "kN.m", "N.m/rad": "kN.m/rad", "Pa": "MPa", "W": "kW", "rad": "deg",
-        "rad/s": "1/min"}``, where 1/min is a speed of rotation. None is SI units.
+        "rad/s": "1/min"}``, where 1/min is a speed of rotation. None is SI units. A name whose unit
+        is of another kind in some model is left in SI units there.
 
     Returns
     -------
@@ -295,7 +311,7 @@ def display_units(units: Units) -> AbstractContextManager[None]:
     UnitError
         If a unit cannot be read, or is of another kind than the SI unit for which it stands.
     """
-    choice = _Choice() if units is None else _Choice(chosen(units))
+    choice = _Usual() if units is None else _Usual(chosen(units))
     for key, unit in choice.items():
         if _reads_as_si(key) and not key.isidentifier():
             _scale(unit, key, f"display_units: {key} cannot be shown in")

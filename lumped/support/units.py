@@ -138,7 +138,11 @@ def _in_si(size: float, given: str, spelling: str, unit: str, said: str, needed:
         free = [{k: n for k, n in m.powers.items() if k != "rad"} for m in (known, si)]
         hint = _angle_hint(unit, "rad" in known.powers) if free[0] == free[1] else ""
         raise UnitError(f"{said}: the unit must be of the kind {unit}.{hint}")
-    registry, wanted = _registry(), _declared(unit)
+    try:
+        registry = _registry()
+    except UnitError as fault:
+        raise UnitError(f"{said}: {fault}") from None
+    wanted = _declared(unit)
     try:
         if re.search(r"\d\s*\*\*", spelling):
             raise ValueError("a number has no power")
@@ -224,7 +228,7 @@ def _registry() -> Any:
         import pint
     except ImportError:
         raise UnitError(
-            "This unit needs pint: pip install lumped[units], or give a number in SI units."
+            "this unit needs pint: pip install lumped[units], or use SI units."
         ) from None
     return pint.UnitRegistry()
 

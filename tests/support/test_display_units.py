@@ -8,7 +8,7 @@ import pytest
 
 import lumped as lp
 from lumped.errors import OptionError, UnitError, UnknownNameError
-from lumped.support.display_units import chosen, display
+from lumped.support.display_units import _factors, chosen, display
 from lumped.support.units import _registry
 
 RPM = 60 / (2 * pi)
@@ -45,10 +45,13 @@ def test_units_of_the_trade_need_no_pint(monkeypatch, unit, shown, factor):
 
     monkeypatch.setattr(builtins, "__import__", without)
     _registry.cache_clear()
+    _factors.cache_clear()
     received = display("part.q", unit, {unit: shown})
     assert received.unit == shown
     assert received.value(3.7) == pytest.approx(3.7 * factor, rel=1e-15)
     assert received.offset == 0.0
+    with pytest.raises(UnitError, match=r"part\.q \(N\.m\).*'lbf\.ft': .*lumped\[units\]"):
+        display("part.q", "N.m", {"N.m": "lbf.ft"})
 
 
 def test_other_units_are_those_of_pint():
@@ -138,6 +141,23 @@ def test_a_wrong_choice_leaves_the_session_as_it_was(units, text):
         with pytest.raises(UnitError, match=text):
             lp.display_units(units)
         assert display("motor.w", "rad/s").unit == "1/min"
+
+
+def test_what_the_session_chose_counts_where_it_fits():
+    with lp.display_units({"T": "degC", "motor.w": "rpm"}):
+        assert display("oil.T", "K").unit == "degC"
+        assert display("drive.T", "s") == ("s", 1.0, 0.0)
+        assert display("motor.w", "m/s") == ("m/s", 1.0, 0.0)
+    with pytest.raises(UnitError, match=r"drive\.T \(s\) cannot be shown in 'degC'"):
+        display("drive.T", "s", {"T": "degC"})
+
+
+@pytest.mark.parametrize("label", ["peak(motor.w)", "highest(motor.w, between 0 and 1)"])
+def test_numbers_that_sum_up_a_run_answer_to_the_names_of_their_quantity(label):
+    for key in (label, "motor.w", "w"):
+        assert display(label, "rad/s", {key: "rpm"}).unit == "rpm"
+        assert chosen({key: "rpm"}, [label])
+    assert display(label.replace("peak", "instant"), "s", {"motor.w": "rpm"}).unit == "s"
 
 
 def test_the_session_shows_what_was_chosen_last_and_a_context_ends():

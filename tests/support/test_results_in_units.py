@@ -251,6 +251,7 @@ def draw(units):
         (lambda: run().to_pandas(units={"nobody": "kN"}), UnknownNameError, "'nobody'"),
         (lambda: response().plot(units={"nobody": "kN"}), UnknownNameError, "'nobody'"),
         (lambda: MADE["ensemble"]().plot(units={"most": "rpm"}), UnitError, "most"),
+        (lambda: MADE["ensemble"]().plot(["least"]), OptionError, "there is no 'least'"),
         (lambda: MADE["campbell"]().plot(units={"Hz": "rpm"}), UnitError, "Hz.*'rpm'"),
     ],
 )
