@@ -50,7 +50,7 @@ def test_units_stand_apart():
 @pytest.mark.parametrize("seed", range(5))
 def test_every_curve_is_seen_and_no_panel_is_superfluous(seed):
     rng = np.random.default_rng(seed)
-    found, values = None, {}
+    values = {}
     for i in range(12):
         offset, size = 10.0 ** rng.uniform(-2, 2, 2)
         values[f"q{i}"] = offset + size * WAVE
