@@ -1,4 +1,4 @@
-"""Pictures made in threads: the quick ones together, the slow ones after them, the last values win."""
+"""Pictures made in threads: quick ones together, slow ones after them, for the latest values."""
 
 from __future__ import annotations
 

@@ -8,7 +8,6 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from html import escape
-from typing import Any
 
 from bokeh.document import Document
 from bokeh.models import (
@@ -161,7 +160,9 @@ class Page:
         for each in sorted(self._sliders, key=lambda s: s.part):
             if each.part != part:
                 part = each.part
-                children.append(LiveText(f"<h3>{escape(part or self._study.system.name)}</h3>").model)
+                children.append(
+                    LiveText(f"<h3>{escape(part or self._study.system.name)}</h3>").model
+                )
             children.append(self._handle(each))
             if each.name in self._notes:
                 children.append(LiveText(escape(self._notes[each.name])).model)

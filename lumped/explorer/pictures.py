@@ -151,7 +151,7 @@ class _Effects(Picture):
         )
         self._bars = [ColumnDataSource({"name": names, "share": kinds[of]}) for of in kinds]
         width = 0.8 / len(kinds)
-        for i, (of, bars) in enumerate(zip(kinds, self._bars, strict=True)):
+        for i, bars in enumerate(self._bars):
             place = 0.4 - width * (i + 0.5)
             axes.hbar(
                 y=dodge("name", place, range=self._range),
@@ -236,15 +236,20 @@ class _Curves(Picture):
     def __init__(self, study: Study, shown: Shown) -> None:
         labels = {name: shown["axes"][name][0] for name in ("x", "y")}
         axes = _axes(
-            x_axis_label=labels["x"], y_axis_label=labels["y"], y_axis_type=shown["axes"]["scale"][0]
+            x_axis_label=labels["x"],
+            y_axis_label=labels["y"],
+            y_axis_type=shown["axes"]["scale"][0],
         )
         self._tables = {name: ColumnDataSource(_full(shown, name)) for name in _EMPTY}
         curves = self._tables["curves"]
-        axes.multi_line("x", "y", source=curves, color="colour")
-        axes.multi_line("x", "y", source=self._tables["rays"], color="#999999")
+        drawn = [axes.multi_line("x", "y", source=curves, color="colour")]
+        rays = axes.multi_line("x", "y", source=self._tables["rays"], color="#999999")
         order = {"text_font_size": "10px", "text_color": "#555555"}
-        axes.add_layout(LabelSet(x="end_x", y="end_y", text="label", source=self._tables["rays"], **order))
+        axes.add_layout(
+            LabelSet(x="end_x", y="end_y", text="label", source=self._tables["rays"], **order)
+        )
         axes.scatter("x", "y", source=self._tables["critical"], color="#d62728", size=6)
+        axes.x_range.renderers = axes.y_range.renderers = drawn + [rays] * ("rays" in shown)
         self._names = LiveText(_names_of(shown["curves"]))
         self.models = [axes, self._names.model]
 

@@ -133,9 +133,7 @@ def slider(system: System, theta: np.ndarray, name: Name, ends: Ends | None = No
 
 def _given(key: str, declared: Param, ends: Ends) -> tuple[float, float]:
     if isinstance(ends, str) or len(ends) != 2:
-        raise OptionError(
-            f"explore: sliders[{key}] = {shown(ends)}: give both ends, (low, high)."
-        )
+        raise OptionError(f"explore: sliders[{key}] = {shown(ends)}: give both ends, (low, high).")
     found = []
     for end in ends:
         value = plain(end, declared.unit, f"explore: end of the slider of {key}", ParameterError)

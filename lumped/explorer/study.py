@@ -153,7 +153,7 @@ class Moment:
 
 
 def most_effective(study: Study) -> tuple[Slider, ...]:
-    """Sliders of the parameters that change the lowest modes most, then of those that change the run.
+    """Sliders of the parameters that change the lowest modes most, then the run.
 
     Parameters that are zero are left out: their relative effect is not known.
     """

@@ -224,7 +224,10 @@ def _run(moment: Moment, _: Sequence[Slider]) -> Shown:
     if len(events) > _EVENTS:
         told.append(f"and {len(events) - _EVENTS} more")
     return {
-        "curves": {"t": run.t.tolist(), **{n: c.tolist() for n, c in zip(of, table.T, strict=True)}},
+        "curves": {
+            "t": run.t.tolist(),
+            **{n: c.tolist() for n, c in zip(of, table.T, strict=True)},
+        },
         "events": {"t": [e.time for e in events]},
         "told": {"text": told or ["no events"]},
     }
