@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from bokeh.models import ColumnDataSource, CustomJS, Div, InlineStyleSheet
+from bokeh.models import ColumnDataSource, CustomJS, Div
 
 __all__ = ["LiveText", "live"]
 
-_STYLE = InlineStyleSheet(
-    css=":host{font-size:12px;color:#57606a;margin:0 5px}.bk-clearfix{width:100%}"
+_STYLE = (
+    ":host{font-size:12px;color:#57606a;margin:0 5px}.bk-clearfix{width:100%}"
     "h2{font-size:14px;color:#1f2328;margin:2px 0}h3{font-size:12px;color:#1f2328;margin:6px 0 0}"
     ".fault{color:#b00020;white-space:pre-wrap}pre{overflow:auto;margin:2px 0}"
     "td,th{text-align:left;padding:2px 10px 2px 0}figure{margin:0}figcaption{display:none}"

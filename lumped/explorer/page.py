@@ -15,7 +15,6 @@ from bokeh.models import (
     Column,
     CustomJSTickFormatter,
     FileInput,
-    InlineStyleSheet,
     MultiSelect,
     Row,
     Select,
@@ -40,15 +39,16 @@ from lumped.support.text_table import number
 __all__ = ["Page"]
 
 
-_WIDE = InlineStyleSheet(
-    css=":host{align-items:flex-start;gap:12px;padding:0 8px 8px 0;box-sizing:border-box}"
+_WIDE = (
+    ":host{align-items:flex-start;gap:12px;padding:0 8px 8px 0;box-sizing:border-box}"
     "@media (max-width: 1050px){:host{flex-wrap:wrap}}"
 )
-_SIDE = InlineStyleSheet(
-    css=":host{flex:0 0 300px;width:300px;gap:2px}"
+_SIDE = (
+    ":host{flex:0 0 300px;width:300px;gap:2px}"
     "@media (max-width: 1050px){:host{flex:1 1 100%;width:100%}}"
 )
-_CARDS = InlineStyleSheet(css=":host{flex:0 0 auto;flex-wrap:wrap;gap:12px;align-items:flex-start}")
+_MAIN = ":host{flex:1 1 0;min-width:min(460px,100%)}"
+_CARDS = ":host{flex:0 0 auto;flex-wrap:wrap;gap:12px;align-items:flex-start}"
 _CARD = ":host{flex:1 1 460px;min-width:0;padding:8px;border:1px solid #d0d7de;border-radius:6px}"
 _WHOLE = _CARD.replace("460px", "100%")
 _RATIO = "return Number((10 ** tick).toPrecision(4)).toString()"
@@ -75,7 +75,7 @@ class _Card:
         self.told = LiveText("computing ...", name=f"told {view.title}")
         self._head = LiveText(f"<h2>{escape(view.title)}</h2>").model
         css = _WHOLE if view.kind == "schematic" else _CARD
-        self.model = Column(self._head, self.told.model, stylesheets=[InlineStyleSheet(css=css)])
+        self.model = Column(self._head, self.told.model, stylesheets=[css])
 
     def show(self, study: Study, found: Found, overlay: Measured | None) -> None:
         """Draw what was found; what could not be made is told, and the last picture stays."""
@@ -145,7 +145,7 @@ class Page:
             Row(head, self._status.model, sizing_mode="stretch_width"),
             self._message.model,
             cards,
-            stylesheets=[InlineStyleSheet(css=":host{flex:1 1 0;min-width:min(460px,100%)}")],
+            stylesheets=[_MAIN],
         )
         self._doc.add_root(
             Row(self._side, column, sizing_mode="stretch_width", stylesheets=[_WIDE])

@@ -10,7 +10,6 @@ from bokeh.models import (
     ColumnDataSource,
     FactorRange,
     FixedTicker,
-    GlyphRenderer,
     LabelSet,
     Span,
     UIElement,
@@ -206,9 +205,11 @@ class _Run(Picture):
                 axes.scatter("t", "y", source=self._measured[name], color=colour, size=3, alpha=0.6)
             panels.append(axes)
         panels[-1].xaxis.axis_label = "time, s"
+        every = []
         for axes in panels:  # events do not stretch the axes
-            curves = [r for r in axes.renderers if isinstance(r, GlyphRenderer)][1:]
-            axes.x_range.renderers = axes.y_range.renderers = curves
+            axes.y_range.renderers = [r for r in axes.renderers if not isinstance(r.glyph, VSpan)]
+            every += axes.y_range.renderers
+        panels[0].x_range.renderers = every
         self._told = LiveText(_listed(shown["told"]["text"]))
         names = LiveText(_legend([*colours], [*colours.values()])).model
         self.models = [*panels, names, self._told.model]

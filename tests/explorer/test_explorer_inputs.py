@@ -133,7 +133,7 @@ def test_parameter_files_pass_through_texts(system, name, tmp_path):
 
 
 def test_measured_curves_are_read_in_their_units(system):
-    held = "time [ms],shaft.tau [kN.m]\r\n0,0.1\r\n10,-0.25\r\n".encode()
+    held = b"time [ms],shaft.tau [kN.m]\r\n0,0.1\r\n10,-0.25\r\n"
     found = measured(system, "rig.csv", held)
     assert found.t == pytest.approx([0.0, 0.01])
     assert found.curves["shaft.tau"] == pytest.approx([100.0, -250.0])
@@ -203,7 +203,9 @@ def test_what_is_slow_comes_later_and_only_for_the_latest_values(system):
 
 def test_what_fails_is_told_in_words_and_the_rest_goes_on(system):
     def fails(moment: Moment, _: object) -> dict:
-        raise (LumpedError("shaft: breaks") if moment.values["shaft.c"] < 2 else ZeroDivisionError("a"))
+        raise (
+            LumpedError("shaft: breaks") if moment.values["shaft.c"] < 2 else ZeroDivisionError("a")
+        )
 
     told: dict[str, str] = {}
     done = threading.Event()
