@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import binascii
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from html import escape
 
@@ -118,8 +118,15 @@ class Page:
         self._doc, self._study, self._told = doc, study, told
         self._sliders = tuple(sliders)
         self._values = study.base | {each.name: each.default for each in sliders}
-        self._handles: dict[str, Handle] = {}
-        self._notes: dict[str, str] = {}
+        self._handles: dict[str, tuple[Handle, LiveText]] = {}
+        self._choice = Select(title="Add or remove a slider", name="choose")
+        self._vary = MultiSelect(
+            title="Identify from them (Ctrl for several)",
+            size=4,
+            sizing_mode="stretch_width",
+            name="vary",
+        )
+        self._actions = self._buttons()
         self._is_setting = False
         self._measured: Measured | None = None
         self._moment = Moment(study, self._values)
@@ -154,19 +161,26 @@ class Page:
 
     def _fill_side(self) -> None:
         """Sliders under the names of their parts, then what one does with them."""
+        system, names = self._study.system, [each.name for each in self._sliders]
         children: list[UIElement] = []
         part: str | None = None
-        self._handles = {}
         for each in sorted(self._sliders, key=lambda s: s.part):
             if each.part != part:
                 part = each.part
-                children.append(
-                    LiveText(f"<h3>{escape(part or self._study.system.name)}</h3>").model
-                )
-            children.append(self._handle(each))
-            if each.name in self._notes:
-                children.append(LiveText(escape(self._notes[each.name])).model)
-        self._side.children = [*children, *self._actions()]
+                children.append(LiveText(f"<h3>{escape(part or system.name)}</h3>").model)
+            if each.name not in self._handles:
+                self._handles[each.name] = self._handle(each), LiveText()
+            handle, note = self._handles[each.name]
+            children += [handle, note.model]
+        self._place()
+        parts: dict[str, list[tuple[str, str]]] = {"": [("", "...")]}
+        for name in system.parameters:
+            own, _, part = name[::-1].partition(".")
+            mark = " (remove)" if name in names else ""
+            parts.setdefault(part[::-1] or system.name, []).append((name, own[::-1] + mark))
+        self._choice.options, self._choice.value = parts, ""
+        self._vary.options = names
+        self._side.children = [*children, *self._actions]
 
     def _handle(self, each: Slider) -> Handle:
         low, high = each.ends
@@ -182,42 +196,33 @@ class Page:
             name=each.name,
         )
         handle.on_change("value", partial(self._moved, each))
-        self._handles[each.name] = handle
         return handle
 
-    def _actions(self) -> list[UIElement]:
-        system, shown = self._study.system, {each.name for each in self._sliders}
-        parts: dict[str, list[tuple[str, str]]] = {"": [("", "...")]}
-        for name in system.parameters:
-            part, _, own = name.rpartition(".")
-            mark = " (remove)" if name in shown else ""
-            parts.setdefault(part or system.name, []).append((name, own + mark))
-        choose = Select(title="Add or remove a slider", options=parts, value="", name="choose")
-        choose.on_change("value", lambda _, __, new: self._attempt(lambda: self._choose(new)))
+    def _buttons(self) -> list[UIElement]:
         hint = LiveText("The address of this page holds its sliders and values.").model
+        self._file = live(hint, {"name": [""], "text": [""]}, _SAVE)
+        self._choice.on_change("value", lambda _, __, new: self._attempt(lambda: self._choose(new)))
         back = Button(label="Reset", name="reset")
-        back.on_click(lambda: self._set({s.name: s.default for s in self._sliders}))
+        back.on_click(
+            lambda: self._attempt(lambda: self._set({s.name: s.default for s in self._sliders}))
+        )
         save = Button(label="Save parameters", name="save")
         save.on_click(self._save)
-        self._file = live(hint, {"name": [""], "text": [""]}, _SAVE)
-        load = self._input("Load parameters (.toml, .json)", ".toml,.json", self._load, "load")
-        data = self._input("Measured curves (.csv)", ".csv", self._lay_over, "data")
-        names = [each.name for each in self._sliders]
-        self._vary = MultiSelect(
-            title="Identify from them (Ctrl for several)",
-            options=[*names],
-            size=4,
-            sizing_mode="stretch_width",
-            name="vary",
-        )
         fit = Button(label="Identify", name="identify")
         fit.on_click(lambda: self._attempt(self._identify))
-        buttons = Row(back, save, sizing_mode="stretch_width")
-        return [choose, buttons, *load, *data, self._vary, fit, hint]
+        return [
+            self._choice,
+            Row(back, save, sizing_mode="stretch_width"),
+            self._input("Load parameters (.toml, .json)", ".toml,.json", self._load, "load"),
+            self._input("Measured curves (.csv)", ".csv", self._lay_over, "data"),
+            self._vary,
+            fit,
+            hint,
+        ]
 
     def _input(
         self, title: str, endings: str, then: Callable[[str, bytes], None], name: str
-    ) -> Iterable[UIElement]:
+    ) -> FileInput:
         given = FileInput(accept=endings, title=title, name=name)
 
         def read() -> None:
@@ -232,7 +237,7 @@ class Page:
                 self._doc.add_next_tick_callback(lambda: self._attempt(read))
 
         given.on_change("value", arrived)
-        return [given]
+        return given
 
     # -- what the visitor does ---------------------------------------------------------------
 
@@ -255,7 +260,7 @@ class Page:
         for each in self._sliders:
             if each.name in changes:
                 each.checked(changes[each.name])
-                self._notes.pop(each.name, None)
+                self._handles[each.name][1].write("")
         self._values = values
         self._begin()
 
@@ -267,7 +272,7 @@ class Page:
     def _place(self) -> None:
         self._is_setting = True
         for each in self._sliders:
-            self._handles[each.name].value = each.position(self._values[each.name])
+            self._handles[each.name][0].value = each.position(self._values[each.name])
         self._is_setting = False
 
     def _choose(self, name: str) -> None:
@@ -342,8 +347,7 @@ class Page:
         for name, (low, high) in found.intervals.items():
             open_ = name in found.unknown
             told = "not identified" if open_ else f"{number(low)} .. {number(high)}"
-            self._notes[name] = f"{found.level:.0%}: {told}"
-        self._fill_side()
+            self._handles[name][1].write(f"{found.level:.0%}: {told}")
         self._message.write(f"<pre>{escape(repr(found))}</pre>")
 
     # -- pictures ----------------------------------------------------------------------------
