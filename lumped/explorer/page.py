@@ -44,9 +44,11 @@ _WIDE = (
     "@media (max-width: 1050px){:host{flex-wrap:wrap}}"
 )
 _SIDE = (
-    ":host{flex:0 0 300px;width:300px;gap:2px}"
-    "@media (max-width: 1050px){:host{flex:1 1 100%;width:100%}}"
+    ":host{flex:0 0 300px;width:300px;position:sticky;top:0;max-height:100vh;overflow:hidden auto}"
+    "@media (max-width: 1050px){:host{flex:1 1 100%;width:100%;position:static;max-height:none;"
+    "flex-direction:row;flex-wrap:wrap;align-items:flex-start}}"
 )
+_GROUP = ":host{flex:0 0 auto}@media (max-width: 1050px){:host{flex:1 1 220px;min-width:0}}"
 _MAIN = ":host{flex:1 1 0;min-width:min(460px,100%)}"
 _CARDS = ":host{flex:0 0 auto;flex-wrap:wrap;gap:12px;align-items:flex-start}"
 _CARD = ":host{flex:1 1 460px;min-width:0;padding:8px;border:1px solid #d0d7de;border-radius:6px}"
@@ -162,16 +164,15 @@ class Page:
     def _fill_side(self) -> None:
         """Sliders under the names of their parts, then what one does with them."""
         system, names = self._study.system, [each.name for each in self._sliders]
-        children: list[UIElement] = []
-        part: str | None = None
-        for each in sorted(self._sliders, key=lambda s: s.part):
-            if each.part != part:
-                part = each.part
-                children.append(LiveText(f"<h3>{escape(part or system.name)}</h3>").model)
+        groups: dict[str, list[UIElement]] = {}
+        for each in self._sliders:
+            if each.part not in groups:
+                head = escape(each.part or system.name)
+                groups[each.part] = [LiveText(f"<h3>{head}</h3>").model]
             if each.name not in self._handles:
                 self._handles[each.name] = self._handle(each), LiveText()
             handle, note = self._handles[each.name]
-            children += [handle, note.model]
+            groups[each.part] += [handle, note.model]
         self._place()
         parts: dict[str, list[tuple[str, str]]] = {"": [("", "...")]}
         for name in system.parameters:
@@ -180,7 +181,10 @@ class Page:
             parts.setdefault(part[::-1] or system.name, []).append((name, own[::-1] + mark))
         self._choice.options, self._choice.value = parts, ""
         self._vary.options = names
-        self._side.children = [*children, *self._actions]
+        self._side.children = [
+            Column(*group, sizing_mode="stretch_width", stylesheets=[_GROUP])
+            for group in (*groups.values(), self._actions)
+        ]
 
     def _handle(self, each: Slider) -> Handle:
         low, high = each.ends
@@ -193,6 +197,7 @@ class Page:
             title=f"{each.name.rpartition('.')[2]}: {each.text}{unit}",
             format=CustomJSTickFormatter(code=_RATIO if each.is_ratio else _PLAIN),
             sizing_mode="stretch_width",
+            stylesheets=[".bk-slider-title{white-space:normal}"],
             name=each.name,
         )
         handle.on_change("value", partial(self._moved, each))

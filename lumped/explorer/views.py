@@ -26,6 +26,8 @@ Shown = dict[str, dict[str, list[Any]]]
 """Tables by their names; columns of one table are equally long."""
 _MODES = 4
 """Modes that are drawn."""
+_FIRST = 0.1
+"""Of the first part that moves so much the amplitude is positive, so that shapes do not flip."""
 _EFFECTS = 3
 """Modes whose sensitivities are drawn."""
 _EVENTS = 12
@@ -102,13 +104,15 @@ def _modes(moment: Moment, _: Sequence[Slider]) -> Shown:
     if not count:
         raise OptionError(f"{found.system.name}: no oscillating mode.")
     names = found.angles
-    shapes = np.array([found.shape(name)[:count] for name in names])
-    # with strong damping parts have phases: their amplitudes in the phase of the largest are shown
+    # where parts have phases, amplitudes in the phase of the largest
+    shapes = np.array([found.shape(name)[:count] for name in names]).real
+    first = (np.abs(shapes) > _FIRST).argmax(axis=0)
+    shapes *= np.sign(shapes[first, np.arange(count)])
     labels = [f"{number(f, 5)} Hz, D = {number(d + 0.0, 3)}" for f, d in _pairs(found, count)]
     return {
         "shapes": {
             "x": [list(range(len(names)))] * count,
-            "y": [column.tolist() for column in shapes.real.T],
+            "y": [column.tolist() for column in shapes.T],
             "label": labels,
             "number": [str(k + 1) for k in range(count)],
         },
