@@ -63,8 +63,8 @@ class Explorer:
 
     def open(self) -> None:
         """Open it in a browser, and wait until it is stopped or interrupted (Ctrl-C)."""
-        webbrowser.open(self.url)
         try:
+            webbrowser.open(self.url)
             while not self._ended.wait(0.5):
                 pass
         except KeyboardInterrupt:
