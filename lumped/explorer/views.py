@@ -22,8 +22,8 @@ from lumped.vibration.response import FrequencyResponse
 
 __all__ = ["Shown", "View", "value_texts", "views"]
 
-Shown = dict[str, dict[str, list[Any]]]
-"""Tables by their names; columns of one table are equally long."""
+Shown = dict[str, dict[str, Any]]
+"""Tables by their names; columns, lists or arrays, of one table are equally long."""
 _MODES = 4
 """Modes that are drawn."""
 _FIRST = 0.1
@@ -149,8 +149,8 @@ def _response(found: FrequencyResponse) -> Shown:
     unit = {found.system.quantity(o).unit for o in found.outputs}
     return {
         "curves": {
-            "x": [found.hertz.tolist()] * len(curves),
-            "y": [found.magnitude(o, i).tolist() for o, i in curves],
+            "x": [found.hertz] * len(curves),
+            "y": [found.magnitude(o, i) for o, i in curves],
             "label": [f"{o} to {i}" if several else o for o, i in curves],
         },
         "axes": {
@@ -170,8 +170,8 @@ def _analysis(title: str, moment: Moment, _: Sequence[Slider]) -> Shown:
     unit = {found.system.quantity(o).unit for o in found.outputs}
     return {
         "curves": {
-            "x": [found.rpm.tolist()] * len(found.outputs),
-            "y": [found.synthesis(o).maximum.tolist() for o in found.outputs],
+            "x": [found.rpm] * len(found.outputs),
+            "y": [found.synthesis(o).maximum for o in found.outputs],
             "label": [*found.outputs],
         },
         "axes": {
@@ -184,12 +184,12 @@ def _analysis(title: str, moment: Moment, _: Sequence[Slider]) -> Shown:
 
 def _campbell(found: Campbell) -> Shown:
     rpm = found.speeds * 30 / np.pi
-    modes = [column.tolist() for column in found.hertz.T]
+    modes = [*found.hertz.T]
     top = 1.15 * float(np.nanmax(found.hertz, initial=0.0))
     rays = [(0.0, 0.0, *_end(order, float(rpm[-1]), top)) for order in found.orders]
     return {
         "curves": {
-            "x": [rpm.tolist()] * len(modes),
+            "x": [rpm] * len(modes),
             "y": modes,
             "label": [f"mode {k + 1}" for k in range(len(modes))],
         },
@@ -229,8 +229,10 @@ def _run(moment: Moment, _: Sequence[Slider]) -> Shown:
         told.append(f"and {len(events) - _EVENTS} more")
     return {
         "curves": {
-            "t": run.t.tolist(),
-            **{n: c.tolist() for n, c in zip(of, table.T, strict=True)},
+            "t": run.t,
+            **{
+                name: np.ascontiguousarray(column) for name, column in zip(of, table.T, strict=True)
+            },
         },
         "events": {"t": [e.time for e in events]},
         "told": {"text": told or ["no events"]},
