@@ -106,7 +106,7 @@ class Explorer:
             http.add_sockets(sockets)
             server = BaseServer(IOLoop.current(), pages, http)
             server.start()
-        except OSError as fault:
+        except Exception as fault:
             self._fault = fault
             return
         finally:

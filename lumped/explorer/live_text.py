@@ -16,7 +16,10 @@ _STYLE = (
     "svg{width:100%;height:auto;max-height:420px}"
 )
 _WRITE = """
-Bokeh.index.find_one(div).shadow_el.querySelector(".bk-clearfix").innerHTML = cb_obj.data.html[0]
+const html = cb_obj.data.html[0]
+const place = Bokeh.index.find_one(div)?.shadow_el.querySelector(".bk-clearfix")
+if (place != null) place.innerHTML = html
+else div.setv({text: html}, {sync: false})  // it is still being built
 """
 
 

@@ -105,6 +105,8 @@ class Page:
         What is shown.
     sliders : sequence of Slider
         Those at first.
+    text : str
+        Query string of the link.
     told : callable
         Called with the changed parameters whenever they change.
     """
@@ -140,10 +142,18 @@ class Page:
         self._lay_out()
         self._computing = Computing([card.view for card in self._cards.values()], self._found)
         doc.on_session_destroyed(lambda _: self._computing.end())
+        self._link: str | None = text
+        doc.on_event("document_ready", lambda _: self._ready())
+
+    def _ready(self) -> None:
+        """Restore what the link says; nothing that was written before would be seen."""
+        if self._link is None:  # the connection was lost and is there again
+            return
+        text, self._link = self._link, None
         if text:
             self._attempt(lambda: self._restore(text))
         self._fill_side()
-        doc.on_event("document_ready", lambda _: self._begin())
+        self._begin()
 
     # -- layout ------------------------------------------------------------------------------
 
@@ -291,8 +301,9 @@ class Page:
         else:
             system = self._study.system
             new = slider(system, system.theta(self._study.base), name)
-            self._values = {name: new.default} | self._values
-            new.checked(self._values[name])
+            values = {name: new.default} | self._values
+            new.checked(values[name])
+            self._values = values
             self._sliders = (*self._sliders, new)
         self._fill_side()
         self._begin()

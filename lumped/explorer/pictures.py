@@ -100,10 +100,10 @@ class _Schematic(Picture):
 
 
 _RETOLD = """
-const root = Bokeh.index.find_one(div).shadow_el
+const root = Bokeh.index.find_one(div)?.shadow_el
 const {part, text} = cb_obj.data
 part.forEach((path, i) => {
-  const told = root.getElementById(`schematic-value of ${path}`)
+  const told = root?.getElementById(`schematic-value of ${path}`)
   if (told != null) told.querySelector("text").textContent = text[i]
 })
 """

@@ -11,7 +11,7 @@ from lumped.errors import OptionError
 from lumped.explorer.sliders import Slider, slider
 from lumped.explorer.study import Moment, Study, effects_on_run, most_effective
 from lumped.explorer.views import Shown, views
-from lumped.models import machine
+from lumped.models import MACHINES, machine
 from lumped.models.reversing_mill.scenes import SKIDS
 from lumped.vibration import Limit
 
@@ -146,19 +146,22 @@ def test_events_of_the_mill_are_told_at_their_instants():
     assert received == pytest.approx([1e3 * t for t in SKIDS], abs=0.02)
 
 
-@pytest.mark.parametrize("name", ["reversing_mill", "rotary_arm", "marine_turbine"])
+CHANGED = {"reversing_mill": "upper.shaft.c", "rotary_arm": "arm.g", "marine_turbine": "shaft.c"}
+
+
+@pytest.mark.parametrize("name", MACHINES)
 def test_machines_begin_as_their_scenes(name):
-    chosen = machine(name)
-    short = 0.05
-    name = {"reversing_mill": "upper.shaft.c", "rotary_arm": "arm.g"}.get(name, "shaft.c")
-    system = chosen.scene(short, grid=1).system
-    values = {name: 1.1 * system.parameters[name]}
+    """With a changed parameter, where start values follow from parameters."""
+    chosen, short = machine(name), 0.05
+    first = chosen.scene(short, grid=1)
+    system, model = first.system, first.system.parameters
+    values = dict(zip(model, first.theta.tolist(), strict=True))
+    values |= {key: 1.1 * values[key] for key in [CHANGED.get(name)] if key}
     scene = chosen.scene(short, parameters=values, grid=400)
-    received = Moment(
-        study(system, until=short, start=lambda values: chosen.begin(system, values)), values
-    ).run
-    at = system.state_names[-1]
-    assert received[at] == pytest.approx(scene[at], rel=1e-9, abs=1e-12)
+    what = study(system, until=short, start=lambda values: chosen.begin(system, values))
+    received = Moment(what, values).run
+    for state in system.state_names:
+        assert received[state] == pytest.approx(scene[state], rel=1e-9, abs=1e-12), state
 
 
 # -- which parameters ----------------------------------------------------------------------------
