@@ -138,7 +138,7 @@ class Page:
         self._message = LiveText(name="message")
         self._status = LiveText("computing ...", name="status")
         self._query = live(self._status.model, {"query": [""]}, _LINK)
-        self._side = Column(stylesheets=[_SIDE], name="side")
+        self._side = Column(LiveText().model, stylesheets=[_SIDE])
         self._lay_out()
         self._computing = Computing([card.view for card in self._cards.values()], self._found)
         doc.on_session_destroyed(lambda _: self._computing.end())
