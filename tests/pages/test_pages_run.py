@@ -8,6 +8,7 @@ import pytest
 DOCS = Path(__file__).parents[2] / "docs"
 NAMES = (
     *("start", "conventions", "own_component", "data", "coming_from", "compiler", "pictures"),
+    "explorer",
     *(
         "analyses/starts",
         "analyses/torsional",
