@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -63,39 +64,42 @@ def samples(expression: ca.SX, values: Values) -> tuple[np.ndarray, np.ndarray, 
         modes; so small ones are asked at many more combinations.
     """
     parameters = values.flat.parameters
+    defaults = parameters.defaults
     settings = ca.vertcat(values.modes, values.guesses)
     inputs = [values.states, parameters.theta, values.time, settings]
     jacobian = ca.jacobian(expression, values.states)
     rows, columns = (np.array(i, dtype=int) for i in jacobian.sparsity().get_triplet())
-    entries = ca.SX(jacobian.nz[:])
-    function = ca.Function("J", inputs, [entries])
     rng = np.random.default_rng(6)
-    largest = np.zeros(len(rows))
-    defaults = parameters.defaults
-    for _ in range(3):
+
+    def sizes(function: ca.Function, point: list[Any]) -> np.ndarray:
         modes = rng.integers(0, 2, values.modes.numel())
         guesses = rng.uniform(-2, 2, values.guesses.numel())
-        point = [
+        found = function(*point, np.concatenate([modes, guesses]))
+        size: np.ndarray = np.abs(np.asarray(found).ravel())
+        return size
+
+    entries = ca.SX(jacobian.nz[:])
+    function = ca.Function("J", inputs, [entries])
+    largest = np.zeros(len(rows))
+    for _ in range(3):
+        point: list[Any] = [
             rng.uniform(-2, 2, values.states.numel()),
             defaults * rng.uniform(0.8, 1.2, len(defaults))
             + 0.01 * rng.uniform(size=len(defaults)),
             rng.uniform(0, 2),
         ]
-        found = function(*point, np.concatenate([modes, guesses]))
-        size = np.abs(np.asarray(found).ravel())
+        size = sizes(function, point)
         largest = np.maximum(largest, np.where(np.isfinite(size), size, np.inf))
-    small = np.flatnonzero(
-        largest <= _SMALL * max(1.0, largest.max(initial=0.0, where=np.isfinite(largest)))
-    )
-    if values.modes.numel() and len(small):
-        doubtful = small[ca.which_depends(entries[small.tolist()], values.modes, 1, True)]
+    scale = largest.max(initial=1.0, where=np.isfinite(largest))
+    small = np.flatnonzero(largest <= _SMALL * scale)
+    depends = ca.which_depends(entries[small.tolist()], values.modes, 1, True)
+    doubtful = small[np.array(depends, dtype=bool)]
+    if len(doubtful):
         function = ca.Function("J", inputs, [entries[doubtful.tolist()]])
-        for _ in range(_SITUATIONS if len(doubtful) else 0):
-            modes = rng.integers(0, 2, values.modes.numel())
-            size = np.abs(np.asarray(function(*point, np.concatenate([modes, guesses]))).ravel())
-            largest[doubtful] = np.maximum(
-                largest[doubtful], np.where(np.isfinite(size), size, 0.0)
-            )
+        for _ in range(_SITUATIONS):
+            size = sizes(function, point)
+            size[~np.isfinite(size)] = 0.0
+            largest[doubtful] = np.maximum(largest[doubtful], size)
     return rows, columns, largest
 
 
