@@ -73,7 +73,9 @@ def add_thumbnails(app: Any, doctree: nodes.document, page: str) -> None:
     """Add to each line of the gallery's list the last picture of the notebook it names."""
     if page != "gallery/README":
         return
-    for item in list(doctree.findall(nodes.list_item)):
+    (cards,) = doctree.findall(nodes.bullet_list)
+    cards["classes"].append("cards")
+    for item in cards:
         link = next(item.findall(nodes.reference))
         name = f"gallery/{PurePosixPath(link['refuri']).stem}"
         pictures = list(app.env.get_doctree(name).findall(nodes.image))

@@ -45,7 +45,9 @@ def test_every_page_is_built(site):
 
 def test_the_gallery_shows_a_picture_of_a_notebook(site):
     listed = (site / "gallery" / "README.html").read_text(encoding="utf-8")
-    (picture,) = set(re.findall(r'<a [^>]*href="01_first_shaft.html"><img [^>]*src="(.*?)"', listed))
+    (picture,) = set(
+        re.findall(r'<a [^>]*href="01_first_shaft.html"><img [^>]*src="(.*?)"', listed)
+    )
     assert (site / "gallery" / picture).stat().st_size > 5_000
 
 
