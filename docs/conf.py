@@ -1,7 +1,10 @@
 """Settings of the site: ``python -m sphinx -W --keep-going docs site``."""
 
 import inspect
+from pathlib import PurePosixPath
 from typing import Any
+
+from docutils import nodes
 
 import lumped as lp
 
@@ -9,11 +12,19 @@ project = "lumped"
 author = "The lumped authors"
 version = release = lp.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 html_theme = "furo"
 html_title = f"lumped {release}"
+html_static_path = ["_static"]
+html_css_files = ["gallery.css"]
 myst_heading_anchors = 3
 suppress_warnings = ["ref.python"]  # types in docstrings are words, not references
+
+# The notebooks of the gallery
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_output_stderr = "error"  # a warning is a fault
+nb_merge_streams = True
 
 add_module_names = False
 autodoc_typehints = "none"  # types stand in the docstrings
@@ -34,6 +45,22 @@ def skip_declarations(app: Any, _: str, name: str, thing: Any, *__: Any) -> bool
     return True if part or name in DECLARED or inspect.ismodule(thing) else None
 
 
+def add_thumbnails(app: Any, doctree: nodes.document, page: str) -> None:
+    """Add to each line of the gallery's list the last picture of the notebook it names."""
+    if page != "gallery/README":
+        return
+    (cards,) = doctree.findall(nodes.bullet_list)
+    cards["classes"].append("cards")
+    for item in cards:
+        link = next(item.findall(nodes.reference))
+        name = f"gallery/{PurePosixPath(link['refuri']).stem}"
+        pictures = list(app.env.get_doctree(name).findall(nodes.image))
+        if pictures:  # none if notebooks are not executed
+            item.insert(0, nodes.paragraph("", "", link.deepcopy()))
+            item[0][0].children = [pictures[-1].deepcopy()]
+
+
 def setup(app: Any) -> None:
-    """Connect it to Sphinx."""
+    """Connect these to Sphinx."""
+    app.connect("doctree-resolved", add_thumbnails)
     app.connect("autodoc-skip-member", skip_declarations)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -13,6 +14,9 @@ from lumped.reduction.evaluation import Values
 from lumped.support.sparse_graph import links
 
 __all__ = ["LeftOut", "independent_of", "needed_states", "samples", "used", "uses"]
+
+_SMALL = 1e-9  # of the largest derivative
+_SITUATIONS = 512  # finds what needs six given modes but for 3 in 10 000
 
 
 @dataclass(frozen=True)
@@ -55,29 +59,47 @@ def samples(expression: ca.SX, values: Values) -> tuple[np.ndarray, np.ndarray, 
         Element of the expression and state of each derivative.
     largest : ndarray, shape (nonzeros,)
         Largest magnitude over three random states, parameters, times and settings. A derivative
-        that is rounding at all of them vanishes identically (Schwartz-Zippel).
+        that is rounding at all of them vanishes identically (Schwartz-Zippel). Behind several
+        conditions, such as limiters in a row, it may vanish at all but one combination of their
+        modes; so small ones are asked at many more combinations.
     """
     parameters = values.flat.parameters
+    defaults = parameters.defaults
     settings = ca.vertcat(values.modes, values.guesses)
     inputs = [values.states, parameters.theta, values.time, settings]
     jacobian = ca.jacobian(expression, values.states)
     rows, columns = (np.array(i, dtype=int) for i in jacobian.sparsity().get_triplet())
-    function = ca.Function("J", inputs, [ca.SX(jacobian.nz[:])])
     rng = np.random.default_rng(6)
-    largest = np.zeros(len(rows))
-    defaults = parameters.defaults
-    for _ in range(3):
+
+    def sizes(function: ca.Function, point: list[Any]) -> np.ndarray:
         modes = rng.integers(0, 2, values.modes.numel())
         guesses = rng.uniform(-2, 2, values.guesses.numel())
-        found = function(
+        found = function(*point, np.concatenate([modes, guesses]))
+        size: np.ndarray = np.abs(np.asarray(found).ravel())
+        return size
+
+    entries = ca.SX(jacobian.nz[:])
+    function = ca.Function("J", inputs, [entries])
+    largest = np.zeros(len(rows))
+    for _ in range(3):
+        point: list[Any] = [
             rng.uniform(-2, 2, values.states.numel()),
             defaults * rng.uniform(0.8, 1.2, len(defaults))
             + 0.01 * rng.uniform(size=len(defaults)),
             rng.uniform(0, 2),
-            np.concatenate([modes, guesses]),
-        )
-        size = np.abs(np.asarray(found).ravel())
+        ]
+        size = sizes(function, point)
         largest = np.maximum(largest, np.where(np.isfinite(size), size, np.inf))
+    scale = largest.max(initial=1.0, where=np.isfinite(largest))
+    small = np.flatnonzero(largest <= _SMALL * scale)
+    depends = ca.which_depends(entries[small.tolist()], values.modes, 1, True)
+    doubtful = small[np.array(depends, dtype=bool)]
+    if len(doubtful):
+        function = ca.Function("J", inputs, [entries[doubtful.tolist()]])
+        for _ in range(_SITUATIONS):
+            size = sizes(function, point)
+            size[~np.isfinite(size)] = 0.0
+            largest[doubtful] = np.maximum(largest[doubtful], size)
     return rows, columns, largest
 
 
