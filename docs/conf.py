@@ -70,7 +70,7 @@ def skip_declarations(app: Any, _: str, name: str, thing: Any, *__: Any) -> bool
 
 
 def add_thumbnails(app: Any, doctree: nodes.document, page: str) -> None:
-    """Add to each line of the gallery's list the picture after the schematic of its notebook."""
+    """Add to each line of the gallery's list the second picture of its notebook, or its only one."""
     if page != "gallery/README":
         return
     (cards,) = doctree.findall(nodes.bullet_list)
@@ -79,8 +79,8 @@ def add_thumbnails(app: Any, doctree: nodes.document, page: str) -> None:
         link = next(item.findall(nodes.reference))
         name = f"gallery/{PurePosixPath(link['refuri']).stem}"
         pictures = list(app.env.get_doctree(name).findall(nodes.image))
-        if len(pictures) > 1:  # none if notebooks are not executed
-            picture, card = pictures[1].deepcopy(), link.deepcopy()
+        if pictures:  # none if notebooks are not executed
+            picture, card = pictures[:2][-1].deepcopy(), link.deepcopy()
             picture["alt"] = link.astext()
             card.clear()
             card += picture

@@ -1,4 +1,4 @@
-"""Each notebook of the gallery runs without warnings, checks its numbers and shows pictures."""
+"""Each notebook of the gallery runs without warnings, checks its numbers and shows a picture."""
 
 import ast
 import re
@@ -31,7 +31,7 @@ def test_a_notebook_runs_and_checks_itself(notebook, tmp_path, monkeypatch):
     assert any(isinstance(node, ast.Assert) for node in nodes)
     names: dict = {"__name__": "__main__"}
     values = [shown(cell, names) for cell in cells]
-    assert sum(isinstance(value, Figure) for value in values) >= 2  # the schematic and a result
+    assert any(isinstance(value, Figure) for value in values)
 
 
 def test_the_list_names_each_notebook_once():
