@@ -70,7 +70,7 @@ def skip_declarations(app: Any, _: str, name: str, thing: Any, *__: Any) -> bool
 
 
 def add_thumbnails(app: Any, doctree: nodes.document, page: str) -> None:
-    """Add to each line of the gallery's list the second picture of its notebook, or its only one."""
+    """Add to each line of the gallery's list the second picture of its notebook, or its only."""
     if page != "gallery/README":
         return
     (cards,) = doctree.findall(nodes.bullet_list)
