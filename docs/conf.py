@@ -46,7 +46,7 @@ def skip_declarations(app: Any, _: str, name: str, thing: Any, *__: Any) -> bool
 
 
 def add_thumbnails(app: Any, doctree: nodes.document, page: str) -> None:
-    """Add to each line of the gallery's list the last picture of the notebook it names."""
+    """Add to each line of the gallery's list the second picture of its notebook, or its only."""
     if page != "gallery/README":
         return
     (cards,) = doctree.findall(nodes.bullet_list)
@@ -56,8 +56,11 @@ def add_thumbnails(app: Any, doctree: nodes.document, page: str) -> None:
         name = f"gallery/{PurePosixPath(link['refuri']).stem}"
         pictures = list(app.env.get_doctree(name).findall(nodes.image))
         if pictures:  # none if notebooks are not executed
-            item.insert(0, nodes.paragraph("", "", link.deepcopy()))
-            item[0][0].children = [pictures[-1].deepcopy()]
+            picture, card = pictures[:2][-1].deepcopy(), link.deepcopy()
+            picture["alt"] = link.astext()
+            card.clear()
+            card += picture
+            item.insert(0, nodes.paragraph("", "", card))
 
 
 def setup(app: Any) -> None:
