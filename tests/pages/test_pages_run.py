@@ -7,8 +7,9 @@ import pytest
 
 DOCS = Path(__file__).parents[2] / "docs"
 NAMES = (
-    *("start", "conventions", "own_component", "data", "coming_from", "compiler", "pictures"),
-    *("analyses/starts", "analyses/torsional", "elements/engine", "elements/synchronous_machine"),
+    *("index", "start", "cheat_sheet", "conventions", "own_component", "data", "coming_from"),
+    *("compiler", "pictures", "analyses/starts", "analyses/torsional", "elements/engine"),
+    "elements/synchronous_machine",
 )
 PAGES = [*(DOCS / f"{name}.md" for name in NAMES), *sorted((DOCS / "machines").glob("*.md"))]
 BLOCK = re.compile(r"```python\n(.*?)```\n(?:\n```text\n(.*?)```)?", re.DOTALL)
