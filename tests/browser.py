@@ -77,7 +77,7 @@ class Browser:
             self.loaded = True
         return message
 
-    def open(self, file: Path, *, scripts: bool = True) -> None:
+    def open(self, file: Path, *, scripts: bool = True, query: str = "") -> None:
         """Open a file and wait until it is there."""
         self.call("Emulation.setScriptExecutionDisabled", value=not scripts)
         self.call(
@@ -88,7 +88,7 @@ class Browser:
             mobile=False,
         )
         self.loaded = False
-        self.call("Page.navigate", url=file.as_uri())
+        self.call("Page.navigate", url=file.as_uri() + query)
         while not self.loaded:
             self._next()
 
