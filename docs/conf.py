@@ -5,6 +5,7 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
 
 import lumped as lp
 
@@ -12,11 +13,19 @@ project = "lumped"
 author = "The lumped authors"
 version = release = lp.__version__
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "sphinx_design",
+]
 html_theme = "furo"
 html_title = f"lumped {release}"
 html_static_path = ["_static"]
-html_css_files = ["gallery.css"]
+html_css_files = ["gallery.css", "site.css"]
+html_math_renderer = "mathml"  # browsers set it themselves, without a script
+myst_fence_as_directive = ["math"]
 myst_heading_anchors = 3
 suppress_warnings = ["ref.python"]  # types in docstrings are words, not references
 
@@ -27,6 +36,8 @@ nb_output_stderr = "error"  # a warning is a fault
 nb_merge_streams = True
 
 add_module_names = False
+default_role = "py:obj"  # names in docstrings lead to their place
+autosummary_generate = False  # the tables that add_contents writes
 autodoc_typehints = "none"  # types stand in the docstrings
 autodoc_member_order = "groupwise"
 napoleon_google_docstring = False
@@ -63,7 +74,27 @@ def add_thumbnails(app: Any, doctree: nodes.document, page: str) -> None:
             item.insert(0, nodes.paragraph("", "", card))
 
 
+def add_contents(_: Any, what: str, place: str, module: Any, __: Any, lines: list[str]) -> None:
+    """Begin a module's section with a table of its names; those in the core lead there."""
+    if what != "module":
+        return
+    described = [name for name in module.__all__ if callable(getattr(module, name))]
+    lines += ["", ".. autosummary::", "   :nosignatures:", ""]
+    for name in described:
+        core = name in lp.__all__ and getattr(lp, name) is getattr(module, name)
+        lines.append(f"   ~lumped.{name}" if core and place != "lumped" else f"   {name}")
+    lines.append("")
+
+
+def write_mathml(writer: Any, node: nodes.math | nodes.math_block) -> None:
+    """Set a formula as MathML."""
+    writer.body.append(tex2mathml(node.astext(), as_block=isinstance(node, nodes.math_block)))
+    raise nodes.SkipNode
+
+
 def setup(app: Any) -> None:
     """Connect these to Sphinx."""
     app.connect("doctree-resolved", add_thumbnails)
     app.connect("autodoc-skip-member", skip_declarations)
+    app.connect("autodoc-process-docstring", add_contents)
+    app.add_html_math_renderer("mathml", (write_mathml, None), (write_mathml, None))

@@ -2,6 +2,6 @@
 
 from lumped.support.lazy_names import lazy_names
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = lazy_names(__name__)

@@ -78,13 +78,13 @@ class Browser:
             self.loaded = True
         return message
 
-    def open(self, address: Path | str, *, scripts: bool = True) -> None:
+    def open(self, address: Path | str, *, scripts: bool = True, query: str = "") -> None:
         """Open a file or an address and wait until it is there."""
         self.call("Emulation.setScriptExecutionDisabled", value=not scripts)
         self.size(1200, 900)
         self.loaded = False
         url = address.as_uri() if isinstance(address, Path) else address
-        self.call("Page.navigate", url=url)
+        self.call("Page.navigate", url=url + query)
         while not self.loaded:
             self._next()
 

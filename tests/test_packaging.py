@@ -1,9 +1,9 @@
 """What a user installs: content and version of the wheel, and the names of its packages."""
 
-import email
 import importlib
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from packaging.metadata import Metadata
 from type_checkers import marked, mypy, pyright
 
 import lumped
@@ -54,7 +55,7 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for file in ROOT.iterdir():
         if file.is_file():
             shutil.copy(file, copy)
-    for folder in (*FOLDERS, "tests"):
+    for folder in (*FOLDERS, "benchmarks", "docs", "tests"):
         shutil.copytree(
             ROOT / folder,
             copy / folder,
@@ -62,6 +63,11 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
             ignore=shutil.ignore_patterns("__pycache__"),
         )
     return copy
+
+
+@pytest.fixture(scope="module")
+def sdist(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build("sdist", source, tmp_path_factory.mktemp("sdist") / "dist")
 
 
 @pytest.fixture(scope="module")
@@ -121,9 +127,27 @@ def test_wheel_installs_nothing_beside_lumped(wheel: Path):
     assert received == {"lumped", f"lumped-{lumped.__version__}.dist-info"}
 
 
-def test_wheel_has_the_version_of_the_package(wheel: Path):
-    metadata = content(wheel)[f"lumped-{lumped.__version__}.dist-info/METADATA"]
-    assert email.message_from_bytes(metadata)["Version"] == lumped.__version__
+def test_wheel_has_valid_metadata_the_readme_and_the_licence(wheel: Path):
+    files = content(wheel)
+    folder = f"lumped-{lumped.__version__}.dist-info"
+    metadata = Metadata.from_email(files[f"{folder}/METADATA"], validate=True)
+    assert str(metadata.version) == lumped.__version__
+    assert metadata.description_content_type == "text/markdown"
+    assert metadata.description.strip() == (ROOT / "README.md").read_text(encoding="utf-8").strip()
+    assert files[f"{folder}/licenses/LICENSE"] == (ROOT / "LICENSE").read_bytes()
+    assert b"lumped = lumped.cli:main" in files[f"{folder}/entry_points.txt"]
+
+
+def test_changelog_begins_with_this_version_and_goes_down():
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    headings = re.findall(r"^## (.*)$", text, re.MULTILINE)
+    dated = r"\[(\d+)\.(\d+)\.(\d+)\] - (?:\d{4}-\d\d-\d\d|unreleased|never published)"
+    found = [re.fullmatch(dated, heading) for heading in headings]
+    assert None not in found
+    versions = [tuple(map(int, each.groups())) for each in found if each]
+    assert versions == sorted(set(versions), reverse=True)
+    assert ".".join(map(str, versions[0])) == lumped.__version__
+    assert not any("unreleased" in heading for heading in headings[1:])
 
 
 def test_wheel_imports_without_the_sources(wheel: Path, tmp_path: Path):
@@ -148,8 +172,18 @@ def test_wheel_computes_what_the_checkout_computes(wheel: Path, tmp_path: Path):
     assert received == expected
 
 
-def test_source_distribution_builds_the_same_wheel(source: Path, wheel: Path, tmp_path: Path):
-    with tarfile.open(build("sdist", source, tmp_path / "sdist")) as archive:
+def test_source_distribution_holds_all_sources_documentation_and_tests(source: Path, sdist: Path):
+    files = [file for file in source.rglob("*") if file.is_file()]
+    expected = {file.relative_to(source).as_posix() for file in files}
+    expected = {name for name in expected if not name.startswith((".", "build/"))}
+    assert {"RELEASE.md", "docs/index.md", "docs/start.png", "lumped/drawing/page.css"} < expected
+    with tarfile.open(sdist) as archive:
+        received = {name.partition("/")[2] for name in archive.getnames()}
+    assert expected - received == set()
+
+
+def test_source_distribution_builds_the_same_wheel(sdist: Path, wheel: Path, tmp_path: Path):
+    with tarfile.open(sdist) as archive:
         archive.extractall(tmp_path, filter="data")
     unpacked = tmp_path / f"lumped-{lumped.__version__}"
     rebuilt = build("wheel", unpacked, tmp_path / "wheel")

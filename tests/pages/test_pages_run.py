@@ -7,15 +7,11 @@ import pytest
 
 DOCS = Path(__file__).parents[2] / "docs"
 NAMES = (
-    *("start", "conventions", "own_component", "data", "coming_from", "compiler", "pictures"),
-    "explorer",
+    *("index", "start", "cheat_sheet", "conventions", "own_component", "data", "coming_from"),
+    *("compiler", "pictures", "explorer", "analyses/starts", "analyses/torsional"),
     *(
-        "analyses/starts",
-        "analyses/torsional",
-        "elements/engine",
-        "elements/elastic_coupling",
-        "elements/shafts",
-        "elements/synchronous_machine",
+        f"elements/{name}"
+        for name in ("engine", "elastic_coupling", "shafts", "synchronous_machine")
     ),
 )
 PAGES = [*(DOCS / f"{name}.md" for name in NAMES), *sorted((DOCS / "machines").glob("*.md"))]

@@ -1,15 +1,19 @@
 """The site is built without a warning, and its links, names and tables are sound."""
 
+import base64
 import inspect
+import operator
 import os
 import re
 import shutil
 import subprocess
 import sys
+import time
 import tomllib
 from pathlib import Path
 
 import pytest
+from browser import Browser, chromium
 from public_names import PUBLIC, THEMES
 
 import lumped
@@ -23,7 +27,7 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"
 
 def build(source, folder, *options):
     """Build a site with the project's settings; warnings are errors."""
-    for name in ("sphinx", "myst_nb", "ipykernel", "furo"):
+    for name in ("sphinx", "myst_nb", "ipykernel", "furo", "sphinx_design"):
         pytest.importorskip(name)
     search = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
     built = subprocess.run(
@@ -74,8 +78,13 @@ def test_the_gallery_shows_a_picture_of_an_executed_notebook(tmp_path):
     assert (listed.parent / picture).stat().st_size > 5_000
 
 
-def test_every_public_name_stands_in_the_reference(site):
-    reference = (site / "api.html").read_text(encoding="utf-8")
+def test_every_public_name_stands_in_the_reference_once(site):
+    pages = sorted((site / "api").rglob("*.html"))
+    anchors = [
+        anchor
+        for page in pages
+        for anchor in re.findall(r'<dt [^>]*id="(.*?)"', page.read_text(encoding="utf-8"))
+    ]
     wanted = {
         f"lumped.{name}" if name in lumped.__all__ else f"lumped.{theme}.{name}"
         for theme in THEMES
@@ -86,8 +95,92 @@ def test_every_public_name_stands_in_the_reference(site):
         for name, kind in inspect.getmembers(library, inspect.isclass):
             if name in library.__all__:
                 wanted.add(f"{kind.__module__}.{name}")
-    missing = {name for name in wanted if f'id="{name}"' not in reference}
+    missing = {name for name in wanted if anchors.count(name) != 1}
     assert missing == {"lumped.time"}  # a symbol; a sentence there names it
+
+
+def test_the_reference_leads_from_types_to_their_classes(site):
+    page = (site / "api" / "vibration.html").read_text(encoding="utf-8")
+    assert 'href="core.html#lumped.modes"' in page
+    assert 'href="core.html#lumped.System"' in page
+
+
+def groups(text, pattern):
+    """Titles of the groups of elements and the pages in each."""
+    found = re.findall(pattern, text, re.MULTILINE)
+    return {title.lower(): re.findall(r"(\w+)(?:\.md\)|$)", lines, re.M) for title, lines in found}
+
+
+def test_the_site_groups_elements_as_their_page_does():
+    expected = groups(
+        (DOCS / "elements" / "README.md").read_text(encoding="utf-8"),
+        r"^## (.*)\n\n((?:\* .*\n)+)",
+    )
+    received = groups(
+        (DOCS / "index.md").read_text(encoding="utf-8").replace("elements/README\n", ""),
+        r'^:caption: "Elements: (.*)"\n:hidden:\n:maxdepth: 1\n\n((?:elements/.*\n)+)',
+    )
+    assert received == expected
+    pages = {page.stem for page in (DOCS / "elements").glob("[a-z]*.md")}
+    assert pages == {page for group in expected.values() for page in group}
+
+
+def test_the_calls_that_answer_questions_exist_and_lead_to_every_page():
+    text = (DOCS / "analyses" / "README.md").read_text(encoding="utf-8")
+    calls = re.findall(r"\blp\.([\w.]+)\(", text)
+    assert len(calls) > 30
+    assert [call for call in calls if not callable(operator.attrgetter(call)(lumped))] == []
+    linked = set(re.findall(r"\]\((\w+\.md)", text))
+    assert {page.name for page in (DOCS / "analyses").glob("[a-z]*.md")} <= linked
+
+
+def test_formulas_are_set_without_a_script(site):
+    page = (site / "elements" / "elasto_gap.html").read_text(encoding="utf-8")
+    assert "<math " in page
+    assert "mathjax" not in page.lower()
+
+
+def test_no_page_loads_anything_from_the_network(site):
+    loads = re.compile(
+        r"<(?:script|img|iframe)[^>]* src=\"(?:https?:)?//|<link[^>]* href=\"https?:"
+    )
+    pages = list(site.rglob("*.html"))
+    assert [page for page in pages if loads.search(page.read_text(encoding="utf-8"))] == []
+
+
+@pytest.fixture
+def browser(tmp_path):
+    program = chromium()
+    if program is None:
+        pytest.skip("no Chromium")
+    browser = Browser(program, tmp_path / "profile")
+    yield browser
+    browser.close()
+
+
+def test_the_search_finds_pages_without_a_server(site, browser):
+    browser.open(site / "search.html", query="?q=holzer")
+    links = "[...document.querySelectorAll('#search-results li a')].map(a => a.href).join(' ')"
+    wait_until(lambda: "torsional.html" in browser.value(links))
+    assert [each for each in browser.requests if not each.startswith(("file:", "data:"))] == []
+
+
+def test_the_cheat_sheet_prints_on_one_page_of_a4(site, browser):
+    browser.open(site / "cheat_sheet.html")
+    printed = browser.call("Page.printToPDF", preferCSSPageSize=True, printBackground=True)
+    pages = re.findall(
+        rb"/Type\s*/Page\b.*?/MediaBox\s*\[(.*?)\]", base64.b64decode(printed["data"]), re.S
+    )
+    (box,) = pages
+    assert [round(float(each)) for each in box.split()[2:]] == [595, 842]  # points
+
+
+def wait_until(holds, seconds=20.0):
+    """Ask again until something holds."""
+    end = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < end
+        time.sleep(0.1)
 
 
 def headings(page):
