@@ -22,6 +22,7 @@ extensions = [
 ]
 html_theme = "furo"
 html_title = f"lumped {release}"
+html_show_copyright = False
 html_static_path = ["_static"]
 html_css_files = ["gallery.css", "site.css"]
 html_math_renderer = "mathml"  # browsers set it themselves, without a script
