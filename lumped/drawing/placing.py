@@ -1,8 +1,9 @@
 """Places of the items of a schematic in cells of a grid, the shaft line from left to right.
 
 In each frame, the longest chain of parts that share mechanical nets is the line. Branches stand
-above and below the net they hang on, then come parts that are joined electrically, and signal
-blocks above all. A frame is one block in the frame around it, mirrored if that shortens wires.
+above and below the net they hang on, on that side of it to which their ports face: nothing is
+mirrored unless it is joined against the line. Then come parts that are joined electrically, and
+signal blocks above all. A frame is one block in the frame around it.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from lumped.drawing.netlist import SIGNAL, Frame, Item, Net, Netlist
+from lumped.drawing.signal_layers import layers
 
 __all__ = ["MECHANICAL", "Cell", "Placed", "place"]
 
@@ -24,26 +26,25 @@ Cell = tuple[int, int]  # column, row
 
 @dataclass
 class Placed:
-    """Cells of items, first and last cells of frames, and the row of the line."""
+    """Cells of items, first and last cells of frames, and the row of the line.
+
+    `facing` gives the side, "L" or "R", to which an item is joined to a net.
+    """
 
     cells: dict[Item, Cell] = field(default_factory=dict)
     frames: list[tuple[Frame, Cell, Cell]] = field(default_factory=list)
     width: int = 0
     height: int = 0
     line: int = 0
+    facing: dict[tuple[Item, Net], str] = field(default_factory=dict)
 
-    def take(self, other: Placed, column: int, row: int, flip: bool = False) -> None:
+    def take(self, other: Placed, column: int, row: int) -> None:
         """Put another block here, its first cell at a place."""
-        last = other.width - 1
-
-        def moved(c: int, r: int) -> Cell:
-            return column + (last - c if flip else c), row + r
-
-        for item, cell in other.cells.items():
-            self.cells[item] = moved(*cell)
+        for item, (c, r) in other.cells.items():
+            self.cells[item] = (column + c, row + r)
         for frame, (c, r), (d, s) in other.frames:
-            left, right = sorted((moved(c, r)[0], moved(d, s)[0]))
-            self.frames.append((frame, (left, row + r), (right, row + s)))
+            self.frames.append((frame, (column + c, row + r), (column + d, row + s)))
+        self.facing |= other.facing
         self.width = max(self.width, column + other.width)
         self.height = max(self.height, row + other.height)
 
@@ -95,8 +96,10 @@ def _arranged(frame: Frame, nets: _Nets, blocks: dict[Item | Frame, Placed], wid
     )
     result = Placed()
     left = dict.fromkeys(parts)
+    signals = [(n, p) for n, p in nets if n.kind == SIGNAL]
+    signalled = {part for _, members in signals for part in members}
     levels: list[list[Placed]] = []
-    for kinds in (MECHANICAL, ("electrical pin", "thermal port"), (SIGNAL,)):
+    for kinds in (MECHANICAL, ("electrical pin", "thermal port")):
         chosen = [(n, p) for n, p in nets if n.kind in kinds and len(p) > 1]
         groups = []
         for group in _connected(list(left), chosen):
@@ -105,11 +108,16 @@ def _arranged(frame: Frame, nets: _Nets, blocks: dict[Item | Frame, Placed], wid
                     del left[part]
                 inside = set(group)
                 found = [n for n in nets if n[0].kind in kinds and inside & n[1].keys()]
-                groups.append(_Group(found, blocks, group, widest))
-        levels.append([g.placed() for g in groups])
+                groups.append(_Group(found, blocks, group, signalled, widest).placed())
+        levels.append(groups)
+    loose = {part for net, members in nets if net.kind != SIGNAL for part in members}
+    steps = [part for part in left if part in signalled and part not in loose]
+    for part in steps:
+        del left[part]
+    above = [_layered(group, signals, blocks, widest) for group in _connected(steps, signals)]
     single = _shelf([blocks[part] for part in left], widest)
     row = 0
-    for block in (*levels[2], *levels[0], *levels[1], *single):
+    for block in (*_shelf(above, widest), *levels[0], *levels[1], *single):
         if levels[0] and block is levels[0][0]:
             result.line = row + block.line
         result.take(block, 0, row)
@@ -132,6 +140,29 @@ def _shelf(blocks: Iterable[Placed], widest: int) -> list[Placed]:
             rows.append(Placed())
         rows[-1].take(block, rows[-1].width, 0)
     return rows
+
+
+def _layered(
+    parts: list[Item | Frame], nets: _Nets, blocks: dict[Item | Frame, Placed], widest: int
+) -> Placed:
+    """Signal blocks, each to the right of those from which its signals come."""
+    inside = set(parts)
+    edges = []
+    for net, members in nets:
+        sources = {item for item, _, role in net.ends if role == "out"}
+        here = [part for part in members if part in inside]
+        edges += [
+            (a, b)
+            for a in here
+            if not sources.isdisjoint(members[a])
+            for b in here
+            if b is not a
+        ]
+    result = Placed()
+    sizes = {part: (blocks[part].width, blocks[part].height) for part in parts}
+    for part, (column, row) in layers(sizes, edges, widest).items():
+        result.take(blocks[part], column, row)
+    return result
 
 
 def _connected(parts: list[Item | Frame], nets: _Nets) -> list[list[Item | Frame]]:
@@ -169,20 +200,26 @@ class _Group:
         nets: _Nets,
         blocks: dict[Item | Frame, Placed],
         parts: list[Item | Frame],
+        signalled: set[Item | Frame],
         widest: int,
     ) -> None:
-        self.widest = widest
+        self.widest, self.signalled = widest, signalled
         self.nets, self.blocks, self.parts = nets, blocks, parts
         self.leaves = [_count(net) > sum(map(len, members.values())) for net, members in nets]
         self.around: dict[Item | Frame, list[int]] = {part: [] for part in parts}
-        for n, (_, members) in enumerate(nets):
+        self.ports: dict[Item | Frame, dict[str, int]] = {part: {} for part in parts}
+        for n, (net, members) in enumerate(nets):
             for part in members:
                 if part in self.around:
                     self.around[part].append(n)
+            for item, port, role in net.ends:
+                if item in self.ports and not _is_aside(net, role):
+                    self.ports[item][port] = n
         self.taken: list[set[Cell]] = []  # of each fold of the line
-        self.at: dict[Item | Frame, tuple[int, int, int, bool]] = {}  # fold, column, row, flipped
+        self.at: dict[Item | Frame, tuple[int, int, int]] = {}  # fold, column, row
         self.home: dict[int, tuple[int, int, int]] = {}  # net: fold, boundary, row
-        self.tried: dict[int, int] = {}
+        self.facing: dict[tuple[Item, Net], str] = {}
+        self.tried: dict[tuple[int, tuple[bool, ...], int], int] = {}
         self.ways: list[tuple[int, int, bool]] = []  # fold, boundary, and whether it is the end
 
     def placed(self) -> Placed:
@@ -203,23 +240,30 @@ class _Group:
             top = min(r for _, r in cells)
             result.line = result.line if fold else -top
             first = min(c for c, _ in cells)
-            for part, (f, column, row, flip) in self.at.items():
+            for part, (f, column, row) in self.at.items():
                 if f == fold:
-                    result.take(self.blocks[part], column - first, begin + row - top, flip)
+                    result.take(self.blocks[part], column - first, begin + row - top)
             begin = result.height
+        result.facing = self.facing | result.facing
         return result
 
     def _line(self) -> list[Item | Frame]:
         """The longest of shortest chains, by two searches for the farthest part.
 
-        Its direction is that of signals; without signals it begins with the end declared first.
+        Its direction is that of frames, else of signals, else of most parts from their first port
+        to their last; without them it begins with the end declared first.
         """
         first = min(self.parts, key=self._declared)
-        start = self._farthest(first)[-1]
-        line = self._farthest(start)
+        start = self._farthest(first, -1)[-1]
+        line = self._farthest(start, 1)
+        if len(line) > 1 and any(isinstance(part, Frame) for part in line):
+            return line
         ahead = sum(self._direction(a, b) for a, b in itertools.pairwise(line))
-        if not ahead:
-            ahead = self._declared(line[-1]) - self._declared(line[0])
+        ahead = ahead or sum(
+            self._side(b, self._shared(b, c)) - self._side(b, self._shared(a, b))
+            for a, b, c in zip(line, line[1:], line[2:], strict=False)
+        )
+        ahead = ahead or self._declared(line[-1]) - self._declared(line[0])
         return line if ahead >= 0 else line[::-1]
 
     def _direction(self, one: Item | Frame, other: Item | Frame) -> int:
@@ -231,8 +275,24 @@ class _Group:
     def _declared(self, part: Item | Frame) -> int:
         return part.place if isinstance(part, Item) else _first(part)
 
-    def _farthest(self, start: Item | Frame) -> list[Item | Frame]:
-        """Chain to the part farthest from a part; a way out of the frame counts as one more."""
+    def _side(self, part: Item | Frame, n: int) -> int:
+        """Side to which a part is joined to a net: -1 left, 1 right, 0 either."""
+        if isinstance(part, Frame):
+            columns = [column for column, _ in self._ends(part, n)]
+            twice = 2 * sum(columns) - len(columns) * (self.blocks[part].width - 1)
+            return (twice > 0) - (twice < 0)
+        ports = self.ports[part]
+        if len(ports) != 2:
+            return 0
+        first, last = sorted(ports, key=part.ports.index)
+        return (ports[last] == n) - (ports[first] == n)
+
+    def _farthest(self, start: Item | Frame, ahead: int) -> list[Item | Frame]:
+        """Chain to the part farthest from a part; a way out of the frame counts as one more.
+
+        Frames are passed from their left to their right, or back. No chain goes through the ground
+        on which several parts stand.
+        """
         before: dict[Item | Frame, Item | Frame | None] = {start: None}
         steps = {start: 0}
         queue, seen, last = deque([start]), set(), start
@@ -241,13 +301,17 @@ class _Group:
             part = queue.popleft()
             leaves = False
             for n in self.around[part]:
-                if n not in seen:
-                    seen.add(n)
-                    leaves |= self.leaves[n]
-                    for other in self.nets[n][1]:
-                        if other in self.around and other not in before:
-                            before[other], steps[other] = part, steps[part] + 1
-                            queue.append(other)
+                if n in seen or self._against(part, n, ahead):
+                    continue
+                seen.add(n)
+                leaves |= self.leaves[n]
+                others = [other for other in self.nets[n][1] if other in self.around]
+                if len(others) > 2 and any(map(_is_ground, others)):
+                    continue
+                for other in others:
+                    if other not in before and not self._against(other, n, -ahead):
+                        before[other], steps[other] = part, steps[part] + 1
+                        queue.append(other)
             width = self.blocks[part].width
             score = (steps[part] + leaves, leaves, width, -self._declared(part))
             if score > best:
@@ -258,6 +322,9 @@ class _Group:
             chain.append(current)
             current = before[current]
         return chain[::-1]
+
+    def _against(self, part: Item | Frame, n: int, side: int) -> bool:
+        return isinstance(part, Frame) and self._side(part, n) == -side
 
     def _shared(self, one: Item | Frame, other: Item | Frame) -> int:
         return next(n for n in self.around[one] if other in self.nets[n][1])
@@ -272,11 +339,14 @@ class _Group:
             if not self.taken or column + block.width > wide:
                 self.taken.append(set())
                 column = 0
-            flip = self._flip(part, before if column else None, after)
             row = self._row(part, before if before is not None else after)
-            self._put(part, len(self.taken) - 1, column, -row, flip)
-            if before is not None and column:
-                self.home[before] = (len(self.taken) - 1, column, 0)
+            self._put(part, len(self.taken) - 1, column, -row)
+            if before is not None:
+                self._face(part, before, "L")
+                if column:
+                    self.home[before] = (len(self.taken) - 1, column, 0)
+            if after is not None:
+                self._face(part, after, "R")
             column += block.width
         self._keep_way(line[0], line[1] if len(line) > 1 else None, 0, 0)
         self._keep_way(line[-1], line[-2] if len(line) > 1 else None, len(self.taken) - 1, column)
@@ -289,10 +359,15 @@ class _Group:
             if self.leaves[n] and n not in self.home and beside not in self.nets[n][1]:
                 self.home[n] = (fold, column, 0)
                 self.ways.append((fold, column, column > 0))
+                self._face(part, n, "R" if column else "L")
                 return
 
     def _ends(self, part: Item | Frame, n: int | None) -> list[Cell]:
         return [] if n is None else [self.blocks[part].cells[i] for i in self.nets[n][1][part]]
+
+    def _face(self, part: Item | Frame, n: int, side: str) -> None:
+        net, members = self.nets[n]
+        self.facing.update(dict.fromkeys(((item, net) for item in members[part]), side))
 
     def _row(self, part: Item | Frame, n: int | None) -> int:
         """Row of the block that stands on the line: its own line if the net is there."""
@@ -300,17 +375,9 @@ class _Group:
         line = self.blocks[part].line
         return line if line in rows or not rows else rows[0]
 
-    def _flip(self, part: Item | Frame, left: int | None, right: int | None) -> bool:
-        middle = (self.blocks[part].width - 1) / 2
-        sides = [
-            sum(c for c, _ in ends) / len(ends) if ends else middle
-            for ends in (self._ends(part, left), self._ends(part, right))
-        ]
-        return sides[0] > sides[1]
-
-    def _put(self, part: Item | Frame, fold: int, column: int, row: int, flip: bool) -> None:
+    def _put(self, part: Item | Frame, fold: int, column: int, row: int) -> None:
         block = self.blocks[part]
-        self.at[part] = (fold, column, row, flip)
+        self.at[part] = (fold, column, row)
         self.taken[fold].update(
             (column + c, row + r) for c in range(block.width) for r in range(block.height)
         )
@@ -319,15 +386,27 @@ class _Group:
         """Set the trunk of a net that is not part of the line: on the far side of a branch."""
         if n in self.home:
             return
-        fold, column, row, flip = self.at[part]
+        fold, column, row = self.at[part]
         block = self.blocks[part]
         sides = {self.home[m][1] for m in self.around[part] if m in self.home}
-        ends = self._ends(part, n)
         right = column + block.width not in sides
-        if right and column not in sides and ends:
-            right = sum(c for c, _ in ends) / len(ends) >= (block.width - 1) / 2
-            right = right != flip or block.width == 1
+        if right and column not in sides:
+            right = self._side(part, n) >= 0
         self.home[n] = (fold, column + block.width if right else column, row + self._row(part, n))
+        self._face(part, n, "R" if right else "L")
+
+    def _sides(self, part: Item | Frame, n: int) -> tuple[bool, ...]:
+        """Sides of the trunk of a net on which a part may stand, best first; True is the right."""
+        fold, boundary, _ = self.home[n]
+        for m in self.around[part]:
+            there, other, _ = self.home.get(m, self.home[n])
+            if there == fold and other != boundary:
+                return (other > boundary,)
+        side = self._side(part, n)
+        if side:
+            return (side < 0,)
+        at_end = (fold, boundary, True) in self.ways
+        return (not at_end, at_end)
 
     def _hang(self, part: Item | Frame, n: int) -> None:
         """Put a part at the nearest free place beside the trunk of a net."""
@@ -335,11 +414,13 @@ class _Group:
         block = self.blocks[part]
         base = self._row(part, n)
         small = block.width == block.height == 1
-        at_end = (fold, boundary, True) in self.ways
-        step = self.tried.get(n, 0) if small else 0
+        sides = self._sides(part, n)
+        down = -1 if part in self.signalled else 1  # signals come from above
+        step = self.tried.get((n, sides, down), 0) if small else 0
         while True:
-            away = (step // 2 + 1) // 2 * (1 if step // 2 % 2 else -1)
-            column = boundary if step % 2 == at_end else boundary - block.width
+            turn, side = divmod(step, len(sides))
+            away = (turn + 1) // 2 * (down if turn % 2 else -down)
+            column = boundary if sides[side] else boundary - block.width
             row = line + away - base
             cells = ((column + c, row + r) for c in range(block.width) for r in range(block.height))
             on_way = row <= 0 < row + block.height and any(
@@ -349,7 +430,10 @@ class _Group:
                 break
             step += 1
         if small:
-            self.tried[n] = step + 1
-        at_right = column == boundary
-        flip = self._flip(part, n if at_right else None, None if at_right else n)
-        self._put(part, fold, column, row, flip)
+            self.tried[n, sides, down] = step + 1
+        self._put(part, fold, column, row)
+        self._face(part, n, "L" if sides[side] else "R")
+
+
+def _is_ground(part: Item | Frame) -> bool:
+    return isinstance(part, Item) and part.symbol == "fixed"

@@ -81,7 +81,7 @@ _Runs = dict[tuple[int, int], _Run]
 
 def route(plan: Netlist, placed: Placed) -> Routed:
     """Wires of all nets, and the places of all items."""
-    ports = terminals(plan.nets, placed.cells)
+    ports = terminals(plan.nets, placed)
     for shift in range(len(ports) + 1):
         runs = _runs(plan, placed, ports)
         stuck = _ordered(runs, ports, placed)
