@@ -115,9 +115,11 @@ def _arranged(frame: Frame, nets: _Nets, blocks: dict[Item | Frame, Placed], wid
     for part in steps:
         del left[part]
     above = [_layered(group, signals, blocks, widest) for group in _connected(steps, signals)]
-    single = _shelf([blocks[part] for part in left], widest)
+    single = _shelf([(0, blocks[part]) for part in left], widest)
+    columns = {item: cell[0] for block in levels[0] for item, cell in block.cells.items()}
+    upper, lower = (_shelf(_wishes(some, nets, columns), widest) for some in (above, levels[1]))
     row = 0
-    for block in (*_shelf(above, widest), *levels[0], *levels[1], *single):
+    for block in (*upper, *levels[0], *lower, *single):
         if levels[0] and block is levels[0][0]:
             result.line = row + block.line
         result.take(block, 0, row)
@@ -132,13 +134,33 @@ def _first(frame: Frame) -> int:
     return min((item.place for item in frame.all_items()), default=0)
 
 
-def _shelf(blocks: Iterable[Placed], widest: int) -> list[Placed]:
-    """Blocks side by side, in rows of limited width."""
+def _wishes(
+    blocks: list[Placed], nets: _Nets, columns: dict[Item, int]
+) -> list[tuple[int, Placed]]:
+    """First column of each block so that it stands at those parts of the line that it is joined to.
+
+    In the order of these columns.
+    """
+    home = {item: b for b, block in enumerate(blocks) for item in block.cells}
+    found: list[list[int]] = [[] for _ in blocks]
+    for net, _ in nets:
+        there = [columns[item] for item, _, _ in net.ends if item in columns]
+        for b in {home[item] for item, _, _ in net.ends if item in home}:
+            found[b] += there
+    result = []
+    for block, seen in zip(blocks, found, strict=True):
+        middle = (min(seen) + max(seen) + 1 - block.width) // 2 if seen else 0
+        result.append((max(middle, 0), block))
+    return sorted(result, key=lambda wish: wish[0])
+
+
+def _shelf(blocks: Iterable[tuple[int, Placed]], widest: int) -> list[Placed]:
+    """Blocks side by side from the columns wished, in rows of limited width."""
     rows: list[Placed] = []
-    for block in blocks:
+    for wish, block in blocks:
         if not rows or rows[-1].width + block.width > widest:
             rows.append(Placed())
-        rows[-1].take(block, rows[-1].width, 0)
+        rows[-1].take(block, max(rows[-1].width, min(wish, max(widest - block.width, 0))), 0)
     return rows
 
 
@@ -250,27 +272,20 @@ class _Group:
     def _line(self) -> list[Item | Frame]:
         """The longest of shortest chains, by two searches for the farthest part.
 
-        Its direction is that of frames, else of signals, else of most parts from their first port
-        to their last; without them it begins with the end declared first.
+        Its direction is that of frames, else of most parts from their first port to their last;
+        without them it begins with the end declared first.
         """
         first = min(self.parts, key=self._declared)
         start = self._farthest(first, -1)[-1]
         line = self._farthest(start, 1)
         if len(line) > 1 and any(isinstance(part, Frame) for part in line):
             return line
-        ahead = sum(self._direction(a, b) for a, b in itertools.pairwise(line))
-        ahead = ahead or sum(
-            self._side(b, self._shared(b, c)) - self._side(b, self._shared(a, b))
-            for a, b, c in zip(line, line[1:], line[2:], strict=False)
+        ahead = sum(
+            self._side(a, self._shared(a, b)) - self._side(b, self._shared(a, b))
+            for a, b in itertools.pairwise(line)
         )
         ahead = ahead or self._declared(line[-1]) - self._declared(line[0])
         return line if ahead >= 0 else line[::-1]
-
-    def _direction(self, one: Item | Frame, other: Item | Frame) -> int:
-        """1 if a signal goes from one part to the other, -1 if it comes back, else 0."""
-        net, members = self.nets[self._shared(one, other)]
-        source = {item for item, _, role in net.ends if role == "out"}
-        return int(not source.isdisjoint(members[one])) - int(not source.isdisjoint(members[other]))
 
     def _declared(self, part: Item | Frame) -> int:
         return part.place if isinstance(part, Item) else _first(part)
@@ -282,16 +297,17 @@ class _Group:
             twice = 2 * sum(columns) - len(columns) * (self.blocks[part].width - 1)
             return (twice > 0) - (twice < 0)
         ports = self.ports[part]
-        if len(ports) != 2:
+        if len(ports) not in (2, 3):
             return 0
-        first, last = sorted(ports, key=part.ports.index)
-        return (ports[last] == n) - (ports[first] == n)
+        first, *others = sorted(ports, key=part.ports.index)
+        return any(ports[port] == n for port in others) - (ports[first] == n)
 
     def _farthest(self, start: Item | Frame, ahead: int) -> list[Item | Frame]:
         """Chain to the part farthest from a part; a way out of the frame counts as one more.
 
-        Frames are passed from their left to their right, or back. No chain goes through the ground
-        on which several parts stand.
+        Frames are passed in the direction of the search, from left to right or back, other parts
+        at least where the chain branches. No chain goes through the ground on which several parts
+        stand.
         """
         before: dict[Item | Frame, Item | Frame | None] = {start: None}
         steps = {start: 0}
@@ -301,15 +317,17 @@ class _Group:
             part = queue.popleft()
             leaves = False
             for n in self.around[part]:
-                if n in seen or self._against(part, n, ahead):
+                if n in seen or isinstance(part, Frame) and self._side(part, n) == -ahead:
                     continue
                 seen.add(n)
                 leaves |= self.leaves[n]
                 others = [other for other in self.nets[n][1] if other in self.around]
                 if len(others) > 2 and any(map(_is_ground, others)):
                     continue
+                branches = len(others) > 2 or self.leaves[n]
                 for other in others:
-                    if other not in before and not self._against(other, n, -ahead):
+                    strict = branches or ahead < 0 or isinstance(other, Frame)
+                    if other not in before and not (strict and self._side(other, n) == ahead):
                         before[other], steps[other] = part, steps[part] + 1
                         queue.append(other)
             width = self.blocks[part].width
@@ -322,9 +340,6 @@ class _Group:
             chain.append(current)
             current = before[current]
         return chain[::-1]
-
-    def _against(self, part: Item | Frame, n: int, side: int) -> bool:
-        return isinstance(part, Frame) and self._side(part, n) == -side
 
     def _shared(self, one: Item | Frame, other: Item | Frame) -> int:
         return next(n for n in self.around[one] if other in self.nets[n][1])
@@ -367,6 +382,8 @@ class _Group:
 
     def _face(self, part: Item | Frame, n: int, side: str) -> None:
         net, members = self.nets[n]
+        if net.kind not in MECHANICAL:
+            return
         self.facing.update(dict.fromkeys(((item, net) for item in members[part]), side))
 
     def _row(self, part: Item | Frame, n: int | None) -> int:
@@ -393,7 +410,8 @@ class _Group:
         if right and column not in sides:
             right = self._side(part, n) >= 0
         self.home[n] = (fold, column + block.width if right else column, row + self._row(part, n))
-        self._face(part, n, "R" if right else "L")
+        if {column, column + block.width} - sides:
+            self._face(part, n, "R" if right else "L")
 
     def _sides(self, part: Item | Frame, n: int) -> tuple[bool, ...]:
         """Sides of the trunk of a net on which a part may stand, best first; True is the right."""

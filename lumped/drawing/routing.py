@@ -182,8 +182,7 @@ def _spine(across: dict[int, set[float]], along: dict[int, set[float]]) -> int:
     if along:
         return max(along, key=lambda c: (len(along[c]), -c))
     marks = sorted(mark for found in across.values() for mark in found)
-    middle = marks[len(marks) // 2]
-    return int(middle + 1) // 2
+    return int(marks[len(marks) // 2]) // 2
 
 
 def _ordered(runs: _Plan, ports: list[Terminal], placed: Placed) -> Item | None:
