@@ -15,13 +15,14 @@ from lumped.drawing.netlist import Frame, Item, Netlist
 from lumped.drawing.placing import Placed
 from lumped.drawing.terminals import Terminal, terminals
 
-__all__ = ["CELL", "Point", "Routed", "route"]
+__all__ = ["ASIDE", "CELL", "Point", "Routed", "route"]
 
 Point = tuple[float, float]
 
 CELL = (0.62, 0.56)  # inch, of a symbol with its leads and without its label
 LABEL = 0.15  # inch below the symbol
 LETTER = 0.063  # inch
+ASIDE = 0.05  # inch between a wire and the label to its right
 PITCH, BORDER, TITLE, GAP = 0.1, 0.08, 0.2, 0.09  # inch
 
 
@@ -91,15 +92,22 @@ def route(plan: Netlist, placed: Placed) -> Routed:
             if port.item is stuck and port.side in "LR":
                 port.offset += 0.11 / (shift + 1)
     zones = _Zones(plan, placed)
-    x = _Axis(placed.width, runs.columns, zones, 0, _widths(placed))
+    x = _Axis(placed.width, runs.columns, zones, 0, _widths(placed, ports))
     y = _Axis(placed.height, runs.rows, zones, 1, [CELL[1] + LABEL] * placed.height)
     return _drawn(plan, placed, ports, runs, (x, y), zones)
 
 
-def _widths(placed: Placed) -> list[float]:
+def _widths(placed: Placed, ports: list[Terminal]) -> list[float]:
+    beside = {}  # how far the wires at the bottom of a symbol push its label to the right
+    for port in ports:
+        if port.side == "B" and port.net >= 0:
+            beside[port.item] = max(beside.get(port.item, 0.0), port.offset * CELL[0] + ASIDE)
     widths = [CELL[0]] * placed.width
     for item, (column, _) in placed.cells.items():
-        widths[column] = max(widths[column], LETTER * len(item.label))
+        length = LETTER * len(item.label)
+        if item in beside:
+            length = 2 * (beside[item] + length)
+        widths[column] = max(widths[column], length)
     return widths
 
 
@@ -182,7 +190,9 @@ def _spine(across: dict[int, set[float]], along: dict[int, set[float]]) -> int:
     if along:
         return max(along, key=lambda c: (len(along[c]), -c))
     marks = sorted(mark for found in across.values() for mark in found)
-    return int(marks[len(marks) // 2]) // 2
+    row = int(marks[len(marks) // 2]) // 2
+    lowest = row == int(marks[-1]) // 2 > int(marks[0]) // 2
+    return row if lowest else row + 1
 
 
 def _ordered(runs: _Plan, ports: list[Terminal], placed: Placed) -> Item | None:

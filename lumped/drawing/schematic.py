@@ -14,7 +14,7 @@ from matplotlib.path import Path as Outline
 from lumped.compiler.system import System
 from lumped.drawing.netlist import SIGNAL, Item, Netlist, netlist
 from lumped.drawing.placing import WIDEST, place
-from lumped.drawing.routing import CELL, Point, Routed, route
+from lumped.drawing.routing import ASIDE, CELL, Point, Routed, route
 from lumped.drawing.symbols import GROUND, SYMBOLS, Symbol
 from lumped.drawing.terminals import Terminal
 from lumped.errors import OptionError
@@ -215,7 +215,9 @@ def _symbol(axes: Axes, item: Item, centre: Point, ends: list[tuple[Terminal, Po
         size = 8 if len(text) < 3 else 6 if len(text) < 6 else 4.6
         axes.text(x, y, text, size=size, ha="center", va="center", zorder=5)
     low = y + CELL[1] / 2 - 0.01
-    axes.text(x, low, item.label, size=6, ha="center", va="top", zorder=6, bbox=_HALO)
+    wires = [point[0] for port, point in ends if port.side == "B" and port.net >= 0]
+    at, side = (max(wires) + ASIDE, "left") if wires else (x, "center")
+    axes.text(at, low, item.label, size=6, ha=side, va="top", zorder=6, bbox=_HALO)
 
 
 _HALO = {"facecolor": "white", "edgecolor": "none", "pad": 0.2, "alpha": 0.75}
