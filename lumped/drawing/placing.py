@@ -19,6 +19,7 @@ from lumped.drawing.signal_layers import layers
 __all__ = ["MECHANICAL", "Cell", "Placed", "place"]
 
 WIDEST = 14  # cells before a line is continued below, unless another number is asked for
+RIGID = ("inertia", "mass")  # symbols of parts whose two ends are one
 MECHANICAL = ("rotational flange", "translational flange")
 
 Cell = tuple[int, int]  # column, row
@@ -276,8 +277,13 @@ class _Group:
         without them it begins with the end declared first.
         """
         first = min(self.parts, key=self._declared)
-        start = self._farthest(first, -1)[-1]
-        line = self._farthest(start, 1)
+        back, way = self._farthest([first], set(), -1)
+        if way is not None:
+            ends = [part for part in self.nets[way][1] if part in self.around]
+            line, _ = self._farthest([p for p in ends if not self._against(p, way, 1)], {way}, 1)
+        else:  # two parts with one port each may both be the first
+            one = len(back) == 2 and not any(self._side(p, self._shared(*back)) for p in back)
+            line, _ = self._farthest([first if one else back[-1]], set(), 1)
         if len(line) > 1 and any(isinstance(part, Frame) for part in line):
             return line
         ahead = sum(
@@ -302,44 +308,54 @@ class _Group:
         first, *others = sorted(ports, key=part.ports.index)
         return any(ports[port] == n for port in others) - (ports[first] == n)
 
-    def _farthest(self, start: Item | Frame, ahead: int) -> list[Item | Frame]:
-        """Chain to the part farthest from a part; a way out of the frame counts as one more.
+    def _against(self, part: Item | Frame, n: int, ahead: int) -> bool:
+        """Whether a search to the right (1) or left (-1) that comes from a net is stopped here."""
+        rigid = isinstance(part, Item) and part.symbol in RIGID
+        return self._side(part, n) == ahead and not rigid
 
-        Frames are passed in the direction of the search, from left to right or back, other parts
-        at least where the chain branches. No chain goes through the ground on which several parts
-        stand.
+    def _farthest(
+        self, starts: list[Item | Frame], seen: set[int], ahead: int
+    ) -> tuple[list[Item | Frame], int | None]:
+        """Chain to the part farthest from some, and the net by which it leaves the frame there.
+
+        Such a way counts as one part more. Frames are passed in the direction of the search, from
+        left to right or back, other parts at least where the chain branches. No chain goes through
+        the ground on which several parts stand.
         """
-        before: dict[Item | Frame, Item | Frame | None] = {start: None}
-        steps = {start: 0}
-        queue, seen, last = deque([start]), set(), start
+        before: dict[Item | Frame, Item | Frame | None] = dict.fromkeys(starts)
+        steps = dict.fromkeys(starts, 0)
+        queue, last = deque(starts), starts[0]
+        found: int | None = None
         best = (-1, False, 0, 0)
         while queue:
             part = queue.popleft()
-            leaves = False
+            way: int | None = None
             for n in self.around[part]:
-                if n in seen or isinstance(part, Frame) and self._side(part, n) == -ahead:
+                back = isinstance(part, Frame) or ahead < 0
+                if n in seen or (back and self._against(part, n, -ahead)):
                     continue
                 seen.add(n)
-                leaves |= self.leaves[n]
+                way = n if self.leaves[n] else way
                 others = [other for other in self.nets[n][1] if other in self.around]
                 if len(others) > 2 and any(map(_is_ground, others)):
                     continue
                 branches = len(others) > 2 or self.leaves[n]
                 for other in others:
                     strict = branches or ahead < 0 or isinstance(other, Frame)
-                    if other not in before and not (strict and self._side(other, n) == ahead):
+                    if other not in before and not (strict and self._against(other, n, ahead)):
                         before[other], steps[other] = part, steps[part] + 1
                         queue.append(other)
             width = self.blocks[part].width
+            leaves = way is not None
             score = (steps[part] + leaves, leaves, width, -self._declared(part))
             if score > best:
-                best, last = score, part
+                best, last, found = score, part, way
         chain: list[Item | Frame] = []
         current: Item | Frame | None = last
         while current is not None:
             chain.append(current)
             current = before[current]
-        return chain[::-1]
+        return chain[::-1], found
 
     def _shared(self, one: Item | Frame, other: Item | Frame) -> int:
         return next(n for n in self.around[one] if other in self.nets[n][1])
@@ -382,9 +398,8 @@ class _Group:
 
     def _face(self, part: Item | Frame, n: int, side: str) -> None:
         net, members = self.nets[n]
-        if net.kind not in MECHANICAL:
-            return
-        self.facing.update(dict.fromkeys(((item, net) for item in members[part]), side))
+        if net.kind in MECHANICAL or len(self.ports[part]) == 2:
+            self.facing.update(dict.fromkeys(((item, net) for item in members[part]), side))
 
     def _row(self, part: Item | Frame, n: int | None) -> int:
         """Row of the block that stands on the line: its own line if the net is there."""

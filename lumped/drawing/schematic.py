@@ -198,9 +198,8 @@ def _dots(wires: list[tuple[Point, Point]]) -> list[Point]:
 def _symbol(axes: Axes, item: Item, centre: Point, ends: list[tuple[Terminal, Point]]) -> None:
     symbol = SYMBOLS[item.symbol]
     x, y = centre
-    first = next((port for port, _ in ends if port.side in "LR"), None)
-    sides = {port.side for port, _ in ends}
-    turn = -1 if first is not None and first.side == "R" and "L" in sides else 1
+    across = {port.port: port.side for port, _ in ends if port.side in "LR"}
+    turn = -1 if [across[port] for port in item.ports if port in across] == ["R", "L"] else 1
     for port, point in ends:
         _lead(axes, symbol, centre, port, point)
     for i, stroke in enumerate(symbol.strokes):
