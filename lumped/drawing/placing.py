@@ -311,7 +311,7 @@ class _Group:
     def _against(self, part: Item | Frame, n: int, ahead: int) -> bool:
         """Whether a search to the right (1) or left (-1) that comes from a net is stopped here."""
         rigid = isinstance(part, Item) and part.symbol in RIGID
-        return self._side(part, n) == ahead and not rigid
+        return self._side(part, n) == ahead and not (rigid and ahead > 0)
 
     def _farthest(
         self, starts: list[Item | Frame], seen: set[int], ahead: int

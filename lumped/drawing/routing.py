@@ -9,19 +9,20 @@ from __future__ import annotations
 
 import itertools
 from collections import defaultdict
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from lumped.drawing.netlist import Frame, Item, Netlist
 from lumped.drawing.placing import Placed
 from lumped.drawing.terminals import Terminal, terminals
 
-__all__ = ["ASIDE", "CELL", "Point", "Routed", "route"]
+__all__ = ["CELL", "Point", "Routed", "route", "text_place"]
 
 Point = tuple[float, float]
 
 CELL = (0.62, 0.56)  # inch, of a symbol with its leads and without its label
 LABEL = 0.15  # inch below the symbol
-LETTER = 0.063  # inch
+LETTER, SMALL = 0.063, 0.053  # inch, of a label and of a value
 ASIDE = 0.05  # inch between a wire and the label to its right
 PITCH, BORDER, TITLE, GAP = 0.1, 0.08, 0.2, 0.09  # inch
 
@@ -80,8 +81,8 @@ class _Plan:
 _Runs = dict[tuple[int, int], _Run]
 
 
-def route(plan: Netlist, placed: Placed) -> Routed:
-    """Wires of all nets, and the places of all items."""
+def route(plan: Netlist, placed: Placed, values: Mapping[str, str]) -> Routed:
+    """Wires of all nets, and the places of all items with values beside some of them."""
     ports = terminals(plan.nets, placed)
     for shift in range(len(ports) + 1):
         runs = _runs(plan, placed, ports)
@@ -92,22 +93,30 @@ def route(plan: Netlist, placed: Placed) -> Routed:
             if port.item is stuck and port.side in "LR":
                 port.offset += 0.11 / (shift + 1)
     zones = _Zones(plan, placed)
-    x = _Axis(placed.width, runs.columns, zones, 0, _widths(placed, ports))
+    x = _Axis(placed.width, runs.columns, zones, 0, _widths(placed, ports, values))
     y = _Axis(placed.height, runs.rows, zones, 1, [CELL[1] + LABEL] * placed.height)
     return _drawn(plan, placed, ports, runs, (x, y), zones)
 
 
-def _widths(placed: Placed, ports: list[Terminal]) -> list[float]:
-    beside = {}  # how far the wires at the bottom of a symbol push its label to the right
+def text_place(ports: Iterable[Terminal], side: str) -> tuple[float, bool]:
+    """Inches from the centre of a symbol to the text above ("T") or below it ("B").
+
+    The text is centred there, or begins there, to the right of the wires on that side: True.
+    """
+    wires = [port.offset for port in ports if port.side == side and port.net >= 0]
+    return (CELL[0] * max(wires) + ASIDE, True) if wires else (0.0, False)
+
+
+def _widths(placed: Placed, ports: list[Terminal], values: Mapping[str, str]) -> list[float]:
+    ends: dict[Item, list[Terminal]] = {item: [] for item in placed.cells}
     for port in ports:
-        if port.side == "B" and port.net >= 0:
-            beside[port.item] = max(beside.get(port.item, 0.0), port.offset * CELL[0] + ASIDE)
+        ends[port.item].append(port)
     widths = [CELL[0]] * placed.width
     for item, (column, _) in placed.cells.items():
-        length = LETTER * len(item.label)
-        if item in beside:
-            length = 2 * (beside[item] + length)
-        widths[column] = max(widths[column], length)
+        below, above = LETTER * len(item.label), SMALL * len(values.get(item.path, ""))
+        for side, length in (("B", below), ("T", above)):
+            at, aside = text_place(ends[item], side)
+            widths[column] = max(widths[column], 2 * (at + length) if aside and length else length)
     return widths
 
 

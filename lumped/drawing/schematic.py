@@ -14,7 +14,7 @@ from matplotlib.path import Path as Outline
 from lumped.compiler.system import System
 from lumped.drawing.netlist import SIGNAL, Item, Netlist, netlist
 from lumped.drawing.placing import WIDEST, place
-from lumped.drawing.routing import ASIDE, CELL, Point, Routed, route
+from lumped.drawing.routing import CELL, Point, Routed, route, text_place
 from lumped.drawing.symbols import GROUND, SYMBOLS, Symbol
 from lumped.drawing.terminals import Terminal
 from lumped.errors import OptionError
@@ -89,7 +89,8 @@ def schematic(
                 f"{item.path or item.label} ({item.kind}): there is no symbol '{item.symbol}'. "
                 f"Known: {', '.join(SYMBOLS)}."
             )
-    figure = draw(plan, route(plan, place(plan, columns)), values or {})
+    values = values or {}
+    figure = draw(plan, route(plan, place(plan, columns), values), values)
     if path is not None:
         ending = Path(path).suffix.removeprefix(".")
         if ending not in figure.canvas.get_supported_filetypes():
@@ -131,7 +132,10 @@ def draw(plan: Netlist, routed: Routed, values: Mapping[str, str]) -> Figure:
         _symbol(axes, item, centre, ends[item])
         if item.path in values:
             text, high = values[item.path].replace("$", r"\$"), centre[1] - CELL[1] / 2 + 0.01
-            axes.text(centre[0], high, text, size=5, ha="center", va="bottom", zorder=6, bbox=_HALO)
+            at, aside = text_place((port for port, _ in ends[item]), "T")
+            side = "left" if aside else "center"
+            at += centre[0]
+            axes.text(at, high, text, size=5, ha=side, va="bottom", zorder=6, bbox=_HALO)
     _texts(axes, plan, routed)
     return figure
 
@@ -214,9 +218,9 @@ def _symbol(axes: Axes, item: Item, centre: Point, ends: list[tuple[Terminal, Po
         size = 8 if len(text) < 3 else 6 if len(text) < 6 else 4.6
         axes.text(x, y, text, size=size, ha="center", va="center", zorder=5)
     low = y + CELL[1] / 2 - 0.01
-    wires = [point[0] for port, point in ends if port.side == "B" and port.net >= 0]
-    at, side = (max(wires) + ASIDE, "left") if wires else (x, "center")
-    axes.text(at, low, item.label, size=6, ha=side, va="top", zorder=6, bbox=_HALO)
+    at, aside = text_place((port for port, _ in ends), "B")
+    side = "left" if aside else "center"
+    axes.text(x + at, low, item.label, size=6, ha=side, va="top", zorder=6, bbox=_HALO)
 
 
 _HALO = {"facecolor": "white", "edgecolor": "none", "pad": 0.2, "alpha": 0.75}

@@ -141,7 +141,7 @@ CHAINS = {
 
 BRANCHED = {
     "folded chain": long_chain(18),
-    "genset": genset(),
+    "genset": genset().structure.tree.model,
     "planetary": drive(
         """motor > stage.sun
         stage.carrier > shaft > load > work
@@ -453,6 +453,10 @@ CONTROLLED = {
 }
 """Drives with circuits and signals."""
 
-MACHINE_MODELS = {name: machine(name).model() for name in MACHINES}
-RANDOM = {f"random drive {seed}": RandomDrive(seed).model() for seed in (1, 4, 7, 11)}
-DRIVES = {**CHAINS, **BRANCHED, **CONTROLLED, **MACHINE_MODELS, **RANDOM}
+DRIVES = {
+    **CHAINS,
+    **BRANCHED,
+    **CONTROLLED,
+    **{name: machine(name).model() for name in MACHINES},
+    **{f"random drive {seed}": RandomDrive(seed).model() for seed in (1, 4, 7, 11)},
+}
