@@ -117,11 +117,14 @@ def _arranged(frame: Frame, nets: _Nets, blocks: dict[Item | Frame, Placed], wid
         del left[part]
     above = [_layered(group, signals, blocks, widest) for group in _connected(steps, signals)]
     single = _shelf([(0, blocks[part]) for part in left], widest)
-    columns = {item: cell[0] for block in levels[0] for item, cell in block.cells.items()}
+    main, others = levels[0][:1], levels[0][1:]
+    columns = {item: cell[0] for block in main for item, cell in block.cells.items()}
+    beside = [_shelf([wish], widest)[0] for wish in _wishes(others, nets, columns)]
+    columns |= {item: cell[0] for block in beside for item, cell in block.cells.items()}
     upper, lower = (_shelf(_wishes(some, nets, columns), widest) for some in (above, levels[1]))
     row = 0
-    for block in (*upper, *levels[0], *lower, *single):
-        if levels[0] and block is levels[0][0]:
+    for block in (*upper, *main, *beside, *lower, *single):
+        if block in main:
             result.line = row + block.line
         result.take(block, 0, row)
         row += block.height
@@ -138,21 +141,20 @@ def _first(frame: Frame) -> int:
 def _wishes(
     blocks: list[Placed], nets: _Nets, columns: dict[Item, int]
 ) -> list[tuple[int, Placed]]:
-    """First column of each block so that it stands at those parts of the line that it is joined to.
+    """First column of each block so that its parts stand at those of the line that they join.
 
     In the order of these columns.
     """
     home = {item: b for b, block in enumerate(blocks) for item in block.cells}
-    found: list[list[int]] = [[] for _ in blocks]
+    found: list[list[float]] = [[] for _ in blocks]
     for net, _ in nets:
         there = [columns[item] for item, _, _ in net.ends if item in columns]
-        for b in {home[item] for item, _, _ in net.ends if item in home}:
-            found[b] += there
-    result = []
-    for block, seen in zip(blocks, found, strict=True):
-        middle = (min(seen) + max(seen) + 1 - block.width) // 2 if seen else 0
-        result.append((max(middle, 0), block))
-    return sorted(result, key=lambda wish: wish[0])
+        for item, _, _ in net.ends:
+            if item in home and there:
+                own = blocks[home[item]].cells[item][0]
+                found[home[item]].append(sum(there) / len(there) - own)
+    wishes = [max(round(sum(seen) / len(seen)), 0) if seen else 0 for seen in found]
+    return sorted(zip(wishes, blocks, strict=True), key=lambda wish: wish[0])
 
 
 def _shelf(blocks: Iterable[tuple[int, Placed]], widest: int) -> list[Placed]:
@@ -175,11 +177,7 @@ def _layered(
         sources = {item for item, _, role in net.ends if role == "out"}
         here = [part for part in members if part in inside]
         edges += [
-            (a, b)
-            for a in here
-            if not sources.isdisjoint(members[a])
-            for b in here
-            if b is not a
+            (a, b) for a in here if not sources.isdisjoint(members[a]) for b in here if b is not a
         ]
     result = Placed()
     sizes = {part: (blocks[part].width, blocks[part].height) for part in parts}
@@ -248,10 +246,13 @@ class _Group:
     def placed(self) -> Placed:
         line = self._line()
         self._place_line(line)
-        queue = deque(line)
+        queue, hung = deque(line), set[int]()
         while queue:
             part = queue.popleft()
             for n in self.around[part]:
+                if n in hung:
+                    continue
+                hung.add(n)
                 self._settle(n, part)
                 for other in self.nets[n][1]:
                     if other in self.around and other not in self.at:

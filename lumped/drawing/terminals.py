@@ -91,12 +91,12 @@ def _choose_sides(ends: list[_End]) -> None:
     if len(lines) == 3 and shafts:
         for (_, below, terminal), side in zip(lines, "LTR", strict=True):
             terminal.side = "B" if side == "T" and below > 0 else side
-    elif len(lines) == 2:
-        for (_, _, terminal), side in zip(lines, "LR", strict=True):
-            terminal.side = side
-    else:
+    elif len(lines) in (1, 3):
         for ahead, _, terminal in lines:
             terminal.side = "L" if ahead < 0 else "R"
+    else:
+        for i, (_, _, terminal) in enumerate(lines):
+            terminal.side = "L" if 2 * i < len(lines) else "R"
     fixed = lines or any(end[2].role == "support" for end in ends)
     sides = {"in": "T", "out": "T"} if fixed else {"in": "L", "out": "R"}
     for _, _, terminal in ends:
