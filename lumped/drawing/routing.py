@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from lumped.drawing.netlist import Frame, Item, Netlist
-from lumped.drawing.placing import Placed
+from lumped.drawing.shaft_line import Placed
 from lumped.drawing.terminals import Terminal, terminals
 
 __all__ = ["CELL", "Point", "Routed", "route", "text_place"]

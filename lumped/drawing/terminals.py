@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lumped.drawing.netlist import Item, Net
-from lumped.drawing.placing import MECHANICAL, Placed
+from lumped.drawing.shaft_line import MECHANICAL, Placed
 
 __all__ = ["Terminal", "terminals"]
 

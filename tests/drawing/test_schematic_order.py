@@ -11,9 +11,10 @@ from schematic_drives import BRANCHED, CHAINS, DRIVES
 import lumped as lp
 from lumped.components import Gain, IdealGear, Inertia, Sum
 from lumped.drawing.netlist import netlist
-from lumped.drawing.placing import MECHANICAL, place
+from lumped.drawing.placing import place
 from lumped.drawing.routing import Routed, route
 from lumped.drawing.schematic import draw
+from lumped.drawing.shaft_line import MECHANICAL
 
 VALUE = "1234.5 kN.m/rad, 67.8 N.m.s/rad"
 RIGID = {"Inertia", "Mass", "MassWithStops"}  # parts that look the same from both sides
@@ -113,7 +114,8 @@ def test_texts_stand_clear_of_each_other_and_of_wires(name: str):
     left, right = axes.get_xlim()
     bottom, top = axes.get_ylim()
     for text, x0, x1, y0, y1 in boxes:
-        assert left <= x0 and x1 <= right and top <= y0 and y1 <= bottom, text
+        assert left <= x0 < x1 <= right, text
+        assert top <= y0 < y1 <= bottom, text
         for a, b in itertools.chain.from_iterable(picture.wires):
             beside = max(a[0], b[0]) <= x0 or min(a[0], b[0]) >= x1
             assert beside or max(a[1], b[1]) <= y0 or min(a[1], b[1]) >= y1, text
