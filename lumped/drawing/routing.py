@@ -22,7 +22,7 @@ Point = tuple[float, float]
 
 CELL = (0.62, 0.56)  # inch, of a symbol with its leads and without its label
 LABEL = 0.15  # inch below the symbol
-LETTER, SMALL = 0.063, 0.053  # inch, of a label and of a value
+LETTER, SMALL = 0.063, 0.047  # inch, of a label and of a value
 ASIDE = 0.05  # inch between a wire and the label to its right
 PITCH, BORDER, TITLE, GAP = 0.1, 0.08, 0.2, 0.09  # inch
 
@@ -116,7 +116,8 @@ def _widths(placed: Placed, ports: list[Terminal], values: Mapping[str, str]) ->
         below, above = LETTER * len(item.label), SMALL * len(values.get(item.path, ""))
         for side, length in (("B", below), ("T", above)):
             at, aside = text_place(ends[item], side)
-            widths[column] = max(widths[column], 2 * (at + length) if aside and length else length)
+            wide = 2 * (at + length) if aside and length else length
+            widths[column] = max(widths[column], wide - GAP)  # half of it in the channels
     return widths
 
 
