@@ -85,6 +85,7 @@ class Group:
                 if item in self.ports and not is_aside(net, role):
                     self.ports[item][port] = n
         self.taken: list[set[Cell]] = []  # of each fold of the line
+        self.lengths: list[int] = []  # columns of each fold
         self.at: dict[Item | Frame, tuple[int, int, int]] = {}  # fold, column, row
         self.home: dict[int, tuple[int, int, int]] = {}  # net: fold, boundary, row
         self.facing: dict[tuple[Item, Net], str] = {}
@@ -216,6 +217,7 @@ class Group:
             wide = max(self.widest, 1.25 * block.width)  # a few parts before a wide one do not turn
             if not self.taken or column + block.width > wide:
                 self.taken.append(set())
+                self.lengths.append(0)
                 column = 0
             row = self._row(part, before if before is not None else after)
             self._put(part, len(self.taken) - 1, column, -row)
@@ -226,6 +228,7 @@ class Group:
             if after is not None:
                 self._face(part, after, "R")
             column += block.width
+            self.lengths[-1] = column
         self._keep_way(line[0], line[1] if len(line) > 1 else None, 0, 0)
         self._keep_way(line[-1], line[-2] if len(line) > 1 else None, len(self.taken) - 1, column)
 
@@ -285,8 +288,12 @@ class Group:
         side = self._side(part, n)
         if side:
             return (side < 0,)
-        at_end = (fold, boundary, True) in self.ways
-        return (not at_end, at_end)
+        at_end, width = (fold, boundary, True) in self.ways, self.blocks[part].width
+        if at_end or (fold, boundary, False) in self.ways:
+            return (not at_end, at_end)
+        if boundary < width or boundary + width > self.lengths[fold]:  # not beyond the line
+            return (boundary < width,)
+        return (True, False)
 
     def _hang(self, part: Item | Frame, n: int) -> None:
         """Put a part at the nearest free place beside the trunk of a net."""
