@@ -32,6 +32,8 @@ class Item:
         Name of the symbol, and of the component's class.
     place : int
         Number in declaration order.
+    ports : tuple of str
+        Its ports in the order of their declaration.
     grounded : dict of str to str
         Open ports that are grounded, and their kinds.
     """
@@ -41,6 +43,7 @@ class Item:
     symbol: str
     kind: str
     place: int
+    ports: tuple[str, ...] = ()
     grounded: dict[str, str] = field(default_factory=dict)
 
 
@@ -133,7 +136,8 @@ class _Builder:
                     self.frames[up].frames.append(frame)
             if i not in self.frames or not node.children:
                 cls = type(node.component)
-                item = Item(node.path, label or cls.__name__, cls.symbol, cls.__name__, i)
+                name, ports = cls.__name__, tuple(ports_of(node.component))
+                item = Item(node.path, label or name, cls.symbol, name, i, ports)
                 self.items[i] = item
                 self.frames.setdefault(i if up < 0 else up, Frame("", "")).items.append(item)
 

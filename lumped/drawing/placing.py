@@ -1,51 +1,23 @@
 """Places of the items of a schematic in cells of a grid, the shaft line from left to right.
 
 In each frame, the longest chain of parts that share mechanical nets is the line. Branches stand
-above and below the net they hang on, then come parts that are joined electrically, and signal
-blocks above all. A frame is one block in the frame around it, mirrored if that shortens wires.
+above and below the net they hang on, on that side of it to which their ports face: nothing is
+mirrored unless it is joined against the line. Then come parts that are joined electrically, and
+signal blocks above all. A frame is one block in the frame around it.
 """
 
 from __future__ import annotations
 
-import itertools
 from collections import deque
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable
 
 from lumped.drawing.netlist import SIGNAL, Frame, Item, Net, Netlist
+from lumped.drawing.shaft_line import MECHANICAL, Group, Nets, Placed, declared, is_aside
+from lumped.drawing.signal_layers import layers
 
-__all__ = ["MECHANICAL", "Cell", "Placed", "place"]
+__all__ = ["WIDEST", "place"]
 
 WIDEST = 14  # cells before a line is continued below, unless another number is asked for
-MECHANICAL = ("rotational flange", "translational flange")
-
-Cell = tuple[int, int]  # column, row
-
-
-@dataclass
-class Placed:
-    """Cells of items, first and last cells of frames, and the row of the line."""
-
-    cells: dict[Item, Cell] = field(default_factory=dict)
-    frames: list[tuple[Frame, Cell, Cell]] = field(default_factory=list)
-    width: int = 0
-    height: int = 0
-    line: int = 0
-
-    def take(self, other: Placed, column: int, row: int, flip: bool = False) -> None:
-        """Put another block here, its first cell at a place."""
-        last = other.width - 1
-
-        def moved(c: int, r: int) -> Cell:
-            return column + (last - c if flip else c), row + r
-
-        for item, cell in other.cells.items():
-            self.cells[item] = moved(*cell)
-        for frame, (c, r), (d, s) in other.frames:
-            left, right = sorted((moved(c, r)[0], moved(d, s)[0]))
-            self.frames.append((frame, (left, row + r), (right, row + s)))
-        self.width = max(self.width, column + other.width)
-        self.height = max(self.height, row + other.height)
 
 
 def place(plan: Netlist, widest: int = WIDEST) -> Placed:
@@ -62,7 +34,7 @@ def place(plan: Netlist, widest: int = WIDEST) -> Placed:
     for net in plan.nets:
         at: dict[Frame, dict[Item | Frame, list[Item]]] = {}
         for item, _, role in net.ends:
-            if _is_aside(net, role):
+            if is_aside(net, role):
                 continue
             chain: list[Item | Frame] = [*home[item], item]
             for frame, part in zip(home[item], chain[1:], strict=True):
@@ -75,28 +47,16 @@ def place(plan: Netlist, widest: int = WIDEST) -> Placed:
     return blocks[plan.top]
 
 
-def _is_aside(net: Net, role: str) -> bool:
-    """Supports do not make a line."""
-    return net.kind in MECHANICAL and role == "support"
-
-
-def _count(net: Net) -> int:
-    return sum(not _is_aside(net, role) for _, _, role in net.ends)
-
-
-_Nets = Sequence[tuple[Net, dict[Item | Frame, list[Item]]]]
-
-
-def _arranged(frame: Frame, nets: _Nets, blocks: dict[Item | Frame, Placed], widest: int) -> Placed:
+def _arranged(frame: Frame, nets: Nets, blocks: dict[Item | Frame, Placed], widest: int) -> Placed:
     for item in frame.items:
         blocks[item] = Placed({item: (0, 0)}, [], 1, 1)
-    parts: list[Item | Frame] = sorted(
-        [*frame.items, *frame.frames], key=lambda p: p.place if isinstance(p, Item) else _first(p)
-    )
+    parts: list[Item | Frame] = sorted([*frame.items, *frame.frames], key=declared)
     result = Placed()
     left = dict.fromkeys(parts)
+    signals = [(n, p) for n, p in nets if n.kind == SIGNAL]
+    signalled = {part for _, members in signals for part in members}
     levels: list[list[Placed]] = []
-    for kinds in (MECHANICAL, ("electrical pin", "thermal port"), (SIGNAL,)):
+    for kinds in (MECHANICAL, ("electrical pin", "thermal port")):
         chosen = [(n, p) for n, p in nets if n.kind in kinds and len(p) > 1]
         groups = []
         for group in _connected(list(left), chosen):
@@ -105,12 +65,22 @@ def _arranged(frame: Frame, nets: _Nets, blocks: dict[Item | Frame, Placed], wid
                     del left[part]
                 inside = set(group)
                 found = [n for n in nets if n[0].kind in kinds and inside & n[1].keys()]
-                groups.append(_Group(found, blocks, group, widest))
-        levels.append([g.placed() for g in groups])
-    single = _shelf([blocks[part] for part in left], widest)
+                groups.append(Group(found, blocks, group, signalled, widest).placed())
+        levels.append(groups)
+    loose = {part for net, members in nets if net.kind != SIGNAL for part in members}
+    steps = [part for part in left if part in signalled and part not in loose]
+    for part in steps:
+        del left[part]
+    above = [_layered(group, signals, blocks, widest) for group in _connected(steps, signals)]
+    single = _shelf([(0, blocks[part]) for part in left], widest)
+    main, others = levels[0][:1], levels[0][1:]
+    columns = {item: cell[0] for block in main for item, cell in block.cells.items()}
+    beside = [_shelf([wish], widest)[0] for wish in _wishes(others, nets, columns)]
+    columns |= {item: cell[0] for block in beside for item, cell in block.cells.items()}
+    upper, lower = (_shelf(_wishes(some, nets, columns), widest) for some in (above, levels[1]))
     row = 0
-    for block in (*levels[2], *levels[0], *levels[1], *single):
-        if levels[0] and block is levels[0][0]:
+    for block in (*upper, *main, *beside, *lower, *single):
+        if main and block is main[0]:
             result.line = row + block.line
         result.take(block, 0, row)
         row += block.height
@@ -120,21 +90,53 @@ def _arranged(frame: Frame, nets: _Nets, blocks: dict[Item | Frame, Placed], wid
     return result
 
 
-def _first(frame: Frame) -> int:
-    return min((item.place for item in frame.all_items()), default=0)
+def _wishes(blocks: list[Placed], nets: Nets, columns: dict[Item, int]) -> list[tuple[int, Placed]]:
+    """First column of each block so that its parts stand at those of the line that they join.
+
+    In the order of these columns.
+    """
+    home = {item: b for b, block in enumerate(blocks) for item in block.cells}
+    found: list[list[float]] = [[] for _ in blocks]
+    for net, _ in nets:
+        there = [columns[item] for item, _, _ in net.ends if item in columns]
+        for item, _, _ in net.ends:
+            if item in home and there:
+                own = blocks[home[item]].cells[item][0]
+                found[home[item]].append(sum(there) / len(there) - own)
+    wishes = [max(round(sum(seen) / len(seen)), 0) if seen else 0 for seen in found]
+    return sorted(zip(wishes, blocks, strict=True), key=lambda wish: wish[0])
 
 
-def _shelf(blocks: Iterable[Placed], widest: int) -> list[Placed]:
-    """Blocks side by side, in rows of limited width."""
+def _shelf(blocks: Iterable[tuple[int, Placed]], widest: int) -> list[Placed]:
+    """Blocks side by side from the columns wished, in rows of limited width."""
     rows: list[Placed] = []
-    for block in blocks:
+    for wish, block in blocks:
         if not rows or rows[-1].width + block.width > widest:
             rows.append(Placed())
-        rows[-1].take(block, rows[-1].width, 0)
+        rows[-1].take(block, max(rows[-1].width, min(wish, max(widest - block.width, 0))), 0)
     return rows
 
 
-def _connected(parts: list[Item | Frame], nets: _Nets) -> list[list[Item | Frame]]:
+def _layered(
+    parts: list[Item | Frame], nets: Nets, blocks: dict[Item | Frame, Placed], widest: int
+) -> Placed:
+    """Signal blocks, each to the right of those from which its signals come."""
+    inside = set(parts)
+    edges = []
+    for net, members in nets:
+        sources = {item for item, _, role in net.ends if role == "out"}
+        here = [part for part in members if part in inside]
+        edges += [
+            (a, b) for a in here if not sources.isdisjoint(members[a]) for b in here if b is not a
+        ]
+    result = Placed()
+    sizes = {part: (blocks[part].width, blocks[part].height) for part in parts}
+    for part, (column, row) in layers(sizes, edges, widest).items():
+        result.take(blocks[part], column, row)
+    return result
+
+
+def _connected(parts: list[Item | Frame], nets: Nets) -> list[list[Item | Frame]]:
     known = set(parts)
     around: dict[Item | Frame, list[int]] = {}
     for n, (_, members) in enumerate(nets):
@@ -159,197 +161,3 @@ def _connected(parts: list[Item | Frame], nets: _Nets) -> list[list[Item | Frame
                     queue.extend(fresh)
         groups.append(group)
     return groups
-
-
-class _Group:
-    """Parts that are joined by nets: a line, folded if it is long, and its branches."""
-
-    def __init__(
-        self,
-        nets: _Nets,
-        blocks: dict[Item | Frame, Placed],
-        parts: list[Item | Frame],
-        widest: int,
-    ) -> None:
-        self.widest = widest
-        self.nets, self.blocks, self.parts = nets, blocks, parts
-        self.leaves = [_count(net) > sum(map(len, members.values())) for net, members in nets]
-        self.around: dict[Item | Frame, list[int]] = {part: [] for part in parts}
-        for n, (_, members) in enumerate(nets):
-            for part in members:
-                if part in self.around:
-                    self.around[part].append(n)
-        self.taken: list[set[Cell]] = []  # of each fold of the line
-        self.at: dict[Item | Frame, tuple[int, int, int, bool]] = {}  # fold, column, row, flipped
-        self.home: dict[int, tuple[int, int, int]] = {}  # net: fold, boundary, row
-        self.tried: dict[int, int] = {}
-        self.ways: list[tuple[int, int, bool]] = []  # fold, boundary, and whether it is the end
-
-    def placed(self) -> Placed:
-        line = self._line()
-        self._place_line(line)
-        queue = deque(line)
-        while queue:
-            part = queue.popleft()
-            for n in self.around[part]:
-                self._settle(n, part)
-                for other in self.nets[n][1]:
-                    if other in self.around and other not in self.at:
-                        self._hang(other, n)
-                        queue.append(other)
-        result = Placed()
-        begin = 0
-        for fold, cells in enumerate(self.taken):
-            top = min(r for _, r in cells)
-            result.line = result.line if fold else -top
-            first = min(c for c, _ in cells)
-            for part, (f, column, row, flip) in self.at.items():
-                if f == fold:
-                    result.take(self.blocks[part], column - first, begin + row - top, flip)
-            begin = result.height
-        return result
-
-    def _line(self) -> list[Item | Frame]:
-        """The longest of shortest chains, by two searches for the farthest part.
-
-        Its direction is that of signals; without signals it begins with the end declared first.
-        """
-        first = min(self.parts, key=self._declared)
-        start = self._farthest(first)[-1]
-        line = self._farthest(start)
-        ahead = sum(self._direction(a, b) for a, b in itertools.pairwise(line))
-        if not ahead:
-            ahead = self._declared(line[-1]) - self._declared(line[0])
-        return line if ahead >= 0 else line[::-1]
-
-    def _direction(self, one: Item | Frame, other: Item | Frame) -> int:
-        """1 if a signal goes from one part to the other, -1 if it comes back, else 0."""
-        net, members = self.nets[self._shared(one, other)]
-        source = {item for item, _, role in net.ends if role == "out"}
-        return int(not source.isdisjoint(members[one])) - int(not source.isdisjoint(members[other]))
-
-    def _declared(self, part: Item | Frame) -> int:
-        return part.place if isinstance(part, Item) else _first(part)
-
-    def _farthest(self, start: Item | Frame) -> list[Item | Frame]:
-        """Chain to the part farthest from a part; a way out of the frame counts as one more."""
-        before: dict[Item | Frame, Item | Frame | None] = {start: None}
-        steps = {start: 0}
-        queue, seen, last = deque([start]), set(), start
-        best = (-1, False, 0, 0)
-        while queue:
-            part = queue.popleft()
-            leaves = False
-            for n in self.around[part]:
-                if n not in seen:
-                    seen.add(n)
-                    leaves |= self.leaves[n]
-                    for other in self.nets[n][1]:
-                        if other in self.around and other not in before:
-                            before[other], steps[other] = part, steps[part] + 1
-                            queue.append(other)
-            width = self.blocks[part].width
-            score = (steps[part] + leaves, leaves, width, -self._declared(part))
-            if score > best:
-                best, last = score, part
-        chain: list[Item | Frame] = []
-        current: Item | Frame | None = last
-        while current is not None:
-            chain.append(current)
-            current = before[current]
-        return chain[::-1]
-
-    def _shared(self, one: Item | Frame, other: Item | Frame) -> int:
-        return next(n for n in self.around[one] if other in self.nets[n][1])
-
-    def _place_line(self, line: list[Item | Frame]) -> None:
-        column = 0
-        for i, part in enumerate(line):
-            block = self.blocks[part]
-            before = self._shared(part, line[i - 1]) if i else None
-            after = self._shared(part, line[i + 1]) if i + 1 < len(line) else None
-            wide = max(self.widest, 1.25 * block.width)  # a few parts before a wide one do not turn
-            if not self.taken or column + block.width > wide:
-                self.taken.append(set())
-                column = 0
-            flip = self._flip(part, before if column else None, after)
-            row = self._row(part, before if before is not None else after)
-            self._put(part, len(self.taken) - 1, column, -row, flip)
-            if before is not None and column:
-                self.home[before] = (len(self.taken) - 1, column, 0)
-            column += block.width
-        self._keep_way(line[0], line[1] if len(line) > 1 else None, 0, 0)
-        self._keep_way(line[-1], line[-2] if len(line) > 1 else None, len(self.taken) - 1, column)
-
-    def _keep_way(
-        self, part: Item | Frame, beside: Item | Frame | None, fold: int, column: int
-    ) -> None:
-        """Keep the row of the line free where it leaves the frame at one of its ends."""
-        for n in self.around[part]:
-            if self.leaves[n] and n not in self.home and beside not in self.nets[n][1]:
-                self.home[n] = (fold, column, 0)
-                self.ways.append((fold, column, column > 0))
-                return
-
-    def _ends(self, part: Item | Frame, n: int | None) -> list[Cell]:
-        return [] if n is None else [self.blocks[part].cells[i] for i in self.nets[n][1][part]]
-
-    def _row(self, part: Item | Frame, n: int | None) -> int:
-        """Row of the block that stands on the line: its own line if the net is there."""
-        rows = [row for _, row in self._ends(part, n)]
-        line = self.blocks[part].line
-        return line if line in rows or not rows else rows[0]
-
-    def _flip(self, part: Item | Frame, left: int | None, right: int | None) -> bool:
-        middle = (self.blocks[part].width - 1) / 2
-        sides = [
-            sum(c for c, _ in ends) / len(ends) if ends else middle
-            for ends in (self._ends(part, left), self._ends(part, right))
-        ]
-        return sides[0] > sides[1]
-
-    def _put(self, part: Item | Frame, fold: int, column: int, row: int, flip: bool) -> None:
-        block = self.blocks[part]
-        self.at[part] = (fold, column, row, flip)
-        self.taken[fold].update(
-            (column + c, row + r) for c in range(block.width) for r in range(block.height)
-        )
-
-    def _settle(self, n: int, part: Item | Frame) -> None:
-        """Set the trunk of a net that is not part of the line: on the far side of a branch."""
-        if n in self.home:
-            return
-        fold, column, row, flip = self.at[part]
-        block = self.blocks[part]
-        sides = {self.home[m][1] for m in self.around[part] if m in self.home}
-        ends = self._ends(part, n)
-        right = column + block.width not in sides
-        if right and column not in sides and ends:
-            right = sum(c for c, _ in ends) / len(ends) >= (block.width - 1) / 2
-            right = right != flip or block.width == 1
-        self.home[n] = (fold, column + block.width if right else column, row + self._row(part, n))
-
-    def _hang(self, part: Item | Frame, n: int) -> None:
-        """Put a part at the nearest free place beside the trunk of a net."""
-        fold, boundary, line = self.home[n]
-        block = self.blocks[part]
-        base = self._row(part, n)
-        small = block.width == block.height == 1
-        at_end = (fold, boundary, True) in self.ways
-        step = self.tried.get(n, 0) if small else 0
-        while True:
-            away = (step // 2 + 1) // 2 * (1 if step // 2 % 2 else -1)
-            column = boundary if step % 2 == at_end else boundary - block.width
-            row = line + away - base
-            cells = ((column + c, row + r) for c in range(block.width) for r in range(block.height))
-            on_way = row <= 0 < row + block.height and any(
-                f == fold and (column >= c if end else column < c) for f, c, end in self.ways
-            )
-            if not on_way and self.taken[fold].isdisjoint(cells):
-                break
-            step += 1
-        if small:
-            self.tried[n] = step + 1
-        at_right = column == boundary
-        flip = self._flip(part, n if at_right else None, None if at_right else n)
-        self._put(part, fold, column, row, flip)

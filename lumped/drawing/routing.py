@@ -9,19 +9,21 @@ from __future__ import annotations
 
 import itertools
 from collections import defaultdict
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from lumped.drawing.netlist import Frame, Item, Netlist
-from lumped.drawing.placing import Placed
+from lumped.drawing.shaft_line import Placed
 from lumped.drawing.terminals import Terminal, terminals
 
-__all__ = ["CELL", "Point", "Routed", "route"]
+__all__ = ["CELL", "Point", "Routed", "route", "text_place"]
 
 Point = tuple[float, float]
 
 CELL = (0.62, 0.56)  # inch, of a symbol with its leads and without its label
 LABEL = 0.15  # inch below the symbol
-LETTER = 0.063  # inch
+LETTER, SMALL = 0.063, 0.047  # inch, of a label and of a value
+ASIDE = 0.05  # inch between a wire and the label to its right
 PITCH, BORDER, TITLE, GAP = 0.1, 0.08, 0.2, 0.09  # inch
 
 
@@ -79,9 +81,9 @@ class _Plan:
 _Runs = dict[tuple[int, int], _Run]
 
 
-def route(plan: Netlist, placed: Placed) -> Routed:
-    """Wires of all nets, and the places of all items."""
-    ports = terminals(plan.nets, placed.cells)
+def route(plan: Netlist, placed: Placed, values: Mapping[str, str]) -> Routed:
+    """Wires of all nets, and the places of all items with values beside some of them."""
+    ports = terminals(plan.nets, placed)
     for shift in range(len(ports) + 1):
         runs = _runs(plan, placed, ports)
         stuck = _ordered(runs, ports, placed)
@@ -91,15 +93,31 @@ def route(plan: Netlist, placed: Placed) -> Routed:
             if port.item is stuck and port.side in "LR":
                 port.offset += 0.11 / (shift + 1)
     zones = _Zones(plan, placed)
-    x = _Axis(placed.width, runs.columns, zones, 0, _widths(placed))
+    x = _Axis(placed.width, runs.columns, zones, 0, _widths(placed, ports, values))
     y = _Axis(placed.height, runs.rows, zones, 1, [CELL[1] + LABEL] * placed.height)
     return _drawn(plan, placed, ports, runs, (x, y), zones)
 
 
-def _widths(placed: Placed) -> list[float]:
+def text_place(ports: Iterable[Terminal], side: str) -> tuple[float, bool]:
+    """Inches from the centre of a symbol to the text above ("T") or below it ("B").
+
+    The text is centred there, or begins there, to the right of the wires on that side: True.
+    """
+    wires = [port.offset for port in ports if port.side == side and port.net >= 0]
+    return (CELL[0] * max(wires) + ASIDE, True) if wires else (0.0, False)
+
+
+def _widths(placed: Placed, ports: list[Terminal], values: Mapping[str, str]) -> list[float]:
+    ends: dict[Item, list[Terminal]] = {item: [] for item in placed.cells}
+    for port in ports:
+        ends[port.item].append(port)
     widths = [CELL[0]] * placed.width
     for item, (column, _) in placed.cells.items():
-        widths[column] = max(widths[column], LETTER * len(item.label))
+        below, above = LETTER * len(item.label), SMALL * len(values.get(item.path, ""))
+        for side, length in (("B", below), ("T", above)):
+            at, aside = text_place(ends[item], side)
+            wide = 2 * (at + length) if aside and length else length
+            widths[column] = max(widths[column], wide - GAP)  # half of it in the channels
     return widths
 
 
@@ -182,8 +200,9 @@ def _spine(across: dict[int, set[float]], along: dict[int, set[float]]) -> int:
     if along:
         return max(along, key=lambda c: (len(along[c]), -c))
     marks = sorted(mark for found in across.values() for mark in found)
-    middle = marks[len(marks) // 2]
-    return int(middle + 1) // 2
+    row = int(marks[len(marks) // 2]) // 2
+    lowest = row == int(marks[-1]) // 2 > int(marks[0]) // 2
+    return row if lowest else row + 1
 
 
 def _ordered(runs: _Plan, ports: list[Terminal], placed: Placed) -> Item | None:

@@ -14,7 +14,7 @@ from matplotlib.path import Path as Outline
 from lumped.compiler.system import System
 from lumped.drawing.netlist import SIGNAL, Item, Netlist, netlist
 from lumped.drawing.placing import WIDEST, place
-from lumped.drawing.routing import CELL, Point, Routed, route
+from lumped.drawing.routing import CELL, Point, Routed, route, text_place
 from lumped.drawing.symbols import GROUND, SYMBOLS, Symbol
 from lumped.drawing.terminals import Terminal
 from lumped.errors import OptionError
@@ -89,7 +89,8 @@ def schematic(
                 f"{item.path or item.label} ({item.kind}): there is no symbol '{item.symbol}'. "
                 f"Known: {', '.join(SYMBOLS)}."
             )
-    figure = draw(plan, route(plan, place(plan, columns)), values or {})
+    values = values or {}
+    figure = draw(plan, route(plan, place(plan, columns), values), values)
     if path is not None:
         ending = Path(path).suffix.removeprefix(".")
         if ending not in figure.canvas.get_supported_filetypes():
@@ -131,9 +132,10 @@ def draw(plan: Netlist, routed: Routed, values: Mapping[str, str]) -> Figure:
         _symbol(axes, item, centre, ends[item])
         if item.path in values:
             text, high = values[item.path].replace("$", r"\$"), centre[1] - CELL[1] / 2 + 0.01
-            told = axes.text(
-                centre[0], high, text, size=5, ha="center", va="bottom", zorder=6, bbox=_HALO
-            )
+            at, aside = text_place((port for port, _ in ends[item]), "T")
+            side = "left" if aside else "center"
+            at += centre[0]
+            told = axes.text(at, high, text, size=5, ha=side, va="bottom", zorder=6, bbox=_HALO)
             told.set_gid(f"value of {item.path}")
     _texts(axes, plan, routed)
     return figure
@@ -201,9 +203,8 @@ def _dots(wires: list[tuple[Point, Point]]) -> list[Point]:
 def _symbol(axes: Axes, item: Item, centre: Point, ends: list[tuple[Terminal, Point]]) -> None:
     symbol = SYMBOLS[item.symbol]
     x, y = centre
-    first = next((port for port, _ in ends if port.side in "LR"), None)
-    sides = {port.side for port, _ in ends}
-    turn = -1 if first is not None and first.side == "R" and "L" in sides else 1
+    across = {port.port: port.side for port, _ in ends if port.side in "LR"}
+    turn = -1 if [across[port] for port in item.ports if port in across] == ["R", "L"] else 1
     for port, point in ends:
         _lead(axes, symbol, centre, port, point)
     for i, stroke in enumerate(symbol.strokes):
@@ -218,7 +219,9 @@ def _symbol(axes: Axes, item: Item, centre: Point, ends: list[tuple[Terminal, Po
         size = 8 if len(text) < 3 else 6 if len(text) < 6 else 4.6
         axes.text(x, y, text, size=size, ha="center", va="center", zorder=5)
     low = y + CELL[1] / 2 - 0.01
-    axes.text(x, low, item.label, size=6, ha="center", va="top", zorder=6, bbox=_HALO)
+    at, aside = text_place((port for port, _ in ends), "B")
+    side = "left" if aside else "center"
+    axes.text(x + at, low, item.label, size=6, ha=side, va="top", zorder=6, bbox=_HALO)
 
 
 _HALO = {"facecolor": "white", "edgecolor": "none", "pad": 0.2, "alpha": 0.75}

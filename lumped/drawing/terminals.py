@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lumped.drawing.netlist import Item, Net
-from lumped.drawing.placing import MECHANICAL, Cell
+from lumped.drawing.shaft_line import MECHANICAL, Placed
 
 __all__ = ["Terminal", "terminals"]
 
 SPREAD = 0.62  # share of a side over which its ports are spread
+FAR = 1e9  # columns
 
 
 @dataclass(eq=False)
@@ -39,9 +40,10 @@ class Terminal:
     offset: float = 0.0
 
 
-def terminals(nets: list[Net], cells: dict[Item, Cell]) -> list[Terminal]:
+def terminals(nets: list[Net], placed: Placed) -> list[Terminal]:
     """Sides and places of all ports."""
-    found: dict[Item, list[tuple[float, float, Terminal]]] = {item: [] for item in cells}
+    cells = placed.cells
+    found: dict[Item, list[_End]] = {item: [] for item in cells}
     for n, net in enumerate(nets):
         columns = sum(cells[item][0] for item, _, _ in net.ends)
         rows = sum(cells[item][1] for item, _, _ in net.ends)
@@ -50,6 +52,9 @@ def terminals(nets: list[Net], cells: dict[Item, Cell]) -> list[Terminal]:
             column, row = cells[item]
             ahead = (columns - column) / others - column
             below = (rows - row) / others - row
+            side = placed.facing.get((item, net))
+            if side:  # the place of the trunk counts before that of the partners
+                ahead = FAR if side == "R" else -FAR
             found[item].append((ahead, below, Terminal(item, port, role, n, net.kind)))
     result = []
     for item, ends in found.items():
@@ -75,15 +80,20 @@ def _rank(end: _End) -> tuple[bool, float]:
     return end[2].role == "out", end[0]
 
 
+def _across(end: _End) -> tuple[float, int]:
+    return end[0], end[2].item.ports.index(end[2].port) if end[2].item.ports else 0
+
+
 def _choose_sides(ends: list[_End]) -> None:
-    lines = sorted((end for end in ends if end[2].role == "line"), key=lambda end: end[0])
+    lines = sorted((end for end in ends if end[2].role == "line"), key=_across)
     shafts = [end for end in lines if end[2].kind in MECHANICAL]
     lines = shafts or lines  # wires of a motor come from below
-    if len(lines) == 1:
-        lines[0][2].side = "L" if lines[0][0] < 0 else "R"
-    elif len(lines) == 3:
-        for (_, _, terminal), side in zip(lines, "LTR", strict=True):
-            terminal.side = side
+    if len(lines) == 3 and shafts:
+        for (_, below, terminal), side in zip(lines, "LTR", strict=True):
+            terminal.side = "B" if side == "T" and below > 0 else side
+    elif len(lines) in (1, 3):
+        for ahead, _, terminal in lines:
+            terminal.side = "L" if ahead < 0 else "R"
     else:
         for i, (_, _, terminal) in enumerate(lines):
             terminal.side = "L" if 2 * i < len(lines) else "R"

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from schematic_drives import DRIVES
 
 import lumped as lp
 import lumped.components
@@ -140,12 +141,13 @@ def drawn(routed: Routed) -> set[frozenset[str]]:
 
 def routed_of(model: lp.Component, depth: int | None = None) -> Routed:
     plan = netlist(model, depth)
-    return route(plan, place(plan))
+    return route(plan, place(plan), {})
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", MODELS | DRIVES)
 def test_lines_join_the_ports_that_the_model_joins(name: str):
-    assert drawn(routed_of(MODELS[name])) == joined(MODELS[name])
+    model = (MODELS | DRIVES)[name]
+    assert drawn(routed_of(model)) == joined(model)
 
 
 @pytest.mark.parametrize("name", MODELS)
