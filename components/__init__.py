@@ -40,6 +40,14 @@ from lumped.components.control.controllers import (
     SquareRootController,
     Sum,
 )
+from lumped.components.control.linear_blocks import (
+    LinearBlock,
+    SampledLinearBlock,
+    SampledStateSpace,
+    SampledTransferFunction,
+    StateSpaceBlock,
+    TransferFunction,
+)
 from lumped.components.control.sampled import SampledPI, SampleHold
 from lumped.components.control.sensors import (
     AccelerationSensor,
@@ -238,6 +246,7 @@ __all__ = [
     "Latch",
     "LimitedPI",
     "Limiter",
+    "LinearBlock",
     "LinearTorque",
     "LoadShare",
     "LossSpring",
@@ -279,7 +288,10 @@ __all__ = [
     "RollingTorque",
     "RotatingMass",
     "SampleHold",
+    "SampledLinearBlock",
     "SampledPI",
+    "SampledStateSpace",
+    "SampledTransferFunction",
     "Section",
     "SelectableGear",
     "SeparatelyExcitedDCMotor",
@@ -301,6 +313,7 @@ __all__ = [
     "SpringDamper",
     "SquareRootController",
     "SquirrelCageMotor",
+    "StateSpaceBlock",
     "Step",
     "Stop",
     "Stribeck",
@@ -319,6 +332,7 @@ __all__ = [
     "ThreePhaseLine",
     "Torque",
     "TorqueSensor",
+    "TransferFunction",
     "TunedDamper",
     "TunedLossDamper",
     "Tyre",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.numerics.singular_factors import factors_of
+from lumped.points.control_systems import control_response
 from lumped.points.linearise import Matrices, growth, linear_matrices
 from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
@@ -213,6 +214,23 @@ class FrequencyResponse:
                 },
             )
         return frequency_response(system.name, self.hertz, drawn, frequency_unit(choice))
+
+    def to_control(self) -> Any:
+        """The same response for python-control; names have a slash for each dot.
+
+        Returns
+        -------
+        control.FrequencyResponseData
+            Its frequencies are in rad/s.
+
+        Raises
+        ------
+        OptionError
+            If a name has a slash, or the package is missing.
+        """
+        return control_response(
+            self.system.name, self.hertz, self.values, self.inputs, self.outputs
+        )
 
     def _places(self, output: Name, input: Name) -> tuple[int, int]:
         places = []
