@@ -258,7 +258,7 @@ class LinearBlock(_StateSpace):
     states has ``A=()``.
     """
 
-    symbol = "transfer"
+    symbol = "controller"
     state: Any = Made(_states)
     rate: Any = Made(_rates)
 
@@ -301,7 +301,7 @@ class TransferFunction(_Polynomials):
     not exceed that of the denominator.
     """
 
-    symbol = "transfer"
+    symbol = "controller"
     u: Input = Input("1", "signal")
     y = Output("1", "signal")
     state: Any = Made(_chain)
