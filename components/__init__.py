@@ -150,6 +150,7 @@ from lumped.components.loads import (
 from lumped.components.lossy_gear import EfficientGear, LossyGear
 from lumped.components.maxwell_coupling import MaxwellBranch, MaxwellCoupling
 from lumped.components.noncircular import EllipticalGear, NonCircularGear
+from lumped.components.opentorsion import from_opentorsion
 from lumped.components.pendulum import CentrifugalPendulum
 from lumped.components.planetary_stage import ElasticPlanetary
 from lumped.components.propeller import Propeller
@@ -343,6 +344,7 @@ __all__ = [
     "VoltageSource",
     "Weight",
     "WoundFieldMachine",
+    "from_opentorsion",
     "standard_parameters",
     "translation",
     "wires",
