@@ -147,4 +147,5 @@ class _Drive:
                 if len(ports) > 1:
                     yield connect(*ports)
 
-        return compose(node=nodes, **self._parts, connections=connections)
+        members: dict[str, Any] = {"node": nodes, **self._parts}
+        return compose(**members, connections=connections)
