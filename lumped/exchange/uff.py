@@ -200,7 +200,7 @@ def write_uff(
     result: Trajectory | FrequencyResponse | Modes,
     *,
     nodes: Mapping[str, int] | Mapping[Name, int],
-) -> None:
+) -> Path:
     """Write a run, a frequency response or mode shapes as a universal file.
 
     Curves are binary, so nothing is rounded; shapes are text of six digits. Turning is rotation
@@ -214,6 +214,11 @@ def write_uff(
         From `simulate`, `frequency_response` or `modes`.
     nodes : mapping of name to int
         Number of the node of each quantity to write: of the outputs and inputs of a response.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
@@ -249,6 +254,7 @@ def write_uff(
         content = made.read_bytes()
     with whole_file(path) as file:
         file.write(content)
+    return Path(path)
 
 
 def _runs(run: Trajectory, places: Mapping[str, int]) -> Iterator[dict[str, Any]]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-import scipy.signal
+import scipy
 
 from lumped.errors import OptionError
 from lumped.support.optional_packages import extra
