@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from lumped.optimisation.design import unit_of
+from lumped.optimisation.fit_picture import fit_picture
+from lumped.plots.draw import Backend, draw
 from lumped.simulation.sampled_runs import places_of
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display, time_unit
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.result import Trajectory
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["Identification"]
 
@@ -94,23 +92,31 @@ class Identification:
         return float(s[0] / s[-1]) if s[-1] > 0 else float("inf")
 
     @checked
-    def plot(self, *, units: Units = None) -> Figure:
+    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
         """Measured points, the fitted curve and the residuals, two panels for each channel.
 
         Parameters
         ----------
         units : mapping of str to str or str, optional
             Units to show, see `lumped.display_units`; default is what the session shows.
+        backend : {"matplotlib", "plotly"}
+            What draws; plotly makes an interactive figure.
+        ax : matplotlib Axes, or an array of as many as there are panels, optional
+            Where matplotlib draws; default is a new figure, which needs no display.
+
+        Returns
+        -------
+        matplotlib.figure.Figure or plotly.graph_objects.Figure
 
         Raises
         ------
+        OptionError
+            If plotly is not installed, or `ax` does not fit.
         UnitError
             If a unit does not fit.
         UnknownNameError
             If a name does not exist.
         """
-        from lumped.optimisation.fit_picture import fit_picture
-
         run = self.run
         choice = chosen(units, ("time", *self.residuals))
         places, channels = places_of(run, self.t), {}
@@ -120,13 +126,16 @@ class Identification:
             left = rest * curve.factor
             measured = curve.value(fitted[places] + rest)
             channels[name] = curve.unit, measured, curve.value(fitted), left
-        return fit_picture(run.system.name, self.t, run.t, channels, time_unit(choice))
+        picture = fit_picture(run.system.name, self.t, run.t, channels, time_unit(choice))
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
         system, rows = self.run.system, []
         for name, value in self.parameters.items():
             unit = (
-                unit_of(system, name) if name in system.parameters else system.quantity(name).unit
+                system.parameter_unit(name)
+                if name in system.parameters
+                else system.quantity(name).unit
             )
             begin, low, high, to_show = amounts(name, unit, self.start[name], *self.intervals[name])
             note = "not identified" if name in self.unknown else f"{low} .. {high}"

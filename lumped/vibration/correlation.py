@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError, shown
+from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display, frequency_unit
-from lumped.vibration.response import FrequencyResponse, frequency_response
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from lumped.vibration.pictures import frequency_response_picture
+from lumped.vibration.response import FrequencyResponse, frequency_response, response_unit
 
 __all__ = ["ResponseComparison", "compare_response", "frac", "mac"]
 
@@ -139,34 +138,46 @@ class ResponseComparison:
         )
 
     @checked
-    def plot(self, *, units: Units = None) -> Figure:
+    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
         """Both responses over the frequency, magnitude and phase, with their FRAC.
 
         Parameters
         ----------
         units : mapping of str to str or str, optional
-            Units to show, see `lumped.display_units`; default is what the session shows. The input
-            counts in SI units.
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend : {"matplotlib", "plotly"}
+            What draws; plotly makes an interactive figure.
+        ax : matplotlib Axes, or an array of as many as there are panels, optional
+            Where matplotlib draws; default is a new figure, which needs no display.
+
+        Returns
+        -------
+        matplotlib.figure.Figure or plotly.graph_objects.Figure
 
         Raises
         ------
+        OptionError
+            If plotly is not installed, or `ax` does not fit.
         UnitError
             If a unit does not fit.
         UnknownNameError
             If a name does not exist.
         """
-        from lumped.vibration.pictures import frequency_response as drawn
-
         system = self.computed.system
         choice = chosen(units, ("frequency", *system.names()))
         to_show = display(self.output, system.quantity(self.output).unit, choice, is_change=True)
+        by = display(self.input, system.parameter_unit(self.input), choice, is_change=True)
+        factor = to_show.factor / by.factor
         curves = {"measured": self.measured, "computed": self.computed[self.output, self.input]}
-        told = {
-            label: (to_show.value(np.abs(y)), np.unwrap(np.angle(y))) for label, y in curves.items()
-        }
-        title = f"{system.name}: {self.output} / {self.input}, FRAC {self.frac:.4f}"
-        outputs = {self.output: (to_show.unit, told)}
-        return drawn(title, self.computed.hertz, outputs, frequency_unit(choice))
+        drawn = {label: (factor * np.abs(y), np.unwrap(np.angle(y))) for label, y in curves.items()}
+        picture = frequency_response_picture(
+            f"{system.name}: {self.output} / {self.input}, FRAC {self.frac:.4f}",
+            self.computed.hertz,
+            {(self.output, response_unit(to_show.unit, by.unit)): drawn},
+            frequency_unit(choice),
+            decibels=False,
+        )
+        return draw(picture, backend, ax)
 
 
 @checked

@@ -154,4 +154,3 @@ def test_what_makes_no_sense_is_refused(tmp_path):
     for hint, call in calls.items():
         with pytest.raises(OptionError, match=hint):
             call()
-
