@@ -26,8 +26,8 @@ def from_opentorsion(assembly: Any) -> Component:
     ``node["3"]`` is all inertia at node 3, ``shaft[0]`` the stiffness and damping of the first
     shaft, ``gear[0]`` the first pair of wheels and ``mesh[0]`` the stiffness of the first elastic
     one, ``damper[0]`` the first damper to the housing. The inertia of a shaft is there a consistent
-    mass matrix ``m [[2, 1], [1, 2]]``; here it is ``m`` at each end and ``4 m``, ``middle[0]``, that
-    turns with the mean of both ends by ``mean[0]``.
+    mass matrix ``m [[2, 1], [1, 2]]``; here it is ``m`` at each end and ``middle[0]``, ``4 m``
+    that turns with the mean of both ends by ``mean[0]``.
 
     Parameters
     ----------
