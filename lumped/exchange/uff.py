@@ -160,6 +160,8 @@ def read_uff(path: str | Path) -> UffFile:
         sets = found.read_sets(places) if places else []
     except Exception as fault:  # pyuff raises nothing narrower
         raise OptionError(f"read_uff: {path} is no universal file: {fault}.") from None
+    if not known:
+        raise OptionError(f"read_uff: {path} is no universal file: it has no data set.")
     sets = sets if isinstance(sets, list) else [sets]
     curves = [_curve(s) for s in sets if s["type"] == 58 and s["func_type"] in _KINDS]
     shapes = [_shape(s) for s in sets if s["type"] == 55 and s["analysis_type"] in (2, 3)]

@@ -143,7 +143,10 @@ def test_criteria_of_orthogonal_and_of_scaled_vectors():
 def test_what_makes_no_sense_is_refused(tmp_path):
     modes = lp.modes(drive(0.0))
     write, read = lp.exchange.write_uff, lp.exchange.read_uff
+    text = tmp_path / "text.uff"
+    text.write_text("nothing of this kind\n")
     calls = {
+        "no universal file": lambda: read(text),
         "no file": lambda: read(tmp_path / "none.uff"),
         "node 0": lambda: write(tmp_path / "x.uff", modes, nodes={"a.phi": 0}),
         "nothing to write": lambda: write(tmp_path / "x.uff", modes, nodes={}),
