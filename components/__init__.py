@@ -40,6 +40,14 @@ from lumped.components.control.controllers import (
     SquareRootController,
     Sum,
 )
+from lumped.components.control.linear_blocks import (
+    LinearBlock,
+    SampledLinearBlock,
+    SampledStateSpace,
+    SampledTransferFunction,
+    StateSpaceBlock,
+    TransferFunction,
+)
 from lumped.components.control.sampled import SampledPI, SampleHold
 from lumped.components.control.sensors import (
     AccelerationSensor,
@@ -142,6 +150,7 @@ from lumped.components.loads import (
 from lumped.components.lossy_gear import EfficientGear, LossyGear
 from lumped.components.maxwell_coupling import MaxwellBranch, MaxwellCoupling
 from lumped.components.noncircular import EllipticalGear, NonCircularGear
+from lumped.components.opentorsion import from_opentorsion
 from lumped.components.pendulum import CentrifugalPendulum
 from lumped.components.planetary_stage import ElasticPlanetary
 from lumped.components.propeller import Propeller
@@ -241,6 +250,7 @@ __all__ = [
     "Latch",
     "LimitedPI",
     "Limiter",
+    "LinearBlock",
     "LinearTorque",
     "LoadShare",
     "LossSpring",
@@ -282,7 +292,10 @@ __all__ = [
     "RollingTorque",
     "RotatingMass",
     "SampleHold",
+    "SampledLinearBlock",
     "SampledPI",
+    "SampledStateSpace",
+    "SampledTransferFunction",
     "Section",
     "SelectableGear",
     "SeparatelyExcitedDCMotor",
@@ -304,6 +317,7 @@ __all__ = [
     "SpringDamper",
     "SquareRootController",
     "SquirrelCageMotor",
+    "StateSpaceBlock",
     "Step",
     "Stop",
     "Stribeck",
@@ -322,6 +336,7 @@ __all__ = [
     "ThreePhaseLine",
     "Torque",
     "TorqueSensor",
+    "TransferFunction",
     "TunedDamper",
     "TunedLossDamper",
     "Tyre",
@@ -332,6 +347,7 @@ __all__ = [
     "VoltageSource",
     "Weight",
     "WoundFieldMachine",
+    "from_opentorsion",
     "standard_parameters",
     "translation",
     "wires",

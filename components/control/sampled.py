@@ -10,32 +10,45 @@ Source: Astrom and Hagglund, Advanced PID Control, 2006, ch. 13.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from lumped import Component, Expr, Input, Output, Param, Var, der, param, time, var, when
-from lumped.language.expression import Number
+from lumped.language.expression import Compare, Number
 from lumped.language.switch import Item
 from lumped.ops import where
 
 __all__ = ["SampleHold", "SampledPI"]
 
 
-class _Sampled(Component):
-    """Output that is computed at instants and held in between."""
+class _Clocked(Component):
+    """What changes at the instants ``start_time + k T_s`` only."""
 
     T_s: Param = param("s", "sampling time", above=0)
     start_time: Param = param("s", "first sample", 0.0)
     count: Var = var("1", "number of the next sample, from 0", state="always")
+
+    @property
+    def due(self) -> Compare:
+        """Whether a sample is due: true at its instant, before anything has changed."""
+        return time > self.start_time + self.count * self.T_s
+
+    def _counted(self, changes: Mapping[Expr, Number]) -> Iterator[Item]:
+        """Equations of the clock, and states that change at each sample."""
+        yield der(self.count) == 0
+        yield when(self.due, {self.count: self.count + 1, **changes})
+
+
+class _Sampled(_Clocked):
+    """Output that is computed at instants and held in between."""
+
     held: Var = var("1", "output since the last sample", state="always")
     y = Output("1", "held signal")
 
-    def _sampled(self, value: Expr, changes: dict[Expr, Number]) -> Iterator[Item]:
+    def _sampled(self, value: Expr, changes: Mapping[Expr, Number]) -> Iterator[Item]:
         """Equations of an output that is `value` at the instants, where states change too."""
-        yield der(self.count) == 0
         yield der(self.held) == 0
-        due = self.start_time + self.count * self.T_s
-        yield self.y == where(time > due, value, self.held)
-        yield when(time > due, {self.count: self.count + 1, self.held: value, **changes})
+        yield self.y == where(self.due, value, self.held)
+        yield from self._counted({self.held: value, **changes})
 
 
 class SampleHold(_Sampled):

@@ -246,6 +246,7 @@ class FitSearch:
             correlation,
             s,
             tuple(n for n, lost_ in zip(self.names, unknown, strict=True) if lost_),
+            self.t,
             {
                 n: -part / self.weights[n]
                 for n, part in zip(self.curves, np.split(result.fun, len(self.curves)), strict=True)

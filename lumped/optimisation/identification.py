@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from lumped.optimisation.fit_picture import fit_picture
+from lumped.plots.draw import Backend, draw
+from lumped.simulation.sampled_runs import places_of
+from lumped.support.arguments import checked
+from lumped.support.display_units import Units, chosen, display, time_unit
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.result import Trajectory
 
@@ -34,8 +40,10 @@ class Identification:
         Of the weighted derivatives by relative changes, the largest first.
     unknown : tuple of str
         Parameters that the curves do not tell: changed together in some ratio they have no effect.
+    t : ndarray, shape (n,)
+        Instants of the measurement, s.
     residuals : dict of str to ndarray
-        Measured less computed.
+        Measured less computed at these instants.
     deviation : float
         Root of the weighted sum of squares over the degrees of freedom: 1 if model, `sigma` and
         noise agree; without `sigma` the relative noise.
@@ -65,6 +73,7 @@ class Identification:
     correlation: np.ndarray
     singular_values: np.ndarray
     unknown: tuple[str, ...]
+    t: np.ndarray
     residuals: dict[str, np.ndarray]
     deviation: float
     bounded: tuple[str, ...]
@@ -81,6 +90,44 @@ class Identification:
         """Largest over smallest singular value."""
         s = self.singular_values
         return float(s[0] / s[-1]) if s[-1] > 0 else float("inf")
+
+    @checked
+    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+        """Measured points, the fitted curve and the residuals, two panels for each channel.
+
+        Parameters
+        ----------
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend : {"matplotlib", "plotly"}
+            What draws; plotly makes an interactive figure.
+        ax : matplotlib Axes, or an array of as many as there are panels, optional
+            Where matplotlib draws; default is a new figure, which needs no display.
+
+        Returns
+        -------
+        matplotlib.figure.Figure or plotly.graph_objects.Figure
+
+        Raises
+        ------
+        OptionError
+            If plotly is not installed, or `ax` does not fit.
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
+        """
+        run = self.run
+        choice = chosen(units, ("time", *self.residuals))
+        places, channels = places_of(run, self.t), {}
+        for name, rest in self.residuals.items():
+            unit, fitted = run.system.quantity(name).unit, run[name]
+            curve = display(name, unit, choice)
+            left = rest * curve.factor
+            measured = curve.value(fitted[places] + rest)
+            channels[name] = curve.unit, measured, curve.value(fitted), left
+        picture = fit_picture(run.system.name, self.t, run.t, channels, time_unit(choice))
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
         system, rows = self.run.system, []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -11,6 +12,7 @@ import scipy
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
+from lumped.points.control_systems import Four, control_state_space, scipy_state_space
 from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite, moving
@@ -46,6 +48,43 @@ class Linearisation:
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     point: OperatingPoint
+
+    def to_control(self) -> Any:
+        """The same system for python-control, with names.
+
+        Control refuses dots in names, so each is a slash there: ``shaft.tau`` is ``shaft/tau``,
+        and ``name.replace("/", ".")`` gives the name here.
+
+        Returns
+        -------
+        control.StateSpace
+
+        Raises
+        ------
+        OptionError
+            If there is no input or no output, a name has a slash, or the package is missing.
+        """
+        return control_state_space(
+            self.point.system.name, self._matrices, self.states, self.inputs, self.outputs
+        )
+
+    def to_scipy(self) -> Any:
+        """The same system for SciPy, which knows no names.
+
+        Returns
+        -------
+        scipy.signal.StateSpace
+
+        Raises
+        ------
+        OptionError
+            If there is no input or no output.
+        """
+        return scipy_state_space(self.point.system.name, self._matrices)
+
+    @property
+    def _matrices(self) -> Four:
+        return self.A, self.B, self.C, self.D
 
     def __repr__(self) -> str:
         rows = [

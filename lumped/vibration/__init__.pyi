@@ -3,6 +3,10 @@ from lumped.vibration.campbell import Campbell as Campbell
 from lumped.vibration.campbell import CriticalSpeed as CriticalSpeed
 from lumped.vibration.campbell import campbell as campbell
 from lumped.vibration.campbell import critical_speeds as critical_speeds
+from lumped.vibration.correlation import ResponseComparison as ResponseComparison
+from lumped.vibration.correlation import compare_response as compare_response
+from lumped.vibration.correlation import frac as frac
+from lumped.vibration.correlation import mac as mac
 from lumped.vibration.critical_sensitivity import critical_sensitivity as critical_sensitivity
 from lumped.vibration.eigen_sensitivity import EigenSensitivity as EigenSensitivity
 from lumped.vibration.eigen_sensitivity import eigen_sensitivity as eigen_sensitivity

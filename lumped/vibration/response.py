@@ -16,6 +16,7 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.numerics.singular_factors import factors_of
 from lumped.plots.draw import Backend, draw
+from lumped.points.control_systems import control_response
 from lumped.points.linearise import Matrices, growth, linear_matrices
 from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
@@ -35,6 +36,7 @@ __all__ = [
     "frequency_response",
     "needing_rates",
     "refuse_rates",
+    "response_unit",
 ]
 
 Real = NDArray[np.float64]
@@ -220,12 +222,29 @@ class FrequencyResponse:
             for given in self.inputs:
                 by = display(given, system.parameter_unit(given), choice, is_change=True)
                 size = self.magnitude(output, given) * (to_show.factor / by.factor)
-                key = output, _quotient(to_show.unit, by.unit)
+                key = output, response_unit(to_show.unit, by.unit)
                 drawn.setdefault(key, {})[given] = size, self.phase(output, given)
         picture = frequency_response_picture(
             system.name, self.hertz, drawn, frequency_unit(choice), decibels=decibels
         )
         return draw(picture, backend, ax)
+
+    def to_control(self) -> Any:
+        """The same response for python-control; names have a slash for each dot.
+
+        Returns
+        -------
+        control.FrequencyResponseData
+            Its frequencies are in rad/s.
+
+        Raises
+        ------
+        OptionError
+            If a name has a slash, or the package is missing.
+        """
+        return control_response(
+            self.system.name, self.hertz, self.values, self.inputs, self.outputs
+        )
 
     def _places(self, output: Name, input: Name) -> tuple[int, int]:
         places = []
@@ -437,7 +456,7 @@ def refuse_rates(system: System, inputs: tuple[str, ...]) -> None:
             )
 
 
-def _quotient(unit: str, by: str) -> str:
+def response_unit(unit: str, by: str) -> str:
     """Unit of a response: that of the output over that of the input."""
     if unit == by:
         return ""

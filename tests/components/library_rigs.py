@@ -40,7 +40,7 @@ from lumped.components import (
     winding,
 )
 from lumped.components import compliance as rotation
-from lumped.components.control import sequence, signals
+from lumped.components.control import linear_blocks, sequence, signals
 from lumped.components.electric import circuit, drives, network, synchronous, thermal
 from lumped.components.shafts import continuous, notch, notches, sections, shaft
 
@@ -53,7 +53,18 @@ GAS = ((0.0, 2.0), (2.0, 5.0), (9.0, 1.0))
 MESH = ((1.0, 0.3, 0.2), (2.0, -0.1, 1.0))
 COUPLING = ((0.0, 0.0), (0.4, 0.8), (1.2, 4.0))
 MAP = ((0.0, 0.0, 1.0), (0.0, 0.6, 0.8), (2.0, 0.7, 0.9))
+MATRICES = {
+    "A": ((-1.0, 0.4), (-0.4, -2.0)),
+    "B": ((1.0,), (0.5,)),
+    "C": ((1.0, 2.0),),
+    "D": ((0.3,),),
+}
+POLYNOMIALS = {"numerator": (1.0, 2.0), "denominator": (2.0, 1.5, 0.7)}
 FIELDS = {
+    linear_blocks.StateSpaceBlock: MATRICES,
+    linear_blocks.SampledStateSpace: MATRICES,
+    linear_blocks.TransferFunction: POLYNOMIALS,
+    linear_blocks.SampledTransferFunction: POLYNOMIALS,
     drives.MappedMotor: {"limits": ((0.0, 2.0), (1.0, 1.0)), "efficiency": MAP},
     synchronous.SynchronousMotorStart: {"torques": START},
     synchronous.WoundFieldMachine: {"dampers_d": 2, "dampers_q": 2},
@@ -137,7 +148,10 @@ POSITIVE = {
 }
 """Inputs that make no sense below zero."""
 
-BASES = {thermal.Heated, notch.Notch, shaft.Section}
+BASES = {
+    *(linear_blocks.LinearBlock, linear_blocks.SampledLinearBlock),
+    *(thermal.Heated, notch.Notch, shaft.Section),
+}
 """What only stands before another component, or is the base of several."""
 
 

@@ -157,7 +157,7 @@ BOTH_WAYS = (*((-x, -tau) for x, tau in reversed(COUPLING[1:])), *COUPLING)
 def rubber_heat(at: Motion) -> float:
     places, torques = np.transpose(BOTH_WAYS)
     i = np.clip(np.searchsorted(places, at.rel(at.q)) - 1, 0, len(places) - 2)
-    c = np.diff(torques)[i] / np.diff(places)[i]
+    c = at.p["size"] * np.diff(torques)[i] / np.diff(places)[i]
     return at.p["psi"] * c / (2 * np.pi * at.p["w_loss"]) * at.rel(at.v) ** 2
 
 
@@ -221,7 +221,7 @@ STORED: dict[type[lp.Component], Energy] = {
     sections.Taper: cone_energy,
     shaft.Shaft: shaft_energy,
     contact.ElastoBacklash: play_energy,
-    elastic_coupling.ElasticCoupling: by_rows(None, BOTH_WAYS),
+    elastic_coupling.ElasticCoupling: lambda at: at.p["size"] * by_rows(None, BOTH_WAYS)(at),
     impact.PickUp: carried("J"),
     maxwell_coupling.MaxwellBranch: branch_energy,
     maxwell_coupling.MaxwellCoupling: maxwell_energy,

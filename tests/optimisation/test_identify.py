@@ -307,3 +307,20 @@ def test_searches_between_no_bounds_are_refused():
         lp.identify(
             swinging(), vary={"spring.c": (1, 2)}, t=t, measured={"body.w": swing(t)}, starts=0
         )
+
+
+def test_the_picture_shows_measured_fitted_and_residual_values_in_the_wanted_unit():
+    t = np.linspace(0, 2, 41)
+    y = 1.0 + 5.0 * t + 0.3 * np.random.default_rng(4).standard_normal(41)
+    vary = {"motor.tau": (0, 100), "body.w": (-10, 10)}
+    found = lp.identify(pushed(), vary=vary, t=t, measured={"body.w": y})
+    line = np.polyval(np.polyfit(t, y, 1), t)
+    axes = found.plot(units={"body.w": "rpm", "time": "ms"}).axes
+    points, fitted = axes[0].lines
+    rest = axes[1].lines[1]
+    rpm = 30 / np.pi
+    assert points.get_xdata() == pytest.approx(1e3 * t)
+    assert points.get_ydata() == pytest.approx(rpm * y, rel=1e-12)
+    assert np.interp(1e3 * t, *fitted.get_data()) == pytest.approx(rpm * line, rel=1e-6)
+    assert rest.get_ydata() == pytest.approx(rpm * (y - line), abs=1e-5)
+    assert [axis.get_ylabel() for axis in axes] == ["body.w, rpm", "residual, rpm"]

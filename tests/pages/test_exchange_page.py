@@ -43,3 +43,9 @@ def test_the_page_runs_and_agrees_with_momentum_and_with_the_model_itself(tmp_pa
     text = (tmp_path / "branch.mo").read_text()
     assert text.startswith("model UpperBranch")
     assert "input Real 'drive.tau'(unit=\"N.m\"" in text
+    found = np.linalg.eigvals(names["closed"])
+    found = found[np.abs(found) > 1e-6]
+    poles = names["poles"][np.abs(names["poles"]) > 1e-6]
+    assert len(found) == len(poles)
+    assert max(np.abs(found - pole).min() / abs(pole) for pole in poles) < 1e-9
+    assert names["compared"].frac == pytest.approx(1.0, abs=1e-12)

@@ -240,7 +240,8 @@ LANGUAGE |= {"Output", "Param", "Pin", "Port", "Var", "Component"}
 
 
 def test_no_class_of_results_is_forgotten():
-    assert set(CLASSES) - LANGUAGE <= set(made())
+    live = {"Explorer"}  # a page that is served
+    assert set(CLASSES) - LANGUAGE - live <= set(made())
 
 
 def same(a, b):
