@@ -288,6 +288,16 @@ class System(Shared):
         _, outputs, kept = self.origin
         return System(self.structure.flat, outputs, kept, self.structure.ranks, foresee=False)
 
+    @property
+    @made_once
+    def whole(self) -> System:
+        """The same system with the positions that were left out of the states; itself if none."""
+        lost = self.structure.lost_positions
+        if not lost:
+            return self
+        _, outputs, kept = self.origin
+        return System(self.structure.flat, outputs, [*kept, *lost], self.structure.ranks)
+
     def led_by(self, follower: int, leader: int) -> System:
         """The same system with the motion of one node as state instead of that of another.
 
