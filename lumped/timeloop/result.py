@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, SolverError, UnknownNameError
 from lumped.support.arguments import checked
+from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen
 from lumped.support.text_table import amounts, table
 from lumped.support.units import in_seconds
@@ -141,7 +142,7 @@ class Kept:
     start: Mapping[str, float] = field(default_factory=dict)
 
 
-class Named:
+class Named(ByName):
     """Answers to the names of a system's quantities: ``name in run``, ``list(run)``."""
 
     system: System
@@ -150,8 +151,8 @@ class Named:
     def __contains__(self, name: Name) -> bool:
         return self.system.key(name) in ("time", *self._names())
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._names())
+    def _ipython_key_completions_(self) -> list[str]:
+        return ["time", *self._names()]
 
     def _names(self) -> list[str]:
         return computed(self.system) if self.again is None else self.system.names()
@@ -218,7 +219,15 @@ class OperatingPoint(Named):
         system, x = with_left_out(self.system, self.x[None, :], left_out)
         return replace(self, system=system, x=x[0], again=None)
 
-    def __getitem__(self, name: Name) -> float:
+    @overload
+    def __getitem__(self, name: Name) -> float: ...
+    @overload
+    def __getitem__(self, name: list[Name]) -> np.ndarray: ...
+    def __getitem__(self, name: Name | list[Name]) -> float | np.ndarray:
+        if isinstance(name, list):
+            return np.array([self[one] for one in name])
+        if self.system.key(name) == "time":
+            return self.time
         try:
             function = self.system.function([name])
         except UnknownNameError:
@@ -275,7 +284,7 @@ class Trajectory(Named):
     """A simulated run.
 
     ``run[name]`` gives any quantity of the system over `t`; it is computed when first asked for.
-    ``list(run)`` gives their names.
+    ``run[[name, name]]`` gives several as columns, ``list(run)`` all names.
 
     Attributes
     ----------
@@ -321,7 +330,10 @@ class Trajectory(Named):
         """Accepted steps."""
         return self.statistics.steps
 
-    def __getitem__(self, name: Name) -> np.ndarray:
+    def __getitem__(self, name: Name | list[Name]) -> np.ndarray:
+        if isinstance(name, list):
+            table: np.ndarray = self.table(name)
+            return table
         key = self.system.key(name)
         if key == "time":
             return self.t

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.support.arguments import checked
+from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen, display, speed_unit
 from lumped.support.text_table import amounts, number, table
 from lumped.vibration.synthesis import Synthesis
@@ -26,7 +27,7 @@ Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
-class OrderAmplitudes:
+class OrderAmplitudes(ByName):
     """Complex amplitudes of quantities; ``found[output]`` has the shape (speeds, orders).
 
     A quantity vibrates as ``sum Re(amplitude exp(j order angle))``, with the angle of the shaft
@@ -154,6 +155,9 @@ class OrderAmplitudes:
                 curves["half range"] = to_show.value(self.synthesis(output).half_range)
             drawn[output] = to_show.unit, curves
         return order_response(self.system.name, self.speeds, drawn, speed_unit(choice))
+
+    def _names(self) -> tuple[str, ...]:
+        return self.outputs
 
     def _place(self, output: Name) -> int:
         key = self.system.key(output)
