@@ -146,11 +146,13 @@ from lumped.components.pendulum import CentrifugalPendulum
 from lumped.components.planetary_stage import ElasticPlanetary
 from lumped.components.propeller import Propeller
 from lumped.components.rolling import RollingTorque
+from lumped.components.shafts.continuous import ContinuousElement
 from lumped.components.shafts.element import ShaftElement
 from lumped.components.shafts.materials import Material
+from lumped.components.shafts.notch import Notch
 from lumped.components.shafts.notches import Fillet, Keyway, RadialHole, SplineEnd
 from lumped.components.shafts.sections import Disc, Hollow, Keyed, Solid, Splined, Taper
-from lumped.components.shafts.shaft import Notch, Section, Shaft
+from lumped.components.shafts.shaft import Section, Shaft
 from lumped.components.sources import (
     Acceleration,
     FilteredPosition,
@@ -187,6 +189,7 @@ __all__ = [
     "Clutch",
     "Coil",
     "Constant",
+    "ContinuousElement",
     "ConverterDrive",
     "Coupling",
     "CrankSlider",

@@ -128,6 +128,28 @@ class CrankSlider(Component):
             yield f == (at_pin * (r * der(der(u)) + n) + at_slider * (self.a * w + n) - b.f * w)
             yield bearing == self.guide * side - f
 
+    def stored(self) -> Expr:
+        """Kinetic energy of rod and slider, and what their weights store, J."""
+        x, y, angle = self.frame_x.s, self.frame_y.s, self.flange.phi + self.phase
+        c, s, k, w = cos(self.axis), sin(self.axis), self.k, der(self.flange.phi)
+        at_pin, at_slider = (1 - k) * self.m_rod, self.m + k * self.m_rod
+        pin = _energy(
+            self,
+            at_pin,
+            (x + self.r * cos(angle), y + self.r * sin(angle)),
+            (der(x) - self.r * w * sin(angle), der(y) + self.r * w * cos(angle)),
+        )
+        slider = _energy(
+            self,
+            at_slider,
+            (x + self.s * c - self.e * s, y + self.s * s + self.e * c),
+            (der(x) + self.v * c, der(y) + self.v * s),
+        )
+        if self.two_mass:
+            return pin + slider
+        spare = self.J_rod - self.m_rod * k * (1 - k) * self.L**2
+        return pin + slider + 0.5 * spare * self.w_rod**2
+
     def outline(self) -> Iterator[Outline]:
         x, y, angle = self.frame_x.s, self.frame_y.s, self.flange.phi + self.phase
         c, s = cos(self.axis), sin(self.axis)
@@ -175,6 +197,14 @@ class RotatingMass(Component):
         yield self.frame_x.f == self.m * (r * der(der(cos(angle))) + fall[0])
         yield self.frame_y.f == self.m * (r * der(der(sin(angle))) + fall[1])
 
+    def stored(self) -> Expr:
+        """Kinetic energy, and what the weight stores, J."""
+        x, y, w = self.frame_x.s, self.frame_y.s, der(self.flange.phi)
+        angle, r = self.flange.phi + self.phase, self.r
+        place = x + r * cos(angle), y + r * sin(angle)
+        speed = der(x) - r * w * sin(angle), der(y) + r * w * cos(angle)
+        return _energy(self, self.m, place, speed) + 0.5 * self.J * w**2
+
     def outline(self) -> Iterator[Outline]:
         x, y, angle = self.frame_x.s, self.frame_y.s, self.flange.phi + self.phase
         centre = (x + self.r * cos(angle), y + self.r * sin(angle))
@@ -219,6 +249,17 @@ class StrokeLoad(Component):
     def loss(self) -> Expr:
         """Power of the working process, W."""
         return -self.f * self.v
+
+
+def _energy(
+    part: CrankSlider | RotatingMass,
+    m: Expr,
+    place: tuple[Expr, Expr],
+    speed: tuple[Expr, Expr],
+) -> Expr:
+    """Kinetic energy of a mass, and what its weight stores, J."""
+    low = place[0] * cos(part.down) + place[1] * sin(part.down)
+    return m * (0.5 * (speed[0] ** 2 + speed[1] ** 2) - part.g * low)
 
 
 def _fall(part: CrankSlider | RotatingMass) -> tuple[Expr, Expr]:

@@ -107,6 +107,9 @@ class ElasticCoupling(_Coupling):
     they are 1. The law holds up to the last torque, frequency, amplitude and temperature of the
     rows; beyond is an error, unless `extrapolate` continues the last stiffness, line and factors.
 
+    `size` is that of a series: all torques and stiffnesses of the rows are multiplied by it, as if
+    as many couplings were side by side. The permitted values below are not.
+
     Source: DIN 740-2 (1986), relative damping and dynamic stiffness of couplings.
     """
 
@@ -115,6 +118,7 @@ class ElasticCoupling(_Coupling):
     over_frequency: Rows = ()
     over_temperature: Rows = ()
     over_amplitude: Rows = ()
+    size: Param = param("1", "torques and stiffnesses over those of the rows", 1.0, above=0)
     psi: Param = param("1", "relative damping; where `damping` has rows, they multiply it", min=0)
     w_loss: Param = param(
         "rad/s", "angular frequency of vibration to which psi applies", above=0, vibrates=True
@@ -170,7 +174,9 @@ class ElasticCoupling(_Coupling):
         if self.over_amplitude:
             hint = "Give rows of over_amplitude up to there, or extrapolate=True"
             least, most = ends(self.over_amplitude)
-            yield Range(self.amplitude, least, most, "N.m", "amplitude of vibration", hint)
+            yield Range(
+                self.amplitude / self.size, least, most, "N.m", "amplitude of vibration", hint
+            )
 
     def _law(self) -> Elasticity:
         if bool(self.stiffness) == bool(self.twist):
@@ -181,15 +187,15 @@ class ElasticCoupling(_Coupling):
         return from_stiffness(self.stiffness) if self.stiffness else from_twist(self.twist)
 
     def _factors(self) -> tuple[Expr, Expr]:
-        """Factor of the stiffness by frequency and amplitude, and psi with its factors."""
+        """Size times the factors of stiffness by frequency and amplitude; psi with its factors."""
         fast, psi = self._pair("over_frequency", "frequency (rad/s)", self.w_loss)
-        wide, loss = self._pair("over_amplitude", "amplitude (N.m)", self.amplitude)
+        wide, loss = self._pair("over_amplitude", "amplitude (N.m)", self.amplitude / self.size)
         if self.over_amplitude and ends(self.over_amplitude)[0] != 0:
             raise EquationError(
                 f"over_amplitude begins at {ends(self.over_amplitude)[0]:g} N.m; it must begin at "
                 "zero, as vibrations may be small at some speeds: repeat the first factors there."
             )
-        stiff = fast * wide
+        stiff = self.size * fast * wide
         _, cold = self._pair("over_temperature", "temperature (K)", self.T)
         mean = factor("damping", self.damping, self.tau_c / stiff, "torque (N.m)", both=True)
         return stiff, self.psi * psi * loss * cold * mean

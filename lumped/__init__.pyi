@@ -2,6 +2,7 @@ from lumped import drawing as drawing
 from lumped import ensembles as ensembles
 from lumped import errors as errors
 from lumped import exchange as exchange
+from lumped import explorer as explorer
 from lumped import gradients as gradients
 from lumped import ops as ops
 from lumped import optimisation as optimisation
@@ -21,6 +22,7 @@ from lumped.ensembles.ensemble import ensemble as ensemble
 from lumped.ensembles.sweep import sweep as sweep
 from lumped.exchange.fmu import export_fmu as export_fmu
 from lumped.exchange.modelica import export_modelica as export_modelica
+from lumped.explorer.explore import explore as explore
 from lumped.gradients.foreign_optimisers import to_jax as to_jax
 from lumped.gradients.gradient import gradient as gradient
 from lumped.gradients.sensitivity import sensitivity as sensitivity

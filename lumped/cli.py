@@ -6,14 +6,18 @@ import argparse
 import json
 import runpy
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
 
 from lumped.errors import LumpedError, OptionError
 from lumped.models import MACHINES, MARKS, Machine, Row, machine
 from lumped.support.display_units import Units, display_units
 from lumped.support.text_table import number, table
 from lumped.support.whole_files import write_text
+
+if TYPE_CHECKING:
+    from lumped.explorer.explore import Explorer
 
 __all__ = ["main"]
 
@@ -45,6 +49,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         if arguments.command == "report":
             with display_units(_units(arguments.units)):
                 _report(arguments.name, arguments.output, changes)
+            return 0
+        if arguments.command == "explore":
+            page = _explored(arguments.name, changes)
+            print(f"{page}; Ctrl-C ends it", flush=True)
+            page.open()
             return 0
         chosen = machine(arguments.name)
         if changes:
@@ -85,10 +94,15 @@ def _parser() -> argparse.ArgumentParser:
         help="show numbers in other units: engineering, or SI unit or quantity and unit, such as "
         "N.m=kN.m or motor.w=rpm; may be given several times",
     )
+    explore = commands.add_parser(
+        "explore", help="open a page on which parameters of a machine are moved"
+    )
     run.add_argument("name", help="name of the machine, see 'lumped list'")
     own = "or a file .py with a function report(path, parameters)"
     report.add_argument("name", help=f"name of the machine, see 'lumped list', {own}")
-    for command in (run, report):
+    own = "or a file .py with a function explore(parameters)"
+    explore.add_argument("name", help=f"name of the machine, see 'lumped list', {own}")
+    for command in (run, report, explore):
         command.add_argument(
             "--set",
             metavar="PATH=VALUE",
@@ -133,16 +147,57 @@ def _units(given: Sequence[str]) -> Units:
 
 def _own_report(module: Path, file: Path, changes: Changes) -> Path:
     """The page that the function `report` of a user's module writes."""
+    what = (
+        "report(path, parameters), which writes its page and returns the path; "
+        "lumped.drawing.torsional_report and report_html do"
+    )
+    return Path(_own(module, "report", what)(file, changes))
+
+
+def _own(module: Path, name: str, what: str) -> Callable[..., Any]:
+    """A function of a user's module."""
     if not module.is_file():
-        raise OptionError(f"report: there is no file '{module}'.")
+        raise OptionError(f"{name}: there is no file '{module}'.")
     sys.path.insert(0, str(module.parent))  # as Python does for a script
-    found = runpy.run_path(str(module), run_name=module.stem).get("report")
+    found = runpy.run_path(str(module), run_name=module.stem).get(name)
     if not callable(found):
-        raise OptionError(
-            f"report: '{module}' has no function report(path, parameters), which writes its page "
-            "and returns the path; lumped.drawing.torsional_report and report_html do."
-        )
-    return Path(found(file, changes))
+        raise OptionError(f"{name}: '{module}' has no function {what}.")
+    return cast("Callable[..., Any]", found)
+
+
+def _explored(name: str, changes: Changes) -> Explorer:
+    """The page of a machine's run, or that of a user's module."""
+    from lumped.explorer.explore import Explorer, explore
+    from lumped.vibration.limits import Limit
+
+    if name.endswith(".py"):
+        what = "explore(parameters), which returns what lumped.explore does"
+        found = _own(Path(name), "explore", what)(changes)
+        if not isinstance(found, Explorer):
+            raise OptionError(
+                f"explore: the function of '{name}' returns a {type(found).__name__}; return what "
+                "lumped.explore does."
+            )
+        return found
+    chosen = machine(name)
+    about = chosen.ABOUT
+    run = chosen.scene(about.until, parameters=changes, grid=1)
+    system = run.system
+    values = zip(system.parameters.items(), run.theta.tolist(), strict=True)
+    limits = [
+        Limit(motor.torque, float(motor.maximum), name=f"{motor.name}, greatest torque")
+        for motor in about.motors
+        if isinstance(motor.maximum, float | int)
+    ]
+    return explore(
+        system,
+        until=float(run.t[-1]),
+        start=lambda parameters: chosen.begin(system, parameters),
+        parameters={name: value for (name, model), value in values if value != model},
+        of=list(about.watched.values()),
+        inputs=about.varied,
+        limits=limits,
+    )
 
 
 _TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9)

@@ -17,6 +17,7 @@ from lumped.support.text_table import compared
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from lumped.compiler.system import System
     from lumped.models.about import About, Measure
     from lumped.timeloop.result import Trajectory
 
@@ -105,6 +106,11 @@ class Machine(Protocol):
 
     def scene(self, until: float = ..., **options: Any) -> "Trajectory":
         """The run of the report, also for error against run time; options of `lumped.simulate`."""
+
+    def begin(
+        self, system: "System", parameters: Mapping[str, Any] | None = None
+    ) -> dict[str, float]:
+        """Start values of that run with changed parameters."""
 
     def measures(self, parameters: Mapping[str, Any] | None = None) -> "list[Measure]":
         """Numbers that show the effect of changed parameters on that run."""

@@ -50,6 +50,8 @@ class About(NamedTuple):
         Quantities of the run whose extremes are reported: words, and the name in the model.
     motors : tuple of Motor
         Motors to size.
+    varied : tuple of str
+        Inputs of the run to which frequency responses are of interest.
     """
 
     introduction: str
@@ -61,6 +63,7 @@ class About(NamedTuple):
     captions: Mapping[str, str]
     watched: Mapping[str, str]
     motors: tuple[Motor, ...] = ()
+    varied: tuple[str, ...] = ()
 
 
 class Measure(NamedTuple):

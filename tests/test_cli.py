@@ -2,9 +2,12 @@
 
 import io
 import json
+import os
 import re
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from contextlib import redirect_stdout
 from pathlib import Path
@@ -217,3 +220,72 @@ def test_matplotlib_stays_unloaded_without_plots():
         "assert 'matplotlib' not in sys.modules"
     )
     python("-c", code)
+
+
+OWN_PAGE = """
+import lumped as lp
+from lumped.components import Inertia, Torque
+
+class Turned(lp.Component):
+    drive: Torque = Torque(tau=3.0)
+    body: Inertia = Inertia(J=2.0)
+
+    def connections(self):
+        yield from lp.chain(self.drive, self.body)
+
+def explore(parameters):
+    return {}
+"""
+
+
+def test_explore_opens_the_page_of_a_machine_and_ends_with_an_interrupt(tmp_path: Path):
+    """Opened is what $BROWSER names: here a program that asks for the page."""
+    asking = tmp_path / "asking.py"
+    asking.write_text(
+        "import pathlib, sys, urllib.request\n"
+        "text = urllib.request.urlopen(sys.argv[1]).read().decode()\n"
+        f"pathlib.Path({str(tmp_path / 'page.txt')!r}).write_text(text)\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-m", "lumped", "explore", "pilger_mill", "--set", "shaft.J=3000"],
+        env=os.environ | {"BROWSER": f"{sys.executable} {asking} %s"},
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as running:
+        assert running.stdout is not None
+        told = running.stdout.readline()
+        assert re.fullmatch(
+            r"Driven: open http://127\.0\.0\.1:\d+/ in a browser; Ctrl-C ends it\n", told
+        )
+        end = time.monotonic() + 60
+        while not (tmp_path / "page.txt").exists() and time.monotonic() < end:
+            time.sleep(0.05)
+        running.send_signal(signal.SIGINT)
+        assert running.wait(30) == 0
+    assert "Driven - lumped" in (tmp_path / "page.txt").read_text()
+
+
+@pytest.mark.parametrize(
+    ("returned", "text"),
+    [
+        ("3.0", "returns a float; return what lumped.explore does"),
+        ("lp.explore(Turned(), sliders=['body.q'])", "body.q"),
+        ("lp.explore(Turned(), parameters=parameters)", "must be greater than 0"),
+    ],
+)
+def test_explore_tells_what_is_wrong_with_a_page_of_ones_own(tmp_path, capsys, returned, text):
+    file = tmp_path / "own.py"
+    file.write_text(OWN_PAGE.format(returned))
+    assert main(["explore", str(file), "--set", "body.J=-1"]) == 2
+    assert text in capsys.readouterr().err
+
+
+def test_explore_tells_what_is_missing(tmp_path, capsys):
+    (tmp_path / "empty.py").write_text("")
+    for name, text in (
+        ("no_mill", "There is no machine 'no_mill'"),
+        (str(tmp_path / "none.py"), "there is no file"),
+        (str(tmp_path / "empty.py"), "has no function explore(parameters)"),
+    ):
+        assert main(["explore", name]) == 2
+        assert text in capsys.readouterr().err

@@ -18,7 +18,7 @@ from lumped.support.lazy_names import sources
 ROOT = Path(__file__).resolve().parents[1]
 INTERNAL = {
     *("cli", "code", "compiler", "flattening", "kernel", "language", "numerics", "reduction"),
-    *("support", "timeloop"),
+    *("plots", "support", "timeloop"),
 }
 HEAVY = {"casadi", "matplotlib", "networkx", "numpy", "pandas", "scipy"}
 

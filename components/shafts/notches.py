@@ -6,8 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 from lumped import Component, Expr, Param, param
+from lumped.components.shafts.notch import Notch
 from lumped.components.shafts.sections import Splined
-from lumped.components.shafts.shaft import Notch, neighbours
+from lumped.components.shafts.shaft import neighbours
 from lumped.errors import UnknownNameError, nearest, shown
 from lumped.language.component import path_of
 from lumped.ops import exp, interpolate, log, maximum, minimum, pi

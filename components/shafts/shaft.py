@@ -17,24 +17,24 @@ from lumped import (
     Flange,
     Output,
     Param,
-    Var,
     chain,
     connect,
     param,
-    var,
 )
+from lumped.components.shafts.continuous import ContinuousElement, bars_needed
 from lumped.components.shafts.element import ShaftElement
 from lumped.components.shafts.fineness import elements_needed
 from lumped.components.shafts.materials import Material, material_of_name
+from lumped.components.shafts.notch import Notch
 from lumped.components.shafts.steps import RULES, moved
 from lumped.errors import DeclarationError, UnknownNameError, nearest, shown
 from lumped.language.component import Made, path_of
-from lumped.language.declared import place_of
+from lumped.language.declared import place_of, values_of
 from lumped.language.expression import Number
 from lumped.language.given_numbers import given_number
 from lumped.ops import maximum, minimum, pi, smooth, where
 
-__all__ = ["Notch", "Section", "Shaft", "neighbours"]
+__all__ = ["Section", "Shaft", "neighbours"]
 
 
 def _label(part: Component) -> str:
@@ -100,6 +100,30 @@ def _moved_at(side: int) -> Any:
     return default
 
 
+def _of_shaft(name: str) -> Any:
+    """Default of a parameter of the loss: that of the shaft around it, else no loss."""
+
+    def default(section: Section) -> Expr | float | None:
+        shaft = _shaft(section)
+        if name == "w_loss" and "eta" in values_of(section):
+            return None if shaft is None or "w_loss" not in values_of(shaft) else shaft.w_loss
+        return (0.0 if name == "eta" else 1.0) if shaft is None else getattr(shaft, name)
+
+    return default
+
+
+def _is_continuous(section: Section) -> bool:
+    shaft = _shaft(section)
+    found = section.continuous or (shaft is not None and shaft.continuous)
+    for part in (section, shaft):
+        if part is not None and "eta" in values_of(part) and not found:
+            raise DeclarationError(
+                f"{_label(part)}: eta is given, but lumped elements have no loss; give "
+                "continuous=True, too."
+            )
+    return found
+
+
 def _count(section: Section) -> int:
     """Number of elements of a section."""
     given, shaft = section.n_elements, _shaft(section)
@@ -113,6 +137,10 @@ def _count(section: Section) -> int:
     if shaft is None:
         return 1
     f_max, accuracy = shaft.limit()
+    begin, end = section.ends()
+    if _is_continuous(section) and begin is end:  # no cone
+        c, J = (given_number(section, name) for name in ("c", "J"))
+        return bars_needed((J / c) ** 0.5, f_max) if c > 0 and J > 0 else 1
     length, G, rho = (given_number(section, name) for name in ("L", "G", "rho"))
     if f_max == 0 or not (length > 0 and G > 0 and rho > 0):  # what is wrong is told with all else
         return 1
@@ -122,15 +150,19 @@ def _count(section: Section) -> int:
 def _elements(section: Section) -> list[ShaftElement]:
     """The pieces of a section; what steps add to it is spread over all of them."""
     n = _count(section)
+    kind, loss = ShaftElement, {}
+    if _is_continuous(section):
+        kind, loss = ContinuousElement, {"eta": section.eta, "w_loss": section.w_loss}
     made = []
     for i in range(n):
         soft, heavy_a, heavy_b, modulus = section.shares(i / n, (i + 1) / n)
         made.append(
-            ShaftElement(
+            kind(
                 c=section.c / soft,
                 J_a=section.J * heavy_a,
                 J_b=section.J * heavy_b,
                 W=section.W * modulus,
+                **loss,
             )
         )
     return made
@@ -149,6 +181,10 @@ class Section(Component):
     geometry. `stress` is the nominal shear stress of the element where it is largest, at its
     thinner end, with its sign; a response takes the element that is so at its operating point, the
     first at rest; the others are ``elements[i].stress``. ``notch_stress = K_ts stress``.
+
+    With `continuous`, of the section or of the shaft around it, its inertia is distributed in all
+    responses to a vibration, and the material has the loss factor `eta` (see `ContinuousElement`).
+    The elements then are exact there whatever their number, but for cones; runs have lumps.
     """
 
     symbol = "shaft"
@@ -158,6 +194,7 @@ class Section(Component):
     notch_stress = Output("Pa", "the same, times the notch factor")
     material: str = ""
     n_elements: int = 0
+    continuous: bool = False
     L: Param = param(
         "m",
         "length, from which steps take no more than all",
@@ -165,6 +202,10 @@ class Section(Component):
     )
     G: Param = param("Pa", "shear modulus", _of_material("G"), above=0)
     rho: Param = param("kg/m3", "density", _of_material("rho"), above=0)
+    eta: Param = param("1", "loss factor of the material, if continuous", _of_shaft("eta"), min=0)
+    w_loss: Param = param(
+        "rad/s", "angular frequency at which a run has that loss", _of_shaft("w_loss"), above=0
+    )
     K_ts: Param = param("1", "notch factor, largest stress over nominal shear stress", 1.0, min=1)
     x_a: Param = param("m", "length that the step at flange a adds", _moved_at(0))
     x_b: Param = param("m", "length that the step at flange b adds", _moved_at(1))
@@ -238,36 +279,6 @@ class Section(Component):
         yield connect(self.elements[-1].flange_b, self.flange_b)
 
 
-class Notch(Component):
-    """Place in a shaft, rigid and without mass, that tells the stress there: base of all notches.
-
-    ``stress = tau / W``, ``notch_stress = K_ts stress``.
-    """
-
-    symbol = "notch"
-    flange_a = Flange()
-    flange_b = Flange()
-    stress = Output("Pa", "nominal shear stress at the surface")
-    notch_stress = Output("Pa", "largest stress, the notch factor times the nominal one")
-    K_ts: Param = param("1", "notch factor", lambda notch: notch.factor(), above=0)
-    tau: Var = var("N.m", "torque on flange b")
-
-    def factor(self) -> Expr | float:
-        """The notch factor by the fit."""
-        raise NotImplementedError
-
-    def modulus(self) -> Expr:
-        """Polar section modulus for the nominal stress, m3."""
-        raise NotImplementedError
-
-    def equations(self) -> Iterator[Equation]:
-        yield self.flange_a.phi == self.flange_b.phi
-        yield self.flange_b.tau == self.tau
-        yield self.flange_a.tau == -self.tau
-        yield self.stress == self.tau / self.modulus()
-        yield self.notch_stress == self.K_ts * self.stress
-
-
 def _no_sections(shaft: Shaft) -> None:
     raise DeclarationError(
         f"{_label(shaft)}: no sections. Give them in their order, such as "
@@ -290,6 +301,10 @@ class Shaft(Component):
     ``pi f_max L sqrt(rho / G) / sqrt(3 accuracy)``, see
     `lumped.components.shafts.fineness.elements_needed`. Their number is fixed at assembly, by the
     lengths and materials as written. ``f_max = 0`` is one element for each section.
+
+    With `continuous` all sections are bars with distributed inertia in responses to a vibration,
+    and `eta` is the loss factor of the material (see `ContinuousElement`). `f_max` then cuts them
+    so that their law holds up to there; `accuracy` is that of cones.
     """
 
     symbol = "stepped_shaft"
@@ -301,8 +316,16 @@ class Shaft(Component):
     step: str = "computed"
     f_max: float = 0.0
     accuracy: float = 0.01
+    continuous: bool = False
     G: Param = param("Pa", "shear modulus", lambda shaft: _own_material(shaft).G, above=0)
     rho: Param = param("kg/m3", "density", lambda shaft: _own_material(shaft).rho, above=0)
+    eta: Param = param("1", "loss factor of the material, if continuous", 0.0, min=0)
+    w_loss: Param = param(
+        "rad/s",
+        "angular frequency at which a run has that loss",
+        lambda shaft: None if "eta" in values_of(shaft) else 1.0,
+        above=0,
+    )
     sections: Any = Made(_no_sections)
 
     def limit(self) -> tuple[float, float]:

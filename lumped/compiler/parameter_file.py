@@ -11,7 +11,7 @@ from lumped.errors import OptionError, ParameterError
 from lumped.support.arguments import checked
 from lumped.support.whole_files import write_text
 
-__all__ = ["read_parameters", "write_parameters"]
+__all__ = ["parameter_text", "parameters_in", "read_parameters", "write_parameters"]
 
 
 @checked
@@ -42,17 +42,20 @@ def write_parameters(
         If the ending is neither.
     """
     path = Path(path)
-    _check_ending(path)
+    write_text(path, parameter_text(system, path.name, parameters))
+    return path
+
+
+def parameter_text(system: System, name: str, parameters: Changes | None) -> str:
+    """Content of a file of that name (see `write_parameters`)."""
+    is_json = _is_json(name)
     p = system.structure.parameters
     values = zip(p.free, system.theta(parameters).tolist(), strict=True)
     texts = {p.names[i]: f"{value!r} {p.declared[i].unit}" for i, value in values}
-    if path.suffix == ".json":
-        written = json.dumps(texts, indent=2, ensure_ascii=False) + "\n"
-    else:
-        lines = (f"{json.dumps(name)} = {json.dumps(text)}\n" for name, text in texts.items())
-        written = f"# {system.name}\n" + "".join(lines)
-    write_text(path, written)
-    return path
+    if is_json:
+        return json.dumps(texts, indent=2, ensure_ascii=False) + "\n"
+    lines = (f"{json.dumps(name)} = {json.dumps(text)}\n" for name, text in texts.items())
+    return f"# {system.name}\n" + "".join(lines)
 
 
 @checked
@@ -85,14 +88,19 @@ def read_parameters(system: System, path: str | Path) -> dict[str, float]:
     ParameterError
         If a value is no number, or out of range.
     """
-    path = Path(path)
-    _check_ending(path)
-    held = path.read_bytes()
+    _is_json(str(path))  # before the file is looked for
+    return parameters_in(system, str(path), Path(path).read_bytes())
+
+
+def parameters_in(system: System, path: str, held: bytes) -> dict[str, float]:
+    """Parameters in the content of a file of that name (see `read_parameters`)."""
+    is_json = _is_json(path)
     try:
         text = held.decode()
-        found = _parsed(text) if path.suffix == ".json" else tomllib.loads(text)
+        found = _parsed(text) if is_json else tomllib.loads(text)
     except (ValueError, RecursionError) as fault:
-        raise OptionError(f"{path} is no {path.suffix[1:].upper()}: {fault}") from None
+        kind = "JSON" if is_json else "TOML"
+        raise OptionError(f"{path} is no {kind}: {fault}") from None
     if not isinstance(found, dict | _Pairs):
         raise OptionError(f"{path}: names with values are needed, not {found!r:.60}.")
     changes: dict[str, object] = {}
@@ -124,6 +132,8 @@ def _flat(path: str, part: object) -> list[tuple[str, object]]:
     return [pair for name, inner in pairs for pair in _flat(prefix + name, inner)]
 
 
-def _check_ending(path: Path) -> None:
-    if path.suffix not in (".toml", ".json"):
-        raise OptionError(f"{path.name}: the ending must be .toml or .json.")
+def _is_json(path: str) -> bool:
+    suffix = Path(path).suffix
+    if suffix not in (".toml", ".json"):
+        raise OptionError(f"{Path(path).name}: the ending must be .toml or .json.")
+    return suffix == ".json"

@@ -395,6 +395,11 @@ class System(Shared):
         parameter = self.structure.tree.parameter
         return self.structure.parameters.places([parameter(name) for name in names])
 
+    def parameter_unit(self, name: Name) -> str:
+        """Unit of a parameter."""
+        parameters = self.structure.parameters
+        return parameters.declared[parameters.free[self.places([name])[0]]].unit
+
     def check_parameters(self, theta: np.ndarray) -> None:
         """Refuse parameters out of range."""
         self.structure.parameters.check(theta, self.name)

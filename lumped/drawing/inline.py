@@ -13,6 +13,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from lumped.errors import OptionError, shown
+
 __all__ = ["inline"]
 
 _DROPPED = re.compile(r"<\?xml.*?\?>|<!DOCTYPE.*?>|<metadata>.*?</metadata>", re.DOTALL)
@@ -32,7 +34,17 @@ def inline(figure: Figure, title: str, key: str) -> str:
         Its name, also for those who cannot see it.
     key : str
         Text that makes the names inside the picture unique on the page.
+
+    Raises
+    ------
+    OptionError
+        If it is no figure of matplotlib.
     """
+    if not isinstance(figure, Figure):
+        raise OptionError(
+            f"figures[{title!r}] = {shown(figure)}: a figure of matplotlib is needed; plot without "
+            "backend=."
+        )
     named = {}
     axes = []
     for a, axis in enumerate(figure.axes):

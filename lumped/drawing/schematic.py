@@ -131,7 +131,10 @@ def draw(plan: Netlist, routed: Routed, values: Mapping[str, str]) -> Figure:
         _symbol(axes, item, centre, ends[item])
         if item.path in values:
             text, high = values[item.path].replace("$", r"\$"), centre[1] - CELL[1] / 2 + 0.01
-            axes.text(centre[0], high, text, size=5, ha="center", va="bottom", zorder=6, bbox=_HALO)
+            told = axes.text(
+                centre[0], high, text, size=5, ha="center", va="bottom", zorder=6, bbox=_HALO
+            )
+            told.set_gid(f"value of {item.path}")
     _texts(axes, plan, routed)
     return figure
 

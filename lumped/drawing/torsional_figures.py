@@ -116,7 +116,7 @@ def campbell_figure(study: Study) -> Figure:
     rays = np.outer(found.speeds, [max(found.orders) / (2 * np.pi)])
     reached = np.flatnonzero((found.hertz <= rays).any(axis=0))
     shown = reached if len(reached) else [0] * bool(found.hertz.size)
-    figure = replace(found, hertz=found.hertz[:, shown]).plot(
+    figure: Figure = replace(found, hertz=found.hertz[:, shown]).plot(
         between=study.operation, units=study.units
     )
     figure.suptitle("")

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.errors import OptionError, nearest
+from lumped.plots.draw import Backend, draw
+from lumped.plots.numbers import histograms
+from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Shown, Units, chosen, display
 from lumped.support.optional_packages import extra
 from lumped.support.text_table import amounts, table
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["Ensemble"]
 
@@ -138,7 +138,15 @@ class Ensemble(ByName):
         found = {n: _correlation(_ranks(self[n][there]), own) for n in self.names}
         return dict(sorted(found.items(), key=lambda item: -abs(item[1])))
 
-    def plot(self, labels: Sequence[str] | None = None, *, units: Units = None) -> Figure:
+    @checked
+    def plot(
+        self,
+        labels: Sequence[str] | None = None,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Histograms of results, those named or all, with medians and quantiles.
 
         Parameters
@@ -147,10 +155,8 @@ class Ensemble(ByName):
             Of the results.
         units : mapping of str to str or str, optional
             Units to show, see `lumped.display_units`; default is what the session shows.
-
-        Returns
-        -------
-        Figure
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
 
         Raises
         ------
@@ -159,13 +165,10 @@ class Ensemble(ByName):
         UnknownNameError
             If a name does not exist.
         """
-        from lumped.plots import histograms
-
         found = {label: self[label] for label in (self.labels if labels is None else labels)}
         told = self._shown(units)
-        return histograms(
-            self.title, {k: (told[k].unit, told[k].value(y)) for k, y in found.items()}
-        )
+        results = {k: (told[k].unit, told[k].value(y)) for k, y in found.items()}
+        return draw(histograms(self.title, results), backend, ax)
 
     def to_pandas(self, *, units: Units = None) -> Any:
         """A DataFrame, one row for each run, with an empty ``failure`` where there is none.

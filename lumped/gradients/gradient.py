@@ -6,7 +6,7 @@ import itertools
 import time as clock
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -21,6 +21,8 @@ from lumped.gradients.varied import (
     varied_name,
     varied_values,
 )
+from lumped.plots.draw import Backend, draw
+from lumped.plots.numbers import tornado
 from lumped.simulation.functional_kinds import watching
 from lumped.simulation.functionals import Functional
 from lumped.simulation.simulate import simulate
@@ -31,9 +33,6 @@ from lumped.support.ranking import ranked
 from lumped.support.text_table import amounts, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["Gradient", "gradient"]
 
@@ -116,7 +115,14 @@ class Gradient(ByName):
         return ranked(of, self.values[row], self.to, self.relative[row])
 
     @checked
-    def plot(self, of: str | None = None, *, units: Units = None) -> Figure:
+    def plot(
+        self,
+        of: str | None = None,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Tornado of the parameters that matter most.
 
         Parameters
@@ -125,6 +131,8 @@ class Gradient(ByName):
             The functional; default is the first.
         units : mapping of str to str or str, optional
             Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
 
         Raises
         ------
@@ -133,15 +141,13 @@ class Gradient(ByName):
         UnknownNameError
             If a name does not exist.
         """
-        from lumped.plots import tornado
-
         row = 0 if of is None else self._row(of)
         label = self.of[row]
         told = amounts(
             *(label, self.units[row], self.values[row]), digits=4, units=chosen(units, self.of)
         )
         title = f"{self.run.system.name}: {label} = {' '.join(told)}"
-        return tornado(self.ranked(label), title, label)
+        return draw(tornado(self.ranked(label), title, label), backend, ax)
 
     def _names(self) -> list[tuple[str, str]]:
         return [*itertools.product(self.of, self.to)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -24,6 +24,8 @@ from lumped.gradients.varied import (
     varied_name,
     varied_values,
 )
+from lumped.plots.draw import Backend, draw
+from lumped.plots.numbers import tornado
 from lumped.simulation.functional_kinds import watching
 from lumped.simulation.functionals import Functional
 from lumped.simulation.simulate import simulate
@@ -33,9 +35,6 @@ from lumped.support.ranking import ranked
 from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["MovedInstant", "Sensitivity", "Varied", "sensitivity"]
 
@@ -144,14 +143,29 @@ class Sensitivity:
         return ranked(f"{name} at t = {self.run.t[k]:g} s", value, self.to, relative)
 
     @checked
-    def plot(self, of: Name | None = None, *, at: float | None = None) -> Figure:
-        """Tornado of what matters most to a quantity."""
-        from lumped.plots import tornado
+    def plot(
+        self,
+        of: Name | None = None,
+        *,
+        at: float | None = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
+        """Tornado of what matters most to a quantity.
 
+        Parameters
+        ----------
+        of : name, optional
+            The quantity; default is the first.
+        at : float, optional
+            Instant, s; default is the end.
+        backend, ax
+            As in `lumped.Trajectory.plot`.
+        """
         name = self.of[0] if of is None else self.run.system.key(of)
         time = self.run.t[-1] if at is None else at
         title = f"{self.run.system.name}: {name} at t = {time:g} s"
-        return tornado(self.ranked(name, at=at), title, name)
+        return draw(tornado(self.ranked(name, at=at), title, name), backend, ax)
 
     def __repr__(self) -> str:
         s, rows = self.run.statistics, []

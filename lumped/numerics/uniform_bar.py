@@ -1,10 +1,10 @@
-"""Torsional vibration of a uniform bar: its exact stiffness at a frequency."""
+"""Torsional vibration of a uniform bar: its exact stiffness and shape at a frequency."""
 
 from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["dynamic_stiffness"]
+__all__ = ["angles_along", "dynamic_stiffness"]
 
 
 def dynamic_stiffness(c: float, transit: float, w: np.ndarray) -> np.ndarray:
@@ -36,3 +36,27 @@ def dynamic_stiffness(c: float, transit: float, w: np.ndarray) -> np.ndarray:
         cross = np.where(standing, 1.0, x / np.sin(x))
     own = np.where(standing, 1.0, cross * np.cos(x))
     return c * np.stack([np.stack([own, -cross], -1), np.stack([-cross, own], -1)], -2)
+
+
+def angles_along(x: float, at_a: complex, at_b: complex, places: np.ndarray) -> np.ndarray:
+    """Angles along a uniform bar in harmonic motion, from those of its ends.
+
+    ``(at_a sin(x (1 - s)) + at_b sin(x s)) / sin(x)``: the solution of ``phi'' + x^2 phi = 0``.
+
+    Parameters
+    ----------
+    x : float
+        Phase of a wave from end to end, rad: the circular frequency times `transit`; complex for a
+        loss factor. At a multiple of pi the ends do not tell the angles between.
+    at_a, at_b : complex
+        Angles of the ends, rad.
+    places : ndarray, shape (m,)
+        Shares s of the length, from end a.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+    """
+    s = np.asarray(places, dtype=float)
+    from_a, from_b = (1 - s, s) if x == 0 else np.sin([x * (1 - s), x * s]) / np.sin(x)
+    return np.asarray(at_a * from_a + at_b * from_b)

@@ -24,7 +24,6 @@ __all__ = [
     "bounds_of",
     "key_unit",
     "room_of",
-    "unit_of",
     "varied",
 ]
 
@@ -78,7 +77,7 @@ class Optimum:
     def __repr__(self) -> str:
         rows = []
         for name, value in self.parameters.items():
-            unit = unit_of(self.system, name)
+            unit = self.system.parameter_unit(name)
             begin, _ = amounts(name, unit, self.start[name])
             rows.append((name, begin, *amounts(name, unit, value, digits=9)))
         rows += [
@@ -121,7 +120,7 @@ def varied(
         place = system.places([name])[0]
         key = parameters.names[parameters.free[place]]
         low, high = room_of(key, given)
-        start, unit = float(theta[place]), unit_of(system, key)
+        start, unit = float(theta[place]), system.parameter_unit(key)
         for bound in (low, high):
             fault = np.isfinite(bound) and parameters.fault(parameters.free[place], bound)
             if fault:
@@ -146,12 +145,6 @@ def key_unit(system: System, key: Key) -> str:
     if isinstance(key, Designed):
         return system.quantity(key.name).unit
     return "Hz" if isinstance(key, Frequency) else "1"
-
-
-def unit_of(system: System, name: str) -> str:
-    """Unit of a parameter."""
-    parameters = system.structure.parameters
-    return parameters.declared[parameters.free[system.places([name])[0]]].unit
 
 
 def bounds_of(name: str, given: Bounds) -> tuple[float, float]:

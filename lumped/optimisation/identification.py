@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.optimisation.design import unit_of
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.result import Trajectory
 
@@ -87,7 +86,9 @@ class Identification:
         system, rows = self.run.system, []
         for name, value in self.parameters.items():
             unit = (
-                unit_of(system, name) if name in system.parameters else system.quantity(name).unit
+                system.parameter_unit(name)
+                if name in system.parameters
+                else system.quantity(name).unit
             )
             begin, low, high, to_show = amounts(name, unit, self.start[name], *self.intervals[name])
             note = "not identified" if name in self.unknown else f"{low} .. {high}"

@@ -20,7 +20,7 @@ from lumped.optimisation.collocated_course import (
     repeating,
     simulated,
 )
-from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, key_unit, unit_of, varied
+from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, key_unit, varied
 from lumped.optimisation.discretisation import (
     Discretisation,
     FunctionalTerm,
@@ -283,7 +283,9 @@ class DesignProblem:
         self.programme.ready(value, w)
 
     def _unit(self, key: Designed | str) -> str:
-        return unit_of(self.system, key) if isinstance(key, str) else key_unit(self.system, key)
+        return (
+            self.system.parameter_unit(key) if isinstance(key, str) else key_unit(self.system, key)
+        )
 
     def _course(self) -> Discretisation:
         if not self.system.structure.states:

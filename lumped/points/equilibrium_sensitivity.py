@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.plots.draw import Backend, draw
+from lumped.plots.numbers import tornado
 from lumped.points.kink_refusals import refuse_kinks
 from lumped.points.moved_equilibrium import moved_point, places_to
 from lumped.support.arguments import checked
@@ -19,9 +21,6 @@ from lumped.support.display_units import Units, chosen
 from lumped.support.ranking import ranked
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.result import OperatingPoint
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["EquilibriumSensitivity", "equilibrium_sensitivity"]
 
@@ -71,7 +70,14 @@ class EquilibriumSensitivity:
         return ranked(self.of[row], self.values[row], self.to, relative)
 
     @checked
-    def plot(self, of: Name | None = None, *, units: Units = None) -> Figure:
+    def plot(
+        self,
+        of: Name | None = None,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Tornado of the parameters that matter most.
 
         Parameters
@@ -80,6 +86,8 @@ class EquilibriumSensitivity:
             The quantity; default is the first.
         units : mapping of str to str or str, optional
             Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
 
         Raises
         ------
@@ -88,14 +96,12 @@ class EquilibriumSensitivity:
         UnknownNameError
             If a name does not exist.
         """
-        from lumped.plots import tornado
-
         row = 0 if of is None else self._row(of)
         name = self.of[row]
         system, choice = self.point.system, chosen(units, self.of)
         told = amounts(name, system.quantity(name).unit, self.values[row], digits=4, units=choice)
         title = f"{system.name}: {name} = {' '.join(told)} at the equilibrium"
-        return tornado(self.ranked(name), title, name)
+        return draw(tornado(self.ranked(name), title, name), backend, ax)
 
     def _row(self, of: Name) -> int:
         return _place(self.point.system, of, self.of)

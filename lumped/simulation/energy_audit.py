@@ -1,10 +1,10 @@
 """Where the energy of a run went.
 
 A component that stores energy says how much by a method `stored`, one that dissipates by a method
-`loss`, both as expressions of its own quantities. What flows into those that store, through their
-mechanical ports, must be found again as stored or dissipated there. The powers come from torques
-and speeds at the ports, the stored energies from the states, so the balance closes only as well as
-the states were integrated.
+`loss`, both as expressions of its own quantities and their derivatives. What flows into those that
+store, through their mechanical ports, must be found again as stored or dissipated there. The powers
+come from torques and speeds at the ports, the stored energies from the states, so the balance
+closes only as well as the states were integrated.
 """
 
 from __future__ import annotations
@@ -22,12 +22,13 @@ from lumped.errors import EquationError, told_by
 from lumped.flattening.tree import Instance
 from lumped.language.expression import Expr, Ref
 from lumped.language.lowering import lower
+from lumped.reduction.pruning import uses
 from lumped.support.display_units import display
 from lumped.support.made_once import made_once
 from lumped.support.text_table import number
 from lumped.timeloop.result import Piece, Trajectory
 
-__all__ = ["EnergyAudit", "audited"]
+__all__ = ["EnergyAudit", "audited", "stored_energy"]
 
 _WORK = {("rad", "N.m"), ("m", "N")}
 """Units of potential and flow of a port whose product is work."""
@@ -140,10 +141,11 @@ def audited(
 
 def _others(system: System) -> list[Instance]:
     """Components without parts that do not say what they store and have mechanical ports."""
+    storing = {node.path for node in _storing(system)}
     return [
         node
         for node in system.structure.tree.instances
-        if not node.children and not hasattr(node.component, "stored") and _ports(node)
+        if not node.children and node.path not in storing and _ports(node)
     ]
 
 
@@ -166,16 +168,46 @@ def _values(piece: Piece, theta: np.ndarray) -> np.ndarray:
     return np.asarray(found).T
 
 
+@made_once
+def _energies(system: System) -> list[tuple[Instance, ca.SX]]:
+    """Components that say what they store, and that energy, by the symbols of all states."""
+    return [
+        (node, _lowered(system, node, "stored"))
+        for node in system.structure.tree.instances
+        if hasattr(node.component, "stored")
+    ]
+
+
+@made_once
 def _storing(system: System) -> list[Instance]:
-    return [node for node in system.structure.tree.instances if hasattr(node.component, "stored")]
+    """Components whose stored energy needs no state that was left out, such as a height."""
+    structure, energies = system.structure, _energies(system)
+    found = uses(ca.vertcat(*(energy for _, energy in energies)), structure.values).tocoo()
+    lost = set(found.row[~np.isin(found.col, structure.in_use)].tolist()) if energies else set()
+    return [node for i, (node, _) in enumerate(energies) if i not in lost]
+
+
+def stored_energy(system: System) -> ca.SX:
+    """What all components store that say so, J, by the symbols of all states.
+
+    Raises
+    ------
+    EquationError
+        If a method `stored` holds something else than the component's own quantities.
+    """
+    found = ca.SX(0)
+    for _, energy in _energies(system):
+        found += energy
+    return found
 
 
 @made_once
 def _audit(system: System) -> ca.Function:
     stored = power = loss = ca.SX(0)
+    energies = dict(_energies(system))
     for node in _storing(system):
         component: Any = node.component
-        stored += _lowered(system, node, "stored")
+        stored += energies[node]
         if hasattr(component, "loss"):
             loss += _lowered(system, node, "loss")
         power += _power(system, node)
@@ -195,7 +227,7 @@ def _power(system: System, node: Instance) -> ca.SX:
 
 def _lowered(system: System, node: Instance, method: str) -> ca.SX:
     """What a method of a component tells of its own quantities, in those of the system."""
-    layout = node.layout
+    layout, values = node.layout, system.structure.values
     with told_by(node.label, f"{method}()"):
         expression: Expr = getattr(node.component, method)()
 
@@ -214,4 +246,9 @@ def _lowered(system: System, node: Instance, method: str) -> ca.SX:
             )
         return system.structure.raw([node.first_unknown + layout.unknowns[name]])
 
-    return lower(expression, leaf, time=system.structure.values.time)
+    def rate(found: ca.SX) -> ca.SX:
+        moving = ca.vertcat(values.states, values.time)
+        rates = ca.vertcat(values.of([state + 1 for state in values.reduced.states]), 1)
+        return ca.jtimes(found, moving, rates)
+
+    return lower(expression, leaf, time=values.time, derivative=rate)

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
+from lumped.plots.draw import Backend, draw
+from lumped.plots.numbers import torque_speed
+from lumped.plots.picture import labelled
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import Trajectory
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["Limit", "Load", "Sizing", "sizing"]
 
@@ -87,13 +87,22 @@ class Sizing:
     rated: Limit | None = None
     maximum: Limit | None = None
 
-    def plot(self, *, units: Units = None) -> Figure:
+    @checked
+    def plot(
+        self,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Torque over speed with the limits, and the thermal equivalent.
 
         Parameters
         ----------
         units : mapping of str to str or str, optional
             Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
 
         Raises
         ------
@@ -102,8 +111,6 @@ class Sizing:
         UnknownNameError
             If a name does not exist.
         """
-        from lumped.plots import torque_speed
-
         turning = self.units[0] == "N.m"
         names = ("torque", "angular velocity") if turning else ("force", "speed")
         choice = chosen(units, names)
@@ -115,13 +122,14 @@ class Sizing:
             return [(x.value(float(w)), y.value(float(bound))) for w, bound in limit]
 
         speed, torque = self.points
-        return torque_speed(
+        picture = torque_speed(
             (x.value(speed), y.value(torque)),
             (x.value(self.mean_speed), y.value(self.rms_torque)),
             told(self.rated),
             told(self.maximum),
-            (f"{names[1]}, {x.unit}", f"{names[0]}, {y.unit}"),
+            (labelled(names[1], x.unit), labelled(names[0], y.unit)),
         )
+        return draw(picture, backend, ax)
 
     @property
     def fits(self) -> bool:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import LumpedError, OptionError
+from lumped.plots import numbers
+from lumped.plots.draw import Backend, draw
 from lumped.points.start import start_point
 from lumped.simulation.compare import compared, observed
 from lumped.simulation.method_choice import closed_form_pays
@@ -20,9 +22,6 @@ from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.linear_form import linear_form
 from lumped.timeloop.result import OperatingPoint, Trajectory
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["WorkPrecision", "WorkRow", "work_precision"]
 
@@ -121,15 +120,21 @@ class WorkPrecision:
             )
         return min(good, key=lambda row: row.seconds)
 
-    def plot(self) -> Figure:
-        """Run time over error, one line for each method; failed runs are left out."""
-        from lumped.plots import work_precision as drawn
+    @checked
+    def plot(self, *, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+        """Run time over error, one line for each method; failed runs are left out.
 
+        Parameters
+        ----------
+        backend, ax
+            As in `lumped.Trajectory.plot`.
+        """
         methods: dict[str, list[tuple[float, float]]] = {row.method: [] for row in self.rows}
         for row in self.rows:
             if np.isfinite(row.error):
                 methods[row.method].append((row.error, row.seconds))
-        return drawn(self.system.name, methods, self.reference_error)
+        picture = numbers.work_precision(self.system.name, methods, self.reference_error)
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
         head = ("method", "rtol", "error", "ms", "steps", "rejected", "evaluations", "events")

@@ -8,12 +8,13 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, overload
 
 import numpy as np
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, SolverError, UnknownNameError
+from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen
@@ -22,10 +23,7 @@ from lumped.support.units import in_seconds
 from lumped.timeloop.event import Change, Event
 from lumped.timeloop.left_out_positions import PointOfRun, on_both_sides, with_left_out
 from lumped.timeloop.quantity_values import quantity_along
-from lumped.timeloop.result_files import Saved, computed, drawn, saved, state_names
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from lumped.timeloop.result_files import Saved, computed, pictured, saved, state_names
 
 __all__ = [
     "Convergence",
@@ -472,20 +470,40 @@ class Trajectory(Named):
         return saved(self.system, names, self.t, self.theta, self.events, self.__getitem__)
 
     @checked
-    def plot(self, names: Iterable[Name] | None = None, *, units: Units = None) -> Figure:
-        """Curves over time, one panel for each unit; events are thin vertical lines.
+    def plot(
+        self,
+        names: Iterable[Name] | None = None,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
+        """Curves over time; marks on the time axis tell what happened.
+
+        A panel holds quantities of one unit and of similar range. Without `names` up to six panels
+        of eight curves each are drawn, and a note says how many are left out.
 
         Parameters
         ----------
         names : iterable of names or references, optional
-            Quantities to draw; default is all states.
+            Quantities to draw, all of them; default is the states.
         units : mapping of str to str or str, optional
             Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+        backend : {"matplotlib", "plotly"}
+            What draws; plotly makes an interactive figure.
+        ax : matplotlib Axes, or an array of as many as there are panels, optional
+            Where matplotlib draws; default is a new figure, which needs no display.
+
+        Returns
+        -------
+        matplotlib.figure.Figure or plotly.graph_objects.Figure
 
         Raises
         ------
         OptionError
-            If there is nothing to draw.
+            If there is nothing to draw, plotly is not installed, or `ax` does not fit.
         UnitError
             If a unit does not fit.
         UnknownNameError
@@ -495,7 +513,9 @@ class Trajectory(Named):
         wanted = [*(state_names(system) if names is None else map(system.key, names))]
         quantities = {name: system.quantity(name) for name in wanted}
         found = {name: (q.unit, q.text, self[name]) for name, q in quantities.items()}
-        return drawn(system.name, self.t, found, self.events, chosen(units, ("time", *self)))
+        choice = chosen(units, ("time", *self))
+        picture = pictured(system.name, self.t, found, self.events, choice, names is not None)
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
         s = self.statistics

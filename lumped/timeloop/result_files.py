@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.flattening.tree import key_of
+from lumped.plots.draw import Backend, draw
+from lumped.plots.over_time import over_time
+from lumped.plots.picture import Picture
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen, display, time_unit
@@ -23,10 +26,7 @@ from lumped.timeloop.event import Event
 from lumped.timeloop.file_formats import READERS, WRITERS, Contents, apart
 from lumped.timeloop.fingerprint import fingerprint
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-__all__ = ["Saved", "computed", "drawn", "fingerprint", "load", "saved", "state_names"]
+__all__ = ["Saved", "computed", "fingerprint", "load", "pictured", "saved", "state_names"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,16 +94,26 @@ class Saved(Contents, ByName):
         values = {name: found[name].value(y) for name, y in self.values.items()}
         return replace(self, values=values, units={name: to.unit for name, to in found.items()})
 
-    def plot(self, names: Iterable[Name] | None = None, *, units: Units = None) -> Figure:
-        """Curves over time, one panel for each unit (see `lumped.Trajectory.plot`).
+    @checked
+    def plot(
+        self,
+        names: Iterable[Name] | None = None,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
+        """Curves over time (see `lumped.Trajectory.plot`).
 
-        Default is all states; of a file that does not tell them, such as a csv, all quantities.
+        Default is the states; of a file that does not tell them, such as a csv, all quantities.
         """
         wanted = [*(self.states or self.values)] if names is None else [*map(key_of, names)]
         found = {name: self[name] for name in wanted}
         own, texts = {"time": "s", **self.units}, {"time": "time", **self.texts}
         told = {name: (own[name], texts[name], y) for name, y in found.items()}
-        return drawn(self.model, self.t, told, self.events, chosen(units, ("time", *self)))
+        choice = chosen(units, ("time", *self))
+        picture = pictured(self.model, self.t, told, self.events, choice, names is not None)
+        return draw(picture, backend, ax)
 
     def to_pandas(self, *, units: Units = None) -> Any:
         """A DataFrame over the time, one column for each quantity; units in ``frame.attrs``.
@@ -196,16 +206,15 @@ class Saved(Contents, ByName):
         return path
 
 
-def drawn(
+def pictured(
     title: str,
     t: NDArray[np.float64],
     quantities: Mapping[str, tuple[str, str, NDArray[np.float64]]],
     events: Sequence[Event],
     units: Units,
-) -> Figure:
-    """Curves of SI units, texts and values over time (see `lumped.plots.curves`)."""
-    from lumped.plots import curves
-
+    all_of_them: bool,
+) -> Picture:
+    """Curves of SI units, texts and values over time (see `lumped.plots.over_time`)."""
     if not len(t):
         raise OptionError(f"{title}: nothing was computed, so there is nothing to draw.")
     if not quantities:
@@ -214,8 +223,16 @@ def drawn(
     for name, (unit, text, values) in quantities.items():
         to_show = display(name, unit, units)
         told[name] = to_show.unit, text, to_show.value(values)
-    instants = [time.value(event.time) for event in events]
-    return curves(title, time.value(t), told, instants, time.unit)
+    happened = [(time.value(event.time), *_told(event)) for event in events]
+    return over_time(title, (time.value(t), time.unit), told, happened, all_of_them=all_of_them)
+
+
+def _told(event: Event) -> tuple[str, str]:
+    """What happened, and of what sort it is."""
+    if not event.after:
+        return f"{event.component}: function of time", "functions of time"
+    sort = "impacts" if event.loss else "changes of mode"
+    return f"{event.component}: {event.before} to {event.after}", sort
 
 
 def saved(

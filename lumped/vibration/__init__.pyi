@@ -23,6 +23,8 @@ from lumped.vibration.mean_campbell import mean_campbell as mean_campbell
 from lumped.vibration.mean_modes import mean_modes as mean_modes
 from lumped.vibration.modes import Modes as Modes
 from lumped.vibration.modes import modes as modes
+from lumped.vibration.natural_modes import NaturalModes as NaturalModes
+from lumped.vibration.natural_modes import natural_modes as natural_modes
 from lumped.vibration.order_amplitudes import OrderAmplitudes as OrderAmplitudes
 from lumped.vibration.order_analysis import Order as Order
 from lumped.vibration.order_analysis import mesh_orders as mesh_orders

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import scipy
@@ -12,16 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError
+from lumped.plots.draw import Backend, draw
 from lumped.points.situation import situation
 from lumped.points.start import point_at
 from lumped.support.arguments import checked
 from lumped.support.display_units import Shown, Units, chosen, frequency_unit, speed_unit
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
+from lumped.vibration.campbell_picture import campbell_picture
 from lumped.vibration.modes import Modes, modes
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["BarredRange", "Campbell", "CriticalSpeed", "campbell", "critical_speeds"]
 
@@ -126,7 +125,9 @@ class Campbell:
         between: tuple[float, float] | None = None,
         barred: Iterable[BarredRange] = (),
         units: Units = None,
-    ) -> Figure:
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Natural frequencies over the speed, rays of the orders, and points where they meet.
 
         Parameters
@@ -138,6 +139,8 @@ class Campbell:
         units : mapping of str to str or str, optional
             Units to show, see `lumped.display_units`; default is what the session shows, and 1/min
             for speeds.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
 
         Raises
         ------
@@ -146,10 +149,8 @@ class Campbell:
         UnknownNameError
             If a name does not exist.
         """
-        from lumped.vibration.pictures import campbell
-
         choice = chosen(units, ("speed", "frequency", *self.system.names()))
-        return campbell(
+        picture = campbell_picture(
             self.system.name,
             self.speeds,
             self.hertz,
@@ -159,6 +160,7 @@ class Campbell:
             [(each.begin, each.end) for each in barred],
             (speed_unit(choice), frequency_unit(choice)),
         )
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
         head = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError, SolverError
+from lumped.plots.draw import Backend, draw
+from lumped.plots.numbers import tornado
 from lumped.points.kink_refusals import refuse_kinks
 from lumped.points.moved_equilibrium import moved_point, places_to, point_matters, still_point
 from lumped.points.situation import situation
@@ -22,9 +24,6 @@ from lumped.support.text_table import number, table
 from lumped.vibration.left_vectors import left_vectors, parts
 from lumped.vibration.modes import Modes
 from lumped.vibration.repeated_eigenvalues import split_slopes
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["EigenSensitivity", "eigen_sensitivity"]
 
@@ -138,7 +137,14 @@ class EigenSensitivity:
         return split_slopes(self.modes, together, place)
 
     @checked
-    def plot(self, mode: int = 0, *, units: Units = None) -> Figure:
+    def plot(
+        self,
+        mode: int = 0,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Tornado of the parameters that matter most to a natural frequency.
 
         Parameters
@@ -147,6 +153,8 @@ class EigenSensitivity:
             Its number, from 0.
         units : mapping of str to str or str, optional
             Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
 
         Raises
         ------
@@ -155,13 +163,12 @@ class EigenSensitivity:
         UnknownNameError
             If a name does not exist.
         """
-        from lumped.plots import tornado
-
         modes = self.modes
         found = self.ranked(mode)
         frequency = frequency_unit(chosen(units, ("frequency", *modes.system.names())))
         told = f"{frequency.value(modes.hertz[mode]):.4g} {frequency.unit}"
-        return tornado(found, f"{modes.system.name}: {told}", "the frequency")
+        picture = tornado(found, f"{modes.system.name}: {told}", "the frequency")
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
         rows, frequency = [], frequency_unit()

@@ -69,19 +69,25 @@ def harmonics(
     return spectra[..., :n], spectra[..., n:], means, matrices
 
 
-def mean_matrix(small: SmallVibrations, over: Rotation, orders: Real) -> Real:
-    """The state matrix at the first speed, its mean over the turns, shape (n, n)."""
+def mean_matrix(small: SmallVibrations, over: Rotation, orders: Real) -> tuple[Real, Real]:
+    """The state matrix at the first speed by means over the turns, and the mean numbers of M.
+
+    It is ``mean(M)^-1 mean(A)``, A in torques: shape (n, n).
+    """
     _, x, settings = over.along(0, samples_of(over, orders))
-    numbers = small(x, over.theta[0], settings, over.points[0].time).A
+    parts = small(x, over.theta[0], settings, over.points[0].time)
+    numbers = parts.A
     mean = numbers.mean(axis=0)
     mean[np.abs(mean) <= _ROUNDING * np.abs(numbers).max(axis=0, initial=0.0)] = 0.0
+    M = parts.M.mean(axis=0)
+    pattern, mean = small.masses.divided_matrix(M, small.patterns[0], mean)
     matrix: Real = np.zeros((x.shape[1], x.shape[1]))
-    matrix[small.patterns[0]] = mean
+    matrix[pattern] = mean
     if over.turns_matter:
         # rates are the same after the turns; a mean over some angles misses that at kinks
         way = over.turning
         matrix -= np.outer(matrix @ way, way) / (way @ way)
-    return matrix
+    return matrix, M
 
 
 def _growth(small: SmallVibrations, over: Rotation, k: int, begin: Real) -> Real:

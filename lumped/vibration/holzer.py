@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.errors import UnknownNameError, nearest
+from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display, frequency_unit
 from lumped.support.text_table import number, table
+from lumped.vibration.pictures import holzer_picture
 from lumped.vibration.stations import InertialPart, Part
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["Holzer"]
 
@@ -108,7 +107,14 @@ class Holzer:
             raise UnknownNameError(f"'{part}' is no part of this table. {nearest(part, names)}")
         return names.index(part)
 
-    def plot(self, *, units: Units = None) -> Figure:
+    @checked
+    def plot(
+        self,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Angles of the inertias, joined by the shafts, and torques in the shafts, all referred.
 
         Of inertias that are joined rigidly the heaviest gives the name.
@@ -117,6 +123,8 @@ class Holzer:
         ----------
         units : mapping of str to str or str, optional
             Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
 
         Raises
         ------
@@ -125,14 +133,12 @@ class Holzer:
         UnknownNameError
             If a name does not exist.
         """
-        from lumped.vibration.pictures import holzer
-
         if not self.is_referred:
-            return self.referred.plot(units=units)
+            return self.referred.plot(units=units, backend=backend, ax=ax)
         choice = chosen(units, ("frequency", "tau"))
         frequency, to_show = frequency_unit(choice), display("tau", "N.m", choice)
         title = f"{self.name}: mode {self.mode + 1}, {number(frequency.value(self.hertz))} "
-        title += f"{frequency.unit}, "
+        title += f"{frequency.unit}, referred to {self.over}"
         heaviest: dict[int, tuple[float, str, float]] = {}
         shafts = []
         for part, angle, torque in zip(self.parts, self.angles, self.torques, strict=True):
@@ -141,8 +147,8 @@ class Holzer:
             elif part.station not in heaviest or part.referred > heaviest[part.station][0]:
                 heaviest[part.station] = part.referred, part.name, float(angle)
         inertias = [(name, station, angle) for station, (_, name, angle) in heaviest.items()]
-        title += f"referred to {self.over}"
-        return holzer(title, inertias, shafts, self.ends, to_show.unit)
+        picture = holzer_picture(title, inertias, shafts, self.ends, to_show.unit)
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
         where = f"referred to {self.over}" if self.is_referred else "each part on its own shaft"

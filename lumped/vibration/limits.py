@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
+from lumped.plots.draw import Backend, draw
+from lumped.plots.numbers import utilisation
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, speed_unit
 from lumped.support.text_table import amounts, number, table
@@ -219,6 +221,20 @@ class Verdict:
             else:
                 found.append(BarredRange(begin, end))
         return tuple(found)
+
+    @checked
+    def plot(self, *, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+        """How far the limits are used, a bar for each.
+
+        Parameters
+        ----------
+        backend, ax
+            As in `lumped.Trajectory.plot`.
+        """
+        shares = [(f"{r.name}: {r.quantity} ({r.measure})", r.utilisation) for r in self.results]
+        kept = sum(result.passed for result in self.results)
+        title = f"{kept} of {len(shares)} limits kept"
+        return draw(utilisation(title, shares), backend, ax)
 
     def __repr__(self) -> str:
         kept = sum(result.passed for result in self.results)

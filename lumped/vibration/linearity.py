@@ -162,28 +162,30 @@ class _Along:
         self.mean = over.x[0] + self.angle[:, None] * over.turning
         waves = np.exp(1j * self.angle[:, None] * orders)
         self.vibration: Real = (waves @ solved.x[0]).real
+        self.slopes: Real = (waves @ (1j * orders[:, None] * over.speeds[0] * solved.x[0])).real
         self.inputs: Real = (waves @ inputs).real
         self.waves = waves.conj() * (2 / samples)
         self.settings = settled(over.system, self.mean, over.theta[0], over.settings[0])
-        self.rates, self.outputs = self._at(self.mean)
+        self.rates, self.outputs, _ = self._at(self.mean)
         base = small(over.x, over.theta[0], over.settings, over.points[0].time)
         turned = small(self.mean, over.theta[0], self.settings, over.points[0].time)
         self.numbers = [part.mean(axis=0) for part in (turned if over.turns_matter else base)[2:]]
 
-    def _at(self, x: Real) -> tuple[Real, Real]:
+    def _at(self, x: Real) -> tuple[Real, Real, Real]:
         over = self.over
         settings = settled(over.system, x, over.theta[0], over.settings[0])
         found = self.small(x, over.theta[0], settings, over.points[0].time)
-        return found.rates, found.outputs
+        return found.rates, found.outputs, found.M
 
-    def _left_out(self, vibration: Real) -> Complex:
+    def _left_out(self, vibration: Real, slopes: Real) -> Complex:
         """Amplitudes of the outputs that a vibration has beside those that were computed."""
-        rates, outputs = (
-            after - before
-            for after, before in zip(
-                self._at(self.mean + vibration), (self.rates, self.outputs), strict=True
-            )
-        )
+        rates, outputs, M = self._at(self.mean + vibration)
+        rates, outputs = rates - self.rates, outputs - self.outputs
+        masses = self.small.masses
+        for number, i, j in zip(
+            (M - self.numbers[4]).T, masses.rows.tolist(), masses.columns.tolist(), strict=True
+        ):
+            rates[:, i] -= number * slopes[:, j]
         for held, number, (rows, columns) in zip(
             (rates, outputs),
             (self.numbers[0], self.numbers[2]),
@@ -198,7 +200,8 @@ class _Along:
         matrix = np.zeros((len(self.orders), n, n), dtype=complex)
         rows, columns = self.small.patterns[0]
         matrix[:, rows, columns] = -matrices[0]
-        matrix[:, np.arange(n), np.arange(n)] += 1j * self.orders[:, None] * self.over.speeds[0]
+        w = self.orders[:, None, None] * self.over.speeds[0]
+        matrix += 1j * w * masses.in_states(matrices[4])
         moved = np.linalg.solve(matrix, missing[..., None])[..., 0]
         found: Complex = self.waves.T @ outputs
         for number, (i, j) in enumerate(zip(*self.small.patterns[2], strict=True)):
@@ -207,7 +210,9 @@ class _Along:
 
     def missing(self) -> _Missing:
         size = np.abs(self.solved.y[0]).max(axis=0)
-        shares = np.abs(self._left_out(self.vibration)) / np.where(size > 0, size, np.inf)
+        shares = np.abs(self._left_out(self.vibration, self.slopes)) / np.where(
+            size > 0, size, np.inf
+        )
         order, output = np.unravel_index(int(shares.argmax()), shares.shape)
         return _Missing(float(shares.max()), int(output), int(order), self._released())
 
@@ -215,9 +220,9 @@ class _Along:
         """States whose vibration, each alone, leaves out most of an amplitude."""
         parts = []
         for i in range(self.vibration.shape[1]):
-            alone = np.zeros_like(self.vibration)
-            alone[:, i] = self.vibration[:, i]
-            parts.append(float(np.abs(self._left_out(alone)[order, output])))
+            alone, slope = np.zeros_like(self.vibration), np.zeros_like(self.slopes)
+            alone[:, i], slope[:, i] = self.vibration[:, i], self.slopes[:, i]
+            parts.append(float(np.abs(self._left_out(alone, slope)[order, output])))
         names = self.over.system.state_names
         largest = max(parts)
         return tuple(names[i] for i in np.argsort(parts)[::-1][:2] if parts[i] > 0.3 * largest)

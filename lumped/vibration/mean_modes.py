@@ -34,10 +34,18 @@ def mean_modes(
 ) -> Modes:
     """Modes of the equivalent with constant inertias, of an engine with cranks for example.
 
-    The state matrix is its mean over the turns of a shaft that turns steadily, as in
-    `order_response`. What gas pressures add to the stiffness at single angles has no mean. Of an
-    inertia that varies the mean of its inverse counts; cylinders with ``masses="excitation"`` have
-    the mean of the inertia itself, from which it differs by the square of the variation.
+    Inertias, stiffness and damping are their means over the turns of a shaft that turns steadily,
+    as in `order_response`. What gas pressures add to the stiffness at single angles has no mean.
+    Of an inertia that varies its mean counts, by the kinetic energy at equal speed: for a crank
+    that of what rotates and about half of the mass that moves to and fro, at the crank radius. The
+    true frequency (Floquet's exponent) is higher by the square of the variation.
+
+    A component whose inertia varies must say its kinetic energy by a method `stored`, as all of the
+    library do; otherwise the mean of one over its inertia counts.
+
+    Source: Pasricha, ASEAN Journal on Science and Technology for Development 23 (2006) 1, abstract
+    (conventional theory takes the mean values of the varying inertias); Nestorides, A Handbook on
+    Torsional Vibration (1958), ch. 1 (not read).
 
     Parameters
     ----------
@@ -72,5 +80,5 @@ def mean_modes(
     turning = rotation(system, over, np.array([speed]), turns, at, parameters, free)
     first = turning.points[0]
     point = replace(first, x=turning.x[0], theta=turning.theta[0], settings=turning.settings[0])
-    matrix = mean_matrix(small_vibrations(system, (), ()), turning, np.ones(1))
+    matrix, _ = mean_matrix(small_vibrations(system, (), ()), turning, np.ones(1))
     return modes_of(finite(point), scipy.sparse.csr_array(matrix), is_mean=True)

@@ -49,7 +49,7 @@ class MeanSpectrum:
     def __init__(self, small: SmallVibrations, over: Rotation, orders: Real) -> None:
         self._small, self._over = small, over
         self._shapes = samples_of(over, orders), over.x.shape[1]
-        matrix = mean_matrix(small, over, orders)
+        matrix, self._masses = mean_matrix(small, over, orders)
         values, self._left, self._right = scipy.linalg.eig(matrix, left=True, right=True)
         fastest = np.abs(values).max(initial=0.0)
         chosen = np.flatnonzero(values.imag > _VIBRATES * np.abs(values))
@@ -106,8 +106,11 @@ class MeanSpectrum:
             )
         rows, columns = small.patterns[0]
         left, right = self._left[:, place].conj(), self._right[:, place]
-        own = (weight * left[rows] * right[columns] / (left @ right)).real
+        masses, size = small.masses, left @ right
+        left = masses.divided(self._masses, left)  # M is symmetric
+        own = (weight * left[rows] * right[columns] / size).real
         samples, n = self._shapes
-        means = [own, *(np.zeros(len(pattern[0])) for pattern in small.patterns[1:])]
+        means = [own, *(np.zeros(len(pattern[0])) for pattern in small.patterns[1:4])]
+        means.append((-weight * value * left[masses.rows] * right[masses.columns] / size).real)
         still = [np.zeros((samples, n)), np.zeros((samples, len(small.outputs)))]
         return swept(small, self._over, still, means)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -16,6 +16,7 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError, UnknownNameError
 from lumped.numerics.eigen import eigenpairs
 from lumped.numerics.eigen_near import eigenpairs_near
+from lumped.plots.draw import Backend, draw
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.moved_equilibrium import held_still
 from lumped.points.situation import one_sided, situation
@@ -27,9 +28,7 @@ from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration.eigen_accuracy import Accuracy, accuracy, lost
 from lumped.vibration.eigenpairs import Eigenpairs
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from lumped.vibration.pictures import mode_shapes_picture
 
 __all__ = ["Modes", "modes", "modes_of"]
 
@@ -262,10 +261,12 @@ class Modes(Eigenpairs):
         *,
         modes: Iterable[int] | None = None,
         units: Units = None,
-    ) -> Figure:
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Amplitudes along the drive, one panel for each mode.
 
-        Of more than 16 modes the lowest are drawn, which the title says.
+        Of more than 16 modes the lowest are drawn, and a note says so.
 
         Parameters
         ----------
@@ -276,6 +277,8 @@ class Modes(Eigenpairs):
             Numbers of the modes to draw, from 0; default is all.
         units : mapping of str to str or str, optional
             Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
 
         Raises
         ------
@@ -286,8 +289,6 @@ class Modes(Eigenpairs):
         UnknownNameError
             If a name does not exist.
         """
-        from lumped.vibration.pictures import mode_shapes
-
         name, every = self.system.name, len(self.hertz)
         if not every:
             raise OptionError(f"{name}: no oscillating mode to draw.")
@@ -303,9 +304,9 @@ class Modes(Eigenpairs):
         wanted = self.angles if names is None else [self.system.key(n) for n in names]
         if not wanted:
             raise OptionError(f"{name}: name at least one quantity to draw.")
-        title = name
+        note = ""
         if modes is None and len(drawn) < every:
-            title += f": the {len(drawn)} lowest of {every} modes; modes= chooses others"
+            note = f"the {len(drawn)} lowest of {every} modes; modes= chooses others"
         frequency = frequency_unit(chosen(units, ("frequency", *self.system.names())))
         captions = [
             f"{frequency.value(self.hertz[k]):.4g} {frequency.unit}, damping ratio "
@@ -313,7 +314,7 @@ class Modes(Eigenpairs):
             for k in drawn
         ]
         shapes = np.array([self.shape(name)[drawn] for name in wanted])
-        return mode_shapes(title, wanted, shapes, captions)
+        return draw(mode_shapes_picture(name, wanted, shapes, captions, note), backend, ax)
 
     def __repr__(self) -> str:
         frequency = frequency_unit()

@@ -83,7 +83,7 @@ def _adjoint(over: Rotation, slope: Real) -> tuple[SmallVibrations, tuple[Real, 
     matrix = np.zeros((n + 1, n + inputs))
     corners = ((0, 0), (0, n), (n, 0), (n, n))
     for numbers, (rows, columns), (top, left) in zip(
-        parts[2:], small.patterns, corners, strict=True
+        parts[2:6], small.patterns[:4], corners, strict=True
     ):
         matrix[rows + top, columns + left] = numbers.mean(axis=0)
     relative = np.isin(system.structure.states, relative_positions(system))

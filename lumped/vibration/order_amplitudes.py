@@ -4,21 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen, display, speed_unit
 from lumped.support.text_table import amounts, number, table
+from lumped.vibration.pictures import order_response_picture
 from lumped.vibration.synthesis import Synthesis
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["OrderAmplitudes"]
 
@@ -118,8 +117,14 @@ class OrderAmplitudes(ByName):
 
     @checked
     def plot(
-        self, outputs: Iterable[Name] | None = None, *, most: int = 6, units: Units = None
-    ) -> Figure:
+        self,
+        outputs: Iterable[Name] | None = None,
+        *,
+        most: int = 6,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Largest orders and their synthesis over the speed, a panel for each output.
 
         Parameters
@@ -131,6 +136,8 @@ class OrderAmplitudes(ByName):
         units : mapping of str to str or str, optional
             Units to show, see `lumped.display_units`; default is what the session shows, and 1/min
             for speeds.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
 
         Raises
         ------
@@ -139,8 +146,6 @@ class OrderAmplitudes(ByName):
         UnknownNameError
             If a name does not exist.
         """
-        from lumped.vibration.pictures import order_response
-
         wanted = self.outputs if outputs is None else [self.system.key(name) for name in outputs]
         if not wanted:
             raise OptionError(f"{self.system.name}: name at least one output to draw.")
@@ -154,7 +159,12 @@ class OrderAmplitudes(ByName):
             if len(self.orders) > 1:
                 curves["half range"] = to_show.value(self.synthesis(output).half_range)
             drawn[output] = to_show.unit, curves
-        return order_response(self.system.name, self.speeds, drawn, speed_unit(choice))
+        left = len(self.orders) - most
+        note = f"{left} smaller: choose with most=" if left > 0 else ""
+        picture = order_response_picture(
+            self.system.name, self.speeds, drawn, speed_unit(choice), note
+        )
+        return draw(picture, backend, ax)
 
     def _names(self) -> tuple[str, ...]:
         return self.outputs

@@ -254,15 +254,18 @@ class _AtSpeed:
         By all parameters, shape (p,), and by the amplitudes of laws, (m,).
         """
         small, orders, over, x = self.small, self.orders, self.over, self.solved.x[0]
-        n, count = over.x.shape[1], len(orders)
-        adjoint = _adjoint(small, self.solved.matrices, orders * over.speeds[0], row, n)
+        n, count, w = over.x.shape[1], len(orders), orders * over.speeds[0]
+        adjoint = _adjoint(small, self.solved.matrices, w, row, n)
         left = weights[:, None] * adjoint
         direct = np.zeros((count, len(small.outputs)), dtype=complex)
         direct[:, row] = weights
         by_order = [
             (side[:, rows] * given[:, columns]).real
             for side, given, (rows, columns) in zip(
-                (left, left, direct, direct), (x, self.u, x, self.u), small.patterns, strict=True
+                (left, left, direct, direct, left),
+                (x, self.u, x, self.u, -1j * w[:, None] * x),
+                small.patterns,
+                strict=True,
             )
         ]
         samples = samples_of(over, orders)
@@ -278,7 +281,7 @@ class _AtSpeed:
             still = [np.zeros((count, n)), np.zeros((count, len(small.outputs)))]
             again = [np.repeat(part, count, axis=0) for part in (over.x, over.settings)]
             theta, time = over.theta[0], over.points[0].time
-            at = small.at(orders * over.speeds[0], np.repeat(self.amplitudes, count, axis=0))
+            at = small.at(w, np.repeat(self.amplitudes, count, axis=0))
             for sign, vibration in ((1.0, at), (-1.0, None)):
                 part = Parts(*still, *(sign * numbers for numbers in by_order))
                 more = small.slopes(part, again[0], theta, again[1], time, vibration)
@@ -299,7 +302,7 @@ def swept(
     own : list of ndarray, shapes (samples, n) and (samples, q)
         Weights of rates and outputs at each of the samples.
     means : list of ndarray, shapes (numbers,)
-        Weights of the means of the numbers of A, B, C and D.
+        Weights of the means of the numbers of A, B, C, D and M.
     """
     samples = len(own[0])
     _, points, settings = over.along(0, samples)
@@ -310,12 +313,12 @@ def swept(
 
 
 def _adjoint(small: SmallVibrations, matrices: list[Real], w: Real, row: int, n: int) -> Complex:
-    """Solutions of ``(j w - A)^T y = C[row]`` at each order, shape (o, n)."""
+    """Solutions of ``(j w M - A)^T y = C[row]`` at each order, shape (o, n)."""
     rows, columns = small.patterns[0]
     c_rows, c_columns = small.patterns[2]
     matrix: Complex = np.zeros((len(w), n, n), dtype=complex)
     matrix[:, columns, rows] = -matrices[0][0]
-    matrix[:, np.arange(n), np.arange(n)] += 1j * w[:, None]
+    matrix += 1j * w[:, None, None] * small.masses.in_states(matrices[4][0])
     right = np.zeros((len(w), n), dtype=complex)
     chosen = c_rows == row
     right[:, c_columns[chosen]] = matrices[2][0][:, chosen]

@@ -14,6 +14,7 @@ from lumped.numerics.shifted_solutions import elimination, pivots, solved_singly
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.many_points import ManyPoints
 from lumped.vibration.harmonics import harmonics
+from lumped.vibration.masses import mechanical_states
 from lumped.vibration.rotation import Rotation
 from lumped.vibration.small_vibrations import SmallVibrations
 
@@ -27,6 +28,10 @@ Excitations: TypeAlias = dict[str, dict[float, Complex]]
 
 _MOST_SOLVED = 250
 """States up to which a formula is made for the solution."""
+_LOOKS = 7
+"""Angles at which torques are compared."""
+_UNKNOWN = 1e-7
+"""Share of a torque that may differ by rounding."""
 _ACCURATE = 1e-10
 """Backward error up to which the formula is believed."""
 
@@ -41,7 +46,7 @@ class OrderSolution(NamedTuple):
     means : ndarray, shape (k, outputs)
         Means of the outputs over the turns.
     matrices : list of ndarray, shapes (k, o, numbers)
-        Numbers of A, B, C and D.
+        Numbers of A, B, C, D and M.
     residual : float
         Largest backward error.
     """
@@ -83,6 +88,7 @@ class OrderEquations:
         self._rates, self._outputs, self._means, self._matrices = harmonics(small, over, orders)
         self._stated: list[Real] = []
         if small.places:
+            _refuse_unknown_masses(small, over, orders[-1] * over.speeds[0])
             stated = small(over.x, over.theta, over.settings, over.points[0].time)
             self._stated = list(stated[2:])
 
@@ -111,7 +117,7 @@ class OrderEquations:
         (b_rows, b_columns), (d_rows, d_columns) = small.patterns[1], small.patterns[3]
         w = orders[None, :] * speeds[:, None]
         matrices = self._by_laws(over, every, w, amplitudes)
-        A, B, C, D = matrices
+        A, B, C, D, M = matrices
         for i, given in enumerate(self._wanted.values()):
             for order, wanted in given.items():
                 amplitude = wanted[every]
@@ -126,11 +132,12 @@ class OrderEquations:
                 f"{system.name}: order {orders[o]:g} excites nothing; leave it out, or give its "
                 "excitation."
             )
-        rows, columns = small.patterns[0]
+        rates = small.masses.divided(M, rates)
+        (rows, columns), A = small.masses.divided_matrix(M, small.patterns[0], A)
         if self._damping_ratio:
-            more, block = _modal_damping(small, matrices[0], self._damping_ratio)
+            more, block = _modal_damping(system, rows, columns, A, self._damping_ratio)
             rows, columns = np.append(rows, more[0]), np.append(columns, more[1])
-            A = np.concatenate([A, np.repeat(block[:, None], len(orders), axis=1)], axis=2)
+            A = np.concatenate([A, block], axis=2)
         _refuse_growth(over, rows, columns, A[:, 0])
         found, worst = _solved(
             system, rows, columns, A.reshape(-1, A.shape[2]), w.ravel(), rates.reshape(-1, n)
@@ -167,24 +174,42 @@ class OrderEquations:
         return found
 
 
+def _refuse_unknown_masses(small: SmallVibrations, over: Rotation, w: float) -> None:
+    """Refuse laws of the frequency that change torques of the turns: a mass is not in M."""
+    if not (len(small.masses.rows) and over.turns_matter):
+        return
+    _, x, settings = over.along(0, _LOOKS)
+    theta, time = over.theta[0], over.points[0].time
+    stated = np.tile(theta[small.laws.places], (_LOOKS, 1))
+    held, there = (
+        small(x, theta, settings, time, vibration).rates[:, small.masses.own]
+        for vibration in (None, small.at(np.full(_LOOKS, w), stated))
+    )
+    missed = np.ptp(there - held, axis=0)
+    if (missed > _UNKNOWN * np.abs(held).max()).any():
+        name = over.system.state_names[small.masses.own[int(missed.argmax())]]
+        raise OptionError(
+            f"{over.system.name}: a component moves with {name} whose mass or inertia is not known "
+            "beside those that depend on the frequency; give it a method `stored` with its kinetic "
+            "energy."
+        )
+
+
 def _modal_damping(
-    small: SmallVibrations, A: Real, ratio: float
+    system: System, rows: Integer, columns: Integer, A: Real, ratio: float
 ) -> tuple[tuple[Integer, Integer], Real]:
-    """What a damping ratio of every elastic mode adds to A: places, and numbers, shape (k, m).
+    """What a damping ratio of every elastic mode adds to A: places, and numbers, shape (k, o, m).
 
     Without dampers, speeds v and positions p follow ``der(v) = F p``, ``der(p) = E v``, so that
     ``-F E`` has the squares of the natural frequencies; modal damping adds
-    ``-2 ratio sqrt(-F E) v`` to ``der(v)``.
+    ``-2 ratio sqrt(-F E) v`` to ``der(v)``. Laws have the frequency of each order.
     """
-    system = small.system
-    units = np.array([_unit(system, node) for node in system.structure.states])
-    p = np.flatnonzero(np.isin(units, ("rad", "m")))
-    v = np.flatnonzero(np.isin(units, ("rad/s", "m/s")))
-    rows, columns = small.patterns[0]
-    n = len(units)
-    found = np.empty((len(A), len(v) ** 2))
-    for k, numbers in enumerate(A[:, 0]):
-        if k and np.array_equal(numbers, A[k - 1, 0]):
+    p, v = mechanical_states(system)
+    n = len(system.structure.states)
+    every = A.reshape(-1, A.shape[2])
+    found = np.empty((len(every), len(v) ** 2))
+    for k, numbers in enumerate(every):
+        if k and np.array_equal(numbers, every[k - 1]):
             found[k] = found[k - 1]
             continue
         matrix = _matrix(rows, columns, numbers, n)
@@ -198,18 +223,13 @@ def _modal_damping(
         elastic = np.where(squares.real > 1e-12 * largest, squares.real, 0.0)
         block = -2 * ratio * (shapes * np.sqrt(elastic)) @ np.linalg.inv(shapes)
         found[k] = block.real.ravel()
-    return (np.repeat(v, len(v)), np.tile(v, len(v))), found
+    return (np.repeat(v, len(v)), np.tile(v, len(v))), found.reshape(*A.shape[:2], -1)
 
 
 def _matrix(rows: Integer, columns: Integer, numbers: Real, n: int) -> Real:
     """A matrix from its numbers; those at the same place add up."""
     found: Real = scipy.sparse.coo_array((numbers, (rows, columns)), shape=(n, n)).toarray()
     return found
-
-
-def _unit(system: System, node: int) -> str:
-    unknown = system.structure.members.get(node)
-    return "" if unknown is None else system.structure.tree.quantity(unknown).unit
 
 
 def _refuse_growth(over: Rotation, rows: Integer, columns: Integer, A: Real) -> None:

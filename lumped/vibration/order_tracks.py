@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import scipy
@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
+from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display, speed_unit
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.order_analysis import rising_angle
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from lumped.vibration.pictures import order_tracks_picture
 
 __all__ = ["OrderTracks", "order_tracks"]
 
@@ -146,7 +145,14 @@ class OrderTracks:
         return order if abs(found - order) < _NEAR * step else float(found)
 
     @checked
-    def plot(self, orders: Iterable[float] | None = None, *, units: Units = None) -> Figure:
+    def plot(
+        self,
+        orders: Iterable[float] | None = None,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Amplitudes over speed and order as a colour map, and those of some orders as curves.
 
         Parameters
@@ -156,6 +162,8 @@ class OrderTracks:
         units : mapping of str to str or str, optional
             Units to show, see `lumped.display_units`; default is what the session shows, and 1/min
             for speeds.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
 
         Raises
         ------
@@ -164,15 +172,16 @@ class OrderTracks:
         UnknownNameError
             If a name does not exist.
         """
-        from lumped.vibration.pictures import order_tracks
-
         wanted = self.largest() if orders is None else tuple(orders)
         choice = chosen(units, ("speed", self.of))
         to_show = display(self.of, self.unit, choice, is_change=True)
         tracks = {f"order {o:.5g}": to_show.value(np.abs(self.track(o))) for o in wanted}
         size, speed = to_show.value(np.abs(self.values)), speed_unit(choice)
         title = f"{self.name}: {self.of}"
-        return order_tracks(title, self.speeds, self.orders, size, tracks, to_show.unit, speed)
+        picture = order_tracks_picture(
+            title, self.speeds, self.orders, size, tracks, to_show.unit, speed
+        )
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
         speed = speed_unit()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.numerics.singular_factors import factors_of
+from lumped.plots.draw import Backend, draw
 from lumped.points.linearise import Matrices, growth, linear_matrices
 from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
@@ -26,9 +27,8 @@ from lumped.support.display_units import Units, chosen, display, frequency_unit
 from lumped.support.made_once import made_once
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import OperatingPoint
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from lumped.timeloop.validity import refuse_point_outside
+from lumped.vibration.pictures import frequency_response_picture
 
 __all__ = [
     "FrequencyResponse",
@@ -177,16 +177,30 @@ class FrequencyResponse(ByName):
         return tuple(found)
 
     @checked
-    def plot(self, outputs: Iterable[Name] | None = None, *, units: Units = None) -> Figure:
-        """Magnitude (logarithmic) and phase over the frequency, two panels for each output.
+    def plot(
+        self,
+        outputs: Iterable[Name] | None = None,
+        *,
+        decibels: bool = False,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
+        """Magnitude and phase over the frequency, two panels for each output.
+
+        Phases begin between -180 and 180 deg and go on without jumps. An output has panels of its
+        own for each unit of the inputs.
 
         Parameters
         ----------
         outputs : iterable of names or references, optional
             Outputs to draw; default is all.
+        decibels : bool
+            Whether magnitudes are in dB, ``20 log10(magnitude)``, else on a logarithmic axis.
         units : mapping of str to str or str, optional
-            Units to show, see `lumped.display_units`; default is what the session shows. Inputs
-            count in SI units.
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
 
         Raises
         ------
@@ -197,24 +211,23 @@ class FrequencyResponse(ByName):
         UnknownNameError
             If a name does not exist.
         """
-        from lumped.vibration.pictures import frequency_response
-
         system = self.system
         wanted = self.outputs if outputs is None else [system.key(name) for name in outputs]
         if not wanted:
             raise OptionError(f"{system.name}: name at least one output to draw.")
         choice = chosen(units, ("frequency", *system.names()))
-        drawn = {}
+        drawn: dict[tuple[str, str], dict[str, tuple[Real, Real]]] = {}
         for output in wanted:
             to_show = display(output, system.quantity(output).unit, choice, is_change=True)
-            drawn[output] = (
-                to_show.unit,
-                {
-                    i: (to_show.value(self.magnitude(output, i)), self.phase(output, i))
-                    for i in self.inputs
-                },
-            )
-        return frequency_response(system.name, self.hertz, drawn, frequency_unit(choice))
+            for given in self.inputs:
+                by = display(given, system.parameter_unit(given), choice, is_change=True)
+                size = self.magnitude(output, given) * (to_show.factor / by.factor)
+                key = output, _quotient(to_show.unit, by.unit)
+                drawn.setdefault(key, {})[given] = size, self.phase(output, given)
+        picture = frequency_response_picture(
+            system.name, self.hertz, drawn, frequency_unit(choice), decibels=decibels
+        )
+        return draw(picture, backend, ax)
 
     def _names(self) -> list[tuple[str, str]]:
         return [*itertools.product(self.outputs, self.inputs)]
@@ -297,8 +310,8 @@ def frequency_response(
     UnknownNameError
         If an input or output does not exist.
     SolverError
-        If the response is unbounded at one of the frequencies, or the linearisation is unstable
-        (looked at up to 500 states).
+        If equations of a component do not hold at one of the frequencies, the response is
+        unbounded there, or the linearisation is unstable (looked at up to 500 states).
     """
     if at is not None and parameters:
         raise OptionError(
@@ -320,7 +333,10 @@ def frequency_response(
             f"exp({faster:.4g} t), most in {state}, so no steady response is ever reached. Take a "
             "stable operating point, or add damping or control."
         )
-    values = _solved(Held(point, matrices), at_hertz, system)
+    held = Held(point, matrices)
+    for f in at_hertz[[0, -1]]:
+        refuse_point_outside(replace(point, theta=held.theta(f)), f"at {f:.6g} Hz")
+    values = _solved(held, at_hertz, system)
     return FrequencyResponse(system, at_hertz, values, given, observed, point)
 
 
@@ -424,3 +440,11 @@ def refuse_rates(system: System, inputs: tuple[str, ...]) -> None:
                 "model holds parameters constant. Let a torque or force vary instead, or prescribe "
                 "the motion by a component with its acceleration as input and der(w) == a."
             )
+
+
+def _quotient(unit: str, by: str) -> str:
+    """Unit of a response: that of the output over that of the input."""
+    if unit == by:
+        return ""
+    upper, lower = (f"({u})" if "/" in u or "." in u else u or "1" for u in (unit, by))
+    return unit if lower == "1" else f"{upper}/{lower}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import scipy
@@ -12,16 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, SolverError
+from lumped.plots.draw import Backend, draw
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.situation import situation
 from lumped.points.start import point_at, start_point
 from lumped.support.arguments import checked
-from lumped.support.display_units import frequency_unit
-from lumped.support.text_table import number, table
+from lumped.support.display_units import Units, chosen, frequency_unit
+from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import OperatingPoint
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from lumped.vibration.pictures import root_locus_picture
 
 __all__ = ["RootLocus", "root_locus"]
 
@@ -82,13 +81,38 @@ class RootLocus:
         found: NDArray[np.bool_] = self.eigenvalues.real.max(axis=1) > 1e-9 * size
         return found
 
-    def plot(self) -> Figure:
-        """Root locus in the complex plane ; a circle marks the first value, a dot the last."""
-        from lumped.vibration.pictures import root_locus
+    @checked
+    def plot(
+        self,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
+        """Root locus in the complex plane; a circle marks the first value, a dot the last.
 
-        first, last = self.values[0], self.values[-1]
-        title = f"{self.system.name}: {self.parameter} from {first:g} (circle) to {last:g} (dot)"
-        return root_locus(title, self.eigenvalues)
+        Parameters
+        ----------
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
+        """
+        system = self.system
+        choice = chosen(units, ("frequency", *system.names(), *system.structure.parameters.names))
+        unit, ends = system.parameter_unit(self.parameter), self.values[[0, -1]]
+        first, last, unit = amounts(self.parameter, unit, *ends, units=choice)
+        title = f"{system.name}: {self.parameter} from {first} (circle) to {last} (dot)"
+        title += f", {unit}" if unit not in ("", "1") else ""
+        picture = root_locus_picture(title, self.eigenvalues, frequency_unit(choice))
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
         head = (

@@ -31,6 +31,8 @@ _STRAIGHT = 1e-9
 """Difference from a straight line over the speed that is rounding."""
 _CLOSED = 1e-11
 """What may be missing of a balance, relative to the parts that make it up."""
+_SINGULAR = 1e-13
+"""Singular value of the balance, relative to the largest, that is rounding."""
 _STEPS = 50
 _SAMPLES = 1440
 """Points of a turn at which torques that follow from the angle are taken."""
@@ -344,7 +346,10 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
     time = rotation.points[0].time
 
     def missing(k: int, at: Real, value: float) -> tuple[Real, Real, Real, float]:
-        """Mean rates and missing speed, matrix, size of their parts, largest effect at an angle."""
+        """Mean rates and missing speed, matrix, size of their parts, largest effect at an angle.
+
+        Rates of masses that vary are torques.
+        """
         own = theta[k].copy()
         own[place] = value
         angle = 2 * np.pi * rotation.turns * np.arange(samples) / samples
@@ -354,7 +359,7 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
         mean = [part.mean(axis=0) for part in found]
         matrix = np.zeros((n + 1, n + 1))
         for numbers, (rows, columns), (top, left) in zip(
-            mean[2:], parts.patterns, ((0, 0), (0, n), (n, 0), (n, n)), strict=True
+            mean[2:6], parts.patterns[:4], ((0, 0), (0, n), (n, 0), (n, n)), strict=True
         ):
             matrix[rows + top, columns + left] = numbers
         target = rotation.speeds[k] * rotation.turning
@@ -388,7 +393,8 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
                 )
             own = matrix[:, unknown]
             scale = np.maximum(np.abs(own).max(axis=1), 1e-300)  # parts may all be zero at first
-            found[unknown] -= np.linalg.lstsq(own / scale[:, None], residual / scale)[0]
+            step = np.linalg.lstsq(own / scale[:, None], residual / scale, rcond=_SINGULAR)[0]
+            found[unknown] -= step
         names = [*system.state_names, speed]
         raise SolverError(
             f"{system.name}: mean torques do not balance at {rotation.speeds[k]:g} rad/s with "

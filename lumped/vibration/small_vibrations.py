@@ -1,4 +1,4 @@
-"""What a system does to small vibrations: ``der(x) = A x + B u``, ``y = C x + D u`` at points."""
+"""What a system does to small vibrations: ``M der(x) = A x + B u``, ``y = C x + D u`` at points."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from lumped.errors import SolverError
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.many_points import ManyPoints
 from lumped.vibration.amplitude_laws import amplitude_laws
+from lumped.vibration.masses import masses
 
 __all__ = ["Parts", "SmallVibrations", "small_vibrations"]
 
@@ -22,7 +23,10 @@ Pattern = tuple[NDArray[np.int64], NDArray[np.int64]]
 
 
 class Parts(NamedTuple):
-    """Rates, outputs and the numbers of the matrices at points, shapes (points, ...)."""
+    """Rates, outputs and the numbers of the matrices at points, shapes (points, ...).
+
+    Rates, A and B of masses that vary are torques and forces: they are multiplied by M.
+    """
 
     rates: Real
     outputs: Real
@@ -30,6 +34,7 @@ class Parts(NamedTuple):
     B: Real
     C: Real
     D: Real
+    M: Real
 
 
 class SmallVibrations:
@@ -47,9 +52,11 @@ class SmallVibrations:
     Attributes
     ----------
     patterns : tuple of (rows, columns)
-        Places of the numbers of A, B, C and D.
+        Places of the numbers of A, B, C, D and M.
     expressions : list of SX
-        Rates, outputs, A, B, C and D; of the inputs of the system and of `vibration`.
+        Rates, outputs, A, B, C, D and M; of the inputs of the system and of `vibration`.
+    masses : Masses
+        Which rows M has; those of all other states are those of the unit matrix.
     vibration : SX
         Stands for the frequencies, rad/s, and then the amplitudes of vibration among the
         parameters.
@@ -68,8 +75,11 @@ class SmallVibrations:
         self.vibration = ca.SX.sym("vibration", len(self.places))
         u = theta[system.places(inputs)] if inputs else ca.SX(0, 1)
         y = system.expressions(outputs)
-        found = [system.rates, y]
-        found += [ca.jacobian(f, by) for f in (system.rates, y) for by in (x, u)]
+        self.masses, M = masses(system)
+        torques = self.masses.times(M, system.rates)
+        found = [torques, y]
+        found += [ca.jacobian(f, by) for f in (torques, y) for by in (x, u)]
+        found.append(M)
         if self.places:
             found = ca.substitute(found, [theta[self.places]], [self.vibration])
         self.expressions = found

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
+from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.text_table import number, table
 from lumped.vibration.modes import Modes
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from lumped.vibration.pictures import phase_diagrams_picture
 
 __all__ = ["VectorSums", "vector_sums"]
 
@@ -63,7 +62,14 @@ class VectorSums:
         return 60 * self.modes.hertz[:, None] / self.orders
 
     @checked
-    def plot(self, mode: int = 0, *, units: Units = None) -> Figure:
+    def plot(
+        self,
+        mode: int = 0,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
         """Phase diagram of each order in a mode: its vectors and their sum.
 
         Parameters
@@ -72,6 +78,8 @@ class VectorSums:
             Its number, from 0.
         units : mapping of str to str or str, optional
             Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
 
         Raises
         ------
@@ -82,8 +90,6 @@ class VectorSums:
         UnknownNameError
             If a name does not exist.
         """
-        from lumped.vibration.pictures import phase_diagrams
-
         if not 0 <= mode < len(self.vectors):
             raise OptionError(
                 f"vector_sums: there is no mode {mode}; {len(self.vectors)} modes count from 0."
@@ -93,7 +99,8 @@ class VectorSums:
         title = f"{self.modes.system.name}: {told}"
         labels = [str(i + 1) for i in range(len(self.names))]
         captions = [f"order {order:g}" for order in self.orders]
-        return phase_diagrams(title, labels, self.vectors[mode], captions)
+        picture = phase_diagrams_picture(title, labels, self.vectors[mode], captions)
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
         size = np.abs(self.values)

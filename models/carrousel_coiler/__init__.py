@@ -192,6 +192,11 @@ def scene(until: float = 30.0, **options: Any) -> lp.Trajectory:
     return elastic_winding(until=until if np.isfinite(until) else None, **options)
 
 
+def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
+    """Start values of that run with changed parameters."""
+    return {}
+
+
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
     """Effects of changed parameters: a coil wound by the line, and by torque control."""
     system = lp.assemble(UnderTension())

@@ -24,6 +24,7 @@ from lumped.models.diesel_genset.scenes import (
     published,
     response,
     run_up,
+    starting,
 )
 
 if TYPE_CHECKING:
@@ -94,6 +95,11 @@ def model() -> Genset:
 def scene(until: float = 0.2, **options: Any) -> lp.Trajectory:
     """The run whose error is shown against run time."""
     return run_up(until, **options)
+
+
+def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
+    """Start values of that run with changed parameters."""
+    return dict(zip(system.state_names, starting(system, parameters).x.tolist(), strict=True))
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:

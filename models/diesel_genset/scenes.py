@@ -25,6 +25,7 @@ __all__ = [
     "published",
     "response",
     "run_up",
+    "starting",
     "vector_sums",
 ]
 
@@ -148,9 +149,18 @@ def run_up(until: float = 0.6, model: Genset | None = None, **options: Any) -> l
     """
     system = lp.assemble(model or Start(), keep=["flywheel.phi"])
     parameters = options.pop("parameters", None)
-    start = _turning(system, BEGIN) | options.pop("start", {})
-    point = lp.start_point(system, start=start, together=True, parameters=parameters)
+    point = starting(system, parameters, options.pop("start", {}))
     return lp.simulate(system, until=until, start=point, **options)
+
+
+def starting(
+    system: lp.System,
+    parameters: Mapping[str, Any] | None = None,
+    start: Mapping[str, Any] | None = None,
+) -> lp.OperatingPoint:
+    """All parts together at the speed of the starter."""
+    first = {**_turning(system, BEGIN), **(start or {})}
+    return lp.start_point(system, start=first, together=True, parameters=parameters)
 
 
 def _turning(system: lp.System, w: float) -> dict[str, float]:

@@ -33,6 +33,7 @@ from lumped.models.eccentric_shear.scenes import (
     landing,
     motions,
     turn,
+    upright,
 )
 from lumped.models.eccentric_shear.stand import (
     CENTRE_RECTANGLE,
@@ -206,6 +207,11 @@ def _at_the_change() -> Iterator[float]:
 def scene(until: float = 6.0, **options: Any) -> lp.Trajectory:
     """The run whose error is shown against run time."""
     return free_run(until=until, **options)
+
+
+def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
+    """Start values of that run with changed parameters."""
+    return upright(PrintedShear)
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:

@@ -250,6 +250,11 @@ def motions(run: lp.Trajectory, shear: type[Shear]) -> np.ndarray:
     return np.column_stack(columns)
 
 
+def upright(shear: type[Shear]) -> dict[str, float]:
+    """Start values of `free_run`: upper position, no current."""
+    return {"motor.phi": 0.0, "motor.i": 0.0} | seated(shear)
+
+
 def free_run(
     eps: float | None = None,
     turns: int = 2,
@@ -279,8 +284,7 @@ def free_run(
     model = FreeShear().with_({"loaded.shear": shear()}) if model is None else model
     system = lp.assemble(model)
     changed = ({} if eps is None else {"eps": eps}) | dict(parameters or {})
-    begin = {"motor.phi": 0.0, "motor.i": 0.0} | seated(type(model.loaded.shear))
-    begin |= dict(start or {})
+    begin = upright(type(model.loaded.shear)) | dict(start or {})
     turn = 2 * np.pi / system.parameter_values(changed)["w"]
     options = {"until": turns * turn} | options
     return lp.simulate(system, parameters=changed, start=begin, **options)

@@ -16,7 +16,7 @@ from lumped.models import Row
 from lumped.models.about import Measure, extremes, shared
 from lumped.models.marine_turbine.about import ABOUT
 from lumped.models.marine_turbine.drive import BLADES, MarineTurbine
-from lumped.models.marine_turbine.scenes import response, run_up
+from lumped.models.marine_turbine.scenes import response, run_up, slow_turning
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -81,6 +81,12 @@ def model() -> MarineTurbine:
 def scene(until: float = 20.0, **options: Any) -> lp.Trajectory:
     """The run whose error is shown against run time."""
     return run_up(until, **options)
+
+
+def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
+    """Start values of that run with changed parameters."""
+    point = slow_turning(system, parameters)
+    return dict(zip(system.state_names, point.x.tolist(), strict=True))
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:

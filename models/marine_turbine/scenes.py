@@ -103,7 +103,13 @@ def run_up(
     """
     system = lp.assemble(model or RunUp(), keep=["propeller.phi", *SHAFTS])
     parameters = options.pop("parameters", None)
-    start = lp.start_point(
+    return lp.simulate(system, until=until, start=slow_turning(system, parameters), **options)
+
+
+def slow_turning(
+    system: lp.System, parameters: Mapping[str, Any] | None = None
+) -> lp.OperatingPoint:
+    """All parts together at the speed at which the run up begins."""
+    return lp.start_point(
         system, start={"propeller.w": BEGIN}, together=True, parameters=parameters
     )
-    return lp.simulate(system, until=until, start=start, **options)

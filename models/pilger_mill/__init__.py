@@ -113,6 +113,11 @@ def scene(until: float = 3.0, **options: Any) -> lp.Trajectory:
     return start_up(until=until, **options)
 
 
+def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
+    """Start values of that run with changed parameters."""
+    return {}
+
+
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
     """Effects of changed parameters: a turn at constant speed, and a start from rest."""
     w = SPEED["P"]

@@ -263,8 +263,12 @@ def scene(
     until: float = 0.4, start: Mapping[str, Any] | None = None, **options: Any
 ) -> lp.Trajectory:
     """The run whose error is shown against run time."""
-    rolling = dict.fromkeys(TURNING, SPEED) | dict(start or {})
-    return skidding(until=until, start=rolling, **options)
+    return skidding(until=until, start=dict.fromkeys(TURNING, SPEED) | dict(start or {}), **options)
+
+
+def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
+    """Start values of that run with changed parameters."""
+    return {**dict.fromkeys(TURNING, SPEED), **dict.fromkeys(SHAFTS, RATED)}
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:

@@ -59,6 +59,7 @@ ABOUT = About(
         "unequal_rolls": "Torque through the gap between rolls of unequal diameter",
         "motors": "Motors on converters: strip entry between unequal rolls, with droop and trim",
     },
+    varied=("M_pr",),
     watched={
         "torque of the long shaft B1": "upper.shaft.tau",
         "torque of the upper spindle": "upper.spindle.tau",

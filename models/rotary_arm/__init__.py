@@ -20,6 +20,7 @@ from lumped.models.rotary_arm.about import ABOUT
 from lumped.models.rotary_arm.control import (
     AIM,
     Controlled,
+    at_rest,
     controlled,
     instants,
 )
@@ -249,6 +250,11 @@ def model() -> Controlled:
 def scene(until: float = 4.0, **options: Any) -> lp.Trajectory:
     """The run whose error is shown against run time."""
     return controlled(until=until, **options)
+
+
+def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
+    """Start values of that run with changed parameters."""
+    return at_rest(system, parameters)
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:

@@ -117,14 +117,18 @@ def controlled(
         Passed to `lumped.simulate`.
     """
     system = lp.assemble(Controlled() if model is None else model, keep=["arm.angle.phi"])
+    begin = at_rest(system, parameters) | dict(start or {})
+    return lp.simulate(system, until=until, parameters=parameters, start=begin, **options)
+
+
+def at_rest(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
+    """Start values of rest at S, with the torque that holds the arm there."""
     found = system.parameter_values(parameters)
     still = {"arm.phi": BEGIN, "arm.mandrel.phi": found["arm.pick_up"], "arm.table.gap": 0.0}
     point = lp.start_point(system, parameters=parameters, start=still)
     weight = sum(point[name] for name in FREE_WEIGHTS)
     held = weight / (found["reducer.ratio"] * found["reducer.eta"])
-    begin = still | {"motor.tau": held, "motor.x": held / found["motor.k"]}
-    begin |= dict(start or {})
-    return lp.simulate(system, until=until, parameters=parameters, start=begin, **options)
+    return still | {"motor.tau": held, "motor.x": held / found["motor.k"]}
 
 
 def instants(run: lp.Trajectory) -> tuple[float, float, float]:

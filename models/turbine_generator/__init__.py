@@ -16,7 +16,7 @@ from lumped.models import Row
 from lumped.models.about import Measure, extremes, shared
 from lumped.models.turbine_generator.about import ABOUT
 from lumped.models.turbine_generator.drive import BEGIN, SHAFTS, Train, TurbineGenerator
-from lumped.models.turbine_generator.scenes import faulted, per_unit
+from lumped.models.turbine_generator.scenes import FREE, faulted, per_unit, rated
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -72,6 +72,12 @@ def model() -> TurbineGenerator:
 def scene(until: float = 0.2, **options: Any) -> lp.Trajectory:
     """The run whose error is shown against run time."""
     return faulted(until, **options)
+
+
+def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
+    """Start values of that run; the voltage, the excitation and the steam stay as they are."""
+    given = {name: value for name, value in (parameters or {}).items() if name not in FREE}
+    return dict(zip(system.state_names, rated(system, given).x.tolist(), strict=True))
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:

@@ -17,7 +17,7 @@ from lumped.models.turbine_generator.drive import (
     TurbineGenerator,
 )
 
-__all__ = ["FREE", "at_maximum", "cleared", "faulted", "per_unit", "reclosed"]
+__all__ = ["FREE", "at_maximum", "cleared", "faulted", "per_unit", "rated", "reclosed"]
 
 FREE = ["bus.V", "bus.phase", "gen.v_f", "turbine.steam"]
 """What follows from the state at the start: bus, excitation, steam."""
@@ -100,8 +100,7 @@ def cleared(
         N.m, by the names of the shafts.
     """
     system = lp.assemble(TurbineGenerator())
-    start = at_maximum(system, parameters)
-    point = lp.start_point(system, start=start, free=FREE, parameters=parameters)
+    point = rated(system, parameters)
     begin = system.parameter_values(parameters)["fault.begin"]
     ends = begin + np.asarray(durations, dtype=float)
     over: dict[str | lp.Expr, Any] = {"fault.end": ends}
@@ -128,6 +127,12 @@ def reclosed(until: float = 0.6, model: Reclosed | None = None, **options: Any) 
         Passed to `lumped.simulate`; `parameters` such as ``{"closes": 0.4}``.
     """
     return _run(lp.assemble(model or Reclosed()), until, options)
+
+
+def rated(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
+    """The steady state before the fault."""
+    start = at_maximum(system, parameters)
+    return lp.start_point(system, start=start, free=FREE, parameters=parameters)
 
 
 def per_unit(run: lp.Trajectory, torque: str) -> np.ndarray:

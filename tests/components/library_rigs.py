@@ -42,7 +42,7 @@ from lumped.components import (
 from lumped.components import compliance as rotation
 from lumped.components.control import sequence, signals
 from lumped.components.electric import circuit, drives, network, synchronous, thermal
-from lumped.components.shafts import notches, sections, shaft
+from lumped.components.shafts import continuous, notch, notches, sections, shaft
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
 HARMONICS = ((0.5, 3.0, 0.4), (2.0, -1.0, 2.0))
@@ -82,13 +82,23 @@ FIELDS = {
     sequence.PositionSequencer: {"targets": (0.5, -1.0)},
     sequence.SpeedProfile: {"sections": ((-1.0, 0.5), (0.0, 2.0), (1.0, 0.8))},
     noncircular.NonCircularGear: {"transmission": lambda x: -(x + 0.4 * lp.ops.sin(2 * x))},
-    shaft.Shaft: {"sections": (sections.Solid(d=1.0, L=2.0), sections.Solid(d=1.0, L=1.0))},
+    shaft.Shaft: {
+        "sections": (sections.Solid(d=1.0, L=2.0), sections.Solid(d=1.0, L=1.0)),
+        "continuous": True,
+    },
+    sections.Disc: {"continuous": True},
+    sections.Hollow: {"continuous": True},
+    sections.Keyed: {"continuous": True},
+    sections.Solid: {"continuous": True},
+    sections.Splined: {"continuous": True},
+    sections.Taper: {"continuous": True},
     lossy_gear.LossyGear: {"losses": ((0.0, 0.9, 0.8, 0.5, 0.7), (3.0, 0.7, 0.8, 0.6, 0.7))},
 }
 """Structural fields without a usable default."""
 
 SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
     belts.Belt: {"distance": 6.0},
+    continuous.ContinuousElement: {"w": 0.4},
     crank.CrankSlider: {"L": 6.0},
     crank.StrokeLoad: {"s_0": -10.0, "s_1": 10.0},
     drives.FieldOrientedMotor: {"I_max": 10.0, "psi_n": 2.0, "L_m": 1.0},
@@ -127,7 +137,7 @@ POSITIVE = {
 }
 """Inputs that make no sense below zero."""
 
-BASES = {thermal.Heated, shaft.Notch, shaft.Section}
+BASES = {thermal.Heated, notch.Notch, shaft.Section}
 """What only stands before another component, or is the base of several."""
 
 

@@ -19,7 +19,7 @@ from lumped.components import (
     translation,
 )
 from lumped.components import compliance as rotation
-from lumped.components.shafts import element, sections, shaft
+from lumped.components.shafts import continuous, element, sections, shaft
 from lumped.numerics.maxwell_fit import maxwell_fit
 
 
@@ -93,6 +93,33 @@ def carried(mass: str) -> Energy:
 def element_energy(at: Motion) -> complex:
     moving = at.p["J_a"] * at.v["flange_a"] ** 2 + at.p["J_b"] * at.v["flange_b"] ** 2
     return (at.p["c"] * at.rel(at.q) ** 2 + moving) / 2
+
+
+def bar(at: Motion) -> tuple[complex, complex]:
+    """Complex stiffness and shares of inertia at the ends of a bar that vibrates."""
+    c = at.p["c"] * (1 + 1j * at.p["eta"])
+    z = at.p["w"] * np.sqrt((at.p["J_a"] + at.p["J_b"]) / c)
+    return c * z / np.sin(z), np.tan(z / 2) / (z / 2)
+
+
+def bar_energy(at: Motion) -> complex:
+    c, share = (part.real for part in bar(at))
+    moving = at.p["J_a"] * at.v["flange_a"] ** 2 + at.p["J_b"] * at.v["flange_b"] ** 2
+    return (c * at.rel(at.q) ** 2 + share * moving) / 2
+
+
+def bar_heat(at: Motion) -> float:
+    c, share = (part.imag for part in bar(at))
+    moving = at.p["J_a"] * at.v["flange_a"] ** 2 + at.p["J_b"] * at.v["flange_b"] ** 2
+    return c / at.p["w_loss"] * at.rel(at.v) ** 2 - at.p["w"] * share * moving
+
+
+def shaft_heat(at: Motion) -> float:
+    """Two solid sections of diameter 1 m, 2 m and 1 m long."""
+    between = at.x["sections[0].elements[0].w_b"]
+    slips = between - at.v["flange_a"], at.v["flange_b"] - between
+    c = at.p["G"] * np.pi / 32 * np.array([1 / 2.0, 1.0])
+    return at.p["eta"] / at.p["w_loss"] * float(c @ np.square(slips))
 
 
 def cylinder_energy(at: Motion) -> complex:
@@ -190,6 +217,7 @@ STORED: dict[type[lp.Component], Energy] = {
         cylinder_energy,
     ),
     element.ShaftElement: element_energy,
+    continuous.ContinuousElement: bar_energy,
     sections.Taper: cone_energy,
     shaft.Shaft: shaft_energy,
     contact.ElastoBacklash: play_energy,
@@ -218,6 +246,15 @@ STORED: dict[type[lp.Component], Energy] = {
 
 
 DISSIPATED: dict[type[lp.Component], Power] = {
+    **dict.fromkeys(
+        (
+            *(sections.Disc, sections.Hollow, sections.Keyed),
+            *(sections.Solid, sections.Splined, sections.Taper),
+        ),
+        lossy,
+    ),
+    continuous.ContinuousElement: bar_heat,
+    shaft.Shaft: shaft_heat,
     contact.ElastoBacklash: play_heat,
     elastic_coupling.ElasticCoupling: rubber_heat,
     maxwell_coupling.MaxwellBranch: branch_heat,

@@ -433,3 +433,16 @@ def test_a_softening_coupling_is_a_nonlinear_spring():
     kap = k1 + 0.75 * k3 * A**2
     assert np.hypot(kap - J * w**2, c * w) * A == pytest.approx(P, rel=0.02)
     assert kap < k1
+
+
+def test_a_coupling_of_twice_the_size_is_two_side_by_side():
+    rows = {
+        "damping": ((0, 0.9), (3000, 1.2)),
+        "over_temperature": ((280, 1.1, 0.9), (340, 0.8, 1.1)),
+        "over_amplitude": ((0, 1.1, 0.9), (2000, 0.7, 1.2)),
+    }
+    one = twisted(0.011, **rows, T=320.0, amplitude=300.0)
+    two = twisted(0.011, **rows, T=320.0, amplitude=600.0, size=2.0)
+    for name in ("tau_c", "c", "tau"):
+        print(f"{name} {two[f'part.{name}'] / one[f'part.{name}'] - 2:.1e}")
+        assert two[f"part.{name}"] == pytest.approx(2 * one[f"part.{name}"], rel=1e-14)

@@ -54,7 +54,7 @@ def test_differences_are_those_of_turns_over_the_angle(rotor):
 
 def test_what_the_response_expects_to_leave_out_is_what_motions_have():
     """One more step of the perturbation against the motions, where it is not small."""
-    orders = (np.arange(16) + 1) / 2
+    orders = np.array([0.5, *range(1, 9)])
     for cubic in (0.0, 1e5):
         response = lp.vibration.order_response(
             ship(cubic),

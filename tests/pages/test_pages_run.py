@@ -8,11 +8,13 @@ import pytest
 DOCS = Path(__file__).parents[2] / "docs"
 NAMES = (
     *("start", "conventions", "own_component", "data", "coming_from", "compiler", "pictures"),
+    "explorer",
     *(
         "analyses/starts",
         "analyses/torsional",
         "elements/engine",
         "elements/elastic_coupling",
+        "elements/shafts",
         "elements/synchronous_machine",
     ),
 )

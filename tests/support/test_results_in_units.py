@@ -193,7 +193,7 @@ def test_axes_of_vibrations():
 
     found = MADE["frequency response"]()
     size, phase = found.plot(units={"Hz": "kHz", "a.w": "rpm"}).axes
-    assert (size.get_ylabel(), phase.get_xlabel()) == ("rpm for each unit", "frequency, kHz")
+    assert (size.get_ylabel(), phase.get_xlabel()) == ("magnitude, rpm/(N.m)", "frequency, kHz")
     expected = RPM * found.magnitude("a.w", "motor.tau")
     np.testing.assert_allclose(size.lines[0].get_ydata(), expected, rtol=1e-14)
     np.testing.assert_allclose(size.lines[0].get_xdata(), 1e-3 * found.hertz, rtol=1e-14)

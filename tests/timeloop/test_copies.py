@@ -22,6 +22,7 @@ from lumped.components import (
     HarmonicTorque,
     Inertia,
     Position,
+    Solid,
     Spring,
     SpringDamper,
     Torque,
@@ -154,6 +155,9 @@ def made():
         system,
         modes,
         lp.linearise(system, at=point),
+        lp.vibration.natural_modes(
+            lp.assemble(lp.compose(bar=Solid(d=0.1, L=1.0, continuous=True))), up_to=10.0
+        ),
         lp.vibration.modal_energies(modes),
         lp.vibration.modal_energies(modes).nodes(1)[0],
         lp.vibration.participation(modes),

@@ -8,8 +8,9 @@ from matplotlib.text import Text
 import lumped as lp
 from lumped.components import Fixed, Inertia, Spring, SpringDamper
 from lumped.errors import OptionError
+from lumped.plots.draw import draw
 from lumped.support.display_units import frequency_unit, speed_unit
-from lumped.vibration import pictures
+from lumped.vibration import campbell_picture
 
 
 def held(shaft):
@@ -137,7 +138,7 @@ def test_labels_of_rays_touch_neither_each_other_nor_the_curves(orders, hertz, s
     labels = list(orders) if isinstance(orders, dict) else [""] * len(orders)
     values = list(orders.values()) if isinstance(orders, dict) else list(orders)
     grid = np.linspace(*speeds, 20)
-    figure = pictures.campbell(
+    picture = campbell_picture.campbell_picture(
         "drive",
         grid,
         np.tile(np.array(hertz, dtype=float), (20, 1)),
@@ -147,6 +148,7 @@ def test_labels_of_rays_touch_neither_each_other_nor_the_curves(orders, hertz, s
         [(70.0, 80.0), (200.0, 210.0)] if ranges else [],
         (speed_unit(), frequency_unit()),
     )
+    figure = draw(picture)
     boxes, axes, whole = text_boxes(figure)
     top = figure.axes[0].get_ylim()[1]
     seen = {f"{order:g}" for order in values if order * grid[0] / (2 * np.pi) < top}
@@ -160,9 +162,9 @@ def test_labels_of_rays_touch_neither_each_other_nor_the_curves(orders, hertz, s
 
 def test_places_that_are_moved_apart_are_the_nearest():
     """Three wishes for one place share the way; free ones keep theirs."""
-    received = pictures._apart([0.1, 0.5, 0.5, 0.5, 0.9], [0.1] * 5)
+    received = campbell_picture._apart([0.1, 0.5, 0.5, 0.5, 0.9], [0.1] * 5)
     assert received == pytest.approx([0.1, 0.4, 0.5, 0.6, 0.9])
-    assert pictures._apart([0.99, 1.0], [0.1] * 2) == pytest.approx([0.85, 0.95])
+    assert campbell_picture._apart([0.99, 1.0], [0.1] * 2) == pytest.approx([0.85, 0.95])
 
 
 def test_the_picture_shades_operation_and_barred_ranges(two_mass):
@@ -177,7 +179,7 @@ def test_the_picture_shades_operation_and_barred_ranges(two_mass):
     assert np.array(received) == pytest.approx(np.array(expected) * 30 / np.pi)
     assert len(verdict.barred) == 2
     told = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert told == ["range of operation", "barred"]
+    assert told == ["range of operation", "barred", "natural frequencies", "critical speeds"]
 
 
 def test_orders_may_have_labels(two_mass):

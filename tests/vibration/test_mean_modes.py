@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+import scipy
 
 import lumped as lp
 from lumped.components import CrankSlider, Cylinder, Engine, Inertia, SpringDamper
@@ -53,13 +54,88 @@ def test_an_excitation_by_masses_leaves_the_mean_inertia():
     assert lp.modes(system, at=fired).rigid == 0
 
 
-def test_an_exact_inertia_counts_with_the_mean_of_its_inverse():
-    J = 0.05 + 4.0 * lever(ANGLES) ** 2
-    w, _ = two_masses(1 / np.mean(1 / J))
-    for part in (Cylinder(**SIZE), CrankSlider(r=0.05, L=0.18, m=4.0)):
-        modes = lp.vibration.mean_modes(chain(part), over="wheel.phi", speed=1e-3)
-        assert modes.hertz[0] * 2 * np.pi == pytest.approx(w, rel=1e-9)
+def crank_inertia(a, r, L, m, m_rod, J_rod, k):
+    """By the speeds of slider and rod, their derivatives by a complex step; shaft speed 1 rad/s."""
+    a = a + 1e-30j
+    tilt = -np.arcsin(r / L * np.sin(a))
+    slider = r * np.cos(a) + L * np.cos(tilt)
+    x, y = (1 - k) * r * np.cos(a) + k * slider, (1 - k) * r * np.sin(a)
+    slider, x, y, turn = (part.imag / 1e-30 for part in (slider, x, y, tilt))
+    return m * slider**2 + m_rod * (x**2 + y**2) + J_rod * turn**2
+
+
+@pytest.mark.parametrize("speed", [1e-3, 150.0])
+def test_an_exact_inertia_counts_with_its_mean(speed):
+    rod = {"r": 0.05, "L": 0.18, "m": 4.0, "m_rod": 2.0, "J_rod": 0.01, "k": 0.3}
+    for part, mean in (
+        (Cylinder(**SIZE), np.mean(4.0 * lever(ANGLES) ** 2)),
+        (CrankSlider(r=0.05, L=0.18, m=4.0), np.mean(4.0 * lever(ANGLES) ** 2)),
+        (CrankSlider(**rod), np.mean(crank_inertia(ANGLES, **rod))),
+    ):
+        modes = lp.vibration.mean_modes(chain(part), over="wheel.phi", speed=speed)
+        w, damping = two_masses(0.05 + mean)
+        print(f"{modes.hertz[0] * 2 * np.pi / w - 1:.1e}")
+        assert modes.hertz[0] * 2 * np.pi == pytest.approx(w, rel=1e-12)
+        assert modes.damping[0] == pytest.approx(damping, rel=1e-10)
         assert modes.accuracy.residuals.max() < 1e-12
+
+
+def test_masses_vibrate_alike_whether_their_variation_is_in_the_inertia_or_an_excitation():
+    """To first order of the variation it is a torque, which an inertia at its mean resists."""
+    given = {"over": "wheel.phi", "speeds": np.linspace(50.0, 700.0, 5), "turns": 2}
+    found = []
+    for masses in ("exact", "excitation"):
+        system = chain(Cylinder(**SIZE, pressure=TABLE, masses=masses))
+        response = lp.vibration.order_response(system, **given, of=["shaft.tau"])
+        found.append(response["shaft.tau"])
+        assert response.residual < 1e-10
+    error = np.abs(found[0] - found[1]).max(axis=0) / np.abs(found[1]).max(axis=0)
+    print(f"{error.max():.1e}")
+    assert error.max() < 1e-9
+
+
+def test_the_mean_inertia_stands_in_for_the_true_one_to_second_order_of_its_variation():
+    """Floquet's exponents of ``J x'' + J' W x' + (c + J'' W^2 / 2) x = 0``, J at W t."""
+    c, speed = 2e5, 150.0
+
+    def true(m):
+        def slope(t, y):
+            a = speed * t + np.array([0, 1j]) * 1e-30
+            inertia = 0.05 + m * lever(a) ** 2
+            step = 1e-4
+            beside = [0.05 + m * lever(speed * t + h) ** 2 for h in (-step, 0.0, step)]
+            bend = (beside[0] - 2 * beside[1] + beside[2]) / step**2
+            x, v = y.reshape(2, 2)
+            rising = inertia[1].imag / 1e-30
+            a = -(rising * speed * v + (c + bend * speed**2 / 2) * x) / inertia[0].real
+            return np.concatenate([v, a])
+
+        turn = 2 * np.pi / speed
+        end = scipy.integrate.solve_ivp(
+            slope, (0, turn), np.eye(2).ravel(), method="DOP853", rtol=1e-9, atol=1e-12
+        ).y[:, -1]
+        phase = abs(np.angle(np.linalg.eigvals(end.reshape(2, 2))[0]))
+        near = np.sqrt(c / (0.05 + m * np.mean(lever(ANGLES) ** 2)))
+        both = [n * speed + sign * phase / turn for n in range(40) for sign in (1, -1)]
+        return min(both, key=lambda w: abs(w - near))
+
+    errors = []
+    for m in (1.6, 0.8):
+        wall = lp.compose(
+            part=Cylinder(**{**SIZE, "m": m}),
+            crank=Inertia(J=0.05),
+            shaft=SpringDamper(c=c),
+            wheel=Inertia(J=1e9),
+            connections=lambda x: [
+                lp.connect(x.part.flange, x.crank.flange_a),
+                *lp.chain(x.crank, x.shaft, x.wheel),
+            ],
+        )
+        modes = lp.vibration.mean_modes(lp.assemble(wall), over="wheel.phi", speed=speed)
+        errors.append(true(m) / (2 * np.pi * modes.hertz[0]) - 1)
+    print(errors)
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+    assert 0 < errors[0] < 5e-4
 
 
 def test_the_six_cylinders_have_their_constant_inertias():

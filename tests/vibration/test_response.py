@@ -274,7 +274,7 @@ def test_the_picture_shows_magnitude_and_phase():
         hertz=np.linspace(1, 9, 50),
     )
     size, angle = received.plot().axes
-    assert (size.get_title(), size.get_ylabel()) == ("shaft.tau", "N.m for each unit")
+    assert (size.get_title(), size.get_ylabel()) == ("shaft.tau", "magnitude")
     expected = np.abs(stiffness(2 * np.pi * received.hertz) * torsion(2 * np.pi * received.hertz))
     assert size.lines[0].get_ydata() == pytest.approx(expected, rel=1e-11)
     assert size.get_yscale() == "log"

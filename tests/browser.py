@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 import subprocess
+import time
 from pathlib import Path
 from typing import Any
 
@@ -77,18 +78,13 @@ class Browser:
             self.loaded = True
         return message
 
-    def open(self, file: Path, *, scripts: bool = True) -> None:
-        """Open a file and wait until it is there."""
+    def open(self, address: Path | str, *, scripts: bool = True) -> None:
+        """Open a file or an address and wait until it is there."""
         self.call("Emulation.setScriptExecutionDisabled", value=not scripts)
-        self.call(
-            "Emulation.setDeviceMetricsOverride",
-            width=1200,
-            height=900,
-            deviceScaleFactor=1,
-            mobile=False,
-        )
+        self.size(1200, 900)
         self.loaded = False
-        self.call("Page.navigate", url=file.as_uri())
+        url = address.as_uri() if isinstance(address, Path) else address
+        self.call("Page.navigate", url=url)
         while not self.loaded:
             self._next()
 
@@ -97,6 +93,29 @@ class Browser:
         result = self.call("Runtime.evaluate", expression=expression, returnByValue=True)
         assert "exceptionDetails" not in result, result
         return result["result"].get("value")
+
+    def size(self, width: int, height: int) -> None:
+        """Size of the window."""
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
+
+    def wait(self, expression: str, seconds: float = 30.0) -> Any:
+        """Value of a JavaScript expression as soon as it is true."""
+        end = time.monotonic() + seconds
+        while not (found := self.value(expression)):
+            assert time.monotonic() < end, f"{expression} stays {found!r}"
+            time.sleep(0.02)
+        return found
+
+    def key(self, name: str) -> None:
+        """Press and release a key, such as ArrowRight."""
+        for kind in ("keyDown", "keyUp"):
+            self.call("Input.dispatchKeyEvent", type=kind, key=name, code=name)
 
     def mouse(self, kind: str, x: float, y: float, **more: Any) -> None:
         """What a hand does: mouseMoved, mousePressed, mouseReleased, mouseWheel."""

@@ -1,0 +1,216 @@
+"""A drive whose parameters are moved, and its analyses for one set of values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from lumped.compiler.system import Changes, System
+from lumped.errors import LumpedError, OptionError
+from lumped.explorer.sliders import Slider, slider
+from lumped.points.start import start_point
+from lumped.simulation.simulate import simulate
+from lumped.timeloop.result import OperatingPoint, Trajectory
+from lumped.vibration.campbell import Campbell
+from lumped.vibration.eigen_sensitivity import eigen_sensitivity
+from lumped.vibration.limits import Limit
+from lumped.vibration.modes import Modes, modes
+from lumped.vibration.order_amplitudes import OrderAmplitudes
+from lumped.vibration.response import FrequencyResponse, frequency_response
+
+__all__ = ["Analysis", "Moment", "Start", "Study", "Values", "effects_on_run", "most_effective"]
+
+Values = dict[str, float]
+"""Parameters that differ from the model, and those with sliders."""
+Start = Changes | Callable[[Values], Changes]
+"""Start values, or a function of the changed parameters that gives them."""
+Analysis = Callable[[Values], Campbell | FrequencyResponse | OrderAmplitudes]
+"""A function of the changed parameters that makes an analysis."""
+
+_SLIDERS = 10
+"""Sliders, if none are named."""
+_LOWEST = 3
+"""Lowest modes that decide which parameters these are."""
+_SHARE = 1e-2
+"""By which a parameter is changed to see its effect on the run."""
+_GRID = 400
+"""Intervals of output of a run."""
+_FREQUENCIES = 16
+"""Frequencies of a response beside those at the resonances."""
+_BESIDE = np.array([-0.05, -0.012, -0.002, 0.002, 0.012, 0.05])
+"""Relative distances from each natural frequency of those at its resonance."""
+
+
+@dataclass(frozen=True)
+class Study:
+    """What the page shows of which drive.
+
+    Attributes
+    ----------
+    system : System
+        The drive, assembled once.
+    base : dict of str to float
+        Parameters that differ from the model, beside those with sliders.
+    until : float or None
+        End of the run, s, if there is one.
+    start : mapping, or callable
+        Start values.
+    of : tuple of str
+        Quantities to show.
+    inputs : tuple of str
+        Inputs of a frequency response; none if it is empty.
+    limits : tuple of Limit
+        What quantities may reach.
+    analyses : dict of str to callable
+        Further analyses by their titles.
+    """
+
+    system: System
+    base: Values
+    until: float | None
+    start: Start
+    of: tuple[str, ...]
+    inputs: tuple[str, ...]
+    limits: tuple[Limit, ...]
+    analyses: dict[str, Analysis]
+
+    def start_values(self, values: Values) -> Changes:
+        """Start values where parameters have these values."""
+        return self.start(values) if callable(self.start) else self.start
+
+
+class Moment:
+    """The drive with some values of its parameters; what several pictures share is made once.
+
+    Parameters
+    ----------
+    study : Study
+        What is shown.
+    values : dict of str to float
+        Parameters that differ from the model.
+    """
+
+    def __init__(self, study: Study, values: Values) -> None:
+        self.study, self.values = study, values
+        self._analyses: dict[str, Campbell | FrequencyResponse | OrderAmplitudes] = {}
+
+    @cached_property
+    def start(self) -> Changes:
+        """Start values."""
+        return self.study.start_values(self.values)
+
+    @cached_property
+    def point(self) -> OperatingPoint:
+        """The start, where the drive is linearised."""
+        return start_point(self.study.system, parameters=self.values, start=self.start)
+
+    @cached_property
+    def modes(self) -> Modes:
+        """Its modes there."""
+        return modes(self.study.system, at=self.point)
+
+    @cached_property
+    def run(self) -> Trajectory:
+        """Its run from the start."""
+        assert self.study.until is not None
+        return simulate(self.study.system, until=self.study.until, start=self.point, grid=_GRID)
+
+    @cached_property
+    def response(self) -> FrequencyResponse:
+        """Its response to the inputs, up to above the fifth natural frequency."""
+        hertz = self.modes.hertz[:5]
+        top = 1.3 * hertz[-1] if len(hertz) else 100.0
+        even = np.linspace(top / _FREQUENCIES, top, _FREQUENCIES)
+        near = (hertz[:, None] * (1 + _BESIDE)).ravel()
+        return frequency_response(
+            self.study.system,
+            inputs=self.study.inputs,
+            outputs=self.study.of,
+            hertz=np.unique(np.concatenate([even, near])),
+            at=self.point,
+        )
+
+    def analysis(self, title: str) -> Campbell | FrequencyResponse | OrderAmplitudes:
+        """One of the further analyses.
+
+        Raises
+        ------
+        OptionError
+            If the function gives something else.
+        """
+        if title in self._analyses:
+            return self._analyses[title]
+        found = self.study.analyses[title](dict(self.values))
+        if not isinstance(found, Campbell | FrequencyResponse | OrderAmplitudes):
+            raise OptionError(
+                f"explore: analyses['{title}'] gave a {type(found).__name__}; a Campbell diagram, "
+                "a frequency response or an order response is needed."
+            )
+        return self._analyses.setdefault(title, found)
+
+
+def most_effective(study: Study) -> tuple[Slider, ...]:
+    """Sliders of the parameters that change the lowest modes most, then the run.
+
+    Parameters that are zero are left out: their relative effect is not known.
+    """
+    system, theta = study.system, study.system.theta(study.base)
+    numbers = dict(zip(system.parameters, theta.tolist(), strict=True))
+    scores = {name: 0.0 for name, value in numbers.items() if value}
+    moment = Moment(study, study.base)
+    for name, share in _effects_on_modes(moment).items():
+        if name in scores:
+            scores[name] = share
+    chosen = sorted((name for name in scores if scores[name] > 1e-6), key=scores.__getitem__)
+    chosen = chosen[::-1][:_SLIDERS]
+    if len(chosen) < _SLIDERS and study.until is not None:
+        others = [name for name in scores if name not in chosen]
+        effects = effects_on_run(moment, others)
+        ranked = sorted((name for name in others if effects[name] > 1e-6), key=effects.__getitem__)
+        chosen += ranked[::-1][: _SLIDERS - len(chosen)]
+    if not chosen:
+        chosen = [*scores][:_SLIDERS] or [*numbers][:_SLIDERS]
+    if not chosen:
+        raise OptionError(f"{system.name}: explore: the model has no parameter to move.")
+    order = [name for name in numbers if name in chosen]
+    return tuple(slider(system, theta, name) for name in order)
+
+
+def _effects_on_modes(moment: Moment) -> Values:
+    try:
+        slopes = eigen_sensitivity(moment.modes)
+    except LumpedError:
+        return {}
+    size = np.nan_to_num(np.abs(slopes.relative[:_LOWEST]))
+    return dict(zip(slopes.parameters, size.max(axis=0, initial=0.0).tolist(), strict=True))
+
+
+def effects_on_run(moment: Moment, names: Iterable[str]) -> Values:
+    """Relative change of the quantities shown, for each relative change of a parameter.
+
+    Root mean squares over the run; the largest of all quantities counts. Zero where the run with
+    the changed parameter fails.
+    """
+    study = moment.study
+    every = study.system.parameter_values(moment.values)
+    here = _sampled(moment.run, study.of)
+    size = np.sqrt(np.mean(here**2, axis=0))
+    found = {}
+    for name in names:
+        changed = Moment(study, moment.values | {name: every[name] * (1 + _SHARE)})
+        try:
+            off = np.sqrt(np.mean((_sampled(changed.run, study.of) - here) ** 2, axis=0))
+        except LumpedError:
+            found[name] = 0.0
+            continue
+        found[name] = float((off / np.where(size > 0, size, 1.0)).max(initial=0.0) / _SHARE)
+    return found
+
+
+def _sampled(run: Trajectory, names: Sequence[str]) -> np.ndarray:
+    """Quantities at evenly spaced times, shape (n, len(names))."""
+    times = np.linspace(run.t[0], run.t[-1], _GRID)
+    return np.column_stack([np.interp(times, run.t, column) for column in run.table(names).T])

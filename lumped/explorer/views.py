@@ -1,0 +1,267 @@
+"""What each picture of the page shows, as numbers and texts: nothing here knows the page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from lumped.errors import OptionError
+from lumped.explorer.sliders import Slider
+from lumped.explorer.study import Moment, Study, effects_on_run
+from lumped.support.text_table import number
+from lumped.timeloop.result import Trajectory
+from lumped.vibration.campbell import Campbell
+from lumped.vibration.eigen_sensitivity import eigen_sensitivity
+from lumped.vibration.limits import verdict
+from lumped.vibration.order_amplitudes import OrderAmplitudes
+from lumped.vibration.response import FrequencyResponse
+
+__all__ = ["Shown", "View", "value_texts", "views"]
+
+Shown = dict[str, dict[str, Any]]
+"""Tables by their names; columns, lists or arrays, of one table are equally long."""
+_MODES = 4
+"""Modes that are drawn."""
+_FIRST = 0.1
+"""Of the first part that moves so much the amplitude is positive, so that shapes do not flip."""
+_EFFECTS = 3
+"""Modes whose sensitivities are drawn."""
+_EVENTS = 12
+"""Events that are listed."""
+
+
+@dataclass(frozen=True)
+class View:
+    """A picture.
+
+    Attributes
+    ----------
+    kind : str
+        How it is drawn: schematic, modes, effects, run, verdict, curves.
+    title : str
+        What stands above it.
+    compute : callable
+        Its tables, of a moment and the sliders.
+    """
+
+    kind: str
+    title: str
+    compute: Callable[[Moment, Sequence[Slider]], Shown]
+
+
+def views(study: Study) -> tuple[View, ...]:
+    """All pictures of a study, those that are made quickly first."""
+    found = [
+        View("schematic", "Schematic", _schematic),
+        View("modes", "Natural frequencies and mode shapes", _modes),
+        View("effects", "Sensitivities", _effects),
+    ]
+    if study.until is not None:
+        found.append(View("run", "Run", _run))
+    if study.limits:
+        found.append(View("verdict", "Limits", _verdict))
+    if study.inputs:
+        title = f"Response to {', '.join(study.inputs)}"
+        found.append(View("curves", title, lambda m, _: _response(m.response)))
+    for title in study.analyses:
+        found.append(View("curves", title, partial(_analysis, title)))
+    return tuple(found)
+
+
+# -- drive ---------------------------------------------------------------------------------------
+
+
+def value_texts(study: Study, values: Mapping[str, float]) -> dict[str, str]:
+    """The first parameter that is not zero of each part without parts, by its path, with unit."""
+    system = study.system
+    numbers = system.parameter_values(values)
+    units = dict(zip(numbers, (q.unit for q in system.structure.parameters.declared), strict=True))
+    leaves = [node.path for node in system.structure.tree.instances if not node.children]
+    found: dict[str, str] = dict.fromkeys(leaves, "")
+    for name, value in numbers.items():
+        part = name.rpartition(".")[0]
+        if found.get(part) == "" and value:
+            unit = "" if units[name] == "1" else f" {units[name]}"
+            found[part] = f"{name.rpartition('.')[2]} = {number(value, 4)}{unit}"
+    return {part: text for part, text in found.items() if text}
+
+
+def _schematic(moment: Moment, _: Sequence[Slider]) -> Shown:
+    texts = value_texts(moment.study, moment.values)
+    return {"texts": {"part": [*texts], "text": [*texts.values()]}}
+
+
+# -- vibration -----------------------------------------------------------------------------------
+
+
+def _modes(moment: Moment, _: Sequence[Slider]) -> Shown:
+    found = moment.modes
+    count = min(len(found.hertz), _MODES)
+    if not count:
+        raise OptionError(f"{found.system.name}: no oscillating mode.")
+    names = found.angles
+    # where parts have phases, amplitudes in the phase of the largest
+    shapes = np.array([found.shape(name)[:count] for name in names]).real
+    first = (np.abs(shapes) > _FIRST).argmax(axis=0)
+    shapes *= np.sign(shapes[first, np.arange(count)])
+    labels = [f"{number(f, 5)} Hz, D = {number(d + 0.0, 3)}" for f, d in _pairs(found, count)]
+    return {
+        "shapes": {
+            "x": [list(range(len(names)))] * count,
+            "y": [column.tolist() for column in shapes.T],
+            "label": labels,
+            "number": [str(k + 1) for k in range(count)],
+        },
+        "parts": {"x": list(range(len(names))), "name": names},
+        "hertz": {"hertz": found.hertz.tolist(), "damping": found.damping.tolist()},
+    }
+
+
+def _pairs(found: Any, count: int) -> list[tuple[float, float]]:
+    return list(zip(found.hertz[:count].tolist(), found.damping[:count].tolist(), strict=True))
+
+
+def _effects(moment: Moment, sliders: Sequence[Slider]) -> Shown:
+    names = [each.name for each in sliders]
+    count = min(len(moment.modes.hertz), _EFFECTS)
+    table: dict[str, list[Any]] = {"name": [], "of": [], "share": []}
+    if count:
+        slopes = eigen_sensitivity(moment.modes, to=names)
+        for k in range(count):
+            table["name"] += names
+            table["of"] += [f"frequency {k + 1}"] * len(names)
+            table["share"] += np.nan_to_num(slopes.relative[k]).tolist()
+    elif moment.study.until is not None:
+        shares = effects_on_run(moment, names)
+        table = {"name": names, "of": ["run"] * len(names), "share": [shares[n] for n in names]}
+    else:
+        raise OptionError(f"{moment.study.system.name}: no oscillating mode and no run.")
+    return {"effects": table}
+
+
+def _response(found: FrequencyResponse) -> Shown:
+    curves = [(o, i) for o in found.outputs for i in found.inputs]
+    several = len(found.inputs) > 1
+    unit = {found.system.quantity(o).unit for o in found.outputs}
+    return {
+        "curves": {
+            "x": [found.hertz] * len(curves),
+            "y": [found.magnitude(o, i) for o, i in curves],
+            "label": [f"{o} to {i}" if several else o for o, i in curves],
+        },
+        "axes": {
+            "x": ["frequency, Hz"],
+            "y": [f"amplitude, {' or '.join(sorted(unit))} for each unit"],
+            "scale": ["log"],
+        },
+    }
+
+
+def _analysis(title: str, moment: Moment, _: Sequence[Slider]) -> Shown:
+    found = moment.analysis(title)
+    if isinstance(found, FrequencyResponse):
+        return _response(found)
+    if isinstance(found, Campbell):
+        return _campbell(found)
+    unit = {found.system.quantity(o).unit for o in found.outputs}
+    return {
+        "curves": {
+            "x": [found.rpm] * len(found.outputs),
+            "y": [found.synthesis(o).maximum for o in found.outputs],
+            "label": [*found.outputs],
+        },
+        "axes": {
+            "x": ["speed, 1/min"],
+            "y": [f"largest vibration, {' or '.join(sorted(unit))}"],
+            "scale": ["linear"],
+        },
+    }
+
+
+def _campbell(found: Campbell) -> Shown:
+    rpm = found.speeds * 30 / np.pi
+    modes = [*found.hertz.T]
+    top = 1.15 * float(np.nanmax(found.hertz, initial=0.0))
+    rays = [(0.0, 0.0, *_end(order, float(rpm[-1]), top)) for order in found.orders]
+    return {
+        "curves": {
+            "x": [rpm] * len(modes),
+            "y": modes,
+            "label": [f"mode {k + 1}" for k in range(len(modes))],
+        },
+        "rays": {
+            "x": [[x0, x1] for x0, _, x1, _ in rays],
+            "y": [[y0, y1] for _, y0, _, y1 in rays],
+            "label": [f"{order:g}" for order in found.orders],
+            "end_x": [x1 for _, _, x1, _ in rays],
+            "end_y": [y1 for *_, y1 in rays],
+        },
+        "critical": {
+            "x": [c.rpm for c in found.critical],
+            "y": [c.hertz for c in found.critical],
+        },
+        "axes": {"x": ["speed, 1/min"], "y": ["frequency, Hz"], "scale": ["linear"]},
+    }
+
+
+def _end(order: float, rpm: float, top: float) -> tuple[float, float]:
+    """Where the ray of an order leaves a picture of some width and height."""
+    high = order * rpm / 60
+    return (rpm, high) if high <= top or not high else (rpm * top / high, top)
+
+
+# -- run -----------------------------------------------------------------------------------------
+
+
+def _run(moment: Moment, _: Sequence[Slider]) -> Shown:
+    run, of = moment.run, moment.study.of
+    table = run.table(of)
+    events = [event for event in run.events if event.after]
+    told = [
+        f"{number(1e3 * e.time, 5)} ms {e.component}: {e.before} → {e.after}"
+        for e in events[:_EVENTS]
+    ]
+    if len(events) > _EVENTS:
+        told.append(f"and {len(events) - _EVENTS} more")
+    return {
+        "curves": {
+            "t": run.t,
+            **{
+                name: np.ascontiguousarray(column) for name, column in zip(of, table.T, strict=True)
+            },
+        },
+        "events": {"t": [e.time for e in events]},
+        "told": {"text": told or ["no events"]},
+    }
+
+
+def _verdict(moment: Moment, _: Sequence[Slider]) -> Shown:
+    judged = verdict(_judged(moment), moment.study.limits)
+    results = judged.results
+    return {
+        "limits": {
+            "name": [r.name for r in results],
+            "quantity": [r.quantity for r in results],
+            "value": [f"{number(r.value, 4)} {r.unit}" for r in results],
+            "permitted": [f"{number(r.permitted, 4)} {r.unit}" for r in results],
+            "used": [r.utilisation for r in results],
+        }
+    }
+
+
+def _judged(moment: Moment) -> Trajectory | OrderAmplitudes:
+    """The run, or where there is none the first order response."""
+    if moment.study.until is not None:
+        return moment.run
+    for title in moment.study.analyses:
+        found = moment.analysis(title)
+        if isinstance(found, OrderAmplitudes):
+            return found
+    raise OptionError(
+        "explore: limits are those of a run or of an order response: give `until`, or one among "
+        "`analyses`."
+    )

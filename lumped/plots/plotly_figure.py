@@ -1,0 +1,368 @@
+"""Pictures drawn by plotly: zoomed, moved and read by the pointer."""
+
+from __future__ import annotations
+
+from functools import singledispatchmethod
+from html import escape
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from lumped.plots.picture import (
+    Axis,
+    Band,
+    Bars,
+    Beside,
+    Curve,
+    HeatMap,
+    Instants,
+    Level,
+    Panel,
+    Picture,
+    Tag,
+    Words,
+    told_names,
+    wrapped,
+)
+from lumped.plots.style import GREY, INK, LETTER, LETTERS, MAP, SMALL, WIDTH, Look
+
+__all__ = ["plotly_figure"]
+
+_SYMBOLS = {
+    "circle": "circle",
+    "square": "square",
+    "triangle": "triangle-up",
+    "diamond": "diamond",
+    "down": "triangle-down",
+}
+_DASHES = {"": "solid", "solid": "solid", "dashed": "dash", "dotted": "dot", "dashdot": "dashdot"}
+_INCH = 96  # pixels
+_POINT = 96 / 72
+_BETWEEN = 0.3  # inch, between rows
+
+
+def plotly_figure(picture: Picture) -> Any:
+    """Draw a picture as an interactive figure."""
+    return _Drawing(picture).figure
+
+
+class _Drawing:
+    """A figure of plotly while it is drawn; `panel` is the number of the panel in work."""
+
+    def __init__(self, picture: Picture):
+        self.picture = picture
+        self.panel = 0
+        self.told: set[str] = set()
+        columns, panels = picture.columns, picture.panels
+        heights = [
+            max(self._height(panel) for panel in panels[first : first + columns])
+            for first in range(0, len(panels), columns)
+        ]
+        gap = _BETWEEN + 0.15 * any(panel.caption for panel in panels)
+        if not picture.shared:
+            gap += 0.25 + picture.depth
+        whole = sum(heights) + gap * (len(heights) - 1)
+        self.figure = make_subplots(
+            rows=picture.rows,
+            cols=columns,
+            shared_xaxes="all" if picture.shared else False,
+            row_heights=heights,
+            vertical_spacing=gap / whole,
+            horizontal_spacing=0.12 / columns if columns > 1 else 0.0,
+        )
+        self._lay_out(whole)
+        for k, panel in enumerate(panels):
+            self.panel = k
+            for item in panel.items:
+                self._draw(item)
+            self._scale(panel)
+
+    def _height(self, panel: Panel) -> float:
+        lines = sum(1 + wrapped(label).count("\n") for label in self.picture.legend(panel))
+        return max(panel.height, 0.2 + 1.9 * SMALL / 72 * lines)
+
+    def _lay_out(self, whole: float) -> None:
+        """Size, letters, title and legends of the whole."""
+        picture, tags = self.picture, self._tags()
+        captions = any(panel.caption for panel in picture.panels)
+        margin = {
+            "l": 70 + self._left(),
+            "r": 20 + 45 * (False in tags),
+            "t": 50 + 18 * bool(picture.note) + 18 * captions + 50 * (True in tags),
+            "b": 55 + int(picture.depth * _INCH),
+        }
+        self.figure.update_layout(
+            template="plotly_white",
+            font={"size": LETTERS * _POINT, "color": INK},
+            width=int(WIDTH * _INCH),
+            height=int(whole * _INCH + margin["t"] + margin["b"] + 30 * self._is_below()),
+            margin=margin,
+            title={
+                "text": _html(wrapped(picture.title, 70)),
+                "x": 0.02,
+                "xanchor": "left",
+                "y": 1.0,
+                "yanchor": "top",
+                "yref": "container",
+                "pad": {"t": 12},
+                "font": {"size": (LETTERS + 2) * _POINT},
+                "subtitle": {"text": _html(wrapped(picture.note, 90))},
+            },
+            legend={
+                "orientation": "h",
+                "yref": "container",
+                "y": 0.0,
+                "yanchor": "bottom",
+                "x": 0.5,
+                "xanchor": "center",
+            },
+            hovermode="closest",
+        )
+        for k in range(len(picture.panels)):
+            top = self.figure.layout[f"yaxis{self._number(k)}"].domain[1]
+            place = {"x": 1.01, "y": top, "yanchor": "top", "xanchor": "left"}
+            look = {"font": {"size": SMALL * _POINT}, "tracegroupgap": 0}
+            self.figure.update_layout({f"legend{k + 2}": place | look})
+
+    def _left(self) -> int:
+        """Pixels for names beside the axis y."""
+        names = [name for panel in self.picture.panels for name in panel.y.names]
+        longest = max((len(line) for n in names for line in wrapped(n).split("\n")), default=0)
+        return int(LETTER * SMALL * _POINT * longest)
+
+    def _tags(self) -> set[bool]:
+        """Whether tags stand above, on the right, or both."""
+        items = [item for panel in self.picture.panels for item in panel.items]
+        return {item.above for item in items if isinstance(item, Tag)}
+
+    def _is_below(self) -> bool:
+        items = [item for panel in self.picture.panels for item in panel.items]
+        return self.picture.below or any(isinstance(item, Instants) for item in items)
+
+    @staticmethod
+    def _number(k: int) -> str:
+        return str(k + 1) if k else ""
+
+    def _place(self) -> dict[str, int]:
+        row, column = divmod(self.panel, self.picture.columns)
+        return {"row": row + 1, "col": column + 1}
+
+    def _legend(self, item: Any) -> dict[str, Any]:
+        """What says in which legend a trace stands; each label once in the one below all."""
+        if not item.label:
+            return {"showlegend": False}
+        own = isinstance(item, Beside) and not self.picture.below
+        text = _html(wrapped(item.label, 30 if own else 60))
+        if own:
+            return {"name": text, "legend": f"legend{self.panel + 2}"}
+        first = item.label not in self.told
+        self.told.add(item.label)
+        return {"name": text, "legendgroup": item.label, "showlegend": first}
+
+    def _trace(self, trace: Any) -> None:
+        self.figure.add_trace(trace, **self._place())
+
+    def _scale(self, panel: Panel) -> None:
+        """Scales, labels and numbers of both axes, and the caption."""
+        k, columns, count = self.panel, self.picture.columns, len(self.picture.panels)
+        below = k + columns >= count or not self.picture.shared
+        again = k % columns and panel.y.label == self.picture.panels[k - 1].y.label
+        x, y = (f"{name}axis{self._number(k)}" for name in "xy")
+        texts = {x: panel.x.label if below else "", y: "" if again else panel.y.label}
+        names = told_names(panel.x.names, columns) if panel.x.names else (1, 0)
+        for name, axis, how in ((x, panel.x, names), (y, panel.y, (1, 0))):
+            text = wrapped(texts[name], int(13 * panel.height)) if name == y else texts[name]
+            look = {"title": {"text": _html(text), "standoff": 8}} | _scale(axis, *how)
+            self.figure.update_layout({name: look})
+        self.figure.update_layout({x: {"showticklabels": below and not panel.x.bare}})
+        if panel.square:
+            self.figure.update_layout({y: {"scaleanchor": f"x{self._number(k)}"}})
+        if panel.caption:
+            suffix = f"{self._number(k)} domain"
+            self.figure.add_annotation(
+                text=_html(panel.caption),
+                x=0.5,
+                y=1.0,
+                xref=f"x{suffix}",
+                yref=f"y{suffix}",
+                yanchor="bottom",
+                showarrow=False,
+            )
+
+    @singledispatchmethod
+    def _draw(self, item: Any) -> None:
+        raise NotImplementedError(type(item).__name__)
+
+    @_draw.register
+    def _(self, item: Curve) -> None:
+        look = item.look
+        kinds = [kind for kind, there in (("lines", look.dash), ("markers", look.mark)) if there]
+        self._trace(
+            go.Scatter(
+                x=item.x,
+                y=item.y,
+                mode="+".join(kinds),
+                line=_line(look),
+                marker={
+                    "symbol": _symbol(look),
+                    "size": look.size * _POINT * 1.2,
+                    "color": look.colour,
+                },
+                **self._legend(item),
+            )
+        )
+
+    @_draw.register
+    def _(self, item: Level) -> None:
+        line = self.figure.add_vline if item.upright else self.figure.add_hline
+        line(item.at, line=_line(item.look), exclude_empty_subplots=False, **self._place())
+        if item.label:
+            look = {"mode": "lines", "line": _line(item.look)}
+            self._trace(go.Scatter(x=[None], y=[None], **look, **self._legend(item)))
+
+    @_draw.register
+    def _(self, item: Band) -> None:
+        self.figure.add_vrect(
+            item.begin,
+            item.end,
+            fillcolor=item.colour,
+            opacity=0.15,
+            layer="below",
+            line={"width": 1.0 if item.hatched else 0.0, "color": item.colour, "dash": "dot"},
+            exclude_empty_subplots=False,
+            **self._place(),
+        )
+        square = {"symbol": "square", "size": 12, "color": item.colour, "opacity": 0.3}
+        look = {"mode": "markers", "marker": square}
+        self._trace(go.Scatter(x=[None], y=[None], **look, **self._legend(item)))
+
+    @_draw.register
+    def _(self, item: Bars) -> None:
+        x, y = (item.sizes, item.places) if item.lying else (item.places, item.sizes)
+        self._trace(
+            go.Bar(
+                x=x,
+                y=y,
+                orientation="h" if item.lying else "v",
+                width=item.width,
+                marker={"color": item.colour, "line": {"width": 0}},
+                **self._legend(item),
+            )
+        )
+        self.figure.update_layout(barmode="overlay")
+
+    @_draw.register
+    def _(self, item: HeatMap) -> None:
+        domain = self.figure.layout[f"yaxis{self._number(self.panel)}"].domain
+        bar = {
+            "title": {"text": _html(item.label), "side": "right"},
+            "len": domain[1] - domain[0],
+            "y": domain[0],
+            "yanchor": "bottom",
+            "exponentformat": "power",
+        }
+        self._trace(go.Heatmap(x=item.x, y=item.y, z=item.sizes.T, colorscale=MAP, colorbar=bar))
+
+    @_draw.register
+    def _(self, item: Words) -> None:
+        x, y = (self.picture.panels[self.panel].x, self.picture.panels[self.panel].y)
+        self.figure.add_annotation(
+            x=np.log10(item.x) if x.log else item.x,
+            y=np.log10(item.y) if y.log else item.y,
+            text=_html(item.text),
+            showarrow=False,
+            xanchor={-1: "right", 0: "center", 1: "left"}[item.aside],
+            xshift=4 * item.aside,
+            yanchor="middle" if item.aside else "bottom",
+            font={"size": SMALL * _POINT},
+            **self._place(),
+        )
+
+    @_draw.register
+    def _(self, item: Tag) -> None:
+        suffix = f"{self._number(self.panel)} domain"
+        refs = {"xref": f"x{suffix}", "yref": f"y{suffix}"}
+        x0, y0, x1, y1 = 1.0, item.place, 1.02, item.moved
+        if item.above:
+            x0, y0, x1, y1 = item.place, 1.0, item.moved, 1.03
+        line = {"color": GREY, "width": 0.7}
+        self.figure.add_shape(type="line", x0=x0, y0=y0, x1=x1, y1=y1, line=line, **refs)
+        self.figure.add_annotation(
+            x=x1,
+            y=y1,
+            text=_html(item.text),
+            showarrow=False,
+            textangle=-90 if item.upright else 0,
+            xanchor="center" if item.above else "left",
+            yanchor="bottom" if item.above else "middle",
+            borderpad=0,
+            font={"size": item.share * SMALL * _POINT, "color": GREY},
+            **refs,
+        )
+
+    @_draw.register
+    def _(self, item: Instants) -> None:
+        own = len(self.picture.panels) + self.panel + 1  # an axis y of the marks alone
+        number = self._number(self.panel)
+        lies_over = {"overlaying": f"y{number}", "range": [0.0, 1.0], "visible": False}
+        self.figure.update_layout({f"yaxis{own}": lies_over | {"fixedrange": True}})
+        self.figure.add_trace(
+            go.Scatter(
+                x=item.times,
+                y=np.zeros(len(item.times)),
+                xaxis=f"x{number}",
+                yaxis=f"y{own}",
+                mode="markers",
+                marker={
+                    "symbol": f"{_SYMBOLS[item.mark]}-open",
+                    "size": item.size * _POINT,
+                    "color": INK,
+                },
+                cliponaxis=False,
+                text=[_html(text) for text in item.texts],
+                hovertemplate="%{x:.6g}<br>%{text}<extra></extra>",
+                **self._legend(item),
+            )
+        )
+
+
+def _html(text: str) -> str:
+    return escape(text, quote=False).replace("\n", "<br>")
+
+
+def _line(look: Look) -> dict[str, Any]:
+    return {"color": look.colour, "dash": _DASHES[look.dash], "width": look.width * _POINT}
+
+
+def _symbol(look: Look) -> str:
+    return _SYMBOLS.get(look.mark, "circle") + ("-open" if look.hollow else "")
+
+
+def _scale(axis: Axis, each: int = 1, angle: int = 0) -> dict[str, Any]:
+    """What an axis of plotly is told of ours; every which name is told, and turned how far."""
+    ends = [axis.low, axis.high]
+    if axis.log:
+        ends = [None if end is None else float(np.log10(end)) for end in ends]
+    found: dict[str, Any] = {
+        "type": "log" if axis.log else "linear",
+        "range": ends[::-1] if axis.down else ends,
+        "zeroline": False,
+        "showline": not axis.bare,
+        "linecolor": INK,
+        "ticks": "" if axis.bare else "outside",
+        "showticklabels": not axis.bare,
+        "showgrid": not axis.bare,
+        "exponentformat": "power",
+    }
+    if axis.names:
+        texts = [_html(wrapped(name)) for name in axis.names]
+        places = list(range(0, len(texts), each))
+        found |= {"tickmode": "array", "tickvals": places, "tickangle": -angle}
+        found["ticktext"] = [texts[k] for k in places]
+    if axis.step is not None:
+        found["dtick"] = axis.step
+    if axis.log and axis.low and axis.high:
+        found["dtick"] = "D2" if axis.high < 300 * axis.low else 1
+    return found

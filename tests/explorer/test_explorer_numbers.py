@@ -1,0 +1,198 @@
+"""What the page shows, as numbers: compared with closed forms."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import Fixed, Inertia, SpringDamper, Torque
+from lumped.errors import OptionError
+from lumped.explorer.sliders import Slider, slider
+from lumped.explorer.study import Moment, Study, effects_on_run, most_effective
+from lumped.explorer.views import Shown, views
+from lumped.models import MACHINES, machine
+from lumped.models.reversing_mill.scenes import SKIDS
+from lumped.models.turbine_generator.scenes import FREE
+from lumped.vibration import Limit
+
+J_A, J_B, C = 2.0, 1.0, 300.0  # of `two_mass`
+TORQUE, J = 3.0, 2.0  # of `driven_mass`
+D = 4.0
+
+
+class Excited(lp.Component):
+    """A rotor on a damped shaft that is held, under a torque."""
+
+    drive: Torque = Torque(tau=0.0)
+    rotor: Inertia = Inertia(J=J)
+    shaft: SpringDamper = SpringDamper(c=C, d=D)
+    wall: Fixed = Fixed()
+
+    def connections(self):
+        yield from lp.chain(self.drive, self.rotor, self.shaft, self.wall)
+
+
+def study(model: lp.Component | lp.System, **options: Any) -> Study:
+    system = model if isinstance(model, lp.System) else lp.assemble(model)
+    plain = {"base": {}, "until": None, "start": {}, "of": (), "inputs": ()}
+    return Study(system, **{**plain, "limits": (), "analyses": {}, **options})
+
+
+def seen(what: Study, title: str, values: dict[str, float], *names: str) -> Shown:
+    (view,) = (view for view in views(what) if view.title.startswith(title))
+    theta = what.system.theta(values)
+    return view.compute(Moment(what, values), [slider(what.system, theta, n) for n in names])
+
+
+# -- pictures ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("stiffness", [300.0, 1200.0])
+def test_modes_are_those_of_two_masses(two_mass, stiffness):
+    found = seen(study(two_mass), "Natural", {"shaft.c": stiffness})
+    expected = np.sqrt(stiffness * (1 / J_A + 1 / J_B)) / (2 * np.pi)
+    assert found["hertz"]["hertz"] == pytest.approx([expected], rel=1e-12)
+    assert found["parts"]["name"] == ["a.phi", "b.phi"]
+    assert found["shapes"]["y"][0] == pytest.approx([J_B / J_A, -1.0], rel=1e-12)
+
+
+def test_sensitivities_are_those_of_the_formula(two_mass):
+    """``f`` grows with ``sqrt(c (1/J_a + 1/J_b))``."""
+    found = seen(study(two_mass), "Sensitivities", {}, "a.J", "b.J", "shaft.c")["effects"]
+    expected = [-0.5 * J_B / (J_A + J_B), -0.5 * J_A / (J_A + J_B), 0.5]
+    assert found["share"] == pytest.approx(expected, rel=1e-9)
+    assert found["of"] == ["frequency 1"] * 3
+
+
+def test_without_modes_sensitivities_are_those_of_the_run(driven_mass):
+    """The speed is ``tau t / J``: with J one per cent larger it falls by 1/1.01."""
+    what = study(driven_mass, until=2.0, of=("body.w",))
+    expected = {"drive.tau": 1.0, "body.J": (1 - 1 / 1.01) / 0.01}
+    assert effects_on_run(Moment(what, {}), expected) == pytest.approx(expected, rel=1e-6)
+    found = seen(what, "Sensitivities", {}, *expected)["effects"]
+    assert dict(zip(found["name"], found["share"], strict=True)) == pytest.approx(expected)
+    with pytest.raises(OptionError, match="no oscillating mode"):
+        seen(what, "Natural", {})
+
+
+def test_run_follows_the_closed_form(two_mass):
+    """A twist that is let go: ``twist cos(w t)``."""
+    what = study(two_mass, until=0.5, of=("shaft.tau",), start={"shaft.phi_rel": 0.01})
+    found = seen(what, "Run", {"b.J": 4.0})["curves"]
+    w = np.sqrt(C * (1 / J_A + 1 / 4.0))
+    expected = 0.01 * C * np.cos(w * np.array(found["t"]))
+    assert np.abs(np.array(found["shaft.tau"]) - expected).max() <= 1e-5 * 0.01 * C
+
+
+def test_start_values_may_follow_the_parameters(two_mass):
+    what = study(
+        two_mass,
+        until=0.1,
+        of=("shaft.tau",),
+        start=lambda values: {"shaft.phi_rel": 6.0 / values["shaft.c"]},
+    )
+    for stiffness in (150.0, 600.0):
+        found = seen(what, "Run", {"shaft.c": stiffness})["curves"]
+        assert found["shaft.tau"][0] == pytest.approx(6.0, rel=1e-12)
+
+
+def test_limits_are_compared_with_the_run(driven_mass):
+    what = study(driven_mass, until=2.0, of=("body.w",), limits=(Limit("body.w", 4.0, name="top"),))
+    found = seen(what, "Limits", {"body.J": 1.0})["limits"]
+    assert found["used"] == pytest.approx([TORQUE * 2.0 / 1.0 / 4.0], rel=1e-9)
+    assert found["permitted"] == ["4 rad/s"]
+
+
+def test_response_is_that_of_a_damped_rotor():
+    what = study(Excited(), of=("rotor.phi",), inputs=("drive.tau",))
+    found = seen(what, "Response", {"rotor.J": 3.0})["curves"]
+    w = 2 * np.pi * np.array(found["x"][0])
+    expected = 1 / np.abs(C - 3.0 * w**2 + 1j * D * w)
+    assert found["y"][0] == pytest.approx(expected.tolist(), rel=1e-9)
+    assert w[0] < np.sqrt(C / 3.0) < w[-1]
+
+
+def test_campbell_diagrams_and_order_responses_are_drawn(two_mass):
+    system = lp.assemble(two_mass)
+
+    def campbell(values: dict[str, float]) -> lp.vibration.Campbell:
+        point = lp.start_point(system, parameters=values)
+        return lp.campbell(system, speeds=[0.0, 20.0], orders=[2.0], at=point)
+
+    found = seen(study(system, analyses={"Campbell": campbell}), "Campbell", {"shaft.c": 100.0})
+    hertz = np.sqrt(100.0 * (1 / J_A + 1 / J_B)) / (2 * np.pi)
+    assert found["critical"]["y"] == pytest.approx([hertz], rel=1e-9)
+    assert found["critical"]["x"] == pytest.approx([60 * hertz / 2], rel=1e-9)
+    assert found["rays"]["label"] == ["2"]
+    wrong = study(system, analyses={"Wrong": lambda values: 3.0})
+    with pytest.raises(OptionError, match=r"'Wrong'\] gave a float"):
+        seen(wrong, "Wrong", {})
+
+
+def test_schematic_tells_the_values_of_parts(two_mass):
+    found = seen(study(two_mass), "Schematic", {"shaft.c": 1234.0})["texts"]
+    texts = dict(zip(found["part"], found["text"], strict=True))
+    assert texts == {"a": "J = 2 kg.m2", "shaft": "c = 1234 N.m/rad", "b": "J = 1 kg.m2"}
+
+
+def test_events_of_the_mill_are_told_at_their_instants():
+    """The instants are those of modal sums between the events (`SKIDS`)."""
+    mill = machine("reversing_mill")
+    run = mill.scene(0.4, grid=1)
+    what = study(run.system, until=0.4, of=("gap.w_rel",), start=mill.begin(run.system))
+    found = seen(what, "Run", {})
+    told = [text for text in found["told"]["text"] if " gap: " in text]
+    received = [float(text.partition(" ms")[0]) for text in told]
+    assert received == pytest.approx([1e3 * t for t in SKIDS], abs=0.02)
+
+
+CHANGED = {"reversing_mill": "upper.shaft.c", "rotary_arm": "arm.g", "marine_turbine": "shaft.c"}
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_machines_begin_as_their_scenes(name):
+    """With a changed parameter, where start values follow from parameters."""
+    chosen, short = machine(name), 0.05
+    first = chosen.scene(short, grid=1)
+    system, model = first.system, first.system.parameters
+    values = dict(zip(model, first.theta.tolist(), strict=True))
+    values |= {key: 1.1 * values[key] for key in [CHANGED.get(name)] if key}
+    given = {key: value for key, value in values.items() if key not in FREE}
+    scene = chosen.scene(short, parameters=given, grid=400)
+    what = study(system, until=short, start=lambda values: chosen.begin(system, values))
+    received = Moment(what, values).run
+    for state in system.state_names:
+        assert received[state] == pytest.approx(scene[state], rel=1e-9, abs=1e-12), state
+
+
+# -- which parameters ----------------------------------------------------------------------------
+
+
+def names(found: tuple[Slider, ...]) -> set[str]:
+    return {each.name for each in found}
+
+
+def test_sliders_are_those_with_most_effect(two_mass, driven_mass):
+    assert names(most_effective(study(two_mass))) == {"a.J", "b.J", "shaft.c"}
+    run = study(driven_mass, until=1.0, of=("body.w",))
+    assert names(most_effective(run)) == {"drive.tau", "body.J"}
+
+
+def test_no_more_than_ten_sliders_at_first():
+    class Long(lp.Component):
+        """Twelve inertias."""
+
+        first: Inertia = Inertia(J=100.0)
+        bodies: tuple[Inertia, ...] = tuple(Inertia(J=1.0) for _ in range(11))
+        shafts: tuple[SpringDamper, ...] = tuple(SpringDamper(c=50.0, d=0.0) for _ in range(11))
+
+        def connections(self):
+            parts = [self.first]
+            for shaft, body in zip(self.shafts, self.bodies, strict=True):
+                parts += [shaft, body]
+            yield from lp.chain(*parts)
+
+    found = most_effective(study(Long()))
+    assert len(found) == 10
+    assert all(each.default for each in found)

@@ -1,0 +1,60 @@
+"""A genset that misfires: the largest coupling and the thinnest shaft that keep limits."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped import functionals as fun
+from lumped.vibration import mean_campbell, order_response
+from tests.drawing.genset import RPM, genset
+
+STRESS, SIZE, DIAMETER = "shaft.sections[0].stress", "coupling.size", "shaft.sections[0].d"
+LIMIT = 12e6
+OPERATION = (1400 * RPM, 1600 * RPM)
+WEIGHTS = {DIAMETER: 1.0, SIZE: -0.08}
+
+
+def response_of(system, design, low=1400, high=1600):
+    return order_response(
+        system,
+        speeds=np.linspace(low, high, 9) * RPM,
+        of=[STRESS],
+        over="flywheel.phi",
+        turns=2,
+        free="load.tau",
+        parameters=design,
+    )
+
+
+def test_shaft_and_coupling_keep_stress_and_separation_at_once():
+    system = genset({1: "compression"})
+    found = lp.optimise(
+        response_of(system, {SIZE: 0.4, DIAMETER: 0.06}),
+        vary={SIZE: (0.3, 4.0), DIAMETER: (0.03, 0.12)},
+        minimise=WEIGHTS,
+        subject_to={
+            fun.order_peak(STRESS): (None, LIMIT),
+            fun.separation((0.5, 1.0, 1.5), between=OPERATION): (0.1, None),
+        },
+    )
+    assert len(found.active) == 2
+
+    def worst(design):
+        """Largest vibration over its limit, and the critical speeds, 1/min."""
+        stress = response_of(system, design).synthesis(STRESS).half_range.max() / LIMIT
+        wide = mean_campbell(response_of(system, design, 1100, 1800), orders=(0.5, 1.0, 1.5))
+        return stress, [critical.speed / RPM for critical in wide.critical]
+
+    stress, criticals = worst(found.parameters)
+    print(found.parameters, stress - 1, criticals)
+    assert stress == pytest.approx(1, abs=1e-8)
+    assert criticals == [pytest.approx(0.9 * 1400, abs=1e-5)]
+    rng, kept = np.random.default_rng(2), 0
+    for _ in range(12):
+        design = {k: v * (1 + 0.01 * rng.standard_normal()) for k, v in found.parameters.items()}
+        stress, criticals = worst(design)
+        if stress <= 1 and not any(0.9 * 1400 < n < 1.1 * 1600 for n in criticals):
+            kept += 1
+            assert sum(w * design[k] for k, w in WEIGHTS.items()) > found.objective
+    print(f"{kept} of 12 designs nearby keep the limits")
+    assert kept
