@@ -22,6 +22,7 @@ from lumped.language.quantity import Quantity
 from lumped.reduction.pruning import independent_of, samples, uses
 from lumped.reduction.state_selection import RANK
 from lumped.support.made_once import Recent, Shared, made_once
+from lumped.support.rich_html import RichHtml
 
 __all__ = ["Changes", "Name", "System"]
 
@@ -32,7 +33,7 @@ _WATCHING = 8
 """Systems that watch the kinks of formulas, which a system keeps."""
 
 
-class System(Shared):
+class System(Shared, RichHtml):
     """A model as ``der(x) == f(x, p, t, m)``, made by `lumped.assemble`.
 
     Attributes
