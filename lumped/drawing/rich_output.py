@@ -37,6 +37,7 @@ _MOST_PARTS = 60
 """Parts of a model up to which its whole schematic is small; of more, the outermost are drawn."""
 _MOST_EVENTS, _MOST_BARS = 50, 12
 _CELL = ' style="padding:1px 8px;text-align:{}"'
+_TABLE = '<table style="color:inherit;border-collapse:collapse">'
 _RULE = re.compile(r"-+(?:  -+)+")
 Column = tuple[str, Sequence[str]]
 
@@ -104,7 +105,7 @@ def _table(lines: Sequence[str], column: Column | None) -> str:
         )
         told += f"<{tag}{_CELL.format('left')}>{picture}</{tag}>" if column is not None else ""
         found.append(f"<tr>{told}</tr>")
-    return f'<table style="border-collapse:collapse">{"".join(found)}</table>'
+    return f"{_TABLE}{''.join(found)}</table>"
 
 
 @singledispatch
@@ -173,7 +174,7 @@ def _(run: Trajectory) -> str:
     rest = f"<p>{more} more</p>" if more else ""
     return (
         f"<details><summary>{len(run.events)} events</summary>"
-        f"<table>{''.join(rows)}</table>{rest}</details>"
+        f"{_TABLE}{''.join(rows)}</table>{rest}</details>"
     )
 
 
@@ -247,4 +248,4 @@ def _listed(rows: Sequence[tuple[str, str]]) -> str:
         f"<tr><td{_CELL.format('left')}>{escape(name)}</td><td>{picture}</td></tr>"
         for name, picture in rows
     )
-    return f"<table>{told}</table>"
+    return f"{_TABLE}{told}</table>"

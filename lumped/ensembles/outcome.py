@@ -16,6 +16,7 @@ from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Shown, Units, chosen, display
 from lumped.support.optional_packages import extra
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 
 __all__ = ["Ensemble"]
@@ -25,7 +26,7 @@ _TOLD = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Ensemble(ByName):
+class Ensemble(ByName, RichHtml):
     """Results of many runs; ``found[label]`` gives one of them for all runs.
 
     ``found[[label, label]]`` gives several as columns, ``list(found)`` all labels;

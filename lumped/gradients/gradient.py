@@ -30,6 +30,7 @@ from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen
 from lumped.support.ranking import ranked
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
@@ -43,7 +44,7 @@ _GRID = 1000
 
 
 @dataclass(frozen=True, eq=False)
-class Gradient(ByName):
+class Gradient(ByName, RichHtml):
     """Values of functionals and their derivatives; ``found["rms(shaft.tau)", "a.J"]`` is one.
 
     Attributes

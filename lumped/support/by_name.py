@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from lumped.support.rich_html import RichHtml
-
 __all__ = ["ByName"]
 
 
-class ByName(RichHtml):
+class ByName:
     """Names what ``found[name]`` takes: ``name in found``, ``list(found)``, ``len(found)``.
 
     Notebooks complete the names after ``found["``.

@@ -18,6 +18,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.event import Change, Event
@@ -140,7 +141,7 @@ class Kept:
     start: Mapping[str, float] = field(default_factory=dict)
 
 
-class Named(ByName):
+class Named(ByName, RichHtml):
     """Answers to the names of a system's quantities: ``name in run``, ``list(run)``."""
 
     system: System

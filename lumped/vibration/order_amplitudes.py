@@ -15,6 +15,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen, display, speed_unit
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.vibration.pictures import order_response_picture
 from lumped.vibration.synthesis import Synthesis
@@ -26,7 +27,7 @@ Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
-class OrderAmplitudes(ByName):
+class OrderAmplitudes(ByName, RichHtml):
     """Complex amplitudes of quantities; ``found[output]`` has the shape (speeds, orders).
 
     A quantity vibrates as ``sum Re(amplitude exp(j order angle))``, with the angle of the shaft

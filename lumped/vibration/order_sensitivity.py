@@ -15,6 +15,7 @@ from lumped.points.moved_equilibrium import places_to
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
 from lumped.support.display_units import display, speed_unit
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.law_amplitudes import law_measure
 from lumped.vibration.moved_rotation import moved_by
@@ -38,7 +39,7 @@ Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
-class OrderSensitivity(ByName):
+class OrderSensitivity(ByName, RichHtml):
     """Derivatives of a measure of a vibration by parameters; ``found[parameter]``.
 
     Attributes

@@ -25,6 +25,7 @@ from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen, display, frequency_unit
 from lumped.support.made_once import made_once
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.validity import refuse_point_outside
@@ -63,7 +64,7 @@ class Resonance:
 
 
 @dataclass(frozen=True, eq=False)
-class FrequencyResponse(ByName):
+class FrequencyResponse(ByName, RichHtml):
     """Amplitudes of outputs for each unit of amplitude of inputs; ``response[output, input]``.
 
     Attributes
