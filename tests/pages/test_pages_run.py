@@ -7,7 +7,16 @@ import pytest
 
 DOCS = Path(__file__).parents[2] / "docs"
 NAMES = (
-    *("start", "conventions", "own_component", "data", "coming_from", "compiler", "pictures"),
+    *(
+        "start",
+        "conventions",
+        "own_component",
+        "data",
+        "notebook",
+        "coming_from",
+        "compiler",
+        "pictures",
+    ),
     "explorer",
     *(
         "analyses/starts",
