@@ -171,7 +171,9 @@ def made():
         limit,
         lp.vibration.verdict(orders, [limit]),
         lp.vibration.BarredRange(3.0, 4.0),
-        lp.vibration.OrderAmplitudes(system, *[orders.speeds] * 2, ("b.w",), *[orders.means] * 2),
+        lp.vibration.OrderAmplitudes(
+            system, *[orders.speeds] * 2, ("b.w",), np.ones((2, 2, 1)), orders.means
+        ),
         lp.vibration.Linearity(20.0, "rotor.w", 2.0, 0.1, ("rotor.w",), {}),
         lp.vibration.order_tracks(up, "rotor.w", over="rotor.phi", most=4.0),
         lp.vibration.vector_sums(modes, {"a.phi": 0.0, "b.phi": 1.0}, orders=[1, 2]),
