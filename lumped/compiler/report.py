@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 from lumped.compiler.structure import Structure
 from lumped.reduction.pruning import LeftOut
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import table
 
 __all__ = ["Report", "report_on", "shortened"]
 
 
 @dataclass(frozen=True)
-class Report:
+class Report(RichHtml):
     """Counts, states and times of a reduction; ``report["states"]`` gives a count.
 
     Attributes

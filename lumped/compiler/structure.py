@@ -205,6 +205,15 @@ class Structure(Shared):
 
     @property
     @made_once
+    def lost_positions(self) -> tuple[str, ...]:
+        """Names of states that were left out as nothing depends on them; none with outputs."""
+        if self.outputs is not None:
+            return ()
+        lost = sorted(set(range(len(self.reduced.states))) - set(self.in_use))
+        return tuple(self.node_name(self.reduced.states[i]) for i in lost)
+
+    @property
+    @made_once
     def cyclic(self) -> frozenset[int]:
         """Nodes of states in use that are not speeds and on which no derivative depends."""
         values, reduced = self.values, self.reduced

@@ -22,6 +22,7 @@ from lumped.language.quantity import Quantity
 from lumped.reduction.pruning import independent_of, samples, uses
 from lumped.reduction.state_selection import RANK
 from lumped.support.made_once import Recent, Shared, made_once
+from lumped.support.rich_html import RichHtml
 
 __all__ = ["Changes", "Name", "System"]
 
@@ -32,7 +33,7 @@ _WATCHING = 8
 """Systems that watch the kinks of formulas, which a system keeps."""
 
 
-class System(Shared):
+class System(Shared, RichHtml):
     """A model as ``der(x) == f(x, p, t, m)``, made by `lumped.assemble`.
 
     Attributes
@@ -287,6 +288,16 @@ class System(Shared):
         """
         _, outputs, kept = self.origin
         return System(self.structure.flat, outputs, kept, self.structure.ranks, foresee=False)
+
+    @property
+    @made_once
+    def whole(self) -> System:
+        """The same system with the positions that were left out of the states; itself if none."""
+        lost = self.structure.lost_positions
+        if not lost:
+            return self
+        _, outputs, kept = self.origin
+        return System(self.structure.flat, outputs, [*kept, *lost], self.structure.ranks)
 
     def led_by(self, follower: int, leader: int) -> System:
         """The same system with the motion of one node as state instead of that of another.

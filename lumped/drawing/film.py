@@ -157,12 +157,7 @@ def moving_lines(run: Trajectory, times: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _refuse_missing(run: Trajectory, names: list[str]) -> None:
-    missing = []
-    for name in names:
-        try:
-            run.system.expressions([name])
-        except UnknownNameError:
-            missing.append(name)
+    missing = [name for name in names if name not in run]
     if missing:
         raise UnknownNameError(
             f"{run.system.name}: positions to be drawn were left out of the system. Ask for them: "

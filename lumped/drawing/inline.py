@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from lumped.errors import OptionError, shown
 
-__all__ = ["inline"]
+__all__ = ["as_svg", "inline"]
 
 _DROPPED = re.compile(r"<\?xml.*?\?>|<!DOCTYPE.*?>|<metadata>.*?</metadata>", re.DOTALL)
 _NAMES = re.compile(r'\sxmlns(:\w+)?="[^"]*"')
@@ -52,16 +52,12 @@ def inline(figure: Figure, title: str, key: str) -> str:
         for i, line in enumerate(lines):
             named[line] = line.get_gid()
             line.set_gid(f"curve-{a}-{i}")
-    target = io.StringIO()
-    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": key}):
-        figure.savefig(target, format="svg", metadata={"Date": None})
+    text = as_svg(figure, key)
     for axis in figure.axes:
         if axis.get_visible() and axis.lines:
             axes.append(_axis(figure, axis, key))
     for line, gid in named.items():
         line.set_gid(gid)
-    text = _NAMES.sub("", _DROPPED.sub("", target.getvalue()))
-    text = _IDS.sub(rf"\g<1>{key}-", text)
     text = _SIZE.sub(r"\1", _SIZE.sub(r"\1", text, count=1), count=1)
     label = escape(title, quote=True)
     text = text.replace("<svg", f'<svg role="img" aria-label="{label}"', 1).strip()
@@ -69,6 +65,15 @@ def inline(figure: Figure, title: str, key: str) -> str:
     return (
         f'<figure data-axes="{data}">\n{text}\n<figcaption>{escape(title)}</figcaption>\n</figure>'
     )
+
+
+def as_svg(figure: Figure, key: str) -> str:
+    """A figure as an SVG element; `key` makes the names inside it unique on a page."""
+    target = io.StringIO()
+    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": key}):
+        figure.savefig(target, format="svg", metadata={"Date": None})
+    text = _NAMES.sub("", _DROPPED.sub("", target.getvalue()))
+    return _IDS.sub(rf"\g<1>{key}-", text).strip()
 
 
 def _axis(figure: Figure, axis: Axes, key: str) -> dict[str, Any]:

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.errors import OptionError
+from lumped.errors import OptionError, nearest
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import histograms
 from lumped.support.arguments import checked
+from lumped.support.by_name import ByName
 from lumped.support.display_units import Shown, Units, chosen, display
 from lumped.support.optional_packages import extra
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 
 __all__ = ["Ensemble"]
@@ -24,8 +26,11 @@ _TOLD = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Ensemble:
+class Ensemble(ByName, RichHtml):
     """Results of many runs; ``found[label]`` gives one of them for all runs.
+
+    ``found[[label, label]]`` gives several as columns, ``list(found)`` all labels;
+    ``len(found)`` is the number of runs.
 
     Attributes
     ----------
@@ -63,13 +68,17 @@ class Ensemble:
     title: str = ""
     units: tuple[str, ...] = ()
 
-    def __getitem__(self, label: str) -> NDArray[np.float64]:
+    def __getitem__(self, label: str | list[str]) -> NDArray[np.float64]:
+        if isinstance(label, list):
+            return np.column_stack([self[one] for one in label])
         if label in self.labels:
             return self.values[:, self.labels.index(label)]
         if label in self.names:
             return self.points[:, self.names.index(label)]
-        known = ", ".join((*self.names, *self.labels))
-        raise OptionError(f"ensemble: there is no '{label}', only {known}.")
+        raise OptionError(f"ensemble: there is no '{label}'. {nearest(label, self._names())}")
+
+    def _names(self) -> tuple[str, ...]:
+        return (*self.names, *self.labels)
 
     def __len__(self) -> int:
         return len(self.points)

@@ -357,5 +357,5 @@ def key_of(name: str | Expr) -> str:
         return Formula.of(name)
     raise UnknownNameError(
         f"{name!r} is neither a name nor a reference to a quantity; give one of these. "
-        "run.table([...]) takes several."
+        "run[[...]] takes a list of several."
     )

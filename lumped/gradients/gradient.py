@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time as clock
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -26,8 +27,10 @@ from lumped.simulation.functional_kinds import watching
 from lumped.simulation.functionals import Functional
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
+from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen
 from lumped.support.ranking import ranked
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
@@ -41,7 +44,7 @@ _GRID = 1000
 
 
 @dataclass(frozen=True, eq=False)
-class Gradient:
+class Gradient(ByName, RichHtml):
     """Values of functionals and their derivatives; ``found["rms(shaft.tau)", "a.J"]`` is one.
 
     Attributes
@@ -146,6 +149,9 @@ class Gradient:
         )
         title = f"{self.run.system.name}: {label} = {' '.join(told)}"
         return draw(tornado(self.ranked(label), title, label), backend, ax)
+
+    def _names(self) -> list[tuple[str, str]]:
+        return [*itertools.product(self.of, self.to)]
 
     def _row(self, of: str) -> int:
         if of not in self.of:

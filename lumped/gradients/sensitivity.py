@@ -32,6 +32,7 @@ from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.display_units import display
 from lumped.support.ranking import ranked
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
@@ -53,7 +54,7 @@ class MovedInstant(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Sensitivity:
+class Sensitivity(RichHtml):
     """Derivatives over the times of a run; ``found["b.w", "shaft.c"]`` gives one of them.
 
     Attributes

@@ -19,6 +19,7 @@ from lumped.language.signature import DocumentationSlot, SignatureSlot
 from lumped.language.switch import Item
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
+from lumped.support.rich_html import RichHtml
 from lumped.support.units import plain
 
 __all__ = ["Component", "Made", "Outline", "is_part", "path_of", "steps"]
@@ -90,7 +91,7 @@ class _FieldSlot:
 
 
 @dataclass_transform(eq_default=False, kw_only_default=True)
-class Component:
+class Component(RichHtml):
     """Base of all components and models.
 
     A subclass declares quantities (`param`, `var`, `Input`, `Output`), ports and parts as class

@@ -63,7 +63,11 @@ class Motion(Named):
     solution: Solution
 
     @checked
-    def __getitem__(self, name: Name) -> np.ndarray:
+    def __getitem__(self, name: Name | list[Name]) -> np.ndarray:
+        if isinstance(name, list):
+            return np.column_stack([self[one] for one in name])
+        if self.system.key(name) == "time":
+            return self.t
         inputs = (self.x.T, self.theta.T, self.t[None, :], self.settings.T)
         return np.asarray(self.system.function([name])(*inputs)).ravel()
 

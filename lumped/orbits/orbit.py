@@ -85,7 +85,7 @@ class PeriodicOrbit(Named):
     free: dict[str, float] = field(default_factory=dict)
 
     @checked
-    def __getitem__(self, name: Name) -> np.ndarray:
+    def __getitem__(self, name: Name | list[Name]) -> np.ndarray:
         return self.run[name]
 
     @property

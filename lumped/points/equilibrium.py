@@ -95,6 +95,13 @@ def equilibrium(
         _refuse_speeds(system, start)
     demands = _Demands(begin, start or {}, rest)
     fault: SolverError | None = None
+    again = None
+    if system.structure.lost_positions:
+        free = [*free]
+        unknown = tuple(system.key(name) for name in free)
+        given = {system.key(name): value for name, value in (start or {}).items()}
+        changed = {system.key(name): value for name, value in (parameters or {}).items()}
+        again = partial(_again, changed, given, unknown, rest, time, tolerance)
     for keep in (True, False)[: 1 if places else 2]:
         try:
             found = _Equilibrium(demands, places, rest, tolerance).found(keep=keep)
@@ -103,9 +110,30 @@ def equilibrium(
             continue
         system.check_parameters(found.theta)
         refuse_point_outside(found, "at the equilibrium")
-        return found
+        return replace(found, again=again)
     assert fault is not None
     raise fault
+
+
+def _again(
+    parameters: Changes,
+    start: Changes,
+    free: Sequence[str],
+    rest: bool,
+    time: float,
+    tolerance: float,
+    system: System,
+) -> OperatingPoint:
+    """The same equilibrium of a system with more states."""
+    return equilibrium(
+        system,
+        parameters=parameters,
+        start=start,
+        free=free,
+        rest=rest,
+        time=time,
+        tolerance=tolerance,
+    )
 
 
 class _Demands:

@@ -19,6 +19,7 @@ from lumped.points.moved_equilibrium import moved_point, places_to
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen
 from lumped.support.ranking import ranked
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.result import OperatingPoint
 
@@ -28,7 +29,7 @@ Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class EquilibriumSensitivity:
+class EquilibriumSensitivity(RichHtml):
     """Derivatives of quantities at an equilibrium; ``found["shaft.phi_rel", "load.tau"]`` is one.
 
     Attributes

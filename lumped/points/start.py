@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import casadi as ca
 import numpy as np
@@ -98,10 +99,17 @@ def found_start(
 ) -> OperatingPoint:
     """States at the start (see `start_point`), of arguments that were checked."""
     theta, values, places = system.theta(parameters), by_name(start), free_places(system, free)
+    again = None
+    if system.structure.lost_positions:
+        free = [*free]
+        unknown = tuple(system.key(name) for name in free)
+        given = {system.key(name): value for name, value in values.items()}
+        changed = {system.key(name): value for name, value in (parameters or {}).items()}
+        again = partial(_again, changed, given, unknown, time, together)
     if not (places or together):
         point = _direct(system, theta, values, time)
         if point is not None:
-            return point
+            return point if again is None else replace(point, again=again)
     search = StartSearch(system, theta, values, places, time, together)
     x, settings = search.solve()[system.structure.in_use], search.settings
     collisions: tuple[Change, ...] = ()
@@ -111,7 +119,19 @@ def found_start(
         if not collisions:
             search.check(settings)
     point = OperatingPoint(system, time, x, search.theta, settings, collisions)
-    return replace(point, residual=search.residual)
+    return replace(point, residual=search.residual, again=again)
+
+
+def _again(
+    parameters: Changes,
+    start: Changes,
+    free: Sequence[str],
+    time: float,
+    together: bool,
+    system: System,
+) -> OperatingPoint:
+    """The same start of a system with more states."""
+    return found_start(system, parameters, start, free, time, together)
 
 
 def _direct(

@@ -10,6 +10,7 @@ from lumped.compiler.system import Name
 from lumped.simulation.compare import Comparison, Deviation, compared, observed
 from lumped.simulation.energy_audit import EnergyAudit
 from lumped.support.arguments import checked
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import Trajectory
 
@@ -17,7 +18,7 @@ __all__ = ["Certificate", "certified"]
 
 
 @dataclass(frozen=True, eq=False)
-class Certificate:
+class Certificate(RichHtml):
     """Error estimate of a run; ``certificate[name]`` gives it for any quantity.
 
     The estimate is the difference from `tighter` at the run's own output times, and at inner ones

@@ -9,6 +9,7 @@ import numpy as np
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
+from lumped.support.rich_html import RichHtml
 from lumped.timeloop.result import Event, Trajectory
 
 __all__ = ["Comparison", "Deviation", "between", "compared", "observed"]
@@ -48,7 +49,7 @@ class Deviation:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(RichHtml):
     """Two runs of a system.
 
     Attributes

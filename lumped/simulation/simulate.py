@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal, ParamSpec
 
 import numpy as np
@@ -29,6 +29,8 @@ from lumped.timeloop.validity import refuse_run_outside
 __all__ = ["Method", "check_options", "simulate", "simulate_sparingly"]
 
 _MOST_STEPS = 1_000_000
+_MOST_LINKS = 20
+"""Runs that go on from each other through which positions that were left out are followed."""
 Grid = int | Sequence[float | str] | np.ndarray | None
 _P = ParamSpec("_P")
 Method = Literal["auto", "explicit", "implicit", "exact", "steps", "taylor"]
@@ -166,18 +168,14 @@ def simulate(
     used = "steps" if method == "auto" and times is None else method
     if used == "auto" and closed_form_pays(point, until, rtol):
         used = "exact"
-    with Progress(system.name, until - begin) as progress:
-        output = Recorder(begin, until, times, grid is None or isinstance(grid, int), progress)
-        run: RunInClosedForm | RunBySteps
-        if used == "exact":
-            run = RunInClosedForm(point, until, rtol, output)
-        else:
-            run = RunBySteps(point, until, rtol, output, relative_atol, used, max_steps)
-        found = _made(run, max_steps)
+    both_sides = grid is None or isinstance(grid, int)
+    found = _found(point, until, rtol, relative_atol, used, max_steps, times, both_sides)
     refuse_run_outside(found)
+    if point.again is not None and getattr(point.again, "links", 0) < _MOST_LINKS:
+        found = replace(found, again=_Again(point, until, rtol, relative_atol, used, max_steps))
     if not certify:
         return found
-    closed, tight = isinstance(run, RunInClosedForm), max(1e-2 * rtol, 1e-13)
+    closed, tight = used == "exact", max(1e-2 * rtol, 1e-13)
 
     def again(times: Grid, *, tightly: bool) -> Trajectory:
         share = tight / rtol if tightly else 1.0
@@ -240,6 +238,60 @@ def simulate_sparingly(
         found = _made(run, _MOST_STEPS)
     refuse_run_outside(found)
     return found
+
+
+def _found(
+    point: OperatingPoint,
+    until: float,
+    rtol: float,
+    atol: float,
+    method: str,
+    max_steps: int,
+    times: np.ndarray | None,
+    both_sides: bool,
+) -> Trajectory:
+    """A run by a method that was chosen, at some times, or at its steps."""
+    with Progress(point.system.name, until - point.time) as progress:
+        output = Recorder(point.time, until, times, both_sides, progress)
+        run: RunInClosedForm | RunBySteps
+        if method == "exact":
+            run = RunInClosedForm(point, until, rtol, output)
+        else:
+            run = RunBySteps(point, until, rtol, output, atol, method, max_steps)
+        return _made(run, max_steps)
+
+
+@dataclass(frozen=True, eq=False)
+class _Again:
+    """Makes a run again, with the positions that were left out of its states.
+
+    Attributes
+    ----------
+    point : OperatingPoint
+        Where the run starts.
+    until, rtol, atol, method, max_steps
+        Its end and options.
+    """
+
+    point: OperatingPoint
+    until: float
+    rtol: float
+    atol: float
+    method: str
+    max_steps: int
+
+    @property
+    def links(self) -> int:
+        """How many runs went on from each other, this one included."""
+        links: int = getattr(self.point.again, "links", 0)
+        return links + 1
+
+    def __call__(self, times: np.ndarray) -> Trajectory:
+        point, until = self.point.whole, float(times[-1])
+        if until == point.time:
+            until = self.until
+        method = self.method
+        return _found(point, until, self.rtol, self.atol, method, self.max_steps, times, True)
 
 
 def _made(run: RunInClosedForm | RunBySteps, max_steps: int) -> Trajectory:

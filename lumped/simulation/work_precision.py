@@ -18,6 +18,7 @@ from lumped.simulation.compare import compared, observed
 from lumped.simulation.method_choice import closed_form_pays
 from lumped.simulation.simulate import Method, simulate
 from lumped.support.arguments import checked
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.linear_form import linear_form
@@ -70,7 +71,7 @@ class WorkRow:
 
 
 @dataclass(frozen=True, eq=False)
-class WorkPrecision:
+class WorkPrecision(RichHtml):
     """Error against run time.
 
     Attributes

@@ -4,22 +4,25 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
 from lumped.compiler.system import Name, System
-from lumped.errors import OptionError, SolverError
+from lumped.errors import OptionError, SolverError, UnknownNameError
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
+from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.event import Change, Event
+from lumped.timeloop.left_out_positions import PointOfRun, on_both_sides, with_left_out
 from lumped.timeloop.quantity_values import quantity_along
 from lumped.timeloop.result_files import Saved, computed, pictured, saved, state_names
 
@@ -138,16 +141,20 @@ class Kept:
     start: Mapping[str, float] = field(default_factory=dict)
 
 
-class Named:
+class Named(ByName, RichHtml):
     """Answers to the names of a system's quantities: ``name in run``, ``list(run)``."""
 
     system: System
+    again: Any = None
 
     def __contains__(self, name: Name) -> bool:
-        return self.system.key(name) in ("time", *computed(self.system))
+        return self.system.key(name) in ("time", *self._names())
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(computed(self.system))
+    def _ipython_key_completions_(self) -> list[str]:
+        return ["time", *self._names()]
+
+    def _names(self) -> list[str]:
+        return computed(self.system) if self.again is None else self.system.names()
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,6 +182,9 @@ class OperatingPoint(Named):
         a start, relative to what is wanted if that is above one; None where there are none.
     lost : tuple of str
         Given start values and initial equations that an equilibrium does not keep, in words.
+    again : callable or None
+        Makes the same point of the system with the positions that were left out of the states;
+        None where there are none, or nobody knows them.
     """
 
     system: System
@@ -187,6 +197,7 @@ class OperatingPoint(Named):
     kept: Kept | None = None
     residual: float | None = None
     lost: tuple[str, ...] = ()
+    again: Callable[[System], OperatingPoint] | None = None
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -194,8 +205,34 @@ class OperatingPoint(Named):
         p = self.system.structure.parameters
         return {p.names[i]: float(v) for i, v in zip(p.free, self.theta, strict=True)}
 
-    def __getitem__(self, name: Name) -> float:
-        function = self.system.function([name])
+    @cached_property
+    def whole(self) -> OperatingPoint:
+        """The same with the positions that were left out of the states, if they are known."""
+        if self.again is None:
+            return self
+        found = self.again(self.system.whole)
+
+        def left_out(name: str) -> np.ndarray:
+            return np.array([found[name]])
+
+        system, x = with_left_out(self.system, self.x[None, :], left_out)
+        return replace(self, system=system, x=x[0], again=None)
+
+    @overload
+    def __getitem__(self, name: Name) -> float: ...
+    @overload
+    def __getitem__(self, name: list[Name]) -> np.ndarray: ...
+    def __getitem__(self, name: Name | list[Name]) -> float | np.ndarray:
+        if isinstance(name, list):
+            return np.array([self[one] for one in name])
+        if self.system.key(name) == "time":
+            return self.time
+        try:
+            function = self.system.function([name])
+        except UnknownNameError:
+            if self.again is None:
+                raise
+            return self.whole[name]
         return float(function(self.x, self.theta, self.time, self.settings))
 
     def __repr__(self) -> str:
@@ -246,7 +283,7 @@ class Trajectory(Named):
     """A simulated run.
 
     ``run[name]`` gives any quantity of the system over `t`; it is computed when first asked for.
-    ``list(run)`` gives their names.
+    ``run[[name, name]]`` gives several as columns, ``list(run)`` all names.
 
     Attributes
     ----------
@@ -262,6 +299,9 @@ class Trajectory(Named):
         Cost of the run.
     certificate : Certificate or None
         Error estimate, if it was asked for.
+    again : callable or None
+        Makes the same run with the positions that were left out of the states, at some times and
+        on both sides of its own jumps; None where there are none, or nobody can.
     """
 
     system: System
@@ -270,6 +310,7 @@ class Trajectory(Named):
     events: tuple[Event, ...]
     statistics: Statistics
     certificate: Any = None
+    again: Callable[[np.ndarray], Trajectory] | None = None
     _known: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -288,20 +329,20 @@ class Trajectory(Named):
         """Accepted steps."""
         return self.statistics.steps
 
-    def __getitem__(self, name: Name) -> np.ndarray:
+    def __getitem__(self, name: Name | list[Name]) -> np.ndarray:
+        if isinstance(name, list):
+            table: np.ndarray = self.table(name)
+            return table
         key = self.system.key(name)
         if key == "time":
             return self.t
         if key not in self._known:
-            parts = [np.zeros(0)]
-            for system, pieces in itertools.groupby(self.pieces, lambda piece: piece.system):
-                rows = zip(*((p.t, p.x, p.settings) for p in pieces), strict=True)
-                t, x, settings = map(np.concatenate, rows)
-                if key in system.state_names:
-                    parts.append(x[:, system.state_names.index(key)])
-                elif len(t):
-                    parts.append(quantity_along(system, key, self.theta, t, x, settings))
-            found = np.concatenate(parts)
+            try:
+                found = self._along(key)
+            except UnknownNameError:
+                if self.again is None:
+                    raise
+                found = self.whole[key]
             bad = np.flatnonzero(np.isnan(found))
             if len(bad):
                 raise SolverError(
@@ -312,6 +353,38 @@ class Trajectory(Named):
                 )
             self._known[key] = found
         return self._known[key]
+
+    def _along(self, key: str) -> np.ndarray:
+        """A quantity at all times."""
+        parts = [np.zeros(0)]
+        for system, pieces in itertools.groupby(self.pieces, lambda piece: piece.system):
+            rows = zip(*((p.t, p.x, p.settings) for p in pieces), strict=True)
+            t, x, settings = map(np.concatenate, rows)
+            if key in system.state_names:
+                parts.append(x[:, system.state_names.index(key)])
+            elif len(t):
+                parts.append(quantity_along(system, key, self.theta, t, x, settings))
+        return np.concatenate(parts)
+
+    @cached_property
+    def whole(self) -> Trajectory:
+        """The run with the positions that were left out of its states, if they can be made.
+
+        They are integrated in another run with the same tolerances; all else is that of this run.
+        """
+        if self.again is None or not len(self.t):
+            return self
+        run, pieces, first = self.again(self.t), [], 0
+        for piece in self.pieces:
+            here = slice(first, first + len(piece.t))
+            first = here.stop
+
+            def left_out(name: str, here: slice = here) -> np.ndarray:
+                return on_both_sides(run.t, run[name], self.t)[here]
+
+            system, x = with_left_out(piece.system, piece.x, left_out)
+            pieces.append(replace(piece, system=system, x=x))
+        return replace(self, pieces=tuple(pieces), again=None, _known={})
 
     def check_instant(self, time: float) -> None:
         """Refuse an instant outside of the run."""
@@ -339,8 +412,10 @@ class Trajectory(Named):
         piece = pieces[len(pieces) - 1 - int(np.argmin(distance[::-1]))]
         gaps = np.abs(piece.t - time)[::-1]
         k = len(gaps) - 1 - int(gaps.argmin())
+        found, made = float(piece.t[k]), self.again
+        again = None if made is None else PointOfRun(made, found)
         return OperatingPoint(
-            piece.system, float(piece.t[k]), piece.x[k], self.theta, piece.settings[k]
+            piece.system, found, piece.x[k], self.theta, piece.settings[k], again=again
         )
 
     @checked
@@ -364,7 +439,7 @@ class Trajectory(Named):
         path : str or Path
             Its ending says the format; ``.mat`` is the result file of Modelica tools.
         names : iterable of names, optional
-            Quantities; default is all.
+            Quantities; default is all but positions that were left out of the states.
         units : mapping of str to str or str, optional
             Units of the values, see `lumped.display_units`; default is SI units, whatever the
             session shows, as a file is read by programs.

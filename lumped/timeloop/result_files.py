@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.plots.over_time import over_time
 from lumped.plots.picture import Picture
 from lumped.support.arguments import checked
+from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen, display, time_unit
 from lumped.support.made_once import made_once
 from lumped.support.optional_packages import extra
@@ -29,7 +30,7 @@ __all__ = ["Saved", "computed", "fingerprint", "load", "pictured", "saved", "sta
 
 
 @dataclass(frozen=True, eq=False)
-class Saved(Contents):
+class Saved(Contents, ByName):
     """Quantities of a run, apart from its model; ``saved[name]`` gives one of them over `t`.
 
     Attributes
@@ -54,7 +55,9 @@ class Saved(Contents):
         Jumps of functions of time, changes of modes, impacts, and changes of states.
     """
 
-    def __getitem__(self, name: Name) -> NDArray[np.float64]:
+    def __getitem__(self, name: Name | list[Name]) -> NDArray[np.float64]:
+        if isinstance(name, list):
+            return np.column_stack([self[one] for one in name])
         key = key_of(name)
         if key == "time":
             return self.t
@@ -65,8 +68,11 @@ class Saved(Contents):
     def __contains__(self, name: Name) -> bool:
         return key_of(name) in ("time", *self.values)
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.values)
+    def _names(self) -> list[str]:
+        return [*self.values]
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return ["time", *self.values]
 
     def in_units(self, units: Units) -> Saved:
         """The same in other units; times stay in s.

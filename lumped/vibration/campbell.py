@@ -17,6 +17,7 @@ from lumped.points.situation import situation
 from lumped.points.start import point_at
 from lumped.support.arguments import checked
 from lumped.support.display_units import Shown, Units, chosen, frequency_unit, speed_unit
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration.campbell_picture import campbell_picture
@@ -83,7 +84,7 @@ class BarredRange:
 
 
 @dataclass(frozen=True, eq=False)
-class Campbell:
+class Campbell(RichHtml):
     """Natural frequencies over the speed, and orders of excitation.
 
     Attributes

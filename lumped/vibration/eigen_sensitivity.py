@@ -20,6 +20,7 @@ from lumped.points.situation import situation
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.ranking import ranked
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.left_vectors import left_vectors, parts
 from lumped.vibration.modes import Modes
@@ -36,7 +37,7 @@ _ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class EigenSensitivity:
+class EigenSensitivity(RichHtml):
     """Derivatives of oscillating modes and decays by parameters.
 
     Attributes

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.points.linearise import sparse_state_matrix
+from lumped.support.rich_html import RichHtml
 from lumped.timeloop.result import OperatingPoint
 
 __all__ = ["Eigenpairs"]
@@ -20,7 +21,7 @@ Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
-class Eigenpairs:
+class Eigenpairs(RichHtml):
     """Eigenvalues and eigenvectors of a linearised system (see `Modes`)."""
 
     system: System

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
 from lumped.support.display_units import frequency_unit
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.modes import Modes
 
@@ -43,7 +44,7 @@ class Node:
 
 
 @dataclass(frozen=True, eq=False)
-class ModalEnergies:
+class ModalEnergies(RichHtml):
     """Shares of components in the energies of the oscillating modes.
 
     Attributes

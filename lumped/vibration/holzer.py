@@ -13,6 +13,7 @@ from lumped.errors import UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display, frequency_unit
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.pictures import holzer_picture
 from lumped.vibration.stations import InertialPart, Part
@@ -23,7 +24,7 @@ Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Holzer:
+class Holzer(RichHtml):
     """Angles and torques of a mode without damping; the largest referred angle is 1 rad.
 
     Each part has them on its own shaft; `referred` has them on the reference shaft.

@@ -15,6 +15,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import utilisation
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, speed_unit
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.support.units import converted, has_unit
 from lumped.timeloop.result import Trajectory
@@ -194,7 +195,7 @@ class Result:
 
 
 @dataclass(frozen=True, eq=False)
-class Verdict:
+class Verdict(RichHtml):
     """All limits, how far they are used, where, and whether they are kept.
 
     Attributes

@@ -14,6 +14,7 @@ from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
 from lumped.support.display_units import display
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import listed, number, table
 from lumped.vibration.drive_parts import DriveParts, drive_parts
 from lumped.vibration.holzer import Holzer
@@ -28,7 +29,7 @@ _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class MassElastic:
+class MassElastic(RichHtml):
     """Inertias and stiffnesses of a drive, in the order from its free ends to its last inertia.
 
     Attributes

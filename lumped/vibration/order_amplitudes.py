@@ -13,7 +13,9 @@ from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
+from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen, display, speed_unit
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.vibration.pictures import order_response_picture
 from lumped.vibration.synthesis import Synthesis
@@ -25,7 +27,7 @@ Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
-class OrderAmplitudes:
+class OrderAmplitudes(ByName, RichHtml):
     """Complex amplitudes of quantities; ``found[output]`` has the shape (speeds, orders).
 
     A quantity vibrates as ``sum Re(amplitude exp(j order angle))``, with the angle of the shaft
@@ -164,6 +166,9 @@ class OrderAmplitudes:
             self.system.name, self.speeds, drawn, speed_unit(choice), note
         )
         return draw(picture, backend, ax)
+
+    def _names(self) -> tuple[str, ...]:
+        return self.outputs
 
     def _place(self, output: Name) -> int:
         key = self.system.key(output)

@@ -13,7 +13,9 @@ from lumped.compiler.system import Name
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.points.moved_equilibrium import places_to
 from lumped.support.arguments import checked
+from lumped.support.by_name import ByName
 from lumped.support.display_units import display, speed_unit
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.law_amplitudes import law_measure
 from lumped.vibration.moved_rotation import moved_by
@@ -37,7 +39,7 @@ Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
-class OrderSensitivity:
+class OrderSensitivity(ByName, RichHtml):
     """Derivatives of a measure of a vibration by parameters; ``found[parameter]``.
 
     Attributes
@@ -74,6 +76,9 @@ class OrderSensitivity:
                 f"'{parameter}' was not varied. {nearest(parameter, self.parameters)}"
             )
         return float(self.values[self.parameters.index(parameter)])
+
+    def _names(self) -> tuple[str, ...]:
+        return self.parameters
 
     def __repr__(self) -> str:
         to_show, speed = display(self.output, self.unit, is_change=True), speed_unit()

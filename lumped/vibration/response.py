@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -22,8 +23,10 @@ from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
+from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen, display, frequency_unit
 from lumped.support.made_once import made_once
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.validity import refuse_point_outside
@@ -63,7 +66,7 @@ class Resonance:
 
 
 @dataclass(frozen=True, eq=False)
-class FrequencyResponse:
+class FrequencyResponse(ByName, RichHtml):
     """Amplitudes of outputs for each unit of amplitude of inputs; ``response[output, input]``.
 
     Attributes
@@ -245,6 +248,9 @@ class FrequencyResponse:
         return control_response(
             self.system.name, self.hertz, self.values, self.inputs, self.outputs
         )
+
+    def _names(self) -> list[tuple[str, str]]:
+        return [*itertools.product(self.outputs, self.inputs)]
 
     def _places(self, output: Name, input: Name) -> tuple[int, int]:
         places = []

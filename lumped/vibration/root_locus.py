@@ -18,6 +18,7 @@ from lumped.points.situation import situation
 from lumped.points.start import point_at, start_point
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, frequency_unit
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration.pictures import root_locus_picture
@@ -32,7 +33,7 @@ _HALVINGS = 12
 
 
 @dataclass(frozen=True, eq=False)
-class RootLocus:
+class RootLocus(RichHtml):
     """Eigenvalues over a parameter.
 
     Attributes

@@ -215,7 +215,7 @@ def test_functionals_in_a_list_are_labelled_by_what_they_are(system):
     assert named.labels == ("a", "b")
     assert (named.values == found.values).all()
     assert (found["final(shaft.phi_rel)"] == found.values[:, 0]).all()
-    with pytest.raises(OptionError, match=r"there is no 'c', only shaft\.c, a, b"):
+    with pytest.raises(OptionError, match=r"there is no 'c'\. Nearest: shaft\.c"):
         named["c"]
 
 

@@ -171,7 +171,9 @@ def made():
         limit,
         lp.vibration.verdict(orders, [limit]),
         lp.vibration.BarredRange(3.0, 4.0),
-        lp.vibration.OrderAmplitudes(system, *[orders.speeds] * 2, ("b.w",), *[orders.means] * 2),
+        lp.vibration.OrderAmplitudes(
+            system, *[orders.speeds] * 2, ("b.w",), np.ones((2, 2, 1)), orders.means
+        ),
         lp.vibration.Linearity(20.0, "rotor.w", 2.0, 0.1, ("rotor.w",), {}),
         lp.vibration.order_tracks(up, "rotor.w", over="rotor.phi", most=4.0),
         lp.vibration.vector_sums(modes, {"a.phi": 0.0, "b.phi": 1.0}, orders=[1, 2]),
@@ -281,6 +283,34 @@ def test_what_answers_to_names_lists_them():
         assert names[0] in one
         assert "time" in one
         assert "nothing.such" not in one
+
+
+def test_results_complete_their_keys_and_every_completion_is_an_answer():
+    for name, one in made().items():
+        if not hasattr(one, "_ipython_key_completions_"):
+            continue
+        keys = one._ipython_key_completions_()
+        assert keys, name
+        for key in [keys[0], keys[-1]]:
+            assert key in one, name
+            assert np.size(one[key]) > 0, name
+        if name != "Ensemble":
+            assert len(one) == len([*one]), name
+
+
+@pytest.mark.parametrize("name", ["Trajectory", "PeriodicOrbit", "Motion", "Saved", "Ensemble"])
+def test_a_list_of_names_gives_columns(name):
+    one = made()[name]
+    names = [*one][:2]
+    expected = np.stack([one[names[0]], one[names[1]]], axis=1)
+    np.testing.assert_array_equal(one[names], expected)
+    with pytest.raises(LumpedError, match="nothing"):
+        one[[names[0], "nothing.such"]]
+
+
+def test_a_list_of_names_gives_the_values_of_a_point():
+    point = made()["OperatingPoint"]
+    np.testing.assert_array_equal(point[["a.w", "b.w"]], [point["a.w"], point["b.w"]])
 
 
 WAYS = {"pickle": lambda x: pickle.loads(pickle.dumps(x)), "deepcopy": copy.deepcopy}

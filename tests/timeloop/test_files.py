@@ -158,8 +158,11 @@ def test_names_are_answered_by_runs_points_and_files(run, tmp_path):
         assert "shaft.x" not in one
         assert {"shaft.tau", "body[1].w"} <= set(one)
         assert all(np.isfinite(one[name]).all() for name in one)
-        with pytest.raises(UnknownNameError, match=r"run\.table\(\[\.\.\.\]\) takes several"):
-            one[["shaft.tau", "body[1].w"]]
+        np.testing.assert_array_equal(
+            one[["shaft.tau", "body[1].w"]].T, [one["shaft.tau"], one["body[1].w"]]
+        )
+        with pytest.raises(UnknownNameError, match=r"run\[\[\.\.\.\]\] takes a list of several"):
+            one["shaft.tau", "body[1].w"]
         with pytest.raises(UnknownNameError, match="0 is neither a name nor a reference"):
             one[0]
     assert run.table(["shaft.tau", "body[1].w"]).shape == (len(run.t), 2)

@@ -114,7 +114,7 @@ def output_time_that_is_no_number():
     lp.simulate(lp.assemble(Hoist()), until=1.0, grid=[0.0, float("nan"), 1.0])
 
 
-@wrong(UnknownNameError, "motor.w", "run.table([...])")
+@wrong(UnknownNameError, "motor.w", "run[[...]]")
 def several_names_at_once():
     """A run is asked for two quantities at once."""
-    lp.simulate(lp.assemble(Hoist()), until=0.1)[["motor.w", "discs[1].w"]]
+    lp.simulate(lp.assemble(Hoist()), until=0.1)["motor.w", "discs[1].w"]

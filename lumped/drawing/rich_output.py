@@ -1,0 +1,251 @@
+"""Models and results as notebooks show them: their text with tables, and small pictures."""
+
+from __future__ import annotations
+
+import re
+import zlib
+from collections.abc import Sequence
+from functools import singledispatch
+from html import escape
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.drawing import sparklines
+from lumped.drawing.inline import as_svg
+from lumped.drawing.netlist import netlist
+from lumped.drawing.schematic import schematic
+from lumped.ensembles.outcome import Ensemble
+from lumped.errors import LumpedError
+from lumped.gradients.gradient import Gradient
+from lumped.gradients.sensitivity import Sensitivity
+from lumped.language.component import Component
+from lumped.support.display_units import time_unit
+from lumped.timeloop.result import Trajectory
+from lumped.vibration.holzer import Holzer
+from lumped.vibration.limits import Verdict
+from lumped.vibration.modes import Modes
+from lumped.vibration.order_amplitudes import OrderAmplitudes
+from lumped.vibration.order_sensitivity import OrderSensitivity
+from lumped.vibration.response import FrequencyResponse
+
+__all__ = ["html"]
+
+_MOST_PARTS = 60
+"""Parts of a model up to which its whole schematic is small; of more, the outermost are drawn."""
+_MOST_EVENTS, _MOST_BARS = 50, 12
+_CELL = ' style="padding:1px 8px;text-align:{}"'
+_TABLE = '<table style="color:inherit;border-collapse:collapse">'
+_RULE = re.compile(r"-+(?:  -+)+")
+Column = tuple[str, Sequence[str]]
+
+
+def html(shown: Any) -> str:
+    """Text of a model or result as HTML, with pictures; no script, one element.
+
+    Colours are those of the page, so that it reads on a light and on a dark one.
+    """
+    text = repr(shown).splitlines()
+    parts, column = [], _column(shown)
+    for is_table, lines in groupby(_with_kinds(text), key=lambda line: line[0]):
+        body = [line for _, line in lines]
+        if is_table:
+            parts.append(_table(body, column))
+            column = None
+        else:
+            parts.append(f'<pre style="margin:4px 0;white-space:pre-wrap">{_escaped(body)}</pre>')
+    return f'<div class="lumped">{"".join(parts)}{_below(shown)}</div>'
+
+
+def _escaped(lines: Sequence[str]) -> str:
+    return escape("\n".join(lines))
+
+
+def _with_kinds(lines: Sequence[str]) -> list[tuple[int, str]]:
+    """Each line with the number of the table that it belongs to; zero for text."""
+    found, tables = [0] * len(lines), 0
+    for i, line in enumerate(lines):
+        if i and _RULE.fullmatch(line):
+            tables += 1
+            end = i
+            while end < len(lines) and lines[end].strip():
+                end += 1
+            found[i - 1 : end] = [tables] * (end - i + 1)
+            width = len(line)
+            for k in range(i + 1, end):  # texts below a table are longer, or have no second column
+                if not _is_row(lines[k], line, width):
+                    found[k:end] = [0] * (end - k)
+                    break
+    return list(zip(found, lines, strict=True))
+
+
+def _is_row(line: str, rule: str, width: int) -> bool:
+    """Whether there are spaces wherever the rule of the table has them."""
+    gaps = [i for i, letter in enumerate(rule) if letter == " "]
+    return len(line) <= width and all(line[i : i + 1] in (" ", "") for i in gaps)
+
+
+def _table(lines: Sequence[str], column: Column | None) -> str:
+    """A text table as one of HTML, with one more column of pictures."""
+    head, rule, *rows = lines
+    places = [match.span() for match in re.finditer("-+", rule)]
+    texts = [[line[a:b].strip() for a, b in places] for line in (head, *rows)]
+    more = ["" for _ in texts]
+    if column is not None:
+        pictures = [*column[1]][: len(rows)]
+        more = [escape(column[0]), *pictures, *[""] * (len(rows) - len(pictures))]
+    found = []
+    for i, (cells, picture) in enumerate(zip(texts, more, strict=True)):
+        tag = "td" if i else "th"
+        told = "".join(
+            f"<{tag}{_CELL.format('right' if k else 'left')}>{escape(cell)}</{tag}>"
+            for k, cell in enumerate(cells)
+        )
+        told += f"<{tag}{_CELL.format('left')}>{picture}</{tag}>" if column is not None else ""
+        found.append(f"<tr>{told}</tr>")
+    return f"{_TABLE}{''.join(found)}</table>"
+
+
+@singledispatch
+def _column(_: Any) -> Column | None:
+    """Title and pictures of one more column of the first table, line by line."""
+    return None
+
+
+@_column.register
+def _(run: Trajectory) -> Column:
+    names = [name for name in run.system.state_names[:12] if "(" not in name]
+    instants = [event.time for event in run.events]
+    return "course", [sparklines.curve(run.t, run[name], instants) for name in names]
+
+
+@_column.register
+def _(modes: Modes) -> Column:
+    shapes = [modes.shape(name).real for name in modes.angles[:40]]
+    count = min(len(modes.hertz), 30)
+    return "shape", [sparklines.stems([float(s[i]) for s in shapes]) for i in range(count)]
+
+
+@_column.register
+def _(found: Ensemble) -> Column:
+    return "spread", [sparklines.spread(found[label]) for label in found.labels]
+
+
+@_column.register
+def _(found: Verdict) -> Column:
+    used = [result.utilisation for result in found.results]
+    most = max(1.2, min(3.0, max(used, default=0.0)))
+    return "used", [sparklines.share(value, most, 1.0) for value in used]
+
+
+@singledispatch
+def _below(_: Any) -> str:
+    """Pictures below the text."""
+    return ""
+
+
+@_below.register
+def _(model: Component | System) -> str:
+    try:
+        parts = sum(1 for _ in netlist(model, None).top.all_items())
+        figure = schematic(model, depth=1 if parts > _MOST_PARTS else None)
+    except LumpedError:  # its text is shown all the same
+        return ""
+    key = f"s{zlib.crc32(repr(model).encode()):08x}"
+    return (
+        '<div style="background:#fff;display:inline-block;max-width:100%;overflow:auto">'
+        f"{as_svg(figure, key)}</div>"
+    )
+
+
+@_below.register
+def _(run: Trajectory) -> str:
+    if not run.events:
+        return ""
+    to = time_unit()
+    rows = [
+        f"<tr><td{_CELL.format('right')}>{to.value(event.time):.6g} {escape(to.unit)}</td>"
+        f"<td{_CELL.format('left')}>{escape(event.component)}</td></tr>"
+        for event in run.events[:_MOST_EVENTS]
+    ]
+    more = len(run.events) - len(rows)
+    rest = f"<p>{more} more</p>" if more else ""
+    return (
+        f"<details><summary>{len(run.events)} events</summary>"
+        f"{_TABLE}{''.join(rows)}</table>{rest}</details>"
+    )
+
+
+@_below.register
+def _(found: FrequencyResponse) -> str:
+    lines = []
+    for output, input_ in found:
+        size = np.abs(found[output, input_])
+        with np.errstate(divide="ignore"):
+            lines.append((f"{output} by {input_}", np.log10(size)))
+    return _listed([(name, sparklines.curve(found.hertz, y)) for name, y in lines[:_MOST_BARS]])
+
+
+@_below.register
+def _(found: OrderAmplitudes) -> str:
+    rows = []
+    for output in found.outputs[:_MOST_BARS]:
+        size = np.abs(found[output])
+        largest = np.argsort(-size.max(axis=0, initial=0.0))
+        rows.append((output, sparklines.curves(found.speeds, [*size[:, largest].T], output)))
+    return _listed(rows)
+
+
+@_below.register
+def _(found: Holzer) -> str:
+    angles = np.array([*found.ends.values()])
+    places = np.arange(len(angles), dtype=float)
+    return sparklines.curves(places, [angles], "angles along the drive", (320, 80))
+
+
+@_below.register
+def _(found: Gradient) -> str:
+    return "".join(
+        _tornado(label, found.ranked(label)) for label in found.of[:3] if _told(found, label)
+    )
+
+
+def _told(found: Gradient, label: str) -> bool:
+    """Whether something can be relative to a result."""
+    return bool(found.values[found.of.index(label)])
+
+
+@_below.register
+def _(found: OrderSensitivity) -> str:
+    order = np.argsort(-np.abs(found.relative), kind="stable").tolist()
+    return _tornado(found.output, [(found.parameters[i], float(found.relative[i])) for i in order])
+
+
+@_below.register
+def _(found: Sensitivity) -> str:
+    t = found.run.t
+    rows = [
+        (f"{of} by {to}", sparklines.curve(t, found.values[:, i, k]))
+        for i, of in enumerate(found.of)
+        for k, to in enumerate(found.to)
+    ]
+    return _listed(rows[:_MOST_BARS])
+
+
+def _tornado(what: str, ranked: Sequence[tuple[str, float]]) -> str:
+    """Bars of relative sensitivities, the largest first."""
+    shown = ranked[:_MOST_BARS]
+    most = max((abs(value) for _, value in shown), default=0.0)
+    rows = [(f"{name} {value:+.3g}", sparklines.share(value, most)) for name, value in shown]
+    return f"<p>relative change of {escape(what)}</p>{_listed(rows)}" if rows else ""
+
+
+def _listed(rows: Sequence[tuple[str, str]]) -> str:
+    """Names and their pictures."""
+    told = "".join(
+        f"<tr><td{_CELL.format('left')}>{escape(name)}</td><td>{picture}</td></tr>"
+        for name, picture in rows
+    )
+    return f"{_TABLE}{told}</table>"

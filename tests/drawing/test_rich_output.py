@@ -1,0 +1,130 @@
+"""What notebooks show of models and results."""
+
+import time
+from xml.dom import minidom
+
+import nbformat
+import numpy as np
+import pytest
+from nbclient import NotebookClient
+
+import lumped as lp
+from lumped.components import Inertia, SpringDamper, Torque
+from lumped.drawing import sparklines
+from lumped.drawing.rich_output import html
+
+
+class Shaft(lp.Component):
+    """Two inertias on a shaft, one driven."""
+
+    motor: Torque = Torque(tau=lp.ops.where(lp.time >= 0.3, -2.0, 5.0))
+    a: Inertia = Inertia(J=2.0, w=1.0)
+    shaft: SpringDamper = SpringDamper(c=300.0, d=0.5)
+    b: Inertia = Inertia(J=1.0)
+
+    def connections(self):
+        yield from lp.chain(self.motor, self.a, self.shaft, self.b)
+
+
+def cells(shown):
+    """Texts of the cells of the first table, row by row."""
+    table = minidom.parseString(shown).getElementsByTagName("table")[0]
+    rows = table.getElementsByTagName("tr")
+    return [[_text(c) for c in r.childNodes] for r in rows]
+
+
+def _text(node):
+    if node.nodeType == node.TEXT_NODE:
+        return node.data
+    return "".join(map(_text, node.childNodes))
+
+
+@pytest.fixture(scope="module")
+def system():
+    return lp.assemble(Shaft())
+
+
+def test_a_run_is_shown_with_its_states_courses_and_events(system):
+    run = lp.simulate(system, until=0.6)
+    shown = html(run)
+    told = {row[0]: row for row in cells(shown)}
+    assert float(told["a.w"][4]) == pytest.approx(run["a.w"].max(), rel=1e-5)
+    assert shown.count("<svg") == len(system.state_names)
+    assert "1 events" in shown
+
+
+def test_modes_are_shown_by_frequency_and_shape(system):
+    shown = html(lp.modes(system))
+    expected = np.sqrt(300.0 * (1 / 2.0 + 1 / 1.0)) / (2 * np.pi)
+    assert float(cells(shown)[1][1]) == pytest.approx(expected, rel=1e-3)  # damping is small
+    assert shown.count("<rect") == 2  # two angles
+
+
+def test_models_are_shown_as_schematics_and_faulty_ones_as_text():
+    shown = Shaft()._repr_html_()
+    assert "<svg" in shown
+    assert len(shown) < 50_000
+    faulty = lp.compose(
+        a=Inertia(J=1.0), connections=lambda m: [lp.connect(m.a.flange_a, Torque(tau=1.0).flange)]
+    )
+    assert "<svg" not in faulty._repr_html_()
+
+
+def test_what_is_shown_is_one_element_without_script_and_quick(system):
+    run = lp.simulate(system, until=0.6, certify=True)
+    response = lp.frequency_response(
+        system, inputs=["shaft.phi_rel0"], outputs=["b.w"], hertz=np.linspace(1.0, 5.0, 7)
+    )
+    for one in (Shaft(), system, run, run.certificate, run.point(0.2), response):
+        begin = time.process_time()
+        shown = html(one)
+        assert time.process_time() - begin < 1.0
+        assert len(shown) < 60_000
+        assert minidom.parseString(shown).documentElement.tagName == "div"
+        assert "<script" not in shown
+
+
+def test_names_are_escaped():
+    assert "&lt;b&gt;" in sparklines.curves(np.arange(2.0), [np.arange(2.0)], "<b>")
+    ones = np.ones((2, 1))
+    rows = html(lp.ensembles.Ensemble(("p",), ones, ("<b>",), ones, {}, (2,), 1, 0.1, 0.1))
+    assert "&lt;b&gt;" in rows
+    assert "<b>" not in rows
+
+
+def test_a_curve_keeps_its_peaks_however_long_it_is():
+    y = np.zeros(100_000)
+    y[54_321] = 1.0
+    shown = sparklines.curve(np.arange(100_000.0), y)
+    line = minidom.parseString(shown).getElementsByTagName("polyline")[0]
+    points = [p.split(",") for p in line.getAttribute("points").split()]
+    heights = np.array(points, dtype=float)
+    assert heights[heights[:, 1].argmin(), 0] == pytest.approx(2 + 156 * 0.54321, abs=0.1)
+    assert np.ptp(heights[:, 1]) == pytest.approx(24.0)
+    assert len(points) < 1000
+
+
+NOTEBOOK = [
+    "import numpy as np, lumped as lp\nfrom lumped.components import Inertia, Torque",
+    "model = lp.compose(drive=Torque(tau=3.0), body=Inertia(J=2.0), connections=lambda m:"
+    " lp.chain(m.drive, m.body))\nmodel",
+    "system = lp.assemble(model)\nsystem",
+    "run = lp.simulate(system, until=4.0, grid=8)\nrun",
+    "print(run['body.phi'][-1], run[['body.w', 'body.phi']].shape, 'body.phi' in run)",
+    "ip = get_ipython()\nprint([c for c in ip.Completer.complete(line_buffer='run[\"body.p',"
+    " cursor_pos=11)[1]])",
+]
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_notebook_shows_models_runs_and_completions():
+    book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(c) for c in NOTEBOOK])
+    NotebookClient(book, timeout=120, kernel_name="python3").execute()
+    outputs = [cell.outputs for cell in book.cells]
+    for i in (1, 2, 3):
+        assert "<svg" in outputs[i][0].data["text/html"]
+        assert outputs[i][0].data["text/plain"]
+    # half the acceleration, 3/2, times the square of 4 s
+    assert outputs[4][0].text.split()[0] == "12.0"
+    assert outputs[4][0].text.split()[1:] == ["(9,", "2)", "True"]
+    assert "body.phi" in outputs[5][0].text
