@@ -1,7 +1,7 @@
 """Universal files (UFF): measured and computed curves and mode shapes.
 
 Source: Universal File Formats for Modal Analysis Testing, University of Cincinnati, SDRL: data sets
-55 (data at nodes) and 58 (function at nodal degree of freedom).
+55 (data at nodes), 58 (function at nodal degree of freedom) and 2414 (analysis data).
 """
 
 from __future__ import annotations
@@ -42,6 +42,9 @@ _TYPES = {
 }
 """Displacement, velocity, acceleration, excitation; anything else is unknown, 0."""
 _TIME, _FREQUENCY = 17, 18
+_COMPLEX = (5, 6)
+_IN_LINE = 6
+"""Numbers of a line of analysis data."""
 _LONGEST = 80
 """Letters of an identification line."""
 
@@ -82,7 +85,7 @@ class UffCurve:
 
 @dataclass(frozen=True, eq=False)
 class UffShape:
-    """A mode shape of a universal file (data set 55).
+    """A mode shape of a universal file (data set 55 or 2414).
 
     Attributes
     ----------
@@ -90,7 +93,7 @@ class UffShape:
         Natural frequency, Hz, and damping ratio.
     nodes : tuple of int
         Where.
-    values : ndarray, shape (nodes, 3 or 6)
+    values : ndarray, shape (nodes, 1, 3 or 6)
         Amplitudes: translation along x, y, z, and where the file has them rotation about them. A
         torsional shape of `write_uff` has its angles in the first column.
     """
@@ -156,7 +159,7 @@ def read_uff(path: str | Path) -> UffFile:
     try:
         found = pyuff.UFF(str(path))
         known = [int(kind) for kind in found.get_set_types()]
-        places = [i for i, kind in enumerate(known) if kind in (55, 58)]
+        places = [i for i, kind in enumerate(known) if kind in (55, 58, 2414)]
         sets = found.read_sets(places) if places else []
     except Exception as fault:  # pyuff raises nothing narrower
         raise OptionError(f"read_uff: {path} is no universal file: {fault}.") from None
@@ -164,10 +167,12 @@ def read_uff(path: str | Path) -> UffFile:
         raise OptionError(f"read_uff: {path} is no universal file: it has no data set.")
     sets = sets if isinstance(sets, list) else [sets]
     curves = [_curve(s) for s in sets if s["type"] == 58 and s["func_type"] in _KINDS]
-    shapes = [_shape(s) for s in sets if s["type"] == 55 and s["analysis_type"] in (2, 3)]
-    rest = [kind for kind in known if kind not in (55, 58)]
-    rest += [58] * (known.count(58) - len(curves)) + [55] * (known.count(55) - len(shapes))
-    return UffFile(tuple(curves), tuple(shapes), tuple(sorted(rest)))
+    old = [_shape(s) for s in sets if s["type"] == 55 and s["analysis_type"] in (2, 3)]
+    new = [_analysis_shape(s) for s in sets if s["type"] == 2414 and _is_shape(s)]
+    rest = [kind for kind in known if kind not in (55, 58, 2414)]
+    for kind, taken in ((58, curves), (55, old), (2414, new)):
+        rest += [kind] * (known.count(kind) - len(taken))
+    return UffFile(tuple(curves), (*old, *new), tuple(sorted(rest)))
 
 
 def _curve(found: Mapping[str, Any]) -> UffCurve:
@@ -189,11 +194,38 @@ def _shape(found: Mapping[str, Any]) -> UffShape:
     if found["analysis_type"] == 2:
         hertz, damping = float(found["freq"]), float(found["modal_damp_vis"])
     else:
-        size = abs(found["eig"])
-        hertz, damping = size / (2 * np.pi), -found["eig"].real / size if size else 0.0
+        hertz, damping = _of_eigenvalue(found["eig"])
     columns = [found[f"r{i}"] for i in range(1, 7) if f"r{i}" in found]
     nodes = tuple(int(n) for n in found["node_nums"])
     return UffShape(float(hertz), float(damping), nodes, np.column_stack(columns))
+
+
+def _is_shape(found: Mapping[str, Any]) -> bool:
+    """Whether analysis data are modes at nodes, in lines that pyuff reads."""
+    numbers = found["number_of_data_values_for_the_data_component"]
+    size = numbers * (2 if found["data_type"] in _COMPLEX else 1)
+    return (
+        found["analysis_type"] in (2, 3, 7) and found["dataset_location"] == 1 and size <= _IN_LINE
+    )
+
+
+def _analysis_shape(found: Mapping[str, Any]) -> UffShape:
+    if found["analysis_type"] == 2:
+        hertz, damping = found["record12_field2"], found["record12_field5"]
+    else:
+        eigenvalue = complex(found["record13_field1"], found["record13_field2"])
+        hertz, damping = _of_eigenvalue(eigenvalue)
+    values = np.array(found["data_at_node"])
+    if found["data_type"] in _COMPLEX:
+        values = values[:, ::2] + 1j * values[:, 1::2]
+    nodes = tuple(int(n) for n in found["node_nums"])
+    return UffShape(float(hertz), float(damping), nodes, values)
+
+
+def _of_eigenvalue(value: complex) -> tuple[float, float]:
+    """Natural frequency, Hz, and damping ratio."""
+    size = abs(value)
+    return size / (2 * np.pi), -value.real / size if size else 0.0
 
 
 @checked

@@ -229,7 +229,7 @@ class Page:
             self._choice,
             Row(back, save, sizing_mode="stretch_width"),
             self._input("Load parameters (.toml, .json)", ".toml,.json", self._load, "load"),
-            self._input("Measured curves (.csv)", ".csv", self._lay_over, "data"),
+            self._input("Measured curves (.csv, .uff)", ".csv,.uff,.unv", self._lay_over, "data"),
             self._vary,
             fit,
             hint,

@@ -111,6 +111,35 @@ def test_a_file_of_another_program_is_read(tmp_path):
     assert "channel 3" in repr(found)
 
 
+def analysis_data(kind, data_type, size, real, nodes):
+    """Data set 2414 by the columns of its description; real are its records 12 and 13."""
+    lines = ["    -1", "  2414", f"{1:10d}", "mode", f"{1:10d}", *["NONE"] * 5]
+    lines += ["".join(f"{n:10d}" for n in row)
+              for row in ((1, kind, size, 8, data_type, size), [0] * 8, [0] * 2)]  # fmt: skip
+    lines += ["".join(f"{x:13.5E}" for x in real[i : i + 6]) for i in (0, 6)]
+    for node, values in nodes.items():
+        lines += [f"{node:10d}", "".join(f"{x:13.5E}" for x in values)]
+    return "\n".join([*lines, "    -1", ""])
+
+
+def test_modes_of_analysis_data_are_read(tmp_path):
+    normal = [0.0, 12.5, 0.0, 1.0, 0.03, *[0.0] * 7]
+    rooted = [*[0.0] * 6, -3.0, 40.0, *[0.0] * 4]
+    text = analysis_data(2, 2, 6, normal, {7: [0, 0, 0, 1.0, 0, 0], 9: [0, 0, 0, -0.5, 0, 0]})
+    text += analysis_data(3, 5, 3, rooted, {7: [1.0, 2.0, 0, 0, 0, 0], 8: [3.0, -4.0, 0, 0, 0, 0]})
+    text += analysis_data(4, 2, 3, normal, {7: [1.0, 0, 0]})  # of a course over time
+    file = tmp_path / "modes.unv"
+    file.write_text(text)
+    found = lp.exchange.read_uff(file)
+    first, second = found.shapes
+    assert (first.hertz, first.damping, first.nodes) == (12.5, 0.03, (7, 9))
+    assert first.values[:, 3].tolist() == [1.0, -0.5]
+    assert second.hertz == pytest.approx(np.hypot(3, 40) / (2 * np.pi))
+    assert second.damping == pytest.approx(3 / np.hypot(3, 40))
+    assert second.values[:, 0].tolist() == [1 + 2j, 3 - 4j]
+    assert found.left_out == (2414,)
+
+
 def test_measured_and_computed_responses_are_compared_at_the_measured_frequencies():
     hertz = np.linspace(0.5, 6.0, 23)
     truth = np.array([exact(5.0, f)[0] for f in hertz])

@@ -146,6 +146,19 @@ def test_what_a_run_saves_can_be_laid_over(system, tmp_path):
     assert found.curves["a.w"].tolist() == run["a.w"].tolist()
 
 
+def test_curves_of_a_universal_file_can_be_laid_over(system, tmp_path):
+    run = lp.simulate(system, until=0.1, start={"shaft.phi_rel": 0.01}, grid=20)
+    file = lp.exchange.write_uff(tmp_path / "run.uff", run, nodes={"shaft.tau": 1, "a.w": 2})
+    found = measured(system, "run.uff", file.read_bytes())
+    assert found.t.tolist() == run.t.tolist()
+    assert found.curves["shaft.tau"].tolist() == run["shaft.tau"].tolist()
+    shapes = lp.exchange.write_uff(tmp_path / "shapes.unv", lp.modes(system), nodes={"a.phi": 1})
+    with pytest.raises(OptionError, match="no curve over time"):
+        measured(system, "shapes.unv", shapes.read_bytes())
+    with pytest.raises(OptionError, match=r"end in \.csv, \.uff or \.unv"):
+        measured(system, "run.mat", b"")
+
+
 @pytest.mark.parametrize(
     ("text", "fault", "told"),
     [

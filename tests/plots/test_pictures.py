@@ -123,13 +123,37 @@ def results(tmp_path_factory):
             run, torque="pulses.flange.tau", speed="engine.w", rated=8.0, maximum=20.0
         ),
         "verdict": lp.vibration.verdict(orders, limits),
+        "comparison": comparison(free),
+        "identified": identified(still),
     }  # fmt: skip
+
+
+def comparison(free):
+    """A response of a somewhat softer shaft beside that of the model."""
+    hertz = np.geomspace(1.0, 50.0, 60)
+    ends = {"inputs": ["pulses.tau"], "outputs": ["end.w"], "hertz": hertz}
+    softer = lp.frequency_response(free, **ends, parameters={"shaft.c": 4e3})
+    return lp.vibration.compare_response(
+        lp.frequency_response(free, **ends),
+        output="end.w",
+        input="pulses.tau",
+        hertz=hertz,
+        measured=softer["end.w", "pulses.tau"],
+    )
+
+
+def identified(still):
+    t = np.linspace(0.0, 0.6, 61)
+    start = {"body.w": 1.0}
+    run = lp.simulate(still, until=0.6, grid=t, start=start, parameters={"spring.c": 240.0})
+    vary = {"spring.c": (100.0, 400.0)}
+    return lp.identify(still, vary=vary, t=t, measured={"body.w": run["body.w"]}, start=start)
 
 
 KINDS = (
     *("run", "file", "modes", "response", "campbell", "orders", "tracks", "sums", "holzer"),
     *("locus", "eigen", "point", "gradient", "forward", "ensemble", "precision", "sizing"),
-    "verdict",
+    *("verdict", "comparison", "identified"),
 )
 
 
@@ -256,6 +280,8 @@ UNITS = {"rad/s": "rpm", "N.m": "kN.m", "Hz": "1/min", "rad": "deg"}
         ("locus", {"real part / (2 pi), 1/min", "imaginary part / (2 pi), 1/min"}),
         ("ensemble", {"peak, kN.m", "runs"}),
         ("sizing", {"angular velocity, rpm", "torque, kN.m"}),
+        ("comparison", {"magnitude, rpm/(kN.m)", "phase, deg", "frequency, 1/min"}),
+        ("identified", {"body.w, rpm", "time, s"}),
     ],
 )
 def test_axes_have_the_units_that_are_chosen(results, kind, backend, expected):
