@@ -3,10 +3,8 @@
 import time
 from xml.dom import minidom
 
-import nbformat
 import numpy as np
 import pytest
-from nbclient import NotebookClient
 
 import lumped as lp
 from lumped.components import Inertia, SpringDamper, Torque
@@ -102,29 +100,3 @@ def test_a_curve_keeps_its_peaks_however_long_it_is():
     assert heights[heights[:, 1].argmin(), 0] == pytest.approx(2 + 156 * 0.54321, abs=0.1)
     assert np.ptp(heights[:, 1]) == pytest.approx(24.0)
     assert len(points) < 1000
-
-
-NOTEBOOK = [
-    "import numpy as np, lumped as lp\nfrom lumped.components import Inertia, Torque",
-    "model = lp.compose(drive=Torque(tau=3.0), body=Inertia(J=2.0), connections=lambda m:"
-    " lp.chain(m.drive, m.body))\nmodel",
-    "system = lp.assemble(model)\nsystem",
-    "run = lp.simulate(system, until=4.0, grid=8)\nrun",
-    "print(run['body.phi'][-1], run[['body.w', 'body.phi']].shape, 'body.phi' in run)",
-    "ip = get_ipython()\nprint([c for c in ip.Completer.complete(line_buffer='run[\"body.p',"
-    " cursor_pos=11)[1]])",
-]
-
-
-@pytest.mark.filterwarnings("ignore")
-def test_a_notebook_shows_models_runs_and_completions():
-    book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(c) for c in NOTEBOOK])
-    NotebookClient(book, timeout=120, kernel_name="python3").execute()
-    outputs = [cell.outputs for cell in book.cells]
-    for i in (1, 2, 3):
-        assert "<svg" in outputs[i][0].data["text/html"]
-        assert outputs[i][0].data["text/plain"]
-    # half the acceleration, 3/2, times the square of 4 s
-    assert outputs[4][0].text.split()[0] == "12.0"
-    assert outputs[4][0].text.split()[1:] == ["(9,", "2)", "True"]
-    assert "body.phi" in outputs[5][0].text
