@@ -19,6 +19,7 @@ from lumped.drawing.symbols import GROUND, SYMBOLS, Symbol
 from lumped.drawing.terminals import Terminal
 from lumped.errors import OptionError
 from lumped.language.component import Component
+from lumped.plots.notebook_figure import NotebookFigure
 from lumped.support.arguments import checked
 
 __all__ = ["draw", "schematic"]
@@ -110,7 +111,7 @@ def draw(plan: Netlist, routed: Routed, values: Mapping[str, str]) -> Figure:
     """Draw the items with their values, and the wires."""
     width = max(routed.size[0] + 2 * MARGIN, 3.2)
     height = routed.size[1] + HEAD + FOOT
-    figure = Figure((width, height))
+    figure = NotebookFigure((width, height))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(-MARGIN, width - MARGIN), ylim=(routed.size[1] + FOOT, -HEAD))
     axes.axis("off")

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter
 
 from lumped.errors import OptionError, shown
+from lumped.plots.notebook_figure import NotebookFigure
 from lumped.plots.picture import (
     Band,
     Bars,
@@ -99,7 +100,8 @@ def _new_axes(picture: Picture) -> list[Axes]:
     ]
     captions = 0.25 * picture.rows * any(panel.caption for panel in panels)
     names = picture.depth * (1 if picture.shared else picture.rows)
-    figure = Figure((WIDTH, 0.9 + sum(heights) + captions + names), layout="constrained")
+    size = WIDTH, 0.9 + sum(heights) + captions + names
+    figure = NotebookFigure(size, layout="constrained")
     grid = figure.add_gridspec(picture.rows, columns, height_ratios=heights)
     axes: list[Axes] = []
     for i in range(len(panels)):

@@ -33,6 +33,7 @@ CELLS = {
         with lp.display_units({"w": "rpm"}):
             print([axis.get_ylabel() for axis in run.plot(["a.w"]).axes])
     """,
+    "plot": "run.plot(['a.w'])",
     "plotly": """
         figure = run.plot(["a.w"], backend="plotly")
         print(type(figure).__module__.split(".")[0], np.array_equal(figure.data[0].y, run["a.w"]))
@@ -60,20 +61,21 @@ CELLS = {
 
 @pytest.fixture(scope="module")
 def shown():
-    """Printed text and HTML of each cell."""
+    """Printed text and HTML of each cell, and the picture that is no HTML."""
     cells = [nbformat.v4.new_code_cell(inspect.cleandoc(text)) for text in CELLS.values()]
     book = nbformat.v4.new_notebook(cells=cells)
     NotebookClient(book, timeout=120, kernel_name="python3").execute()
     found = {}
     for name, cell in zip(CELLS, book.cells, strict=True):
         printed = "".join(out.text for out in cell.outputs if out.output_type == "stream")
-        html = [out.data.get("text/html", "") for out in cell.outputs if "data" in out]
-        found[name] = printed, "".join(html)
+        data = [out.data for out in cell.outputs if "data" in out]
+        html = "".join(each.get("text/html", "") for each in data)
+        found[name] = printed, html, [each["image/png"] for each in data if "image/png" in each]
     return found
 
 
 def test_help_names_parameters_with_units(shown):
-    printed, _ = shown["help"]
+    printed = shown["help"][0]
     assert "J:" in printed
     assert "kg.m2" in printed
 
@@ -84,7 +86,7 @@ def test_results_are_shown_with_pictures(shown, cell):
 
 
 def test_names_are_told_and_completed(shown):
-    printed, _ = shown["names"]
+    printed = shown["names"][0]
     assert printed.startswith("True True (201, 2)")
     assert "shaft.tau" in printed
 
@@ -96,6 +98,7 @@ def test_numbers_are_those_of_the_closed_forms(shown):
 
 
 def test_plots_have_chosen_units_and_another_backend(shown):
+    assert len(shown["plot"][2]) == 1
     assert "rpm" in shown["units"][0]
     assert shown["plotly"][0].split() == ["plotly", "True"]
 
@@ -105,7 +108,7 @@ def test_results_can_be_kept(shown):
 
 
 def test_the_page_with_sliders_is_served_to_this_computer_alone_until_it_is_closed(shown):
-    printed, html = shown["page"]
+    printed, html, _ = shown["page"]
     assert printed.split() == ["200", "True"]
     assert "<iframe" in html
     assert "closed" in shown["closed"][0]
