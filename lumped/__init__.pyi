@@ -50,6 +50,7 @@ from lumped.language.quantity import param as param
 from lumped.language.quantity import var as var
 from lumped.language.switch import hold as hold
 from lumped.language.switch import when as when
+from lumped.live.live_page import live_page as live_page
 from lumped.optimisation.identify import identify as identify
 from lumped.optimisation.optimise import optimise as optimise
 from lumped.orbits.periodic import periodic as periodic

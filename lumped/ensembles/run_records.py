@@ -37,7 +37,7 @@ from lumped.timeloop.run import nominals
 from lumped.timeloop.settings import just_after
 from lumped.timeloop.taylor_series import TaylorSeries
 
-__all__ = ["RunOptions", "RunRecords"]
+__all__ = ["RunOptions", "RunRecords", "watch_of"]
 
 _EVER = 1 << 60
 _LOOKS = 4000
@@ -154,7 +154,7 @@ class RunRecords:
             run.longest = (options.until - options.begin) / _LOOKS
         run.output = _no_output()
         run.watches = 1
-        run.watch = self._watch()
+        run.watch = watch_of(self.watched)
         for name in ("integrand", "extreme", "end_value", "point", "final", "event_point"):
             setattr(run.watch, name, self._functions.get(name, self._nothing))
         self._set_instants(run, self._first_instants)
@@ -248,20 +248,6 @@ class RunRecords:
         run.timed = len(found.places)
         run.timed_setting = np.ascontiguousarray(found.places, dtype=np.int64)
         run.timed_values = np.ascontiguousarray(found.modes).ravel()
-
-    def _watch(self) -> Watch:
-        """The record of functionals."""
-        columns: dict[str, list[int]] = {}
-        counts = [len(clock.condition.modes) for clock in clocks(self.system)]
-        first = np.cumsum([0, *counts]).tolist()
-        for clock, place in zip(clocks(self.system), first, strict=False):
-            columns.setdefault(clock.condition.name, []).append(place)
-        needs = [
-            (place, first[need])
-            for clock, place in zip(clocks(self.system), first, strict=False)
-            for need in clock.needs
-        ]
-        return self.watched.record(columns, needs)
 
     def _clocks(self, run: Run) -> Clocks:
         """The record of clocks that move with what varies."""
@@ -363,3 +349,19 @@ def _no_output() -> RunOutput:
         is_on_grid=1,
         is_short=1,
     )
+
+
+def watch_of(watched: Watched) -> Watch:
+    """The record of functionals."""
+    columns: dict[str, list[int]] = {}
+    every = clocks(watched.system)
+    counts = [len(clock.condition.modes) for clock in every]
+    first = np.cumsum([0, *counts]).tolist()
+    for clock, place in zip(every, first, strict=False):
+        columns.setdefault(clock.condition.name, []).append(place)
+    needs = [
+        (place, first[need])
+        for clock, place in zip(every, first, strict=False)
+        for need in clock.needs
+    ]
+    return watched.record(columns, needs)

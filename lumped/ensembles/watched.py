@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -26,9 +27,9 @@ from lumped.simulation.functional_kinds import (
     product,
 )
 from lumped.timeloop.holds import hold_words
-from lumped.timeloop.validity import ranges
+from lumped.timeloop.validity import Held, ranges
 
-__all__ = ["POSITIONS", "Collected", "Watched"]
+__all__ = ["POSITIONS", "Collected", "Reading", "Watched"]
 
 Collected = Final | Peak | Swing | Integral | At | Instant | Count | AtEvent | Impact
 """What the loop can collect."""
@@ -36,6 +37,38 @@ Collected = Final | Peak | Swing | Integral | At | Instant | Count | AtEvent | I
 _SIGNS = {"peak": 0, "highest": 1, "lowest": -1}
 POSITIONS = (0, 1, 2, -1)
 """Positions of a hold, in the order of its words: stuck, forward, backward, free."""
+
+
+class Reading(NamedTuple):
+    """How a functional follows from what the loop gives.
+
+    Attributes
+    ----------
+    kind : {"sum", "least", "integral", "mean", "rms", "event"}
+        The sum of places; what is there with its sign changed; an integral, its mean, or the root
+        of that; what is taken from an event, if it happened often enough.
+    places : tuple of int
+        Where.
+    number : float
+        Length of the part of the run, s; how often the event must happen.
+    """
+
+    kind: str
+    places: tuple[int, ...]
+    number: float = 1.0
+
+    def value(self, found: np.ndarray) -> np.ndarray:
+        """The functional in each run, shape (n,); nan where its event is missing."""
+        first: np.ndarray = found[:, self.places[0]]
+        if self.kind == "least":
+            return -first
+        if self.kind == "event":
+            return np.where(found[:, self.places[1]] >= self.number, first, np.nan)
+        if self.kind in ("mean", "rms"):
+            mean: np.ndarray = first / self.number
+            return mean if self.kind == "mean" else np.sqrt(np.maximum(mean, 0.0))
+        total: np.ndarray = found[:, list(self.places)].sum(axis=1)
+        return total
 
 
 @dataclass
@@ -256,49 +289,43 @@ class Watched:
 
     def values(self, found: np.ndarray) -> np.ndarray:
         """Functionals of runs from what the loop gives, shape (n, len(of)); nan where missing."""
-        columns = [self._value(f, self._places[label], found) for label, f in self.of.items()]
-        return np.column_stack(columns)
+        return np.column_stack([self.reading(label).value(found) for label in self.of])
+
+    @property
+    def swings(self) -> list[tuple[Held, tuple[int, int]]]:
+        """Ranges of components; places of the highest and of the negative of the lowest value."""
+        first = self._first[1]
+        return [(held, (first + high, first + low)) for held, (high, low) in self._ranges]
 
     def outside(self, found: np.ndarray) -> np.ndarray:
         """Which runs took a component beyond where its equations hold, shape (n,)."""
-        first = self._first[1]
         beyond = np.zeros(len(found), dtype=bool)
-        for held, (high, low) in self._ranges:
-            beyond |= held.outside(found[:, first + high]) | held.outside(-found[:, first + low])
+        for held, (high, low) in self.swings:
+            beyond |= held.outside(found[:, high]) | held.outside(-found[:, low])
         return beyond
 
-    def _value(
-        self, wanted: Collected, place: int | tuple[int, int], found: np.ndarray
-    ) -> np.ndarray:
+    def reading(self, label: str) -> Reading:
+        """Where a functional is found in what the loop gives."""
+        wanted, place = self.of[label], self._places[label]
         integrals, extremes, points, finals, events = self._first
         if isinstance(wanted, Swing):
             assert isinstance(place, tuple)
-            high, low = (found[:, extremes + k] for k in place)
-            swing: np.ndarray = high + low
-            return swing
+            return Reading("sum", tuple(extremes + k for k in place))
         assert isinstance(place, int)
         if isinstance(wanted, Integral):
-            total = found[:, integrals + place]
             begin, end = wanted.between or (self.begin, self.until)
-            if wanted.kind == "integral":
-                return total
-            mean: np.ndarray = total / (end - begin)
-            return mean if wanted.kind == "mean" else np.sqrt(np.maximum(mean, 0.0))
+            return Reading(wanted.kind, (integrals + place,), end - begin)
         if isinstance(wanted, Peak):
-            best = found[:, extremes + place]
-            return -best if wanted.kind == "lowest" else best
+            return Reading("least" if wanted.kind == "lowest" else "sum", (extremes + place,))
         if isinstance(wanted, At | Final):
-            chosen: np.ndarray = found[:, (points if isinstance(wanted, At) else finals) + place]
-            return chosen
-        taken, count = found[:, events + 2 * place], found[:, events + 2 * place + 1]
+            return Reading("sum", ((points if isinstance(wanted, At) else finals) + place,))
+        taken = events + 2 * place
         if isinstance(wanted, Count):
-            return count
-        number = wanted.number
-        if number is None:
-            return taken
-        least = number + 1 if number >= 0 else -number
-        there: np.ndarray = np.where(count >= least, taken, np.nan)
-        return there
+            return Reading("sum", (taken + 1,))
+        if wanted.number is None:
+            return Reading("sum", (taken,))
+        least = wanted.number + 1 if wanted.number >= 0 else -wanted.number
+        return Reading("event", (taken, taken + 1), least)
 
     def missing(self, label: str) -> str:
         """Why a functional of a run that went to its end is no number."""

@@ -27,7 +27,8 @@ _RECORDS: dict[str, type[Record]] = {
     "watch": Watch,
 }
 _UNWATCHED = dict.fromkeys(Watch.lengths(), 0)
-"""Units collect no functionals."""
+"""Lengths where no functionals are collected."""
+_FUNCTIONS = [f.name for kind in (Plant, Watch) for f in kind.fields.values() if f.kind is Function]
 _OUTPUT = {
     "t": "rows",
     "x": "rows * states",
@@ -51,7 +52,9 @@ class Memory:
     values : mapping of str to mapping of str to int or ndarray
         For some records what their fields hold: numbers, and tables that do not change.
     functions : iterable of str
-        Functions of the plant that there are.
+        Functions of the plant and of functionals that there are.
+    watch : Watch, optional
+        What functionals take from a run; what it holds besides zeros does not change.
     """
 
     def __init__(
@@ -59,25 +62,28 @@ class Memory:
         sizes: Mapping[str, int],
         values: Mapping[str, Mapping[str, int | np.ndarray]],
         functions: list[str],
+        watch: Watch | None = None,
     ) -> None:
         changes = sizes["conditions"] + sizes["holds"] + 1
         modes = sizes["settings"] - sizes["implicit"]
         more = {"rows": _ROWS, "pieces": _PIECES, "changes": changes, "modes": modes}
-        self._sizes = {**_UNWATCHED, **sizes, **more, "work": 1, "prepared": 0}
+        watched = {name: getattr(watch, name) for name in _UNWATCHED if watch and name != "states"}
+        self._sizes = {**_UNWATCHED, **sizes, **watched, **more, "work": 1, "prepared": 0}
         self._counts = {"numbers": 0, "integers": 0}
         self._functions = functions
         self.tables: list[str] = []
         self._lines: list[str] = []
+        given = {**values, "watch": {} if watch is None else _held(watch)}
         for name, kind in _RECORDS.items():
             for field in kind.fields.values():
-                self._field(name, field, values.get(name, {}))
+                self._field(name, field, given.get(name, {}))
         limits = {"most_rows": _ROWS, "most_pieces": _PIECES, "most_changes": changes}
         self._lines += [f"    memory->output.{name} = {n};" for name, n in limits.items()]
 
     def _field(self, record: str, field: Field, values: Mapping[str, int | np.ndarray]) -> None:
         place, name = f"memory->{record}.{field.name}", field.name
         if isinstance(field.kind, type):
-            if field.kind is Function and record != "plant":
+            if field.kind is Function and record not in ("plant", "watch"):
                 return
             if field.kind is Function:
                 self._lines.append(f"    {place} = &memory->functions[FUNCTION_{name}];")
@@ -96,7 +102,11 @@ class Memory:
 
     def _given(self, record: str, field: Field, value: int | np.ndarray) -> None:
         place = f"memory->{record}.{field.name}"
-        if isinstance(value, np.ndarray):
+        if isinstance(value, np.ndarray) and not value.any():
+            block = "numbers" if field.kind == "numbers" else "integers"
+            self._lines.append(f"    {place} = memory->{block} + {self._counts[block]};")
+            self._counts[block] += len(value)
+        elif isinstance(value, np.ndarray):
             kind, symbol = "double" if field.kind == "numbers" else "int64_t", field.name
             listed = ", ".join(repr(v) for v in [*value.tolist(), 0])
             listed = listed.replace("inf", "INFINITY").replace("nan", "NAN")
@@ -109,8 +119,7 @@ class Memory:
     def declaration(self) -> str:
         """The struct."""
         records = [f"    {kind.__name__} {name};" for name, kind in _RECORDS.items()]
-        names = [f.name for f in Plant.fields.values() if f.kind is Function]
-        listed = ",\n".join(f"    FUNCTION_{name}" for name in names)
+        listed = ",\n".join(f"    FUNCTION_{name}" for name in _FUNCTIONS)
         head = "/* A run with all that it points to; a copy is whole as soon as it is bound. */"
         return "\n".join(
             [
@@ -118,7 +127,7 @@ class Memory:
                 head,
                 "typedef struct {",
                 *records,
-                f"    Function functions[{len(names)}];",
+                f"    Function functions[{len(_FUNCTIONS)}];",
                 f"    double numbers[{max(self._counts['numbers'], 1)}];",
                 f"    int64_t integers[{max(self._counts['integers'], 1)}];",
                 "} Memory;\n",
@@ -135,3 +144,16 @@ class Memory:
         ]
         head = ["void model_bind(Memory *memory)", "{"]
         return "\n".join([*self.tables, "", *head, *self._lines, *addresses, "}\n"])
+
+
+def _held(watch: Watch) -> dict[str, int | np.ndarray]:
+    """Counts, tables, and arrays whose length only the record knows."""
+    found: dict[str, int | np.ndarray] = {}
+    for field in Watch.fields.values():
+        value = getattr(watch, field.name)
+        if isinstance(value, np.ndarray):
+            if value.any() or not field.length:
+                found[field.name] = value
+        elif isinstance(value, int) and value:
+            found[field.name] = value
+    return found

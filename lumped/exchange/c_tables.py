@@ -15,6 +15,8 @@ from lumped.code.to_c import as_c, header
 from lumped.code.trigonometry import cosine, sine
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
+from lumped.ensembles.run_records import watch_of
+from lumped.ensembles.watched import Watched
 from lumped.exchange.c_memory import Memory
 from lumped.exchange.interface import Interface, Shown, limits_of
 from lumped.flattening import hold_modes
@@ -22,6 +24,8 @@ from lumped.kernel import plant, run
 from lumped.kernel.holds import TOUCHING
 from lumped.kernel.linkages import close
 from lumped.kernel.loop import loop, must_jump
+from lumped.kernel.many_runs.variants import note_collisions, take
+from lumped.kernel.observe import begin_watch
 from lumped.kernel.pivots import pattern_of
 from lumped.kernel.positions import begin, calm_positions, find_positions
 from lumped.kernel.run import Pattern
@@ -43,6 +47,9 @@ _ENTRIES: dict[str, Any] = {
     "kernel_watch_redundancy": watch_redundancy,
     "kernel_must_jump": must_jump,
     "kernel_is_unfit": is_unfit,
+    "kernel_begin_watch": begin_watch,
+    "kernel_note_collisions": note_collisions,
+    "kernel_take": take,
     "lumped_sin": sine,
     "lumped_cos": cosine,
 }
@@ -66,7 +73,7 @@ _OUTSIDE = {
 
 
 def model_files(
-    interface: Interface, token: str, rtol: float, method: str
+    interface: Interface, token: str, rtol: float, method: str, watched: Watched | None = None
 ) -> tuple[dict[str, str], int]:
     """Text of ``loop.c``, ``loop.h``, ``model.c`` and ``model.h``, and the number of operations.
 
@@ -74,6 +81,8 @@ def model_files(
     ----------
     method : {"auto", "explicit", "implicit"}
         Of co-simulation.
+    watched : Watched, optional
+        Functionals that the loop collects.
     """
     system = interface.system
     given, lengths, fields = parts_of(system)
@@ -89,7 +98,11 @@ def model_files(
     timed = [m for clock in clocks(system) for m in clock.condition.modes]
     lengths["timed"] = len(timed)
     values["run"] = {"timed": len(timed), "timed_setting": np.array(timed, dtype=np.int64)}
-    memory = Memory(lengths, values, list(functions))
+    watch = None if watched is None else watch_of(watched)
+    if watched is not None:
+        functions |= {name: operations_of(f) for name, f in watched.functions.items()}
+        values["run"]["watches"] = 1
+    memory = Memory(lengths, values, list(functions), watch)
     functions |= _own_functions(interface)
     # the interface calls these directly
     for name in ("rates", "look", "margin", "margin_rate", "following"):

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
-import os
 import platform
 import re
-import shutil
-import subprocess
 import sys
-import tempfile
 import time as clock
 import uuid
 import zipfile
@@ -19,16 +14,16 @@ from importlib import resources
 from pathlib import Path
 from typing import Literal
 
-from lumped.code import code_cache
 from lumped.compiler.system import Changes, Name, System
-from lumped.errors import ExportError, OptionError
+from lumped.errors import OptionError
+from lumped.exchange.c_compiler import LARGE, Linked, compiled, own_compiler
 from lumped.exchange.c_tables import model_files
 from lumped.exchange.fmu_description import build_description, model_description
-from lumped.exchange.interface import Interface
+from lumped.exchange.interface import Interface, uneven_clocks
 from lumped.support.arguments import checked
 from lumped.support.whole_files import whole_file
 from lumped.timeloop.guards import may_be_unfit
-from lumped.timeloop.instants import Clock, clocks
+from lumped.timeloop.instants import Clock
 
 __all__ = ["ExportedFMU", "export_fmu"]
 
@@ -42,8 +37,6 @@ _HEADERS = {
 }
 """Those of the Modelica Association, and one of ours."""
 _KINDS = ("model_exchange", "co_simulation")
-_LARGE = 40_000
-"""Operations from which on a compiler takes too long to optimise."""
 
 
 @dataclass(frozen=True)
@@ -153,7 +146,7 @@ def export_fmu(
         raise OptionError(f"export_fmu: kind = {kind!r}: choose from {', '.join(_KINDS)}.")
     if not 1e-13 <= rtol < 1:
         raise OptionError(f"export_fmu: rtol = {rtol}: it must lie between 1e-13 and 1.")
-    sampled = [timed for timed in clocks(system) if timed.moves and not timed.even]
+    sampled = uneven_clocks(system)
     if sampled:
         system = system.without_foresight()
     interface = Interface(system, inputs, outputs, start or {})
@@ -178,7 +171,10 @@ def export_fmu(
     if version == "3.0":
         files["buildDescription.xml"] = build_description(identifier, sources)
     place, suffix = _platform(version)
-    library = _compiled(files, sources, "-O1" if operations > _LARGE else "-O2", suffix)
+    compiler = own_compiler()
+    level = "-O1" if operations > LARGE else "-O2"
+    linked = Linked(("-fPIC", "-fvisibility=hidden"), ("-shared",), suffix)
+    library = compiled(files, sources, compiler, level, linked) if compiler else None
     path = Path(path)
     with whole_file(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", described)
@@ -197,8 +193,8 @@ def export_fmu(
     }
     remarks = _remarks(system, library is not None, sampled)
     seconds = clock.perf_counter() - begin
-    compiled = place if library is not None else ""
-    return ExportedFMU(path, version, kinds, counts, compiled, seconds, remarks)
+    built = place if library is not None else ""
+    return ExportedFMU(path, version, kinds, counts, built, seconds, remarks)
 
 
 def _remarks(system: System, compiled: bool, sampled: list[Clock]) -> tuple[str, ...]:
@@ -235,48 +231,3 @@ def _platform(version: str) -> tuple[str, str]:
     if version == "2.0" and machine == "x86_64":
         return {"windows": "win64"}.get(system, f"{system}64"), suffix
     return f"{machine}-{system}", suffix
-
-
-def _compiled(
-    files: dict[str, str], sources: Iterable[str], level: str, suffix: str
-) -> bytes | None:
-    """The shared library, or None without a compiler."""
-    compiler = os.environ.get("CC") or shutil.which("cc")
-    if not compiler:
-        return None
-    with tempfile.TemporaryDirectory() as folder:
-        for name, text in files.items():
-            (Path(folder) / name).write_text(text)
-        own = compiler.split()
-        command = [*own, "-std=c99", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden"]
-        _compile_loop(
-            [*command, "-O2"], _call([*own, "--version"], folder), files["loop.c"], folder
-        )
-        others = ["loop.o", *(name for name in sources if name != "loop.c")]
-        _call([*command, level, "-shared", "-o", f"model{suffix}", *others, "-lm"], folder)
-        return (Path(folder) / f"model{suffix}").read_bytes()
-
-
-def _compile_loop(command: list[str], version: str, text: str, folder: str) -> None:
-    """Object code of the time loop, which is the same in all units: compiled once and kept."""
-    made = Path(folder) / "loop.o"
-    key = hashlib.sha256("|".join([version, *command, text]).encode()).hexdigest()
-    code = code_cache.load(code_cache.loop_name() + key)
-    if code is None:
-        _call([*command, "-c", "loop.c", "-o", "loop.o"], folder)
-        code_cache.save(code_cache.loop_name() + key, made.read_bytes())
-    else:
-        made.write_bytes(code)
-
-
-def _call(command: list[str], folder: str) -> str:
-    """What a compiler says."""
-    try:
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    except OSError as error:
-        raise ExportError(f"export_fmu: the compiler cannot be run: {error}") from None
-    if done.returncode:
-        raise ExportError(
-            f"export_fmu: {command[0]} refuses the sources:\n{done.stderr.strip()[:2000]}"
-        )
-    return done.stdout

@@ -14,10 +14,11 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.language.quantity import Param
 from lumped.points.start import StartForm, start_form, start_point
+from lumped.timeloop.instants import Clock, clocks
 from lumped.timeloop.run import nominals
 from lumped.vibration.response import needing_rates
 
-__all__ = ["Interface", "Shown", "limits_of", "rate_unit"]
+__all__ = ["Interface", "Shown", "limits_of", "rate_unit", "uneven_clocks"]
 
 
 @dataclass(frozen=True)
@@ -208,3 +209,11 @@ def rate_unit(unit: str) -> str:
         return f"{unit}/s"
     above, below = unit.split("/", 1)
     return f"{above}/({below.strip('()')}.s)"
+
+
+def uneven_clocks(system: System) -> list[Clock]:
+    """Functions of time whose instants the C code cannot tell beforehand.
+
+    Systems with some are exported `without_foresight`.
+    """
+    return [timed for timed in clocks(system) if timed.moves and not timed.even]

@@ -28,6 +28,12 @@ enum {
 
 typedef enum { INSTANTIATED, INITIALIZING, EVENTS, CONTINUOUS, STEPPING, TERMINATED } Phase;
 
+/* What happened: instant, kind (0 condition, 1 hold), number, position after. */
+typedef struct {
+    int count, most;
+    double (*row)[4];
+} Events;
+
 /* Everything that a run changes. A saved state is a copy; `model_bind` lets it point to itself. */
 typedef struct {
     Phase phase;
@@ -48,6 +54,7 @@ typedef struct {
     int64_t pending;
     int32_t changed[STORM_SIZE]; /* what changed last: holds after conditions */
     int64_t changed_count;
+    Events *events; /* where to note them, if anywhere */
     char message[2000];
     Memory memory; /* of the loop, with the parameters */
 } Unit;

@@ -173,9 +173,11 @@ static bool settle(Unit *unit)
 {
     Run *run = &unit->memory.run;
     unit_enter(unit);
+    if (run->watches) kernel_begin_watch(run);
     if (HAS_SWITCHING) {
         int64_t why = kernel_begin(run);
         if (why != GOES_ON) return unit_fault(unit, why);
+        if (run->watches) kernel_note_collisions(run);
         memcpy(run->x, run->instant->x, N_STATES * sizeof(double));
         memcpy(run->m, run->instant->m, N_SETTINGS * sizeof(double));
     }

@@ -4,6 +4,16 @@
 
 enum { STEPS_IN_RUN = 1000, FOLLOWED = 16, LOOKS = 4000 };
 
+static void note(Events *events, double t, const int64_t *change)
+{
+    if (!events || events->count >= events->most) return;
+    double *row = events->row[events->count++];
+    row[0] = t;
+    row[1] = (double)change[0];
+    row[2] = (double)change[1];
+    row[3] = (double)change[3];
+}
+
 /* Let the loop go on until it returns; notes what changed, and the positions of the point. */
 int64_t unit_loop(Unit *unit)
 {
@@ -14,6 +24,7 @@ int64_t unit_loop(Unit *unit)
         const int64_t *change = output->change + 4 * i;
         int32_t which = (int32_t)(change[0] ? N_CONDITIONS + change[1] : change[1]);
         unit->changed[unit->changed_count++ % STORM_SIZE] = which;
+        note(unit->events, output->change_time[2 * i], change);
     }
     for (int64_t k = 0; k < output->pieces; k++) /* pieces that began before the last row */
         if (output->piece_row[k] < output->grid_size)

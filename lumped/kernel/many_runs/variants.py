@@ -34,6 +34,8 @@ __all__ = [
     "crossing_of",
     "end_of",
     "look_of",
+    "note_collisions",
+    "take",
     "until_steps_of",
     "variants",
 ]
@@ -167,7 +169,7 @@ def _find_states(variants: Variants) -> bool:
 
 
 @kernel
-def _note_collisions(run: Run) -> None:
+def note_collisions(run: Run) -> None:
     """What collides at the start is an event."""
     instant = run.instant
     for h in range(run.plant.holds):
@@ -203,7 +205,7 @@ def _begin_variant(variants: Variants) -> int:
             for i in range(plant.settings):
                 variants.m_first[i] = run.instant.m[i]
             begin_watch(run)
-            _note_collisions(run)
+            note_collisions(run)
             _place(variants)
         else:
             begin_watch(run)
@@ -222,17 +224,10 @@ def _begin_variant(variants: Variants) -> int:
 
 
 @kernel
-def _end_variant(variants: Variants, status: int) -> None:
-    """Note how the variant ended, and what its functionals are."""
-    run, k = variants.run, variants.number
+def take(run: Run, out: Numbers) -> None:
+    """Take what functionals are at the end of a run."""
     watch = run.watch
-    variants.is_begun = 0
-    variants.status[k] = status
-    variants.steps[k], variants.rejected[k] = run.steps, run.rejected
-    if status != DONE:
-        return
     end_watch(run)
-    out = variants.found[k * variants.width :]
     n = 0
     for i in range(watch.integrands):
         out[n] = watch.sums[i]
@@ -252,6 +247,18 @@ def _end_variant(variants: Variants, status: int) -> None:
             watch.taken[i] = watch.ring[watch.latest[i] + (count + number) % (0 - number)]
         out[n], out[n + 1] = watch.taken[i], float(count)
         n += 2
+
+
+@kernel
+def _end_variant(variants: Variants, status: int) -> None:
+    """Note how the variant ended, and what its functionals are."""
+    run, k = variants.run, variants.number
+    variants.is_begun = 0
+    variants.status[k] = status
+    variants.steps[k], variants.rejected[k] = run.steps, run.rejected
+    if status != DONE:
+        return
+    take(run, variants.found[k * variants.width :])
 
 
 @kernel

@@ -1,0 +1,264 @@
+"""`live_page`: a model, its time loop and its sliders in one file for a browser."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lumped.compiler.assemble import assemble
+from lumped.compiler.system import Changes, Name, System
+from lumped.drawing.inline import inline
+from lumped.drawing.schematic import schematic
+from lumped.ensembles.watched import Collected, Watched
+from lumped.errors import OptionError
+from lumped.exchange.interface import uneven_clocks
+from lumped.explorer.sliders import Ends, Slider, slider, sliders
+from lumped.language.component import Component
+from lumped.live.numbers import rules, watched_numbers
+from lumped.live.run_code import run_code
+from lumped.plots.over_time import over_time
+from lumped.plots.picture import Curve
+from lumped.simulation.functional_kinds import watching
+from lumped.simulation.simulate import simulate
+from lumped.support.arguments import checked
+from lumped.support.text_table import number
+from lumped.support.units import in_seconds
+from lumped.support.whole_files import write_text
+from lumped.timeloop.holds import hold_words
+from lumped.ensembles.watched import POSITIONS
+from lumped.timeloop.result import Trajectory
+from lumped.timeloop.validity import ranges
+
+__all__ = ["live_page"]
+
+_SLIDERS = 10
+"""Sliders, if none are named."""
+_CURVES = 5
+"""States that are shown, if nothing is named."""
+_MOST_ROWS = 20_000
+
+
+@checked
+def live_page(
+    model: Component | System,
+    path: str | Path,
+    *,
+    until: float | str,
+    sliders: Iterable[Name] | Mapping[str, Ends] | Mapping[Name, Ends] | None = None,
+    plots: Iterable[Name] | None = None,
+    numbers: Iterable[Collected] | Mapping[str, Collected] = (),
+    start: Changes | None = None,
+    parameters: Changes | None = None,
+    title: str | None = None,
+    text: str = "",
+    grid: int = 1000,
+    rtol: float = 1e-6,
+) -> Path:
+    """Write a page that computes runs of a model in the browser while sliders are moved.
+
+    The file holds the time loop and the functions of the model as WebAssembly, the schematic,
+    sliders and pictures; it loads nothing, needs no server and works from a mail. A run on the page
+    makes the steps of ``simulate(..., method="steps")`` at the same tolerance, and finds the same
+    events.
+
+    Parameters
+    ----------
+    model : Component or System
+        The drive; a model is assembled.
+    path : str or Path
+        File to write, ``*.html``.
+    until : float or str
+        End of the run, s, or with a unit.
+    sliders : iterable of names, or mapping of name to (low, high), optional
+        Parameters to move, and the ends of their sliders; default is the first ten of the model.
+        The file of parameters on the page holds all.
+    plots : iterable of names, optional
+        Quantities to draw; default is the first five states.
+    numbers : functionals, or mapping of text to functional, optional
+        Numbers of the run that the page shows, beside the highest and lowest values of what is
+        drawn (see `lumped.functionals`).
+    start : mapping of name to float, optional
+        Start values, as for `simulate`; they do not move with the sliders.
+    parameters : mapping of name to float, optional
+        Parameters that are changed from the model at first.
+    title, text : str, optional
+        Heading, and what stands below it.
+    grid : int
+        Intervals of the curves.
+    rtol : float
+        Relative tolerance.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    OptionError
+        If Zig's compiler is not installed (``lumped[cross]``), a functional cannot be collected, or
+        an option makes no sense.
+    UnknownNameError
+        If a name does not exist.
+    ExportError
+        If the compiler refuses the sources.
+    """
+    system = model if isinstance(model, System) else assemble(model)
+    end = in_seconds(until, "until")
+    if not end > 0:
+        raise OptionError(f"live_page: until = {until!r} s: a positive, finite time is needed.")
+    if not 1 <= grid <= _MOST_ROWS:
+        raise OptionError(f"live_page: grid = {grid}: choose 1 to {_MOST_ROWS} intervals.")
+    if uneven_clocks(system):
+        system = system.without_foresight()
+    theta = system.theta(parameters)
+    moved = _sliders(system, theta, sliders)
+    names = [system.key(name) for name in (system.state_names[:_CURVES] if plots is None else plots)]
+    if not names:
+        raise OptionError(f"{system.name}: live_page: name quantities to draw, with `plots`.")
+    wanted = watched_numbers(system, names, numbers)
+    system = watching(system, wanted.values())
+    watched = Watched(system, wanted, 0.0, end)
+    code = run_code(system, names, watched, start or {}, rtol)
+    options: dict[str, Any] = {"until": end, "start": start, "rtol": rtol, "method": "steps"}
+    first = simulate(system, parameters=parameters, grid=grid, **options)
+    texts = _told(system, theta)
+    data = {
+        "name": system.name,
+        "until": end,
+        "grid": grid,
+        "parameters": _parameters(system, theta),
+        "sliders": [_slider(system, each) for each in moved],
+        "quantities": [_quantity(system, name) for name in names],
+        "panels": _panels(first, names),
+        "numbers": rules(system, watched),
+        "ranges": _ranges(watched),
+        "events": _event_words(system),
+        "parts": texts,
+    }
+    told = {part: found["text"] for part, found in texts.items()}
+    page = _page(
+        title or system.name, text, inline(schematic(system.model, values=told), system.name, "s"),
+        data, code,
+    )
+    path = Path(path)
+    write_text(path, page)
+    return path
+
+
+def _sliders(system: System, theta: np.ndarray, wanted: Any) -> Sequence[Slider]:
+    if wanted is not None:
+        return sliders(system, theta, wanted)
+    names = list(system.parameters)[:_SLIDERS]
+    if not names:
+        raise OptionError(f"{system.name}: live_page: the model has no parameter to move.")
+    return [slider(system, theta, name) for name in names]
+
+
+def _parameters(system: System, theta: np.ndarray) -> list[dict[str, Any]]:
+    p = system.structure.parameters
+    return [
+        {"name": p.names[i], "unit": p.declared[i].unit, "value": value}
+        for i, value in zip(p.free, theta.tolist(), strict=True)
+    ]
+
+
+def _slider(system: System, each: Slider) -> dict[str, Any]:
+    (place,) = system.places([each.name])
+    return {
+        "place": place,
+        "text": each.text,
+        "low": each.low,
+        "high": each.high,
+        "isRatio": each.is_ratio,
+        "default": each.default,
+    }
+
+
+def _quantity(system: System, name: str) -> dict[str, str]:
+    found = system.quantity(name)
+    return {"name": name, "unit": found.unit, "text": found.text}
+
+
+def _panels(run: Trajectory, names: Sequence[str]) -> list[list[int]]:
+    """Which curves share a panel: those that `plot` draws together."""
+    told = {name: (run.system.quantity(name).unit, "", run[name]) for name in names}
+    picture = over_time("", (run.t, "s"), told, (), all_of_them=True)
+    return [
+        [names.index(item.label) for item in panel.items if isinstance(item, Curve)]
+        for panel in picture.panels
+    ]
+
+
+def _ranges(watched: Watched) -> list[dict[str, Any]]:
+    """Where equations hold, and which functionals tell whether they did."""
+    found = []
+    for held, (high, low) in watched.swings:
+        own = held.range
+        found.append(
+            {
+                "high": high,
+                "low": low,
+                "from": own.low,
+                "to": own.high,
+                "words": f"{held.label}: {own.name} lies outside {number(own.low, 6)} to "
+                f"{number(own.high, 6)} {own.unit}, for which its equations hold. {own.advice}.",
+            }
+        )
+    return found
+
+
+def _event_words(system: System) -> dict[str, list[Any]]:
+    """Names of conditions and holds, and what each position means."""
+    s = system.switching
+    conditions = []
+    for k, condition in enumerate(s.conditions):
+        count = 2 if condition.pieces is None else condition.pieces.count
+        words = {str(mode): s.relation_text(k, mode)[1] for mode in range(count)}
+        conditions.append({"name": condition.name, "words": words})
+    holds = [
+        {"name": name, "words": dict(zip(map(str, POSITIONS), hold_words(s, h), strict=True))}
+        for h, name in enumerate(s.names)
+    ]
+    return {"0": conditions, "1": holds}
+
+
+def _told(system: System, theta: np.ndarray) -> dict[str, dict[str, Any]]:
+    """The parameter that the schematic shows of each part: its place and its text."""
+    values = dict(zip(system.parameters, theta.tolist(), strict=True))
+    leaves = {node.path for node in system.structure.tree.instances if not node.children}
+    units = {entry["name"]: entry["unit"] for entry in _parameters(system, theta)}
+    found: dict[str, dict[str, Any]] = {}
+    for place, (name, value) in enumerate(values.items()):
+        part, _, short = name.rpartition(".")
+        if part in leaves and part not in found and value:
+            unit = "" if units[name] == "1" else f" {units[name]}"
+            text = f"{short} = {number(value, 4)}{unit}"
+            found[part] = {"place": place, "short": short, "text": text}
+    return found
+
+
+def _page(title: str, text: str, drawing: str, data: dict[str, Any], code: bytes) -> str:
+    folder = files("lumped.live")
+    parts = {
+        "title": escape(title),
+        "text": f"<p>{escape(text)}</p>" if text else "",
+        "style": (folder / "page.css").read_text(),
+        "schematic": drawing,
+        "data": json.dumps(data, ensure_ascii=False).replace("</", "<\\/"),
+        "code": base64.b64encode(code).decode(),
+        "numbers": (folder / "numbers.js").read_text(),
+        "pictures": (folder / "pictures.js").read_text(),
+        "script": (folder / "page.js").read_text(),
+    }
+    page = (folder / "page.html").read_text()
+    for name, part in parts.items():
+        page = page.replace(f"<!--{name}-->", part, 1)
+    return page

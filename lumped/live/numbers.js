@@ -1,0 +1,59 @@
+"use strict";
+/* Numbers as text, and parameters as a file and as a link. */
+
+function told(value, digits = 5) {
+  if (!Number.isFinite(value)) return "-";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size >= 1e-3 && size < 1e6) {
+    const text = value.toPrecision(digits);
+    return text.includes(".") ? text.replace(/0+$/, "").replace(/\.$/, "") : String(Number(text));
+  }
+  const [mantissa, power] = value.toExponential(digits - 1).split("e");
+  return mantissa.replace(/\.?0+$/, "") + "e" + Number(power);
+}
+
+function amount(value, unit, digits) {
+  return told(value, digits) + (unit === "1" ? "" : " " + unit);
+}
+
+/* A number of the run from what the loop took; NaN where its event did not happen. */
+function reading(rule, taken) {
+  const first = taken[rule.places[0]];
+  if (rule.kind === "least") return -first;
+  if (rule.kind === "event") return taken[rule.places[1]] >= rule.number ? first : NaN;
+  if (rule.kind === "mean") return first / rule.number;
+  if (rule.kind === "rms") return Math.sqrt(Math.max(first / rule.number, 0));
+  return rule.places.reduce((sum, place) => sum + taken[place], 0);
+}
+
+function parameterFile(name, parameters, values) {
+  const lines = parameters.map((p, i) =>
+    JSON.stringify(p.name) + " = " + JSON.stringify(values[i] + " " + p.unit));
+  return "# " + name + "\n" + lines.join("\n") + "\n";
+}
+
+/* Values of a file of parameters, TOML lines or JSON, by name; units must be those of the page. */
+function readParameters(text, parameters) {
+  const pairs = text.trim().startsWith("{")
+    ? Object.entries(JSON.parse(text))
+    : text.split(/\r?\n/).map(line => line.trim()).filter(line => line && line[0] !== "#")
+        .map(line => {
+          const parts = line.match(/^("(?:[^"\\]|\\.)*"|[\w.\-\[\]]+)\s*=\s*(.+)$/);
+          if (!parts) throw new Error("This line is no parameter: " + line);
+          const name = parts[1][0] === '"' ? JSON.parse(parts[1]) : parts[1];
+          return [name, parts[2][0] === '"' ? JSON.parse(parts[2]) : Number(parts[2])];
+        });
+  const found = new Map();
+  for (const [name, given] of pairs) {
+    const place = parameters.findIndex(p => p.name === name);
+    if (place < 0) throw new Error("The model has no parameter " + name + ".");
+    const [number, ...unit] = String(given).trim().split(/\s+/);
+    const value = Number(number), own = parameters[place].unit;
+    if (!Number.isFinite(value)) throw new Error(name + " = " + given + " is no number.");
+    if (unit.length && unit.join(" ") !== own)
+      throw new Error(name + " = " + given + ": give it in " + own + ".");
+    found.set(place, value);
+  }
+  return found;
+}
