@@ -48,7 +48,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         changes = dict(arguments.set)
         if arguments.command == "report":
             with display_units(_units(arguments.units)):
-                _report(arguments.name, arguments.output, changes)
+                write = _live if arguments.live else _report
+                write(arguments.name, arguments.output, changes)
             return 0
         if arguments.command == "explore":
             page = _explored(arguments.name, changes)
@@ -93,6 +94,12 @@ def _parser() -> argparse.ArgumentParser:
         default=[],
         help="show numbers in other units: engineering, or SI unit or quantity and unit, such as "
         "N.m=kN.m or motor.w=rpm; may be given several times",
+    )
+    report.add_argument(
+        "--live",
+        action="store_true",
+        help="write a page that computes the machine's run in the browser while sliders are moved; "
+        "a file .py has a function live(path, parameters) for it",
     )
     explore = commands.add_parser(
         "explore", help="open a page on which parameters of a machine are moved"
@@ -198,6 +205,34 @@ def _explored(name: str, changes: Changes) -> Explorer:
         inputs=about.varied,
         limits=limits,
     )
+
+
+def _live(name: str, file: Path, changes: Changes) -> None:
+    """The page that computes a machine's run, or that of a user's module."""
+    from lumped.live.live_page import live_page
+
+    if name.endswith(".py"):
+        what = (
+            "live(path, parameters), which writes its page and returns the path; lumped.live_page "
+            "does"
+        )
+        print(f"written: {_own(Path(name), 'live', what)(file, changes)}")
+        return
+    chosen = machine(name)
+    about = chosen.ABOUT
+    run = chosen.scene(about.until, parameters=changes, grid=1)
+    values = zip(run.system.parameters.items(), run.theta.tolist(), strict=True)
+    written = live_page(
+        run.system,
+        file,
+        until=float(run.t[-1]),
+        plots=list(about.watched.values()),
+        start=chosen.begin(run.system, changes),
+        parameters={name: value for (name, model), value in values if value != model},
+        title=MACHINES[name],
+        text=about.scene,
+    )
+    print(f"written: {written}")
 
 
 _TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.explorer.sliders import Slider
 from lumped.explorer.study import Moment, Study, effects_on_run
@@ -20,7 +21,7 @@ from lumped.vibration.limits import verdict
 from lumped.vibration.order_amplitudes import OrderAmplitudes
 from lumped.vibration.response import FrequencyResponse
 
-__all__ = ["Shown", "View", "value_texts", "views"]
+__all__ = ["Shown", "View", "told_parameters", "told_value", "value_texts", "views"]
 
 Shown = dict[str, dict[str, Any]]
 """Tables by their names; columns, lists or arrays, of one table are equally long."""
@@ -75,19 +76,29 @@ def views(study: Study) -> tuple[View, ...]:
 # -- drive ---------------------------------------------------------------------------------------
 
 
-def value_texts(study: Study, values: Mapping[str, float]) -> dict[str, str]:
-    """The first parameter that is not zero of each part without parts, by its path, with unit."""
-    system = study.system
-    numbers = system.parameter_values(values)
-    units = dict(zip(numbers, (q.unit for q in system.structure.parameters.declared), strict=True))
-    leaves = [node.path for node in system.structure.tree.instances if not node.children]
-    found: dict[str, str] = dict.fromkeys(leaves, "")
-    for name, value in numbers.items():
+def told_parameters(system: System, values: Mapping[str, float]) -> dict[str, tuple[str, float]]:
+    """The first parameter that is not zero of each part without parts: its name and value."""
+    leaves = {node.path for node in system.structure.tree.instances if not node.children}
+    found: dict[str, tuple[str, float]] = {}
+    for name, value in system.parameter_values(values).items():
         part = name.rpartition(".")[0]
-        if found.get(part) == "" and value:
-            unit = "" if units[name] == "1" else f" {units[name]}"
-            found[part] = f"{name.rpartition('.')[2]} = {number(value, 4)}{unit}"
-    return {part: text for part, text in found.items() if text}
+        if part in leaves and part not in found and value:
+            found[part] = name, value
+    return found
+
+
+def told_value(name: str, value: float, unit: str) -> str:
+    """What the schematic says of a parameter."""
+    own = "" if unit == "1" else f" {unit}"
+    return f"{name.rpartition('.')[2]} = {number(value, 4)}{own}"
+
+
+def value_texts(study: Study, values: Mapping[str, float]) -> dict[str, str]:
+    """What the schematic says of each part, by its path."""
+    p = study.system.structure.parameters
+    units = dict(zip(p.names, (declared.unit for declared in p.declared), strict=True))
+    told = told_parameters(study.system, values)
+    return {part: told_value(name, value, units[name]) for part, (name, value) in told.items()}
 
 
 def _schematic(moment: Moment, _: Sequence[Slider]) -> Shown:

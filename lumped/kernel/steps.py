@@ -300,7 +300,7 @@ def _attempt(run: Run) -> int:
 def leave_step(run: Run) -> int:
     """Record the wanted points of an accepted step and move on; why the loop returns."""
     output = run.output
-    if run.watches:
+    if run.watches and run.phase != WAITING:
         observe(run, run.t_cross if run.is_crossed else run.t_new)
     record(run, run.t_cross if run.is_crossed else run.t_new, run.is_crossed != 0)
     run.phase = STEPPING

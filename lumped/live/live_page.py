@@ -16,10 +16,13 @@ from lumped.compiler.assemble import assemble
 from lumped.compiler.system import Changes, Name, System
 from lumped.drawing.inline import inline
 from lumped.drawing.schematic import schematic
-from lumped.ensembles.watched import Collected, Watched
+from lumped.ensembles.watched import POSITIONS, Collected, Watched
 from lumped.errors import OptionError
 from lumped.exchange.interface import uneven_clocks
-from lumped.explorer.sliders import Ends, Slider, slider, sliders
+from lumped.explorer.sliders import Ends, Slider
+from lumped.explorer.sliders import sliders as sliders_of
+from lumped.explorer.study import Study, most_effective
+from lumped.explorer.views import told_parameters, told_value
 from lumped.language.component import Component
 from lumped.live.numbers import rules, watched_numbers
 from lumped.live.run_code import run_code
@@ -32,14 +35,10 @@ from lumped.support.text_table import number
 from lumped.support.units import in_seconds
 from lumped.support.whole_files import write_text
 from lumped.timeloop.holds import hold_words
-from lumped.ensembles.watched import POSITIONS
 from lumped.timeloop.result import Trajectory
-from lumped.timeloop.validity import ranges
 
 __all__ = ["live_page"]
 
-_SLIDERS = 10
-"""Sliders, if none are named."""
 _CURVES = 5
 """States that are shown, if nothing is named."""
 _MOST_ROWS = 20_000
@@ -77,8 +76,9 @@ def live_page(
     until : float or str
         End of the run, s, or with a unit.
     sliders : iterable of names, or mapping of name to (low, high), optional
-        Parameters to move, and the ends of their sliders; default is the first ten of the model.
-        The file of parameters on the page holds all.
+        Parameters to move, and the ends of their sliders; default is the ten
+        that have most effect on the lowest modes, then on the run. The page's file of parameters
+        holds all.
     plots : iterable of names, optional
         Quantities to draw; default is the first five states.
     numbers : functionals, or mapping of text to functional, optional
@@ -110,7 +110,8 @@ def live_page(
     ExportError
         If the compiler refuses the sources.
     """
-    system = model if isinstance(model, System) else assemble(model)
+    plots = None if plots is None else list(plots)
+    system = model if isinstance(model, System) else assemble(model, keep=plots or ())
     end = in_seconds(until, "until")
     if not end > 0:
         raise OptionError(f"live_page: until = {until!r} s: a positive, finite time is needed.")
@@ -119,10 +120,16 @@ def live_page(
     if uneven_clocks(system):
         system = system.without_foresight()
     theta = system.theta(parameters)
-    moved = _sliders(system, theta, sliders)
-    names = [system.key(name) for name in (system.state_names[:_CURVES] if plots is None else plots)]
+    base = {system.key(name): float(theta[system.places([name])[0]]) for name in parameters or {}}
+    names = [
+        system.key(name) for name in (system.state_names[:_CURVES] if plots is None else plots)
+    ]
     if not names:
         raise OptionError(f"{system.name}: live_page: name quantities to draw, with `plots`.")
+    if sliders is None:
+        moved = most_effective(Study(system, base, end, start or {}, tuple(names), (), (), {}))
+    else:
+        moved = sliders_of(system, theta, sliders)
     wanted = watched_numbers(system, names, numbers)
     system = watching(system, wanted.values())
     watched = Watched(system, wanted, 0.0, end)
@@ -145,21 +152,15 @@ def live_page(
     }
     told = {part: found["text"] for part, found in texts.items()}
     page = _page(
-        title or system.name, text, inline(schematic(system.model, values=told), system.name, "s"),
-        data, code,
+        title or system.name,
+        text,
+        inline(schematic(system.model, values=told), system.name, "s"),
+        data,
+        code,
     )
     path = Path(path)
     write_text(path, page)
     return path
-
-
-def _sliders(system: System, theta: np.ndarray, wanted: Any) -> Sequence[Slider]:
-    if wanted is not None:
-        return sliders(system, theta, wanted)
-    names = list(system.parameters)[:_SLIDERS]
-    if not names:
-        raise OptionError(f"{system.name}: live_page: the model has no parameter to move.")
-    return [slider(system, theta, name) for name in names]
 
 
 def _parameters(system: System, theta: np.ndarray) -> list[dict[str, Any]]:
@@ -231,18 +232,19 @@ def _event_words(system: System) -> dict[str, list[Any]]:
 
 
 def _told(system: System, theta: np.ndarray) -> dict[str, dict[str, Any]]:
-    """The parameter that the schematic shows of each part: its place and its text."""
-    values = dict(zip(system.parameters, theta.tolist(), strict=True))
-    leaves = {node.path for node in system.structure.tree.instances if not node.children}
-    units = {entry["name"]: entry["unit"] for entry in _parameters(system, theta)}
-    found: dict[str, dict[str, Any]] = {}
-    for place, (name, value) in enumerate(values.items()):
-        part, _, short = name.rpartition(".")
-        if part in leaves and part not in found and value:
-            unit = "" if units[name] == "1" else f" {units[name]}"
-            text = f"{short} = {number(value, 4)}{unit}"
-            found[part] = {"place": place, "short": short, "text": text}
-    return found
+    """What the schematic says of each part: the place of a parameter that can move, and a text."""
+    own = _parameters(system, theta)
+    values = {entry["name"]: entry["value"] for entry in own}
+    names = list(values)
+    p = system.structure.parameters
+    units = dict(zip(p.names, (declared.unit for declared in p.declared), strict=True))
+    return {
+        part: {
+            "place": names.index(name) if name in values else None,
+            "text": told_value(name, value, units[name]),
+        }
+        for part, (name, value) in told_parameters(system, values).items()
+    }
 
 
 def _page(title: str, text: str, drawing: str, data: dict[str, Any], code: bytes) -> str:

@@ -5,10 +5,7 @@ function told(value, digits = 5) {
   if (!Number.isFinite(value)) return "-";
   if (value === 0) return "0";
   const size = Math.abs(value);
-  if (size >= 1e-3 && size < 1e6) {
-    const text = value.toPrecision(digits);
-    return text.includes(".") ? text.replace(/0+$/, "").replace(/\.$/, "") : String(Number(text));
-  }
+  if (size >= 1e-3 && size < 1e6) return String(Number(value.toPrecision(digits)));
   const [mantissa, power] = value.toExponential(digits - 1).split("e");
   return mantissa.replace(/\.?0+$/, "") + "e" + Number(power);
 }

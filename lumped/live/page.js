@@ -73,8 +73,8 @@ function tell(found) {
   if (!found.events.length) rowOf(events, ["none", ""]);
   for (const [part, text] of Object.entries(data.parts)) {
     const drawn = document.getElementById("s-value of " + part)?.querySelector("text");
-    const {name, unit} = data.parameters[text.place];
-    if (drawn) drawn.textContent = name.split(".").pop() + " = " + amount(values[text.place], unit, 4);
+    const {name, unit} = data.parameters[text.place] ?? {};
+    if (drawn && name) drawn.textContent = name.split(".").pop() + " = " + amount(values[text.place], unit, 4);
   }
 }
 

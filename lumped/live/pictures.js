@@ -16,9 +16,9 @@ class Panel {
     this.columns = columns;
     this.quantities = quantities;
     const unit = quantities[columns[0]].unit;
-    this.unit = unit === "1" ? "" : unit;
     const legend = document.createElement("div");
     legend.className = "legend";
+    legend.append(unit === "1" ? "" : "in " + unit + ": ");
     columns.forEach((column, i) => {
       const entry = document.createElement("span");
       entry.innerHTML = '<b style="color:' + COLOURS[i % COLOURS.length] + '">\u2014</b> ';
@@ -67,12 +67,13 @@ class Panel {
     pen.fillStyle = "#57606a";
     pen.textAlign = "right";
     pen.textBaseline = "middle";
+    const digits = Math.max(4, 2 + Math.ceil(Math.log10(Math.max(-low, high) / (high - low))));
     for (const value of ticks(low, high, 4)) {
       pen.beginPath();
       pen.moveTo(EDGE.left, y(value));
       pen.lineTo(width - EDGE.right, y(value));
       pen.stroke();
-      pen.fillText(told(value, 4), EDGE.left - 5, y(value));
+      pen.fillText(told(value, digits), EDGE.left - 5, y(value));
     }
     pen.textAlign = "center";
     pen.textBaseline = "top";
@@ -84,11 +85,6 @@ class Panel {
       pen.fillText(told(value, 4), x(value), height - EDGE.bottom + 3);
     }
     pen.fillText("time in s", (width + EDGE.left) / 2, height - 13);
-    pen.save();
-    pen.translate(10, height / 2 - 8);
-    pen.rotate(-Math.PI / 2);
-    pen.fillText(this.unit, 0, 0);
-    pen.restore();
     pen.lineJoin = "round";
     if (before) this.curves(pen, before, x, y, () => "#c4c9ce", 1);
     if (now) this.curves(pen, now, x, y, i => COLOURS[i % COLOURS.length], 1.6);

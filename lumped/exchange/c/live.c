@@ -51,7 +51,7 @@ EXPORT(run) int run(double begin, double end, int intervals)
     unit.phase = STEPPING;
     if (!record(rows)) return 0;
     for (k = 1; k <= intervals; k++) {
-        double t = k == intervals ? end : begin + (end - begin) * k / intervals;
+        double t = k == intervals ? end : begin + k * ((end - begin) / intervals);
         if (!unit_advance(&unit, t) || !record(rows + k * COLUMNS)) return k;
     }
     kernel_take(&unit.memory.run, taken);

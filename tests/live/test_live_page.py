@@ -1,0 +1,309 @@
+"""Pages that compute their runs, in a browser without a network."""
+
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from browser import Browser, chromium
+
+import lumped as lp
+from lumped import functionals as f
+from lumped.cli import main
+from lumped.components import Brake, Inertia, SpringDamper, Torque
+from lumped.errors import OptionError, UnknownNameError
+from lumped.language.validity import Range
+from lumped.models import machine
+
+PROGRAM = chromium()
+PUBLISHED = ("pilger_mill", "reversing_mill", "carrousel_coiler", "rotary_arm", "eccentric_shear")
+READY = "typeof shown === 'object' && shown !== null || place('fault').textContent"
+CURVES = "({t: [...shown.t], columns: shown.columns.map(c => [...c])})"
+MOVED = """(() => {{
+  const own = sliders.find(s => data.parameters[s.place].name === {name})
+  const input = [...document.querySelectorAll(".slider input")][sliders.indexOf(own)]
+  input.value = Number(input.value) + {steps} * Number(input.step)
+  const before = shown
+  input.dispatchEvent(new Event("input"))
+  return new Promise(done => {{
+    const look = () => shown === before ? requestAnimationFrame(look) : done()
+    look()
+  }})
+}})()"""
+
+
+@pytest.fixture(name="browser")
+def without_network(tmp_path: Path) -> Iterator[Browser]:
+    if PROGRAM is None:
+        pytest.skip("no Chromium: set LUMPED_CHROMIUM to its path, or have 'chromium' on the PATH")
+    found = Browser(PROGRAM, tmp_path / "profile")
+    found.call(
+        "Network.emulateNetworkConditions",
+        offline=True,
+        latency=0,
+        downloadThroughput=0,
+        uploadThroughput=0,
+    )
+    yield found
+    found.close()
+
+
+def shown(browser: Browser, page: Path, query: str = "") -> None:
+    browser.open(page, query=query)
+    browser.wait(READY)
+
+
+def move(browser: Browser, name: str, steps: int) -> None:
+    """Move a slider and wait for the run."""
+    browser.call(
+        "Runtime.evaluate",
+        expression=MOVED.format(name=json.dumps(name), steps=steps),
+        awaitPromise=True,
+    )
+
+
+def deviation(browser: Browser, run: lp.Trajectory, names: list[str]) -> float:
+    """Greatest difference between curves of the page and a run, in shares of their ranges.
+
+    At events the run has two rows; the page has one of them.
+    """
+    found = browser.value(CURVES)
+    times = np.array(found["t"])
+    slack = 1e-14 * times[-1]
+    first = np.searchsorted(run.t, times - slack)
+    last = np.searchsorted(run.t, times + slack, side="right") - 1
+    assert (last >= first).all()
+    worst = 0.0
+    for name, values in zip(names, found["columns"], strict=True):
+        reference = run[name]
+        error = np.minimum(np.abs(values - reference[first]), np.abs(values - reference[last]))
+        worst = max(worst, float(error.max()) / (float(np.ptp(reference)) or 1.0))
+    return worst
+
+
+def parameters(browser: Browser) -> dict[str, float]:
+    """All parameters of the page."""
+    return dict(browser.value("data.parameters.map((p, i) => [p.name, values[i]])"))
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_pages_of_the_published_machines(name: str, browser: Browser, tmp_path: Path, capsys):
+    file = tmp_path / f"{name}.html"
+    assert main(["report", name, "--live", "-o", str(file)]) == 0
+    shown(browser, file)
+    assert browser.value("place('fault').textContent") == ""
+    browser.value("shown = null, show()")
+    chosen = machine(name)
+    names = list(chosen.ABOUT.watched.values())
+    first = chosen.scene(chosen.ABOUT.until, grid=1)
+    moved = browser.value("data.parameters[sliders[0].place].name")
+    move(browser, moved, 2)
+    assert browser.value("place('fault').textContent") == ""
+    values = parameters(browser)
+    assert values[moved] != first.system.parameters[moved]
+
+    def simulated(changed: dict[str, float]) -> lp.Trajectory:
+        return lp.simulate(
+            first.system,
+            until=float(first.t[-1]),
+            grid=1000,
+            start=chosen.begin(first.system),
+            parameters=values | changed,
+            method="steps",
+        )
+
+    run = simulated({})
+    beside = simulated({moved: float(np.nextafter(values[moved], np.inf))})
+    rounding = max(  # arcs are those of the browser: what the last digit of a parameter changes
+        np.abs(run[name] - beside[name]).max() / np.ptp(run[name]) for name in names
+    )
+    error = deviation(browser, run, names)
+    times = sorted(browser.value("shown.events.map(e => e.t)"))
+    changes = sorted(e.time for e in run.events if e.after)
+    drawn = browser.value("place('state').textContent")
+    with capsys.disabled():
+        print(
+            f"\n{name}: curves {error:.1e} of their range (the last digit of {moved}: "
+            f"{rounding:.1e}), {len(times)} events; {drawn}",
+            end="",
+        )
+    assert error < max(1e-12, 10 * rounding)
+    np.testing.assert_allclose(times, changes, rtol=1e-12)
+    peaks = dict(
+        zip(
+            browser.value("data.numbers.map(n => n.text)"),
+            browser.value("shown.numbers"),
+            strict=True,
+        )
+    )
+    for quantity in names:
+        span = float(np.ptp(run[quantity])) or 1.0
+        assert peaks[f"highest({quantity})"] >= run[quantity].max() - 1e-9 * span
+        assert peaks[f"lowest({quantity})"] <= run[quantity].min() + 1e-9 * span
+    assert browser.errors == []
+    assert {url.split(":")[0] for url in browser.requests} <= {"file", "data"}
+
+
+class Braked(lp.Component):
+    """A motor, a shaft, and a load that a brake stops and holds from time to time."""
+
+    drive: Torque = Torque(tau=30.0)
+    motor: Inertia = Inertia(J=0.4)
+    shaft: SpringDamper = SpringDamper(c=900.0, d=0.6)
+    load: Inertia = Inertia(J=1.7)
+    brake: Brake = Brake(f_max=100.0, u=0.5 + 0.5 * lp.ops.sin(3.0 * lp.time))
+
+    def connections(self):
+        yield from lp.chain(self.drive, self.motor, self.shaft, self.load, self.brake)
+
+
+EVERY_KIND = {
+    "peak": f.peak("shaft.tau"),
+    "highest": f.highest("load.w"),
+    "lowest": f.lowest("shaft.tau", between=(0.5, 2.0)),
+    "swing": f.swing("shaft.tau"),
+    "final": f.final("load.phi"),
+    "integral": f.integral("shaft.tau"),
+    "mean": f.mean("shaft.tau", between=(0.2, 1.0)),
+    "rms": f.rms("shaft.tau"),
+    "at": f.at(1.25, "load.w"),
+    "count": f.count("brake"),
+    "instant": f.instant("brake", after="stuck"),
+    "last instant": f.instant("brake", number=-1),
+    "never": f.instant("brake", number=500),
+    "beside": f.at_event("shaft.tau", "brake", number=1),
+}
+
+
+def test_every_kind_of_number_is_that_of_an_ensemble(browser: Browser, tmp_path: Path):
+    system = lp.assemble(Braked(), keep=["load.phi"])
+    sliders: dict[str, Any] = {"shaft.c": (300.0, 2000.0), "brake.f_max": ("40 N", "200 N")}
+    page = lp.live_page(
+        system, tmp_path / "p.html", until="4 s", sliders=sliders, plots=["load.w", "shaft.tau"],
+        numbers=EVERY_KIND,
+    )  # fmt: skip
+    shown(browser, page)
+    move(browser, "shaft.c", -90)
+    values = parameters(browser)
+    assert values["shaft.c"] == pytest.approx(1150.0 - 0.0, abs=900.0)
+    found = lp.ensemble(system, over=[{"shaft.c": values["shaft.c"]}], until=4.0, of=EVERY_KIND)
+    told = dict(
+        zip(
+            browser.value("data.numbers.map(n => n.text)"),
+            browser.value("shown.numbers.map(String)"),
+            strict=True,
+        )
+    )
+    for label in EVERY_KIND:
+        expected, got = float(found[label][0]), float(told[label].replace("NaN", "nan"))
+        assert got == pytest.approx(expected, rel=1e-12, abs=1e-12, nan_ok=True), label
+    assert told["never"] == "NaN"
+    assert "does not happen" in browser.value("place('numbers').textContent")
+    run = lp.simulate(system, until=4.0, grid=1000, parameters=values, method="steps")
+    assert deviation(browser, run, ["load.w", "shaft.tau"]) < 1e-12
+
+
+def test_parameters_come_and_go_by_link_and_file(browser: Browser, tmp_path: Path):
+    page = lp.live_page(
+        Braked(), tmp_path / "p.html", until=1.0, sliders=["shaft.c"], plots=["load.w"]
+    )
+    shown(browser, page, query="#motor.J=0.55&shaft.c=812.5")
+    browser.wait("values[data.parameters.findIndex(p => p.name === 'motor.J')] === 0.55")
+    values = parameters(browser)
+    assert values["shaft.c"] == 812.5
+    text = browser.value("parameterFile(data.name, data.parameters, values)")
+    file = tmp_path / "found.toml"
+    file.write_text(text)
+    system = lp.assemble(Braked())
+    assert lp.exchange.read_parameters(system, file) == values
+    written = lp.exchange.write_parameters(
+        system, tmp_path / "own.json", parameters={"load.J": "2.5 kg.m2"}
+    ).read_text()
+    browser.value(f"setAll(readParameters({json.dumps(written)}, data.parameters))")
+    assert parameters(browser) == system.parameters | {"load.J": 2.5}
+    assert "#load.J=2.5" in browser.wait(
+        "place('link').href.includes('load') && place('link').href"
+    )
+    for wrong, words in (
+        ('{"load.K": 1}', "The model has no parameter load.K."),
+        ('"load.J" = "2.5 N"', "load.J = 2.5 N: give it in kg.m2."),
+        ('"load.J" = "two"', "load.J = two is no number."),
+    ):
+        assert words in browser.value(
+            f"(() => {{ try {{ readParameters({json.dumps(wrong)}, data.parameters) }}"
+            " catch (fault) { return fault.message } })()"
+        )
+    browser.value("location.hash = '#load.K=1'")
+    assert "no parameter load.K" in browser.wait("place('fault').textContent")
+
+
+class Runaway(lp.Component):
+    """``x' = k x^2``, so ``x = 1 / (1 - k t)``."""
+
+    k: lp.Param = lp.param("1/s", "rate", 0.3, min=0)
+    x: lp.Var = lp.var("1", "what grows", start=1.0)
+
+    def equations(self):
+        yield lp.der(self.x) == self.k * self.x**2
+
+
+class Limited(Runaway):
+    """The same, known up to 3."""
+
+    def valid(self):
+        yield Range(self.x, 0.0, 3.0, "1", "what grows", "Take a smaller rate")
+
+
+def test_a_run_that_fails_is_told_in_words_and_keeps_its_curve(browser: Browser, tmp_path: Path):
+    page = lp.live_page(
+        Runaway(), tmp_path / "p.html", until=1.5, sliders={"k": (0.1, 1.1)}, plots=["x"], rtol=1e-9
+    )
+    shown(browser, page)
+    assert browser.value("place('fault').textContent") == ""
+    browser.value("setAll([[0, 1.0]])")
+    words = browser.wait("place('fault').textContent")
+    assert "runs to infinity" in words
+    assert "x = " in words
+    found = browser.value(CURVES)
+    t, x = np.array(found["t"]), np.array(found["columns"][0])
+    assert 0.99 < t[-1] < 1.0
+    early = t < 0.9
+    np.testing.assert_allclose(x[early], 1 / (1 - t[early]), rtol=1e-7)
+    browser.value("setAll([[0, -0.2]])")
+    words = browser.wait(
+        "place('fault').textContent.includes('out of range') && place('fault').textContent"
+    )
+    assert "k = -0.2 is out of range: it must be at least 0" in words
+    browser.value("setAll([[0, 0.2]])")
+    browser.wait("place('fault').textContent === ''")
+
+
+def test_a_range_that_is_left_is_told(browser: Browser, tmp_path: Path):
+    page = lp.live_page(
+        Limited(), tmp_path / "p.html", until=1.0, sliders={"k": (0.1, 0.9)}, plots=["x"]
+    )
+    shown(browser, page)
+    assert browser.value("place('fault').textContent") == ""
+    browser.value("setAll([[0, 0.8]])")
+    words = browser.wait("place('fault').textContent")
+    assert "what grows lies outside 0 to 3 1" in words
+    assert "Take a smaller rate" in words
+
+
+def test_wrong_calls(tmp_path: Path, monkeypatch):
+    file = tmp_path / "p.html"
+    with pytest.raises(OptionError, match="until = -1"):
+        lp.live_page(Braked(), file, until=-1.0)
+    with pytest.raises(OptionError, match="grid = 0"):
+        lp.live_page(Braked(), file, until=1.0, grid=0)
+    with pytest.raises(UnknownNameError, match=r"motor\.k"):
+        lp.live_page(Braked(), file, until=1.0, sliders=["motor.k"])
+    with pytest.raises(OptionError, match="named twice"):
+        lp.live_page(Braked(), file, until=1.0, numbers=[f.rms("load.w"), f.rms("load.w")])
+    monkeypatch.setitem(sys.modules, "ziglang", None)
+    with pytest.raises(OptionError, match=r"pip install lumped\[cross\]"):
+        lp.live_page(Braked(), file, until=1.0, plots=["load.w"])
+    assert not file.exists()
