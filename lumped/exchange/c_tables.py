@@ -336,9 +336,9 @@ def _bound_faults(system: System) -> str:
             sign, text = _OUTSIDE[key]
             bound = "" if key == "nonzero" else f" {limit:g}"
             tests.append((f"values[{i}] {sign} {limit!r}", f"{p.names[i]} must {text}{bound}"))
-    for k, (high, _, name, rest) in enumerate(p.ordered):
+    for k, (high, _, name, (_, meaning)) in enumerate(p.ordered):
         sign, text = _OUTSIDE["above" if p.declared[high].strict else "min"]
-        fault = f"{p.names[high]} must {text} {name}, {rest}"
+        fault = f"{p.names[high]} must {text} {name}{meaning}"
         tests.append((f"values[{len(p.declared) + k}] {sign} 0", fault))
     lines = [f"    if ({test}) return {_quoted(text)};" for test, text in tests]
     size = len(p.declared) + len(p.ordered) + 1

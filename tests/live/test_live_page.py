@@ -250,6 +250,17 @@ class Runaway(lp.Component):
         yield lp.der(self.x) == self.k * self.x**2
 
 
+class Fitted(lp.Component):
+    """A hole that must not be smaller than its play."""
+
+    play: lp.Param = lp.param("m", "play between both parts", 0.5, min=0)
+    hole: lp.Param = lp.param("m", "diameter of the hole", 1.0, min=play)
+    w: lp.Var = lp.var("1/s", "what fades", start=1.0)
+
+    def equations(self):
+        yield lp.der(self.w) == -self.hole * self.w
+
+
 class Limited(Runaway):
     """The same, known up to 3."""
 
@@ -279,6 +290,19 @@ def test_a_run_that_fails_is_told_in_words_and_keeps_its_curve(browser: Browser,
     assert "k = -0.2 is out of range: it must be at least 0" in words
     browser.value("setAll([[0, 0.2]])")
     browser.wait("place('fault').textContent === ''")
+
+
+def test_a_parameter_beyond_another_is_told(browser: Browser, tmp_path: Path):
+    model = Fitted()
+    page = lp.live_page(
+        model, tmp_path / "p.html", until=1.0, sliders={"play": (0.0, 2.0)}, plots=["w"]
+    )
+    shown(browser, page)
+    browser.value("setAll([[data.parameters.findIndex(p => p.name === 'play'), 1.5]])")
+    words = browser.wait("place('fault').textContent")
+    assert words == (
+        "The run ends early: Fitted: hole must be at least play (play between both parts)"
+    )
 
 
 def test_a_range_that_is_left_is_told(browser: Browser, tmp_path: Path):
