@@ -14,8 +14,6 @@ import numpy as np
 
 from lumped.compiler.assemble import assemble
 from lumped.compiler.system import Changes, Name, System
-from lumped.drawing.inline import inline
-from lumped.drawing.schematic import schematic
 from lumped.ensembles.watched import POSITIONS, Collected, Watched
 from lumped.errors import OptionError
 from lumped.exchange.interface import uneven_clocks
@@ -150,6 +148,9 @@ def live_page(
         "events": _event_words(system),
         "parts": texts,
     }
+    from lumped.drawing.inline import inline
+    from lumped.drawing.schematic import schematic
+
     told = {part: found["text"] for part, found in texts.items()}
     page = _page(
         title or system.name,
