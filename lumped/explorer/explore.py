@@ -161,8 +161,9 @@ def explore(
     until : float or str, optional
         End of a run, s, or with a unit; without it there is none.
     start : mapping of name to float, or callable, optional
-        Start values, or a function that gives them for the changed parameters, a mapping of name to
-        float.
+        Start values, or a function that gives them, or an `OperatingPoint`, for the changed
+        parameters, a mapping of name to float. Parameters that the operating point determines
+        (`start_point(free=...)`) follow from it.
     parameters : mapping of name to float, optional
         Parameters that are changed from the model at first.
     of : iterable of names, optional

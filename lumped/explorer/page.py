@@ -310,7 +310,7 @@ class Page:
 
     def _save(self) -> None:
         name = f"{self._study.system.name}.toml"
-        text = parameter_text(self._study.system, name, self._values)
+        text = parameter_text(self._study.system, name, self._moment.parameters)
         self._post.file(name, text)
 
     def _load(self, path: str, held: bytes) -> None:
@@ -339,7 +339,7 @@ class Page:
                     vary=vary,
                     t=data.t,
                     measured=data.curves,
-                    parameters=moment.values,
+                    parameters=moment.parameters,
                     start=moment.start,
                 )
             except Exception as fault:
@@ -375,8 +375,14 @@ class Page:
         self._doc.add_next_tick_callback(lambda: self._show(moment, found, coming))
 
     def _show(self, moment: Moment, found: list[Found], coming: list[View]) -> None:
-        for each in found:
-            self._cards[each.view.title].show(self._study, each, self._measured)
+        for made in found:
+            self._cards[made.view.title].show(self._study, made, self._measured)
+        for each in self._sliders:
+            if each.name in moment.follows:
+                told = f"follows from the start: {number(moment.follows[each.name])}"
+                self._handles[each.name][1].write(told)
+        if moment is self._moment:
+            self._told(moment.parameters)
         for view in coming:
             self._cards[view.title].told.write("computing ...")
         seconds = time.perf_counter() - self._began

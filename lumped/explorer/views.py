@@ -91,7 +91,7 @@ def value_texts(study: Study, values: Mapping[str, float]) -> dict[str, str]:
 
 
 def _schematic(moment: Moment, _: Sequence[Slider]) -> Shown:
-    texts = value_texts(moment.study, moment.values)
+    texts = value_texts(moment.study, moment.parameters)
     return {"texts": {"part": [*texts], "text": [*texts.values()]}}
 
 
