@@ -7,12 +7,14 @@ import threading
 import webbrowser
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING
 from urllib.parse import urlencode
 
 from lumped.compiler.assemble import assemble
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
+from lumped.explorer.found_analyses import found_analyses
 from lumped.explorer.sliders import Ends, Slider
 from lumped.explorer.sliders import sliders as sliders_of
 from lumped.explorer.study import Analysis, Start, Study, most_effective
@@ -174,7 +176,10 @@ def explore(
         What quantities of the run may reach; without a run, of the first order response.
     analyses : mapping of str to callable, optional
         Further pictures by their titles: functions of the changed parameters (a mapping of name to
-        float) that give a Campbell diagram, a frequency response or an order response.
+        float) that give a Campbell diagram, a frequency response or an order response. Default is
+        an order response and a Campbell diagram where torques follow from the angle of a shaft, or
+        a Campbell diagram where natural frequencies depend on the speed, up to a tenth above the
+        greatest speed of the run, or of the start without one.
 
     Returns
     -------
@@ -215,6 +220,8 @@ def explore(
         tuple(limits),
         dict(analyses or {}),
     )
+    if analyses is None:
+        study = replace(study, analyses=found_analyses(study))
     if sliders is None:
         return Explorer(study, most_effective(study))
     return Explorer(study, sliders_of(system, theta, sliders))

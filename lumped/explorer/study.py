@@ -178,7 +178,7 @@ class Moment:
         """
         if title in self._analyses:
             return self._analyses[title]
-        found = self.study.analyses[title](dict(self.values))
+        found = self.study.analyses[title](self.parameters)
         if not isinstance(found, Campbell | FrequencyResponse | OrderAmplitudes):
             raise OptionError(
                 f"explore: analyses['{title}'] gave a {type(found).__name__}; a Campbell diagram, "
