@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import threading
 import webbrowser
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
-from urllib.parse import urlencode
+from urllib.parse import urlencode, urljoin, urlsplit
 
 from lumped.compiler.assemble import assemble
 from lumped.compiler.system import Changes, Name, System
@@ -41,7 +42,7 @@ class Explorer:
     Attributes
     ----------
     url : str
-        Its address.
+        Its address; that of a JupyterHub where ``JUPYTER_BOKEH_EXTERNAL_URL`` names one.
     system : System
         The drive.
     """
@@ -89,20 +90,28 @@ class Explorer:
     def _serve(self) -> None:
         from bokeh.application import Application
         from bokeh.application.handlers.function import FunctionHandler
+        from bokeh.resources import Resources
         from bokeh.server.server import BaseServer
         from bokeh.server.tornado import BokehTornado
         from bokeh.server.util import bind_sockets
         from tornado.httpserver import HTTPServer
         from tornado.ioloop import IOLoop
 
+        class Pages(BokehTornado):
+            """Scripts come from where the page is, also below a path of a hub."""
+
+            def resources(self, absolute_url: str | bool | None = None) -> Resources:
+                return super().resources(absolute_url or True)
+
         self._loop = asyncio.new_event_loop()
         asyncio.set_event_loop(self._loop)
         try:
             sockets, port = bind_sockets("127.0.0.1", 0)
-            self.url = f"http://127.0.0.1:{port}/"
-            pages = BokehTornado(
+            self.url, origins = _address(port)
+            pages = Pages(
                 {"/": Application(FunctionHandler(self._visited))},
-                extra_websocket_origins=[f"127.0.0.1:{port}"],
+                extra_websocket_origins=origins,
+                absolute_url=self.url if len(origins) > 2 else None,
             )
             http = HTTPServer(pages)
             http.add_sockets(sockets)
@@ -130,6 +139,20 @@ class Explorer:
 
     def _moved(self, values: Mapping[str, float]) -> None:
         self._values = dict(values)
+
+
+def _address(port: int) -> tuple[str, list[str]]:
+    """Where browsers find the page, and which hosts their addresses may have.
+
+    Another computer reaches the same port through a tunnel. A JupyterHub passes it on
+    (jupyter-server-proxy); it tells where by the variables that Bokeh reads, too.
+    """
+    hosts = [f"127.0.0.1:{port}", f"localhost:{port}"]
+    hub = os.environ.get("JUPYTER_BOKEH_EXTERNAL_URL")
+    if hub is None:
+        return f"http://{hosts[0]}/", hosts
+    prefix = os.environ.get("JUPYTERHUB_SERVICE_PREFIX", "/")
+    return urljoin(urljoin(hub, prefix), f"proxy/{port}/"), [*hosts, urlsplit(hub).netloc]
 
 
 @checked

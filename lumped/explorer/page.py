@@ -35,6 +35,7 @@ from lumped.explorer.views import View, views
 from lumped.optimisation.identification import Identification
 from lumped.optimisation.identify import identify
 from lumped.support.text_table import number
+from lumped.support.units import amount
 
 __all__ = ["Page"]
 
@@ -379,7 +380,8 @@ class Page:
             self._cards[made.view.title].show(self._study, made, self._measured)
         for each in self._sliders:
             if each.name in moment.follows:
-                told = f"follows from the start: {number(moment.follows[each.name])}"
+                value = amount(moment.follows[each.name], each.unit)
+                told = f"follows from the start: {value}"
                 self._handles[each.name][1].write(told)
         if moment is self._moment:
             self._told(moment.parameters)

@@ -1,5 +1,6 @@
 """The page in a browser, as a visitor moves it."""
 
+import asyncio
 import statistics
 import time
 import tomllib
@@ -10,6 +11,9 @@ import numpy as np
 import pytest
 import scipy
 from browser import Browser, chromium
+from hub import Hub
+from tornado.httpclient import HTTPClientError, HTTPRequest
+from tornado.websocket import websocket_connect
 
 import lumped as lp
 from lumped.cli import _explored
@@ -224,6 +228,45 @@ def test_wrong_links_are_told_and_the_page_is_that_of_the_model(browser: Browser
     told = browser.value(HTML.format("message"))
     assert "body.J = 100 kg.m2 (moment of inertia): its slider goes from 0.5 to 8" in told
     assert turned.parameters == {"body.J": 2.0, "drive.tau": 3.0}
+
+
+def test_a_hub_passes_the_page_on(browser: Browser, monkeypatch):
+    """Below a path of its own, at an address that Bokeh's variables name."""
+    hub = Hub()
+    monkeypatch.setenv("JUPYTER_BOKEH_EXTERNAL_URL", hub.url)
+    monkeypatch.setenv("JUPYTERHUB_SERVICE_PREFIX", hub.prefix)
+    page = lp.explore(Turned(), sliders={"body.J": (0.5, 8.0)}, until=2.0)
+    assert page.url.startswith(f"{hub.url}{hub.prefix}proxy/")
+    assert f'src="{page.url}"' in page._repr_html_()
+    browser.open(page.url)
+    browser.wait(DONE)
+    browser.value(f"{MODEL.format('body.J')}.value = 3.5")
+    browser.wait("location.search.includes('body.J=3.5')")
+    assert page.parameters == {"body.J": 3.5}
+    page.stop()
+    hub.close()
+
+
+@pytest.mark.parametrize(
+    ("host", "is_open"), [("127.0.0.1", True), ("localhost", True), ("other.org", False)]
+)
+def test_only_pages_of_this_address_may_connect(turned, host: str, is_open: bool):
+    """A tunnel that keeps the number of the port passes; pages of other addresses do not."""
+    port = turned.url.split(":")[2].rstrip("/")
+    asked = HTTPRequest(
+        f"ws://127.0.0.1:{port}/ws",
+        headers={"Origin": f"http://{host}:{port}", "Sec-WebSocket-Protocol": "bokeh, wrong"},
+    )
+
+    async def connected() -> bool:
+        try:
+            socket = await websocket_connect(asked)
+        except HTTPClientError as fault:
+            return fault.code != 403
+        socket.close()
+        return True
+
+    assert asyncio.run(connected()) == is_open
 
 
 @pytest.mark.parametrize("width", [1400, 800])
