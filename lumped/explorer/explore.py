@@ -9,7 +9,7 @@ import webbrowser
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode, urljoin, urlsplit
 
 from lumped.compiler.assemble import assemble
@@ -95,10 +95,17 @@ class Explorer:
         from bokeh.server.tornado import BokehTornado
         from bokeh.server.util import bind_sockets
         from tornado.httpserver import HTTPServer
+        from tornado.httputil import HTTPServerRequest
         from tornado.ioloop import IOLoop
+        from tornado.web import ErrorHandler
 
-        class Pages(BokehTornado):
-            """Scripts come from where the page is, also below a path of a hub."""
+        class Pages(BokehTornado):  # type: ignore[misc]
+            """Scripts come from where the page is, also below a path of a hub; no other names."""
+
+            def find_handler(self, request: HTTPServerRequest, **options: Any) -> Any:
+                if request.host_name in {host.partition(":")[0] for host in origins}:
+                    return super().find_handler(request, **options)
+                return self.get_handler_delegate(request, ErrorHandler, {"status_code": 403})
 
             def resources(self, absolute_url: str | bool | None = None) -> Resources:
                 return super().resources(absolute_url or True)
