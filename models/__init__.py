@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from lumped.compiler.system import System
     from lumped.models.about import About, Measure
-    from lumped.timeloop.result import Trajectory
+    from lumped.timeloop.result import OperatingPoint, Trajectory
 
 __all__ = ["MACHINES", "MARKS", "Machine", "Row", "machine"]
 
@@ -109,8 +109,8 @@ class Machine(Protocol):
 
     def begin(
         self, system: "System", parameters: Mapping[str, Any] | None = None
-    ) -> dict[str, float]:
-        """Start values of that run with changed parameters."""
+    ) -> "OperatingPoint":
+        """Start of that run with changed parameters; some of them may follow from it."""
 
     def measures(self, parameters: Mapping[str, Any] | None = None) -> "list[Measure]":
         """Numbers that show the effect of changed parameters on that run."""

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import threading
 import webbrowser
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING
-from urllib.parse import urlencode
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlencode, urljoin, urlsplit
 
 from lumped.compiler.assemble import assemble
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
+from lumped.explorer.found_analyses import found_analyses
 from lumped.explorer.sliders import Ends, Slider
 from lumped.explorer.sliders import sliders as sliders_of
 from lumped.explorer.study import Analysis, Start, Study, most_effective
@@ -39,7 +42,7 @@ class Explorer:
     Attributes
     ----------
     url : str
-        Its address.
+        Its address; that of a JupyterHub where ``JUPYTER_BOKEH_EXTERNAL_URL`` names one.
     system : System
         The drive.
     """
@@ -87,20 +90,35 @@ class Explorer:
     def _serve(self) -> None:
         from bokeh.application import Application
         from bokeh.application.handlers.function import FunctionHandler
+        from bokeh.resources import Resources
         from bokeh.server.server import BaseServer
         from bokeh.server.tornado import BokehTornado
         from bokeh.server.util import bind_sockets
         from tornado.httpserver import HTTPServer
+        from tornado.httputil import HTTPServerRequest
         from tornado.ioloop import IOLoop
+        from tornado.web import ErrorHandler
+
+        class Pages(BokehTornado):  # type: ignore[misc]
+            """Scripts come from where the page is, also below a path of a hub; no other names."""
+
+            def find_handler(self, request: HTTPServerRequest, **options: Any) -> Any:
+                if request.host_name in {host.partition(":")[0] for host in origins}:
+                    return super().find_handler(request, **options)
+                return self.get_handler_delegate(request, ErrorHandler, {"status_code": 403})
+
+            def resources(self, absolute_url: str | bool | None = None) -> Resources:
+                return super().resources(absolute_url or True)
 
         self._loop = asyncio.new_event_loop()
         asyncio.set_event_loop(self._loop)
         try:
             sockets, port = bind_sockets("127.0.0.1", 0)
-            self.url = f"http://127.0.0.1:{port}/"
-            pages = BokehTornado(
+            self.url, origins = _address(port)
+            pages = Pages(
                 {"/": Application(FunctionHandler(self._visited))},
-                extra_websocket_origins=[f"127.0.0.1:{port}"],
+                extra_websocket_origins=origins,
+                absolute_url=self.url if len(origins) > 2 else None,
             )
             http = HTTPServer(pages)
             http.add_sockets(sockets)
@@ -128,6 +146,20 @@ class Explorer:
 
     def _moved(self, values: Mapping[str, float]) -> None:
         self._values = dict(values)
+
+
+def _address(port: int) -> tuple[str, list[str]]:
+    """Where browsers find the page, and which hosts their addresses may have.
+
+    Another computer reaches the same port through a tunnel. A JupyterHub passes it on
+    (jupyter-server-proxy); it tells where by the variables that Bokeh reads, too.
+    """
+    hosts = [f"127.0.0.1:{port}", f"localhost:{port}"]
+    hub = os.environ.get("JUPYTER_BOKEH_EXTERNAL_URL")
+    if hub is None:
+        return f"http://{hosts[0]}/", hosts
+    prefix = os.environ.get("JUPYTERHUB_SERVICE_PREFIX", "/")
+    return urljoin(urljoin(hub, prefix), f"proxy/{port}/"), [*hosts, urlsplit(hub).netloc]
 
 
 @checked
@@ -161,8 +193,9 @@ def explore(
     until : float or str, optional
         End of a run, s, or with a unit; without it there is none.
     start : mapping of name to float, or callable, optional
-        Start values, or a function that gives them for the changed parameters, a mapping of name to
-        float.
+        Start values, or a function that gives them, or an `OperatingPoint`, for the changed
+        parameters, a mapping of name to float. Parameters that the operating point determines
+        (`start_point(free=...)`) follow from it.
     parameters : mapping of name to float, optional
         Parameters that are changed from the model at first.
     of : iterable of names, optional
@@ -173,7 +206,10 @@ def explore(
         What quantities of the run may reach; without a run, of the first order response.
     analyses : mapping of str to callable, optional
         Further pictures by their titles: functions of the changed parameters (a mapping of name to
-        float) that give a Campbell diagram, a frequency response or an order response.
+        float) that give a Campbell diagram, a frequency response or an order response. Default is
+        an order response and a Campbell diagram where torques follow from the angle of a shaft, or
+        a Campbell diagram where natural frequencies depend on the speed, up to a tenth above the
+        greatest speed of the run, or of the start without one.
 
     Returns
     -------
@@ -214,6 +250,8 @@ def explore(
         tuple(limits),
         dict(analyses or {}),
     )
+    if analyses is None:
+        study = replace(study, analyses=found_analyses(study))
     if sliders is None:
         return Explorer(study, most_effective(study))
     return Explorer(study, sliders_of(system, theta, sliders))

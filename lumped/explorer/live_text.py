@@ -1,12 +1,14 @@
-"""Texts of the page that change without a new layout."""
+"""What changes on a page that is shown: tables of pictures and texts, in one message."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
-from bokeh.models import ColumnDataSource, CustomJS, Div
+from bokeh.document import Document
+from bokeh.models import ColumnDataSource, CustomJS, Div, Model
 
-__all__ = ["LiveText", "live"]
+__all__ = ["LiveText", "Post"]
 
 _STYLE = (
     ":host{font-size:12px;color:#57606a;margin:0 5px}.bk-clearfix{width:100%}"
@@ -15,28 +17,137 @@ _STYLE = (
     "td,th{text-align:left;padding:2px 10px 2px 0}figure{margin:0}figcaption{display:none}"
     "svg{width:100%;height:auto;max-height:420px}"
 )
-_WRITE = """
-const html = cb_obj.data.html[0]
-const place = Bokeh.index.find_one(div)?.shadow_el.querySelector(".bk-clearfix")
-if (place != null) place.innerHTML = html
-else div.setv({text: html}, {sync: false})  // it is still being built
+_READ = """
+const read = window.lumpedPage ??= (() => {
+  // Bokeh writes the styles of axes at each painting; the browser would find equal ones anew
+  try {
+    const {InlineStyleSheet: {prototype}} = Bokeh.require("core/dom")
+    const {replace} = prototype
+    prototype.replace = function(css, styles) {
+      if (styles != null || css != this.css) replace.call(this, css, styles)
+    }
+  } catch {}  // another version of Bokeh, without them
+  const figures = new Map()
+  const hold = (figure, is_held) => figure.setv({hold_render: is_held}, {sync: false})
+  const seen = new IntersectionObserver((entries) => {
+    for (const {target, isIntersecting} of entries) hold(figures.get(target), !isIntersecting)
+  }, {rootMargin: "100px"})
+  addEventListener("beforeprint", () => figures.forEach((figure) => hold(figure, false)))
+  const root = (div) => Bokeh.index.find_one(div)?.shadow_el
+  return {
+    data: (source, columns) => source.setv({data: columns}, {sync: false}),
+    html: (div, text) => {
+      const place = root(div)?.querySelector(".bk-clearfix")
+      if (place != null) place.innerHTML = text
+      else div.setv({text}, {sync: false})  // it is still being built
+    },
+    texts: (div, {id, text}) => id.forEach((each, i) => {
+      const told = root(div)?.getElementById(each)?.querySelector("text")
+      if (told != null && told.textContent != text[i]) told.textContent = text[i]
+    }),
+    figure(figure) {
+      const {el} = Bokeh.index.find_one(figure) ?? {}
+      if (el == null) setTimeout(() => this.figure(figure), 50)  // it is still being built
+      else if (!figures.has(el)) { figures.set(el, figure); seen.observe(el) }
+    },
+    link: (_, query) => history.replaceState(null, "", "?" + query),
+    file: (_, {name, text}) => {
+      const link = document.createElement("a")
+      link.href = URL.createObjectURL(new Blob([text], {type: "text/plain"}))
+      link.download = name
+      link.click()
+    },
+  }
+})()
+for (const [kind, id, value] of cb_obj.data.news[0]) {
+  const model = cb_obj.document.get_model_by_id(id)
+  if (model != null) read[kind](model, value)
+}
 """
 
 
-def live(div: Div, columns: dict[str, list[Any]], code: str) -> ColumnDataSource:
-    """A table that belongs to a text; a script runs in the browser when it changes.
+class Post:
+    """Sends what is put into it in one turn of the page's thread as one message.
 
-    Bokeh lays the whole page out anew when the text of a `Div` changes. A script that writes into
-    it does not, and the browser finds the place that the new text needs.
+    Bokeh sends each change by itself, and lays the whole page out anew when the text of a `Div`
+    changes. A script that writes the text does not, and the browser finds the place it needs.
+
+    Parameters
+    ----------
+    doc : Document
+        Of the visitor.
+
+    Attributes
+    ----------
+    model : Model
+        What must belong to the page.
     """
-    source = ColumnDataSource(columns)
-    source.js_on_change("data", CustomJS(args={"div": div}, code=code))
-    div.tags = [*div.tags, source]
-    return source
+
+    def __init__(self, doc: Document) -> None:
+        self._doc = doc
+        self._known: dict[tuple[str, Model], Any] = {}
+        self._waiting: dict[tuple[str, Model], Any] = {}
+        self._count = 0
+        self.model = ColumnDataSource({"number": [0], "news": [[]]})
+        self.model.js_on_change("data", CustomJS(code=_READ))
+
+    def table(self, source: ColumnDataSource, columns: Mapping[str, Any]) -> None:
+        """Change the data of a picture."""
+        self._put("data", source, columns)
+
+    def text(self, div: Div, html: str) -> None:
+        """Change a text."""
+        if self._known.get(("html", div)) != html:
+            self._put("html", div, html)
+
+    def texts(self, div: Div, found: Mapping[str, str]) -> None:
+        """Change texts in the picture of a text, by the identifiers of what holds them."""
+        value = {"id": [*found], "text": [*found.values()]}
+        if self._known.get(("texts", div)) != value:
+            self._put("texts", div, value)
+
+    def figure(self, figure: Model) -> None:
+        """Paint a picture only while it is in the window."""
+        self._put("figure", figure, None)
+
+    def link(self, query: str) -> None:
+        """Change the address of the page."""
+        self._put("link", self.model, query)
+
+    def file(self, name: str, text: str) -> None:
+        """Give a file to the visitor."""
+        self._send([("file", self.model, {"name": name, "text": text})])
+
+    def again(self) -> None:
+        """Send all that the page shows, to a browser that knows only how it began."""
+        self._send([(*key, value) for key, value in self._known.items()])
+
+    def _put(self, kind: str, model: Model, value: Any) -> None:
+        if not self._waiting:
+            self._doc.add_next_tick_callback(self._flush)
+        self._known[kind, model] = self._waiting[kind, model] = value
+
+    def _flush(self) -> None:
+        sent, self._waiting = self._waiting, {}
+        self._send([(*key, value) for key, value in sent.items()])
+
+    def _send(self, news: list[tuple[str, Model, Any]]) -> None:
+        self._count += 1  # what says the same as before is news too
+        told = [[kind, model.id, value] for kind, model, value in news]
+        self.model.data = {"number": [self._count], "news": [told]}
 
 
 class LiveText:
     """A text.
+
+    Parameters
+    ----------
+    post : Post
+        Of the page.
+    html : str
+        Text at first.
+    **options
+        Of the `Div`.
 
     Attributes
     ----------
@@ -44,7 +155,8 @@ class LiveText:
         What stands on the page.
     """
 
-    def __init__(self, html: str = "", **options: Any) -> None:
+    def __init__(self, post: Post, html: str = "", **options: Any) -> None:
+        self._post = post
         self.model = Div(
             text=html,
             sizing_mode="stretch_width",
@@ -52,11 +164,11 @@ class LiveText:
             stylesheets=[_STYLE],
             **options,
         )
-        self._html = html
-        self._source = live(self.model, {"html": [html]}, _WRITE)
 
     def write(self, html: str) -> None:
         """Change it."""
-        if html != self._html:
-            self._html = html
-            self._source.data = {"html": [html]}
+        self._post.text(self.model, html)
+
+    def write_in_picture(self, found: Mapping[str, str]) -> None:
+        """Change texts in its picture, by the identifiers of what holds them."""
+        self._post.texts(self.model, found)

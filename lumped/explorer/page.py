@@ -25,7 +25,7 @@ from bokeh.models import Slider as Handle
 from lumped.compiler.parameter_file import parameter_text, parameters_in
 from lumped.errors import OptionError
 from lumped.explorer.computing import Computing, Found, in_words
-from lumped.explorer.live_text import LiveText, live
+from lumped.explorer.live_text import LiveText, Post
 from lumped.explorer.measured import Measured, measured
 from lumped.explorer.pictures import PICTURES, Picture
 from lumped.explorer.sliders import Slider, slider
@@ -35,6 +35,7 @@ from lumped.explorer.views import View, views
 from lumped.optimisation.identification import Identification
 from lumped.optimisation.identify import identify
 from lumped.support.text_table import number
+from lumped.support.units import amount
 
 __all__ = ["Page"]
 
@@ -55,13 +56,6 @@ _CARD = ":host{flex:1 1 460px;min-width:0;padding:8px;border:1px solid #d0d7de;b
 _WHOLE = _CARD.replace("460px", "100%")
 _RATIO = "return Number((10 ** tick).toPrecision(4)).toString()"
 _PLAIN = "return Number(tick.toPrecision(4)).toString()"
-_LINK = "history.replaceState(null, '', '?' + cb_obj.data.query[0])"
-_SAVE = """
-const link = document.createElement("a")
-link.href = URL.createObjectURL(new Blob([cb_obj.data.text[0]], {type: "text/plain"}))
-link.download = cb_obj.data.name[0]
-link.click()
-"""
 
 
 def _fault(text: str) -> str:
@@ -71,11 +65,11 @@ def _fault(text: str) -> str:
 class _Card:
     """Place of a picture, with what is said about it."""
 
-    def __init__(self, view: View) -> None:
-        self.view = view
+    def __init__(self, view: View, post: Post) -> None:
+        self.view, self._post = view, post
         self.picture: Picture | None = None
-        self.told = LiveText("computing ...", name=f"told {view.title}")
-        self._head = LiveText(f"<h2>{escape(view.title)}</h2>").model
+        self.told = LiveText(post, "computing ...", name=f"told {view.title}")
+        self._head = LiveText(post, f"<h2>{escape(view.title)}</h2>").model
         css = _WHOLE if view.kind == "schematic" else _CARD
         self.model = Column(self._head, self.told.model, stylesheets=[css])
 
@@ -85,7 +79,7 @@ class _Card:
             self.told.write(_fault(found.error))
             return
         if self.picture is None:
-            self.picture = PICTURES[self.view.kind](study, found.shown)
+            self.picture = PICTURES[self.view.kind](study, found.shown, self._post)
             if overlay is not None:
                 self.picture.overlay(overlay)
             self.model.children = [self._head, self.told.model, *self.picture.models]
@@ -120,6 +114,7 @@ class Page:
         told: Callable[[Values], None],
     ) -> None:
         self._doc, self._study, self._told = doc, study, told
+        self._post = Post(doc)
         self._sliders = tuple(sliders)
         self._values = study.base | {each.name: each.default for each in sliders}
         self._handles: dict[str, tuple[Handle, LiveText]] = {}
@@ -134,11 +129,10 @@ class Page:
         self._is_setting = False
         self._measured: Measured | None = None
         self._moment = Moment(study, self._values)
-        self._cards = {view.title: _Card(view) for view in views(study)}
-        self._message = LiveText(name="message")
-        self._status = LiveText("computing ...", name="status")
-        self._query = live(self._status.model, {"query": [""]}, _LINK)
-        self._side = Column(LiveText().model, stylesheets=[_SIDE])
+        self._cards = {view.title: _Card(view, self._post) for view in views(study)}
+        self._message = LiveText(self._post, name="message")
+        self._status = LiveText(self._post, "computing ...", name="status")
+        self._side = Column(LiveText(self._post).model, stylesheets=[_SIDE])
         self._lay_out()
         self._computing = Computing([card.view for card in self._cards.values()], self._found)
         doc.on_session_destroyed(lambda _: self._computing.end())
@@ -148,6 +142,7 @@ class Page:
     def _ready(self) -> None:
         """Restore what the link says; nothing that was written before would be seen."""
         if self._link is None:  # the connection was lost and is there again
+            self._post.again()
             return
         text, self._link = self._link, None
         if text:
@@ -158,7 +153,7 @@ class Page:
     # -- layout ------------------------------------------------------------------------------
 
     def _lay_out(self) -> None:
-        head = LiveText(f"<h2>{escape(self._study.system.name)}</h2>").model
+        head = LiveText(self._post, f"<h2>{escape(self._study.system.name)}</h2>").model
         cards = Row(*(card.model for card in self._cards.values()), stylesheets=[_CARDS])
         column = Column(
             Row(head, self._status.model, sizing_mode="stretch_width"),
@@ -166,9 +161,9 @@ class Page:
             cards,
             stylesheets=[_MAIN],
         )
-        self._doc.add_root(
-            Row(self._side, column, sizing_mode="stretch_width", stylesheets=[_WIDE])
-        )
+        whole = Row(self._side, column, sizing_mode="stretch_width", stylesheets=[_WIDE])
+        whole.tags = [self._post.model]
+        self._doc.add_root(whole)
         self._doc.title = f"{self._study.system.name} - lumped"
 
     def _fill_side(self) -> None:
@@ -178,9 +173,12 @@ class Page:
         for each in self._sliders:
             if each.part not in groups:
                 head = escape(each.part or system.name)
-                groups[each.part] = [LiveText(f"<h3>{head}</h3>").model]
+                groups[each.part] = [LiveText(self._post, f"<h3>{head}</h3>").model]
             if each.name not in self._handles:
-                self._handles[each.name] = self._handle(each), LiveText()
+                self._handles[each.name] = (
+                    self._handle(each),
+                    LiveText(self._post, name=f"note {each.name}"),
+                )
             handle, note = self._handles[each.name]
             groups[each.part] += [handle, note.model]
         self._place()
@@ -214,8 +212,7 @@ class Page:
         return handle
 
     def _buttons(self) -> list[UIElement]:
-        hint = LiveText("The address of this page holds its sliders and values.").model
-        self._file = live(hint, {"name": [""], "text": [""]}, _SAVE)
+        told = "The address of this page holds its sliders and values."
         self._choice.on_change("value", lambda _, __, new: self._attempt(lambda: self._choose(new)))
         back = Button(label="Reset", name="reset")
         back.on_click(
@@ -232,7 +229,7 @@ class Page:
             self._input("Measured curves (.csv, .uff)", ".csv,.uff,.unv", self._lay_over, "data"),
             self._vary,
             fit,
-            hint,
+            LiveText(self._post, told).model,
         ]
 
     def _input(
@@ -314,8 +311,8 @@ class Page:
 
     def _save(self) -> None:
         name = f"{self._study.system.name}.toml"
-        text = parameter_text(self._study.system, name, self._values)
-        self._file.data = {"name": [name], "text": [text]}
+        text = parameter_text(self._study.system, name, self._moment.parameters)
+        self._post.file(name, text)
 
     def _load(self, path: str, held: bytes) -> None:
         self._set(parameters_in(self._study.system, path, held))
@@ -343,7 +340,7 @@ class Page:
                     vary=vary,
                     t=data.t,
                     measured=data.curves,
-                    parameters=moment.values,
+                    parameters=moment.parameters,
                     start=moment.start,
                 )
             except Exception as fault:
@@ -379,10 +376,17 @@ class Page:
         self._doc.add_next_tick_callback(lambda: self._show(moment, found, coming))
 
     def _show(self, moment: Moment, found: list[Found], coming: list[View]) -> None:
-        for each in found:
-            self._cards[each.view.title].show(self._study, each, self._measured)
+        for made in found:
+            self._cards[made.view.title].show(self._study, made, self._measured)
+        for each in self._sliders:
+            if each.name in moment.follows:
+                value = amount(moment.follows[each.name], each.unit)
+                told = f"follows from the start: {value}"
+                self._handles[each.name][1].write(told)
+        if moment is self._moment:
+            self._told(moment.parameters)
         for view in coming:
             self._cards[view.title].told.write("computing ...")
         seconds = time.perf_counter() - self._began
         self._status.write("computing ..." if coming else f"made in {1e3 * seconds:.0f} ms")
-        self._query.data = {"query": [query(self._study, self._sliders, moment.values)]}
+        self._post.link(query(self._study, self._sliders, moment.values))

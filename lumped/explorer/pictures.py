@@ -20,7 +20,7 @@ from bokeh.transform import dodge
 
 from lumped.drawing.inline import inline
 from lumped.drawing.schematic import schematic
-from lumped.explorer.live_text import LiveText, live
+from lumped.explorer.live_text import LiveText, Post
 from lumped.explorer.measured import Measured
 from lumped.explorer.study import Study
 from lumped.explorer.views import Shown
@@ -36,7 +36,7 @@ _HEIGHT = 250
 
 
 class Picture:
-    """One picture; its kinds are made of a study and the first tables.
+    """One picture; its kinds are made of a study, the first tables, and the page's post.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ def _colours(count: int) -> list[str]:
     return [_COLOURS[i % len(_COLOURS)] for i in range(count)]
 
 
-def _axes(**options: Any) -> figure:
+def _axes(post: Post, **options: Any) -> figure:
     """Empty axes in the look of the page."""
     plain = figure(
         height=options.pop("height", _HEIGHT),
@@ -70,6 +70,9 @@ def _axes(**options: Any) -> figure:
     plain.toolbar.logo = None
     plain.toolbar.autohide = True
     plain.axis.minor_tick_line_color = None
+    for each in (plain.x_range, plain.y_range):
+        each.syncable = False  # what the browser finds of them is not needed here
+    post.figure(plain)
     return plain
 
 
@@ -87,45 +90,38 @@ def _legend(labels: Sequence[str], colours: Sequence[str]) -> str:
 class _Schematic(Picture):
     """The drive, whose texts change."""
 
-    def __init__(self, study: Study, shown: Shown) -> None:
-        texts = dict(zip(shown["texts"]["part"], shown["texts"]["text"], strict=True))
+    def __init__(self, study: Study, shown: Shown, post: Post) -> None:
+        texts = _by_parts(shown)
         drawn = inline(schematic(study.system.model, values=texts), study.system.name, "schematic")
-        text = LiveText(drawn)
-        self._texts = live(text.model, dict(shown["texts"]), _RETOLD)
-        self.models = [text.model]
+        self._text = LiveText(post, drawn)
+        self.models = [self._text.model]
 
     def show(self, shown: Shown) -> None:
-        if shown["texts"] != dict(self._texts.data):
-            self._texts.data = shown["texts"]
+        texts = _by_parts(shown)
+        self._text.write_in_picture({f"schematic-value of {part}": texts[part] for part in texts})
 
 
-_RETOLD = """
-const root = Bokeh.index.find_one(div)?.shadow_el
-const {part, text} = cb_obj.data
-part.forEach((path, i) => {
-  const told = root?.getElementById(`schematic-value of ${path}`)
-  if (told != null) told.querySelector("text").textContent = text[i]
-})
-"""
+def _by_parts(shown: Shown) -> dict[str, str]:
+    return dict(zip(shown["texts"]["part"], shown["texts"]["text"], strict=True))
 
 
 class _Modes(Picture):
     """Mode shapes along the drive; their frequencies name them."""
 
-    def __init__(self, study: Study, shown: Shown) -> None:
-        axes = _axes(y_range=(-1.1, 1.1), y_axis_label="relative amplitude", height=320)
-        self._shapes = ColumnDataSource(_coloured(shown["shapes"]))
+    def __init__(self, study: Study, shown: Shown, post: Post) -> None:
+        axes = _axes(post, y_range=(-1.1, 1.1), y_axis_label="relative amplitude", height=320)
+        self._post, self._shapes = post, ColumnDataSource(_coloured(shown["shapes"]))
         axes.multi_line("x", "y", source=self._shapes, color="colour", line_width=2)
         axes.add_layout(Span(location=0, dimension="width", line_color="black", line_width=0.7))
         parts = shown["parts"]
         axes.xaxis.ticker = FixedTicker(ticks=parts["x"])
         axes.xaxis.major_label_overrides = dict(zip(parts["x"], parts["name"], strict=True))
         axes.xaxis.major_label_orientation = 0.7
-        self._names = LiveText(_names_of(shown["shapes"]))
+        self._names = LiveText(post, _names_of(shown["shapes"]))
         self.models = [axes, self._names.model]
 
     def show(self, shown: Shown) -> None:
-        self._shapes.data = _coloured(shown["shapes"])
+        self._post.table(self._shapes, _coloured(shown["shapes"]))
         self._names.write(_names_of(shown["shapes"]))
 
 
@@ -140,10 +136,11 @@ def _names_of(curves: dict[str, list[Any]]) -> str:
 class _Effects(Picture):
     """Bars for each parameter: by what share a result changes with it."""
 
-    def __init__(self, study: Study, shown: Shown) -> None:
+    def __init__(self, study: Study, shown: Shown, post: Post) -> None:
         names, kinds = _kinds(shown)
-        self._range = FactorRange(factors=names[::-1])
+        self._post, self._range = post, FactorRange(factors=names[::-1])
         axes = _axes(
+            post,
             y_range=self._range,
             x_axis_label="relative change for each relative change",
             height=90 + 26 * len(names),
@@ -161,7 +158,7 @@ class _Effects(Picture):
             )
         axes.add_layout(Span(location=0, dimension="height", line_color="black", line_width=0.7))
         self._axes = axes
-        self.models = [axes, LiveText(_legend([*kinds], _colours(len(kinds)))).model]
+        self.models = [axes, LiveText(post, _legend([*kinds], _colours(len(kinds)))).model]
 
     def show(self, shown: Shown) -> None:
         names, kinds = _kinds(shown)
@@ -169,9 +166,9 @@ class _Effects(Picture):
             self._range.factors = names[::-1]
             self._axes.height = 90 + 26 * len(names)
         for bars, shares in zip(self._bars, kinds.values(), strict=False):
-            bars.data = {"name": names, "share": shares}
+            self._post.table(bars, {"name": names, "share": shares})
         for bars in self._bars[len(kinds) :]:
-            bars.data = {"name": [], "share": []}
+            self._post.table(bars, {"name": [], "share": []})
 
 
 def _kinds(shown: Shown) -> tuple[list[str], dict[str, list[float]]]:
@@ -185,7 +182,8 @@ def _kinds(shown: Shown) -> tuple[list[str], dict[str, list[float]]]:
 class _Run(Picture):
     """Quantities over time, one panel for each unit, with the instants of events."""
 
-    def __init__(self, study: Study, shown: Shown) -> None:
+    def __init__(self, study: Study, shown: Shown, post: Post) -> None:
+        self._post = post
         self._names = [name for name in shown["curves"] if name != "t"]
         units: dict[str, list[str]] = {}
         for name in self._names:
@@ -197,7 +195,7 @@ class _Run(Picture):
         panels: list[figure] = []
         for unit, names in units.items():
             shared = {"x_range": panels[0].x_range} if panels else {}
-            axes = _axes(y_axis_label=unit, height=230, **shared)
+            axes = _axes(post, y_axis_label=unit, height=230, **shared)
             axes.add_glyph(self._events, VSpan(x="t", line_color="#999999", line_dash="dotted"))
             for name in names:
                 colour = colours[name]
@@ -210,21 +208,20 @@ class _Run(Picture):
             axes.y_range.renderers = [r for r in axes.renderers if not isinstance(r.glyph, VSpan)]
             every += axes.y_range.renderers
         panels[0].x_range.renderers = every
-        self._told = LiveText(_listed(shown["told"]["text"]))
-        names = LiveText(_legend([*colours], [*colours.values()])).model
+        self._told = LiveText(post, _listed(shown["told"]["text"]))
+        names = LiveText(post, _legend([*colours], [*colours.values()])).model
         self.models = [*panels, names, self._told.model]
 
     def show(self, shown: Shown) -> None:
-        self._curves.data = shown["curves"]
-        if dict(self._events.data) != shown["events"]:
-            self._events.data = shown["events"]
+        self._post.table(self._curves, shown["curves"])
+        self._post.table(self._events, shown["events"])
         self._told.write(_listed(shown["told"]["text"]))
 
     def overlay(self, measured: Measured) -> None:
         for name, source in self._measured.items():
             y = measured.curves.get(name)
             found = ([], []) if y is None else (measured.t.tolist(), y.tolist())
-            source.data = dict(zip(("t", "y"), found, strict=True))
+            self._post.table(source, dict(zip(("t", "y"), found, strict=True)))
 
 
 def _listed(texts: Sequence[str]) -> str:
@@ -234,13 +231,15 @@ def _listed(texts: Sequence[str]) -> str:
 class _Curves(Picture):
     """Curves over the speed or the frequency, with rays of orders and points where they meet."""
 
-    def __init__(self, study: Study, shown: Shown) -> None:
+    def __init__(self, study: Study, shown: Shown, post: Post) -> None:
         labels = {name: shown["axes"][name][0] for name in ("x", "y")}
         axes = _axes(
+            post,
             x_axis_label=labels["x"],
             y_axis_label=labels["y"],
             y_axis_type=shown["axes"]["scale"][0],
         )
+        self._post = post
         self._tables = {name: ColumnDataSource(_full(shown, name)) for name in _EMPTY}
         curves = self._tables["curves"]
         drawn = [axes.multi_line("x", "y", source=curves, color="colour")]
@@ -251,13 +250,13 @@ class _Curves(Picture):
         )
         axes.scatter("x", "y", source=self._tables["critical"], color="#d62728", size=6)
         axes.x_range.renderers = axes.y_range.renderers = drawn + [rays] * ("rays" in shown)
-        self._names = LiveText(_names_of(shown["curves"]))
+        self._names = LiveText(post, _names_of(shown["curves"]))
         self.models = [axes, self._names.model]
 
     def show(self, shown: Shown) -> None:
         self._names.write(_names_of(shown["curves"]))
         for name, source in self._tables.items():
-            source.data = _full(shown, name)
+            self._post.table(source, _full(shown, name))
 
 
 _EMPTY: dict[str, dict[str, list[Any]]] = {
@@ -275,8 +274,8 @@ def _full(shown: Shown, name: str) -> dict[str, list[Any]]:
 class _Verdict(Picture):
     """A table of limits and how far they are used."""
 
-    def __init__(self, study: Study, shown: Shown) -> None:
-        self._table = LiveText(_limits(shown))
+    def __init__(self, study: Study, shown: Shown, post: Post) -> None:
+        self._table = LiveText(post, _limits(shown))
         self.models = [self._table.model]
 
     def show(self, shown: Shown) -> None:
@@ -303,7 +302,7 @@ def _row(cells: tuple[Any, ...]) -> str:
     )
 
 
-PICTURES: dict[str, Callable[[Study, Shown], Picture]] = {
+PICTURES: dict[str, Callable[[Study, Shown, Post], Picture]] = {
     "schematic": _Schematic,
     "modes": _Modes,
     "effects": _Effects,

@@ -25,8 +25,8 @@ __all__ = ["Analysis", "Moment", "Start", "Study", "Values", "effects_on_run", "
 
 Values = dict[str, float]
 """Parameters that differ from the model, and those with sliders."""
-Start = Changes | Callable[[Values], Changes]
-"""Start values, or a function of the changed parameters that gives them."""
+Start = Changes | Callable[[Values], Changes | OperatingPoint]
+"""Start values, or a function of the changed parameters that gives them, or the whole start."""
 Analysis = Callable[[Values], Campbell | FrequencyResponse | OrderAmplitudes]
 """A function of the changed parameters that makes an analysis."""
 
@@ -57,7 +57,7 @@ class Study:
     until : float or None
         End of the run, s, if there is one.
     start : mapping, or callable
-        Start values.
+        Start values, or a function that gives them or an operating point.
     of : tuple of str
         Quantities to show.
     inputs : tuple of str
@@ -77,10 +77,6 @@ class Study:
     limits: tuple[Limit, ...]
     analyses: dict[str, Analysis]
 
-    def start_values(self, values: Values) -> Changes:
-        """Start values where parameters have these values."""
-        return self.start(values) if callable(self.start) else self.start
-
 
 class Moment:
     """The drive with some values of its parameters; what several pictures share is made once.
@@ -97,15 +93,54 @@ class Moment:
         self.study, self.values = study, values
         self._analyses: dict[str, Campbell | FrequencyResponse | OrderAmplitudes] = {}
 
-    @cached_property
+    @property
     def start(self) -> Changes:
         """Start values."""
-        return self.study.start_values(self.values)
+        if isinstance(self._given, OperatingPoint):
+            return dict(zip(self._given.system.state_names, self._given.x.tolist(), strict=True))
+        return self._given
 
-    @cached_property
+    @property
     def point(self) -> OperatingPoint:
         """The start, where the drive is linearised."""
-        return start_point(self.study.system, parameters=self.values, start=self.start)
+        if isinstance(self._begun, Exception):
+            raise self._begun
+        return self._begun
+
+    @cached_property
+    def follows(self) -> Values:
+        """Parameters that the start determines; none if there is no start."""
+        if isinstance(self._begun, Exception):
+            return {}
+        names, given = self.study.system.parameters, self.study.system.theta(self.values)
+        found = zip(names, given.tolist(), self._begun.theta.tolist(), strict=True)
+        return {name: value for name, before, value in found if value != before}
+
+    @property
+    def parameters(self) -> Values:
+        """The values, and those that the start determines."""
+        return self.values | self.follows
+
+    @cached_property
+    def _given(self) -> Changes | OperatingPoint:
+        start = self.study.start
+        return start(dict(self.values)) if callable(start) else start
+
+    @cached_property
+    def _begun(self) -> OperatingPoint | Exception:
+        """The start, or why there is none, which is not looked for twice."""
+        system = self.study.system
+        try:
+            if not isinstance(self._given, OperatingPoint):
+                return start_point(system, parameters=self.values, start=self._given)
+            if self._given.system is not system:
+                raise OptionError(
+                    f"explore: start gave an operating point of {self._given.system.name}, not of "
+                    "the system that is explored."
+                )
+        except Exception as fault:  # functions of the user may raise anything
+            return fault
+        return self._given
 
     @cached_property
     def modes(self) -> Modes:
@@ -143,7 +178,7 @@ class Moment:
         """
         if title in self._analyses:
             return self._analyses[title]
-        found = self.study.analyses[title](dict(self.values))
+        found = self.study.analyses[title](self.parameters)
         if not isinstance(found, Campbell | FrequencyResponse | OrderAmplitudes):
             raise OptionError(
                 f"explore: analyses['{title}'] gave a {type(found).__name__}; a Campbell diagram, "
@@ -164,19 +199,29 @@ def most_effective(study: Study) -> tuple[Slider, ...]:
     for name, share in _effects_on_modes(moment).items():
         if name in scores:
             scores[name] = share
-    chosen = sorted((name for name in scores if scores[name] > 1e-6), key=scores.__getitem__)
-    chosen = chosen[::-1][:_SLIDERS]
+    chosen = _first(moment, scores, _SLIDERS)
     if len(chosen) < _SLIDERS and study.until is not None:
         others = [name for name in scores if name not in chosen]
-        effects = effects_on_run(moment, others)
-        ranked = sorted((name for name in others if effects[name] > 1e-6), key=effects.__getitem__)
-        chosen += ranked[::-1][: _SLIDERS - len(chosen)]
+        chosen += _first(moment, effects_on_run(moment, others), _SLIDERS - len(chosen))
     if not chosen:
         chosen = [*scores][:_SLIDERS] or [*numbers][:_SLIDERS]
     if not chosen:
         raise OptionError(f"{system.name}: explore: the model has no parameter to move.")
     order = [name for name in numbers if name in chosen]
     return tuple(slider(system, theta, name) for name in order)
+
+
+def _first(moment: Moment, effects: Values, most: int) -> list[str]:
+    """Parameters with the largest effects, without those that follow from the start."""
+    every = moment.study.system.parameter_values(moment.values)
+    found: list[str] = []
+    for name in sorted(effects, key=lambda name: -effects[name]):
+        if len(found) == most or effects[name] <= 1e-6:
+            break
+        moved = Moment(moment.study, moment.values | {name: every[name] * (1 + _SHARE)})
+        if not callable(moment.study.start) or name not in moved.follows:
+            found.append(name)
+    return found
 
 
 def _effects_on_modes(moment: Moment) -> Values:

@@ -102,7 +102,7 @@ def value_texts(study: Study, values: Mapping[str, float]) -> dict[str, str]:
 
 
 def _schematic(moment: Moment, _: Sequence[Slider]) -> Shown:
-    texts = value_texts(moment.study, moment.values)
+    texts = value_texts(moment.study, moment.parameters)
     return {"texts": {"part": [*texts], "text": [*texts.values()]}}
 
 
@@ -195,8 +195,11 @@ def _analysis(title: str, moment: Moment, _: Sequence[Slider]) -> Shown:
 
 def _campbell(found: Campbell) -> Shown:
     rpm = found.speeds * 30 / np.pi
-    modes = [*found.hertz.T]
-    top = 1.15 * float(np.nanmax(found.hertz, initial=0.0))
+    reach = max(found.orders, default=0.0) * float(rpm[-1]) / 60
+    above = np.nanmin(found.hertz, axis=0, initial=np.inf) > reach
+    # of modes that no order reaches, the lowest
+    modes = [*found.hertz.T[: np.append(np.flatnonzero(above), len(above))[0] + 1]]
+    top = 1.15 * float(np.nanmax(modes, initial=0.0))
     rays = [(0.0, 0.0, *_end(order, float(rpm[-1]), top)) for order in found.orders]
     return {
         "curves": {

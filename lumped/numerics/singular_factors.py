@@ -15,7 +15,7 @@ def factors_of(matrix: scipy.sparse.sparray) -> Any | None:
     The structure is checked first: SuperLU would go on with a column without a pivot, and the
     libraries below it would then print to standard error.
     """
-    columns = scipy.sparse.csc_array(matrix)
+    columns = matrix.tocsc()
     if scipy.sparse.csgraph.structural_rank(columns) < columns.shape[0]:
         return None
     try:

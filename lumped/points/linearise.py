@@ -17,6 +17,7 @@ from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
+from lumped.support.made_once import made_once
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 
@@ -174,12 +175,7 @@ class Matrices:
         outputs: tuple[str, ...],
     ) -> None:
         self._point, self._vibrating = point, system.structure.parameters.vibrating
-        x, theta, _, _ = system.inputs
-        u = theta[system.places(inputs)] if inputs else ca.SX(0, 1)
-        parts = [
-            ca.jacobian(f, by) for f in (system.rates, system.expressions(outputs)) for by in (x, u)
-        ]
-        self._call = ca.Function("linear", system.inputs, parts)
+        self._call = _slopes(system, inputs, outputs)
         self._stated: list[scipy.sparse.csc_array] | None = None
 
     def theta(self, w: float | None = None) -> np.ndarray:
@@ -213,6 +209,17 @@ class Matrices:
                 f"{point!r}"
             )
         return matrices
+
+
+@made_once
+def _slopes(system: System, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> ca.Function:
+    """A, B, C and D."""
+    x, theta, _, _ = system.inputs
+    u = theta[system.places(inputs)] if inputs else ca.SX(0, 1)
+    parts = [
+        ca.jacobian(f, by) for f in (system.rates, system.expressions(outputs)) for by in (x, u)
+    ]
+    return ca.Function("linear", system.inputs, parts)
 
 
 def linear_matrices(

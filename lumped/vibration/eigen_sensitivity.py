@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Name
+from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, SolverError
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
@@ -19,6 +19,7 @@ from lumped.points.moved_equilibrium import moved_point, places_to, point_matter
 from lumped.points.situation import situation
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, frequency_unit
+from lumped.support.made_once import made_once
 from lumped.support.ranking import ranked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
@@ -196,6 +197,16 @@ class EigenSensitivity(RichHtml):
         )
 
 
+@made_once
+def _contraction(system: System) -> ca.Function:
+    """Derivatives of ``y^T (df/dx) v`` by states and parameters."""
+    x, theta, _, _ = system.inputs
+    y, v = (ca.SX.sym(name, len(system.state_names)) for name in "yv")
+    product = ca.dot(y, ca.jtimes(system.rates, x, v))
+    slopes = ca.densify(ca.gradient(product, ca.vertcat(x, theta)))
+    return ca.Function("contraction", [*system.inputs, y, v], [slopes])
+
+
 @checked
 def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> EigenSensitivity:
     """Exact derivatives of eigenvalues by parameters.
@@ -236,16 +247,9 @@ def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> Eige
     if not len(values):
         raise OptionError(f"{system.name}: no oscillating mode and no decay to derive.")
     names, places = places_to(point, to)
-    x, theta, time, settings = system.inputs
-    n, right = len(system.state_names), np.hstack([modes.vectors, modes.decay_vectors])
+    right = np.hstack([modes.vectors, modes.decay_vectors])
     left = np.hstack([left_vectors(modes), left_vectors(modes, decays=True)])
-    y, v = ca.SX.sym("y", n), ca.SX.sym("v", n)
-    product = ca.dot(y, ca.jtimes(system.rates, x, v))
-    function = ca.Function(
-        "contraction",
-        [x, theta, time, settings, y, v],
-        [ca.densify(ca.gradient(product, ca.vertcat(x, theta)))],
-    )
+    function = _contraction(system)
 
     def contracted(a: Real, b: Real, settings: Real) -> Real:
         both = [np.repeat(np.c_[part], a.shape[1], axis=1) for part in (point.theta, settings)]

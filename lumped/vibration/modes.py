@@ -24,6 +24,7 @@ from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, frequency_unit
+from lumped.support.made_once import made_once
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration.eigen_accuracy import Accuracy, accuracy, lost
@@ -158,10 +159,9 @@ class Modes(Eigenpairs):
 
     def _by_states(self, nodes: list[int]) -> scipy.sparse.csr_array:
         """Derivatives of nodes by the states, shape (len(nodes), n)."""
-        system, point = self.system, self.point
-        slope = ca.jacobian(system.structure.values.of(nodes), system.inputs[0])
-        matrix = ca.Function("C", system.inputs, [slope])
-        found = matrix(point.x, point.theta, point.time, point.settings)
+        point = self.point
+        slopes = _slopes(self.system, tuple(nodes))
+        found = slopes(point.x, point.theta, point.time, point.settings)
         return scipy.sparse.csr_array(found.sparse())
 
     def _lowest(self, nodes: list[int], speeds_first: bool = True) -> list[int | None]:
@@ -408,6 +408,13 @@ def modes(
         raise OptionError("modes: give the parameters when making the operating point `at`.")
     point = finite(at or start_point(system, parameters=parameters))
     return modes_of(point, scipy.sparse.csr_array(sparse_state_matrix(system, point)), near, count)
+
+
+@made_once
+def _slopes(system: System, nodes: tuple[int, ...]) -> ca.Function:
+    """Derivatives of nodes by the states."""
+    slope = ca.jacobian(system.structure.values.of(list(nodes)), system.inputs[0])
+    return ca.Function("C", system.inputs, [slope])
 
 
 def modes_of(

@@ -412,13 +412,16 @@ def _stuck(
 def _solved(matrices: Held, hertz: ArrayLike, system: System) -> Complex:
     """Responses, shape (frequencies, outputs, inputs)."""
     found = []
+    latest = None
     for f in np.asarray(hertz, dtype=float):
-        A, B, C, D = matrices.at(f)
-        direct = D.toarray().astype(complex)
+        if (held := matrices.at(f)) is not latest:
+            latest, (A, _, C, _) = held, held
+            B, D = (part.toarray().astype(complex) for part in held[1::2])
+            unit, A = scipy.sparse.eye_array(A.shape[0], format="csc"), A.astype(complex)
+        direct = D
         if A.shape[0]:
-            factors = factors_of(_shifted(A, f))
-            right = B.toarray().astype(complex)
-            direct += np.inf if factors is None else C @ factors.solve(right)
+            factors = factors_of(2j * np.pi * f * unit - A)
+            direct = D + (np.inf if factors is None else C @ factors.solve(B))
         if not np.isfinite(direct).all():
             why = "what moves freely drifts away" if f == 0 else "an undamped mode resonates there"
             raise SolverError(

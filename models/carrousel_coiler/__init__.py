@@ -192,9 +192,9 @@ def scene(until: float = 30.0, **options: Any) -> lp.Trajectory:
     return elastic_winding(until=until if np.isfinite(until) else None, **options)
 
 
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
-    """Start values of that run with changed parameters."""
-    return {}
+def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
+    """Start of that run with changed parameters."""
+    return lp.start_point(system, parameters=parameters)
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:

@@ -97,9 +97,9 @@ def scene(until: float = 0.2, **options: Any) -> lp.Trajectory:
     return run_up(until, **options)
 
 
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
-    """Start values of that run with changed parameters."""
-    return dict(zip(system.state_names, starting(system, parameters).x.tolist(), strict=True))
+def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
+    """Start of that run with changed parameters."""
+    return starting(system, parameters)
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:

@@ -209,9 +209,9 @@ def scene(until: float = 6.0, **options: Any) -> lp.Trajectory:
     return free_run(until=until, **options)
 
 
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
-    """Start values of that run with changed parameters."""
-    return upright(PrintedShear)
+def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
+    """Start of that run with changed parameters."""
+    return lp.start_point(system, parameters=parameters, start=upright(PrintedShear))
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:

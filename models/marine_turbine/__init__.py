@@ -83,10 +83,9 @@ def scene(until: float = 20.0, **options: Any) -> lp.Trajectory:
     return run_up(until, **options)
 
 
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
-    """Start values of that run with changed parameters."""
-    point = slow_turning(system, parameters)
-    return dict(zip(system.state_names, point.x.tolist(), strict=True))
+def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
+    """Start of that run with changed parameters."""
+    return slow_turning(system, parameters)
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:

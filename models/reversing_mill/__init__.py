@@ -266,9 +266,10 @@ def scene(
     return skidding(until=until, start=dict.fromkeys(TURNING, SPEED) | dict(start or {}), **options)
 
 
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
-    """Start values of that run with changed parameters."""
-    return {**dict.fromkeys(TURNING, SPEED), **dict.fromkeys(SHAFTS, RATED)}
+def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
+    """Start of that run with changed parameters."""
+    rolling = dict.fromkeys(TURNING, SPEED) | dict.fromkeys(SHAFTS, RATED)
+    return lp.start_point(system, parameters=parameters, start=rolling)
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:

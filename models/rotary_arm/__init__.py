@@ -252,9 +252,10 @@ def scene(until: float = 4.0, **options: Any) -> lp.Trajectory:
     return controlled(until=until, **options)
 
 
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
-    """Start values of that run with changed parameters."""
-    return at_rest(system, parameters)
+def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
+    """Start of that run with changed parameters."""
+    still = at_rest(system, parameters)
+    return lp.start_point(system, parameters=parameters, start=still)
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:

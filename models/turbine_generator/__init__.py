@@ -74,10 +74,10 @@ def scene(until: float = 0.2, **options: Any) -> lp.Trajectory:
     return faulted(until, **options)
 
 
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
-    """Start values of that run; the voltage, the excitation and the steam stay as they are."""
+def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
+    """Start of that run; voltage of the bus, excitation and steam follow from it."""
     given = {name: value for name, value in (parameters or {}).items() if name not in FREE}
-    return dict(zip(system.state_names, rated(system, given).x.tolist(), strict=True))
+    return rated(system, given)
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:

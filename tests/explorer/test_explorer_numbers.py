@@ -140,11 +140,66 @@ def test_events_of_the_mill_are_told_at_their_instants():
     """The instants are those of modal sums between the events (`SKIDS`)."""
     mill = machine("reversing_mill")
     run = mill.scene(0.4, grid=1)
-    what = study(run.system, until=0.4, of=("gap.w_rel",), start=mill.begin(run.system))
+    what = study(
+        run.system,
+        until=0.4,
+        of=("gap.w_rel",),
+        start=lambda values: mill.begin(run.system, values),
+    )
     found = seen(what, "Run", {})
     told = [text for text in found["told"]["text"] if " gap: " in text]
     received = [float(text.partition(" ms")[0]) for text in told]
     assert received == pytest.approx([1e3 * t for t in SKIDS], abs=0.02)
+
+
+def test_a_moved_load_begins_steadily():
+    """Steam drives what the grid takes, and what the resistance of the stator loses, by phasors.
+
+    Before the fault all torques stay what they are, so those of the shafts are shares of the steam.
+    """
+    chosen = machine("turbine_generator")
+    system = lp.assemble(chosen.model())
+    model = system.parameters
+    P, Q, V = 0.6 * model["gen.P_0"], 1.5 * model["gen.Q_0"], 1.03 * model["gen.V_0"]
+    shafts = {"turbine.hp_ip.tau": 0.30, "turbine.ip_lpa.tau": 0.56, "turbine.lpa_lpb.tau": 0.78}
+    what = study(
+        system, until=0.019, of=("gen.tau", *shafts), start=lambda v: chosen.begin(system, v)
+    )
+    moved = {"gen.P_0": P, "gen.Q_0": Q, "gen.V_0": V, "gen.v_f": model["gen.v_f"]}
+    moment = Moment(what, moved)
+    current = np.hypot(P, Q) / (1.5 * V)  # amplitudes of a phase
+    w = 2 * np.pi * model["bus.f"] / model["gen.pairs"]
+    steam = (-P + 1.5 * model["gen.R_s"] * current**2) / w
+    found = seen(what, "Run", moved)["curves"]
+    for name, share in ({"gen.tau": 1.0} | shafts).items():
+        assert np.abs(found[name]) == pytest.approx(share * steam, rel=1e-6), name
+    assert moment.follows.keys() == set(FREE)
+    assert moment.parameters["turbine.steam"] == pytest.approx(steam, rel=1e-9)
+
+
+def test_sliders_do_not_move_what_follows_from_the_start(two_mass):
+    """The torsion at the start determines the stiffness that keeps a given torque."""
+
+    class Twisted(type(two_mass)):
+        """The shaft carries 6 N.m at the start."""
+
+        def initial_equations(self):
+            yield self.shaft.tau == 6.0
+
+    system = lp.assemble(Twisted())
+
+    def start(values: dict[str, float]) -> lp.OperatingPoint:
+        first = {"shaft.phi_rel": 0.01}
+        return lp.start_point(system, start=first, parameters=values, free=["shaft.c"])
+
+    what = study(system, start=start, until=0.1, of=("shaft.tau",))
+    assert names(most_effective(what)) == {"a.J", "b.J"}
+    moment = Moment(what, {"a.J": 3.0, "shaft.c": 100.0})
+    assert moment.follows == pytest.approx({"shaft.c": 600.0})
+    assert moment.modes.hertz == pytest.approx([np.sqrt(600.0 * (1 / 3.0 + 1 / J_B)) / (2 * np.pi)])
+    refused = Moment(study(system, start=lambda _: lp.start_point(lp.assemble(two_mass))), {})
+    with pytest.raises(OptionError, match="not of the system that is explored"):
+        seen(refused.study, "Natural", {})
 
 
 CHANGED = {"reversing_mill": "upper.shaft.c", "rotary_arm": "arm.g", "marine_turbine": "shaft.c"}

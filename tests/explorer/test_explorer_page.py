@@ -4,12 +4,15 @@ import statistics
 import time
 import tomllib
 from collections.abc import Iterator
+from contextlib import closing
+from http.client import HTTPConnection
 from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy
 from browser import Browser, chromium
+from hub import Hub
 
 import lumped as lp
 from lumped.cli import _explored
@@ -23,6 +26,11 @@ HANDLE = "Bokeh.index.find_one(" + MODEL + ").shadow_el.querySelector('.noUi-han
 IDLE = f"window.Bokeh?.documents[0] && {MODEL.format('status')} && {HTML.format('status')}"
 DONE = f"({IDLE} || '').startsWith('made in')"
 MOVES = 20
+HELD = (
+    "[...Bokeh.documents[0]._all_models.values()].filter(m => m.type == 'Figure')"
+    ".map(m => m.hold_render)"
+)
+"""Which pictures are not painted."""
 LATENCY = """(() => {
   const painted = then => requestAnimationFrame(() => {
     const channel = new MessageChannel()
@@ -85,13 +93,14 @@ def test_reversing_mill_moves_with_its_sliders(browser: Browser, capsys):
     before = page.parameters["upper.motor.J"]
     browser.value(LATENCY)
     for k in range(MOVES):
+        browser.value(f"{HANDLE.format('upper.motor.J')}.focus()")
         browser.key("ArrowRight")
         browser.wait(f"latencies.length > {k}")
     found = browser.value("latencies")
     median = statistics.median(found)
     with capsys.disabled():
         print(f"\nslider to all pictures of the reversing mill: median {median:.0f} ms ", end="")
-    assert median < 2000.0  # 150 where cores are free; five times that beside many processes
+    assert median < 2000.0  # below 100 where cores are free; many times that beside others
     received = page.parameters["upper.motor.J"]
     assert received > before
     # the mode shapes and the texts in the browser are those of the moved value
@@ -106,6 +115,10 @@ def test_reversing_mill_moves_with_its_sliders(browser: Browser, capsys):
     assert [float(label.split()[0]) for label in shown] == pytest.approx(hertz[:4], rel=1e-4)
     assert browser.value(SVG_TEXT.format("upper.motor")) == f"J = {received:.4g} kg.m2"
     assert f"upper.motor.J={received!r}" in browser.value("location.search")
+    # pictures outside the window are painted when they come into it
+    assert True in browser.value(HELD)
+    browser.size(1200, 3000)
+    browser.wait(f"!{HELD}.includes(true)")
     assert [url for url in browser.requests if not url.startswith((page.url, "data:"))] == []
     assert browser.errors == []
     page.stop()
@@ -203,10 +216,7 @@ def test_sliders_are_identified_from_measured_curves(browser: Browser, turned, t
     received = turned.parameters["body.J"]
     assert received == pytest.approx(3.0 / slope, rel=1e-5)
     assert browser.value(f"{MODEL.format('body.J')}.value") == pytest.approx(received)
-    note = browser.value(
-        "[...Bokeh.documents[0]._all_models.values()].find("
-        "m => m.type == 'ColumnDataSource' && m.data.html?.[0].startsWith('95%'))?.data.html[0]"
-    )
+    note = browser.wait(HTML.format("note body.J"))
     ends = [float(end) for end in note.removeprefix("95%: ").split(" .. ")]
     assert ends == pytest.approx([received - reach, received + reach], rel=1e-3)
 
@@ -217,6 +227,43 @@ def test_wrong_links_are_told_and_the_page_is_that_of_the_model(browser: Browser
     told = browser.value(HTML.format("message"))
     assert "body.J = 100 kg.m2 (moment of inertia): its slider goes from 0.5 to 8" in told
     assert turned.parameters == {"body.J": 2.0, "drive.tau": 3.0}
+
+
+def test_a_hub_passes_the_page_on(browser: Browser, monkeypatch):
+    """Below a path of its own, at an address that Bokeh's variables name."""
+    hub = Hub()
+    monkeypatch.setenv("JUPYTER_BOKEH_EXTERNAL_URL", hub.url)
+    monkeypatch.setenv("JUPYTERHUB_SERVICE_PREFIX", hub.prefix)
+    page = lp.explore(Turned(), sliders={"body.J": (0.5, 8.0)}, until=2.0)
+    assert page.url.startswith(f"{hub.url}{hub.prefix}proxy/")
+    assert f'src="{page.url}"' in page._repr_html_()
+    browser.open(page.url)
+    browser.wait(DONE)
+    browser.value(f"{MODEL.format('body.J')}.value = 3.5")
+    browser.wait("location.search.includes('body.J=3.5')")
+    assert page.parameters == {"body.J": 3.5}
+    page.stop()
+    hub.close()
+
+
+@pytest.mark.parametrize(
+    ("host", "origin", "status"),
+    [
+        ("127.0.0.1:{}", "http://127.0.0.1:{}", 101),  # a tunnel that keeps the port looks the same
+        ("localhost:{}", "http://localhost:{}", 101),
+        ("127.0.0.1:{}", "http://127.0.0.1:1", 403),
+        ("127.0.0.1:{}", "http://other.org", 403),
+        ("other.org:{}", "http://other.org:{}", 403),  # a name that leads here
+    ],
+)
+def test_only_pages_of_this_address_may_connect(turned, host: str, origin: str, status: int):
+    port = turned.url.split(":")[2].rstrip("/")
+    names = {"Host": host.format(port), "Origin": origin.format(port)}
+    socket = {"Sec-WebSocket-Key": "MDEyMzQ1Njc4OWFiY2RlZg==", "Sec-WebSocket-Version": "13"}
+    kind = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Protocol": "bokeh, a.b"}
+    with closing(HTTPConnection("127.0.0.1", int(port))) as connection:
+        connection.request("GET", "/ws", headers=names | kind | socket)
+        assert connection.getresponse().status == status
 
 
 @pytest.mark.parametrize("width", [1400, 800])
