@@ -167,7 +167,8 @@ def _(run: Trajectory) -> str:
     to = time_unit()
     rows = [
         f"<tr><td{_CELL.format('right')}>{to.value(event.time):.6g} {escape(to.unit)}</td>"
-        f"<td{_CELL.format('left')}>{escape(event.component)}</td></tr>"
+        f"<td{_CELL.format('left')}>{escape(event.component)}</td>"
+        f"<td{_CELL.format('left')}>{escape(event.before)} \u2192 {escape(event.after)}</td></tr>"
         for event in run.events[:_MOST_EVENTS]
     ]
     more = len(run.events) - len(rows)

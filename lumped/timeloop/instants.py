@@ -181,8 +181,8 @@ class Instants:
         Instants after the begin of the span, up to its end.
     edges : ndarray, shape (k + 2,)
         Begin of the span, the instants, and its end.
-    names : list of str
-        What changes at each: the components.
+    told : list of (str, str, str)
+        What changes at each: the components, and their pieces before and after in words.
     places : ndarray of int, shape (m,)
         Modes that depend on the time alone.
     modes : ndarray, shape (k + 1, m)
@@ -191,7 +191,7 @@ class Instants:
 
     times: np.ndarray
     edges: np.ndarray
-    names: list[str]
+    told: list[tuple[str, str, str]]
     places: np.ndarray
     modes: np.ndarray
 
@@ -215,6 +215,12 @@ def instants(
     places, _, latest = _latest(system)
     key = theta[places].tobytes(), begin, end, without
     return latest.of(key, lambda: _InstantSearch(system, theta, begin, end, without).found())
+
+
+def _together(changes: list[tuple[str, str, str]]) -> tuple[str, str, str]:
+    """Components that change at one instant, each once, and their pieces before and after."""
+    names, before, after = (", ".join(dict.fromkeys(c)) for c in zip(*changes, strict=True))
+    return names, before, after
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,7 +269,7 @@ class _InstantSearch:
         middles = 0.5 * (edges[:-1] + edges[1:])
         if len(times) and times[-1] == self.end:
             middles[-1] = self.end + apart
-        names: list[dict[str, None]] = [{} for _ in times]
+        told: list[list[tuple[str, str, str]]] = [[] for _ in times]
         columns = [np.zeros((len(middles), 0))]
         changes: list[np.ndarray] = []
         for clock, course in zip(self.clocks, courses, strict=True):
@@ -274,13 +280,16 @@ class _InstantSearch:
             first = changes[-1].copy()
             for need in clock.needs:
                 first &= ~changes[need]
+            pieces = np.unique(numbers)
+            words = dict(zip(pieces.tolist(), clock.condition.texts(pieces), strict=True))
             for k in np.flatnonzero(first).tolist():
-                names[k][clock.condition.name] = None
+                before, after = (words[number] for number in numbers[k : k + 2].tolist())
+                told[k].append((clock.condition.name, before, after))
         places = [m for clock in self.clocks for m in clock.condition.modes]
         return Instants(
             times,
             edges,
-            [", ".join(n) for n in names],
+            [_together(changes) for changes in told],
             np.array(places, dtype=int),
             np.hstack(columns),
         )

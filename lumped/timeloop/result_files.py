@@ -229,9 +229,9 @@ def pictured(
 
 def _told(event: Event) -> tuple[str, str]:
     """What happened, and of what sort it is."""
-    if not event.after:
-        return f"{event.component}: function of time", "functions of time"
     sort = "impacts" if event.loss else "changes of mode"
+    if event.kind == "time":
+        sort = "functions of time"
     return f"{event.component}: {event.before} to {event.after}", sort
 
 
