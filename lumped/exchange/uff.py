@@ -19,6 +19,7 @@ from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.support.whole_files import whole_file
 from lumped.timeloop.result import Trajectory
@@ -105,7 +106,7 @@ class UffShape:
 
 
 @dataclass(frozen=True, eq=False)
-class UffFile:
+class UffFile(RichHtml):
     """What a universal file holds.
 
     Attributes

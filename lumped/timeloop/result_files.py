@@ -21,6 +21,7 @@ from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen, display, time_unit
 from lumped.support.made_once import made_once
 from lumped.support.optional_packages import extra
+from lumped.support.rich_html import RichHtml
 from lumped.support.whole_files import whole_file
 from lumped.timeloop.event import Event
 from lumped.timeloop.file_formats import READERS, WRITERS, Contents, apart
@@ -30,7 +31,7 @@ __all__ = ["Saved", "computed", "fingerprint", "load", "pictured", "saved", "sta
 
 
 @dataclass(frozen=True, eq=False)
-class Saved(Contents, ByName):
+class Saved(Contents, ByName, RichHtml):
     """Quantities of a run, apart from its model; ``saved[name]`` gives one of them over `t`.
 
     Attributes
