@@ -150,6 +150,7 @@ class Switching(Shared):
         engaged: list[int] = []
         quantities: list[ca.SX] = []
         limits: list[tuple[bool, ...]] = []
+        self._texts: dict[tuple[int, int], tuple[str, str]] = {}
         self.names: list[str] = []
         self.gap_units: list[str] = []
         self.speeds: list[int] = []
@@ -312,8 +313,11 @@ class Switching(Shared):
 
     def relation_text(self, number: int, mode: float) -> tuple[str, str]:
         """Component of a condition, and what its mode or the number of its piece says in words."""
-        condition = self.conditions[number]
-        return condition.name, condition.texts(np.array([int(mode)]))[0]
+        place = number, int(mode)
+        if place not in self._texts:
+            condition = self.conditions[number]
+            self._texts[place] = condition.name, condition.texts(np.array([int(mode)]))[0]
+        return self._texts[place]
 
     @cached_property
     def is_table(self) -> np.ndarray:

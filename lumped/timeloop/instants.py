@@ -219,7 +219,7 @@ def instants(
 
 def _together(changes: list[tuple[str, str, str]]) -> tuple[str, str, str]:
     """Components that change at one instant, each once, and their pieces before and after."""
-    names, before, after = (", ".join(dict.fromkeys(c)) for c in zip(*changes, strict=True))
+    names, before, after = (", ".join({change[i]: None for change in changes}) for i in range(3))
     return names, before, after
 
 
@@ -280,11 +280,12 @@ class _InstantSearch:
             first = changes[-1].copy()
             for need in clock.needs:
                 first &= ~changes[need]
-            pieces = np.unique(numbers)
-            words = dict(zip(pieces.tolist(), clock.condition.texts(pieces), strict=True))
-            for k in np.flatnonzero(first).tolist():
-                before, after = (words[number] for number in numbers[k : k + 2].tolist())
-                told[k].append((clock.condition.name, before, after))
+            where = np.flatnonzero(first)
+            if len(where):
+                name, texts = clock.condition.name, clock.condition.texts
+                pairs = zip(texts(numbers[where]), texts(numbers[where + 1]), strict=True)
+                for k, (before, after) in zip(where.tolist(), pairs, strict=True):
+                    told[k].append((name, before, after))
         places = [m for clock in self.clocks for m in clock.condition.modes]
         return Instants(
             times,

@@ -47,6 +47,12 @@ CELLS = {
         again = pickle.loads(pickle.dumps(run))
         print(np.array_equal(again["b.w"], run["b.w"]))
     """,
+    "file": """
+        import os, tempfile
+        saved = lp.load(run.save(os.path.join(tempfile.mkdtemp(), "run.nc")))
+        print("shaft.tau" in saved, saved["b.w"].shape)
+        saved
+    """,
     "control": """
         import control
         plant = lp.linearise(system, inputs=["motor.tau"], outputs=["b.w"]).to_control()
@@ -84,7 +90,7 @@ def test_help_names_parameters_with_units(shown):
     assert "kg.m2" in printed
 
 
-@pytest.mark.parametrize("cell", ["model", "system", "run", "modes"])
+@pytest.mark.parametrize("cell", ["model", "system", "run", "modes", "file"])
 def test_results_are_shown_with_pictures(shown, cell):
     assert "<svg" in shown[cell][1]
 
@@ -112,6 +118,7 @@ def test_plots_have_chosen_units_and_another_backend(shown):
 
 def test_results_can_be_kept(shown):
     assert shown["kept"][0].strip() == "True"
+    assert shown["file"][0].strip() == "True (201,)"
 
 
 def test_the_page_with_sliders_is_served_to_this_computer_alone_until_it_is_closed(shown):
