@@ -155,6 +155,7 @@ from lumped.components.pendulum import CentrifugalPendulum
 from lumped.components.planetary_stage import ElasticPlanetary
 from lumped.components.propeller import Propeller
 from lumped.components.rolling import RollingTorque
+from lumped.components.ross import from_ross
 from lumped.components.shafts.continuous import ContinuousElement
 from lumped.components.shafts.element import ShaftElement
 from lumped.components.shafts.materials import Material
@@ -348,6 +349,7 @@ __all__ = [
     "Weight",
     "WoundFieldMachine",
     "from_opentorsion",
+    "from_ross",
     "standard_parameters",
     "translation",
     "wires",

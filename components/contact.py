@@ -36,16 +36,19 @@ class ElastoBacklash(Component):
         yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
         yield self.w_rel == der(self.phi_rel)
         x, damping = self.phi_rel - self.phi_rel0, self.d * self.w_rel
-        front = self._push(self.c * (x - self.b / 2), damping)
-        back = -self._push(-self.c * (x + self.b / 2), -damping)
-        contact = where(x > self.b / 2, front, where(x < -self.b / 2, back, 0))
+        front = self._push(self.c * (x - self.b / 2), damping, "front flank")
+        back = -self._push(-self.c * (x + self.b / 2), -damping, "back flank")
+        on_front = (x > self.b / 2).called("front flank", "in the play")
+        on_back = (x < -self.b / 2).called("back flank", "in the play")
+        contact = where(on_front, front, where(on_back, back, 0))
         yield self.tau == where(self.b >= 1e-10, contact, self.c * x + damping)
         yield self.flange_b.tau == self.tau
         yield self.flange_a.tau == -self.tau
 
-    def _push(self, elastic: Expr, damping: Expr) -> Expr:
+    def _push(self, elastic: Expr, damping: Expr, flank: str) -> Expr:
         """Torque of a flank from its elastic and damping parts, positive when it pushes."""
         if self.limited:
-            return one_sided(elastic, damping, self.d)
+            return one_sided(elastic, damping, self.d, flank)
         # in contact, this changes only when the push ends
-        return where(elastic + damping > 0, elastic + damping, 0)
+        pushes = (elastic + damping > 0).called(f"{flank} pushes", f"{flank} has let go")
+        return where(pushes, elastic + damping, 0)

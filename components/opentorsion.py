@@ -5,13 +5,12 @@ Source: openTorsion 0.3.2, the matrices of its elements (aalto-arotor/openTorsio
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
-from lumped import Component, Connection, compose, connect
+from lumped import Component
 from lumped.components.compliance import Damper, SpringDamper
-from lumped.components.gears import IdealGear, Planetary
-from lumped.components.inertia import Inertia
+from lumped.components.gears import IdealGear
+from lumped.components.numbered_nodes import NumberedNodes
 from lumped.components.sources import Fixed
 from lumped.errors import DeclarationError, shown
 
@@ -52,7 +51,8 @@ def from_opentorsion(assembly: Any) -> Component:
     drive = _Drive()
     shafts, discs, gears, elastic = (getattr(assembly, name, None) or () for name in _LISTS)
     for shaft in shafts:
-        drive.add_shaft(shaft)
+        ends = shaft.nl, shaft.nr
+        drive.add_shaft(ends, float(shaft.k), float(shaft.c), float(shaft.mass))
     for disc in discs:
         drive.add_disc(disc)
     for gear in (*gears, *elastic):
@@ -66,37 +66,8 @@ def from_opentorsion(assembly: Any) -> Component:
     return drive.model()
 
 
-class _Drive:
-    """Parts of a model, and what is joined: names of ports at each node and apart from nodes."""
-
-    def __init__(self) -> None:
-        self._inertias: dict[int, float] = {}
-        self._parts: dict[str, list[Component]] = {}
-        self._at: dict[int, list[tuple[str, int, str]]] = {}
-        self._joined: list[list[tuple[str, int, str]]] = []
-
-    def _add(self, name: str, part: Component) -> int:
-        self._parts.setdefault(name, []).append(part)
-        return len(self._parts[name]) - 1
-
-    def _attach(self, node: int, name: str, place: int, port: str) -> None:
-        self._at.setdefault(node, []).append((name, place, port))
-
-    def add_inertia(self, node: int, inertia: float) -> None:
-        self._inertias[node] = self._inertias.get(node, 0.0) + float(inertia)
-
-    def add_shaft(self, shaft: Any) -> None:
-        place = self._add("shaft", SpringDamper(c=float(shaft.k), d=float(shaft.c)))
-        ends = (shaft.nl, shaft.nr)
-        for node, port in zip(ends, ("flange_a", "flange_b"), strict=True):
-            self._attach(node, "shaft", place, port)
-        if m := float(shaft.mass):
-            mean = self._add("mean", Planetary(ratio=1.0))
-            middle = self._add("middle", Inertia(J=4 * m))
-            self._joined.append([("mean", mean, "carrier"), ("middle", middle, "flange_a")])
-            for node, port in zip(ends, ("sun", "ring"), strict=True):
-                self.add_inertia(node, m)
-                self._attach(node, "mean", mean, port)
+class _Drive(NumberedNodes):
+    """Elements of openTorsion between its nodes."""
 
     def add_disc(self, disc: Any) -> None:
         if disc.k:
@@ -107,17 +78,17 @@ class _Drive:
             )
         self.add_inertia(disc.node, disc.I)
         if disc.c:
-            damper = self._add("damper", Damper(d=float(disc.c)))
-            housing = self._add("housing", Fixed())
-            self._attach(disc.node, "damper", damper, "flange_a")
-            self._joined.append([("damper", damper, "flange_b"), ("housing", housing, "flange")])
+            damper = self.add("damper", Damper(d=float(disc.c)))
+            housing = self.add("housing", Fixed())
+            self.attach(disc.node, "damper", damper, "flange_a")
+            self.join(("damper", damper, "flange_b"), ("housing", housing, "flange"))
 
     def add_gear(self, gear: Any) -> None:
-        self._attach(gear.parent.node, "gear", self._wheels(gear), "flange_a")
+        self.attach(gear.parent.node, "gear", self._wheels(gear), "flange_a")
 
     def _wheels(self, gear: Any) -> int:
-        place = self._add("gear", IdealGear(ratio=-float(gear.R) / float(gear.parent.R)))
-        self._attach(gear.node, "gear", place, "flange_b")
+        place = self.add("gear", IdealGear(ratio=-float(gear.R) / float(gear.parent.R)))
+        self.attach(gear.node, "gear", place, "flange_b")
         return place
 
     def add_mesh(self, gear: Any) -> None:
@@ -127,25 +98,6 @@ class _Drive:
                 "N.m/rad, or take a Gear."
             )
         place = self._wheels(gear)
-        mesh = self._add("mesh", SpringDamper(c=float(gear.k), d=float(gear.c or 0.0)))
-        self._attach(gear.parent.node, "mesh", mesh, "flange_a")
-        self._joined.append([("mesh", mesh, "flange_b"), ("gear", place, "flange_a")])
-
-    def model(self) -> Component:
-        nodes = {str(n): Inertia(J=J) for n, J in sorted(self._inertias.items()) if J}
-
-        def connections(model: Any) -> Iterator[Connection]:
-            def port(name: str, place: int, end: str) -> Any:
-                return getattr(getattr(model, name)[place], end)
-
-            for ends in self._joined:
-                yield connect(*(port(*end) for end in ends))
-            for number, ends in self._at.items():
-                ports = [port(*end) for end in ends]
-                if str(number) in nodes:
-                    ports.append(model.node[str(number)].flange_a)
-                if len(ports) > 1:
-                    yield connect(*ports)
-
-        members: dict[str, Any] = {"node": nodes, **self._parts}
-        return compose(**members, connections=connections)
+        mesh = self.add("mesh", SpringDamper(c=float(gear.k), d=float(gear.c or 0.0)))
+        self.attach(gear.parent.node, "mesh", mesh, "flange_a")
+        self.join(("mesh", mesh, "flange_b"), ("gear", place, "flange_a"))

@@ -184,4 +184,4 @@ def pulling(s_rel: Expr, v_rel: Expr, c: Expr, d: Number) -> Expr:
     Expr
     """
     elastic = c * s_rel
-    return where(s_rel > 0, one_sided(elastic, d * v_rel, d), 0)
+    return where((s_rel > 0).called("tight", "slack"), one_sided(elastic, d * v_rel, d, "strip"), 0)

@@ -141,7 +141,8 @@ def where(condition: Compare, yes: Number, no: Number) -> Expr:
 
     A run stops exactly where the condition changes, and starts anew with the other branch. So do
     ``abs(x)``, `sign`, `minimum`, `maximum`, `interpolate` and `table`, which mean the same as the
-    `where` that says what they do; see `smooth`.
+    `where` that says what they do; see `smooth`. ``condition.called("closed", "open")`` gives the
+    words in which events tell the change.
 
     Raises
     ------

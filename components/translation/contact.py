@@ -39,10 +39,12 @@ class ElastoGap(Component):
         yield self.v_rel == der(self.s_rel)
         elastic, damping = self.c * (self.s_rel0 - self.s_rel), -self.d * self.v_rel
         if self.limited:
-            push = one_sided(elastic, damping, self.d)
+            push = one_sided(elastic, damping, self.d, "contact")
         else:
-            push = where(elastic + damping > 0, elastic + damping, 0)
-        yield self.f == where(self.s_rel < self.s_rel0, -push, 0)
+            pushes = (elastic + damping > 0).called("contact pushes", "contact has let go")
+            push = where(pushes, elastic + damping, 0)
+        touching = (self.s_rel < self.s_rel0).called("in contact", "apart")
+        yield self.f == where(touching, -push, 0)
         yield self.flange_b.f == self.f
         yield self.flange_a.f == -self.f
 

@@ -44,8 +44,8 @@ def assemble(
         Compute only what these need. Default: everything but cyclic coordinates, the absolute
         angles or positions on which nothing depends.
     keep : iterable of names or references
-        Cyclic coordinates to compute all the same. A run has them without that, too: they are
-        integrated when they are first asked for, at the cost of another run.
+        Quantities to compute all the same. A run has them without that, too: what was left out is
+        integrated when it is first asked for, at the cost of another run.
 
     Returns
     -------

@@ -205,12 +205,12 @@ class Structure(Shared):
 
     @property
     @made_once
-    def lost_positions(self) -> tuple[str, ...]:
-        """Names of states that were left out as nothing depends on them; none with outputs."""
-        if self.outputs is not None:
-            return ()
+    def lost_states(self) -> tuple[str, ...]:
+        """Names of the states that were left out; none if one of them has no name of its own."""
         lost = sorted(set(range(len(self.reduced.states))) - set(self.in_use))
-        return tuple(self.node_name(self.reduced.states[i]) for i in lost)
+        nodes = [self.reduced.states[i] for i in lost]
+        named = all(node in self.members for node in nodes)
+        return tuple(map(self.node_name, nodes)) if named else ()
 
     @property
     @made_once

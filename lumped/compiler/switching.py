@@ -81,6 +81,22 @@ class Condition:
         """All its modes."""
         return range(self.mode, self.mode + (1 if self.pieces is None else self.pieces.width))
 
+    def texts(self, numbers: np.ndarray) -> list[str]:
+        """What modes, 1 or 0, or numbers of pieces say in words."""
+        left, right = self.relation.sides
+        if self.pieces is None:
+            yes, no = (">", "<=") if self.relation.strict else (">=", "<")
+            words = self.relation.words or (f"{left} {yes} {right}", f"{left} {no} {right}")
+            return [words[0 if holds else 1] for holds in (numbers > 0.5).tolist()]
+        last = np.inf if self.pieces.period is not None else self.pieces.count - 1
+        begins, ends = self.pieces.begin(numbers), self.pieces.begin(numbers + 1)
+        found = []
+        for number, begin, end in zip(numbers, begins, ends, strict=True):
+            parts = [f"{left} >= {begin:.6g}"] if number > 0 or np.isinf(last) else []
+            parts += [f"{left} < {end:.6g}"] if number < last else []
+            found.append(" and ".join(parts))
+        return found
+
 
 class Switching(Shared):
     """Relations, holds and jumps of all instances as expressions, in order of declaration.
@@ -134,6 +150,7 @@ class Switching(Shared):
         engaged: list[int] = []
         quantities: list[ca.SX] = []
         limits: list[tuple[bool, ...]] = []
+        self._texts: dict[tuple[int, int], tuple[str, str]] = {}
         self.names: list[str] = []
         self.gap_units: list[str] = []
         self.speeds: list[int] = []
@@ -296,17 +313,11 @@ class Switching(Shared):
 
     def relation_text(self, number: int, mode: float) -> tuple[str, str]:
         """Component of a condition, and what its mode or the number of its piece says in words."""
-        condition = self.conditions[number]
-        relation, pieces = condition.relation, condition.pieces
-        left, right = relation.sides
-        if pieces is None:
-            yes, no = (">", "<=") if relation.strict else (">=", "<")
-            return condition.name, f"{left} {yes if mode > 0.5 else no} {right}"
-        piece = int(mode)
-        parts = [f"{left} >= {pieces.begins[piece]:.6g}"] if piece > 0 else []
-        if piece + 1 < pieces.count:
-            parts.append(f"{left} < {pieces.begins[piece + 1]:.6g}")
-        return condition.name, " and ".join(parts)
+        place = number, int(mode)
+        if place not in self._texts:
+            condition = self.conditions[number]
+            self._texts[place] = condition.name, condition.texts(np.array([int(mode)]))[0]
+        return self._texts[place]
 
     @cached_property
     def is_table(self) -> np.ndarray:

@@ -292,8 +292,8 @@ class System(Shared, RichHtml):
     @property
     @made_once
     def whole(self) -> System:
-        """The same system with the positions that were left out of the states; itself if none."""
-        lost = self.structure.lost_positions
+        """The same system with the states that were left out; itself if none."""
+        lost = self.structure.lost_states
         if not lost:
             return self
         _, outputs, kept = self.origin

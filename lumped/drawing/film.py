@@ -50,7 +50,8 @@ def animate(run: Trajectory, path: str | Path, *, frames: int = 80, seconds: flo
     OptionError
         If no component moves in a plane, or the options make no sense.
     UnknownNameError
-        If positions were left out of the system; the text says how to keep them.
+        If positions were left out of the system and nobody can make the run again; the text says
+        how to keep them.
     """
     target = Path(path)
     if not (isinstance(frames, int) and 2 <= frames <= MOST):

@@ -119,12 +119,12 @@ def _changes(same: list[Event]) -> str:
 
     If a component changes a named mode, the condition behind it is left out.
     """
-    named = {event.component for event in same if event.after.isalpha()}
+    named = {event.component for event in same if event.kind == "hold"}
     found: dict[str, list[str]] = {}
     for event in same:
-        if event.component in named and not event.after.isalpha():
+        if event.component in named and event.kind == "condition":
             continue
-        change = f"{event.before} \u2192 {event.after}" if event.after else "the next piece begins"
+        change = f"{event.before} \u2192 {event.after}"
         where = found.setdefault(change, [])
         if event.component not in where:
             where.append(event.component)

@@ -22,8 +22,11 @@ from lumped.errors import LumpedError
 from lumped.gradients.gradient import Gradient
 from lumped.gradients.sensitivity import Sensitivity
 from lumped.language.component import Component
+from lumped.points.equilibrium_sensitivity import EquilibriumSensitivity
 from lumped.support.display_units import time_unit
 from lumped.timeloop.result import Trajectory
+from lumped.timeloop.result_files import Saved
+from lumped.vibration.eigen_sensitivity import EigenSensitivity
 from lumped.vibration.holzer import Holzer
 from lumped.vibration.limits import Verdict
 from lumped.vibration.modes import Modes
@@ -117,6 +120,15 @@ def _column(_: Any) -> Column | None:
 @_column.register
 def _(run: Trajectory) -> Column:
     names = [name for name in run.system.state_names[:12] if "(" not in name]
+    return _courses(run, names)
+
+
+@_column.register
+def _(saved: Saved) -> Column:
+    return _courses(saved, saved.main[:12])
+
+
+def _courses(run: Trajectory | Saved, names: Sequence[str]) -> Column:
     instants = [event.time for event in run.events]
     return "course", [sparklines.curve(run.t, run[name], instants) for name in names]
 
@@ -161,13 +173,14 @@ def _(model: Component | System) -> str:
 
 
 @_below.register
-def _(run: Trajectory) -> str:
+def _(run: Trajectory | Saved) -> str:
     if not run.events:
         return ""
     to = time_unit()
     rows = [
         f"<tr><td{_CELL.format('right')}>{to.value(event.time):.6g} {escape(to.unit)}</td>"
-        f"<td{_CELL.format('left')}>{escape(event.component)}</td></tr>"
+        f"<td{_CELL.format('left')}>{escape(event.component)}</td>"
+        f"<td{_CELL.format('left')}>{escape(event.before)} \u2192 {escape(event.after)}</td></tr>"
         for event in run.events[:_MOST_EVENTS]
     ]
     more = len(run.events) - len(rows)
@@ -215,6 +228,19 @@ def _(found: Gradient) -> str:
 def _told(found: Gradient, label: str) -> bool:
     """Whether something can be relative to a result."""
     return bool(found.values[found.of.index(label)])
+
+
+@_below.register
+def _(found: EigenSensitivity) -> str:
+    hertz = found.modes.hertz
+    most = [i for i in range(len(hertz)) if hertz[i] > 0][:3]
+    return "".join(_tornado(f"frequency {i + 1}", found.ranked(i)) for i in most)
+
+
+@_below.register
+def _(found: EquilibriumSensitivity) -> str:
+    known = [name for name, value in zip(found.of, found.values, strict=True) if value]
+    return "".join(_tornado(name, found.ranked(name)) for name in known[:3])
 
 
 @_below.register

@@ -5,6 +5,6 @@ from lumped.exchange.fmu import export_fmu as export_fmu
 from lumped.exchange.modelica import export_modelica as export_modelica
 from lumped.exchange.uff import UffCurve as UffCurve
 from lumped.exchange.uff import UffFile as UffFile
-from lumped.exchange.uff import UffShape as UffShape
 from lumped.exchange.uff import read_uff as read_uff
 from lumped.exchange.uff import write_uff as write_uff
+from lumped.exchange.uff_shapes import UffShape as UffShape

@@ -11,14 +11,23 @@ import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
+from lumped.exchange.uff_shapes import (
+    UffShape,
+    analysis_data,
+    is_shape,
+    shape_of_55,
+    shape_of_2414,
+    shapes_as_55,
+)
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.support.whole_files import whole_file
 from lumped.timeloop.result import Trajectory
@@ -42,9 +51,6 @@ _TYPES = {
 }
 """Displacement, velocity, acceleration, excitation; anything else is unknown, 0."""
 _TIME, _FREQUENCY = 17, 18
-_COMPLEX = (5, 6)
-_IN_LINE = 6
-"""Numbers of a line of analysis data."""
 _LONGEST = 80
 """Letters of an identification line."""
 
@@ -84,28 +90,7 @@ class UffCurve:
 
 
 @dataclass(frozen=True, eq=False)
-class UffShape:
-    """A mode shape of a universal file (data set 55 or 2414).
-
-    Attributes
-    ----------
-    hertz, damping : float
-        Natural frequency, Hz, and damping ratio.
-    nodes : tuple of int
-        Where.
-    values : ndarray, shape (nodes, 1, 3 or 6)
-        Amplitudes: translation along x, y, z, and where the file has them rotation about them. A
-        torsional shape of `write_uff` has its angles in the first column.
-    """
-
-    hertz: float
-    damping: float
-    nodes: tuple[int, ...]
-    values: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class UffFile:
+class UffFile(RichHtml):
     """What a universal file holds.
 
     Attributes
@@ -167,8 +152,8 @@ def read_uff(path: str | Path) -> UffFile:
         raise OptionError(f"read_uff: {path} is no universal file: it has no data set.")
     sets = sets if isinstance(sets, list) else [sets]
     curves = [_curve(s) for s in sets if s["type"] == 58 and s["func_type"] in _KINDS]
-    old = [_shape(s) for s in sets if s["type"] == 55 and s["analysis_type"] in (2, 3)]
-    new = [_analysis_shape(s) for s in sets if s["type"] == 2414 and _is_shape(s)]
+    old = [shape_of_55(s) for s in sets if s["type"] == 55 and s["analysis_type"] in (2, 3)]
+    new = [shape_of_2414(s) for s in sets if s["type"] == 2414 and is_shape(s)]
     rest = [kind for kind in known if kind not in (55, 58, 2414)]
     for kind, taken in ((58, curves), (55, old), (2414, new)):
         rest += [kind] * (known.count(kind) - len(taken))
@@ -190,50 +175,13 @@ def _curve(found: Mapping[str, Any]) -> UffCurve:
     )
 
 
-def _shape(found: Mapping[str, Any]) -> UffShape:
-    if found["analysis_type"] == 2:
-        hertz, damping = float(found["freq"]), float(found["modal_damp_vis"])
-    else:
-        hertz, damping = _of_eigenvalue(found["eig"])
-    columns = [found[f"r{i}"] for i in range(1, 7) if f"r{i}" in found]
-    nodes = tuple(int(n) for n in found["node_nums"])
-    return UffShape(float(hertz), float(damping), nodes, np.column_stack(columns))
-
-
-def _is_shape(found: Mapping[str, Any]) -> bool:
-    """Whether analysis data are modes at nodes, in lines that pyuff reads."""
-    numbers = found["number_of_data_values_for_the_data_component"]
-    size = numbers * (2 if found["data_type"] in _COMPLEX else 1)
-    return (
-        found["analysis_type"] in (2, 3, 7) and found["dataset_location"] == 1 and size <= _IN_LINE
-    )
-
-
-def _analysis_shape(found: Mapping[str, Any]) -> UffShape:
-    if found["analysis_type"] == 2:
-        hertz, damping = found["record12_field2"], found["record12_field5"]
-    else:
-        eigenvalue = complex(found["record13_field1"], found["record13_field2"])
-        hertz, damping = _of_eigenvalue(eigenvalue)
-    values = np.array(found["data_at_node"])
-    if found["data_type"] in _COMPLEX:
-        values = values[:, ::2] + 1j * values[:, 1::2]
-    nodes = tuple(int(n) for n in found["node_nums"])
-    return UffShape(float(hertz), float(damping), nodes, values)
-
-
-def _of_eigenvalue(value: complex) -> tuple[float, float]:
-    """Natural frequency, Hz, and damping ratio."""
-    size = abs(value)
-    return size / (2 * np.pi), -value.real / size if size else 0.0
-
-
 @checked
 def write_uff(
     path: str | Path,
     result: Trajectory | FrequencyResponse | Modes,
     *,
     nodes: Mapping[str, int] | Mapping[Name, int],
+    shapes: Literal[55, 2414] = 55,
 ) -> Path:
     """Write a run, a frequency response or mode shapes as a universal file.
 
@@ -248,6 +196,8 @@ def write_uff(
         From `simulate`, `frequency_response` or `modes`.
     nodes : mapping of name to int
         Number of the node of each quantity to write: of the outputs and inputs of a response.
+    shapes : {55, 2414}
+        Data set for mode shapes: data at nodes, or analysis data, which newer programs take.
 
     Returns
     -------
@@ -273,12 +223,16 @@ def write_uff(
                 f"write_uff: {name} at node {node}: node numbers begin at 1, and names have at "
                 f"most {_LONGEST} letters."
             )
+    if isinstance(result, Modes) and places and shapes == 2414:
+        with whole_file(path) as file:
+            file.write(analysis_data(result, places).encode())
+        return Path(path)
     if isinstance(result, Trajectory):
         sets = list(_runs(result, places))
     elif isinstance(result, FrequencyResponse):
         sets = list(_responses(result, places))
     else:
-        sets = list(_shapes(result, places))
+        sets = list(shapes_as_55(result, places))
     if not sets:
         raise OptionError(f"write_uff: {system.name} has nothing to write; name quantities.")
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
@@ -343,27 +297,3 @@ def _function(
         "orddenom_spec_data_type": _TYPES.get(given[2], 0),
         "orddenom_axis_units_lab": given[2],
     }
-
-
-def _shapes(found: Modes, places: Mapping[str, int]) -> Iterator[dict[str, Any]]:
-    """Data sets 55: normal modes, or complex ones of a damped system."""
-    if not places:
-        return
-    values = np.array([found.shape(name) for name in places])
-    zero = np.zeros_like(values[:, 0]) if values.size else values
-    for i, hertz in enumerate(found.hertz):
-        yield {
-            "type": 55,
-            "analysis_type": 3 if np.iscomplexobj(values) else 2,
-            "data_ch": 2,
-            "spec_data_type": 8,
-            "load_case": 1,
-            "mode_n": i + 1,
-            "freq": hertz,
-            "modal_damp_vis": found.damping[i],
-            "eig": found.eigenvalues[i],
-            "node_nums": list(places.values()),
-            "r1": values[:, i],
-            "r2": zero,
-            "r3": zero,
-        }

@@ -139,7 +139,9 @@ class Relation:
     greater, less : SX
         Sides; or the argument of a piecewise polynomial and the begin of the piece it is in.
     sides : (str, str)
-        Both in words.
+        Both as written.
+    words : (str, str), optional
+        What it is called while it holds and while it does not.
     pieces : Pieces, optional
         Of a piecewise polynomial.
     """
@@ -149,6 +151,7 @@ class Relation:
     less: ca.SX
     strict: bool
     sides: tuple[str, str]
+    words: tuple[str, str] | None = None
     pieces: Pieces | None = None
 
 
@@ -409,7 +412,9 @@ class Template:
         for known in self._alike.setdefault((condition.strict, *sides), []):
             if ca.is_equal(known.greater - known.less, greater - less, 100):
                 return self.modes[known.mode]
-        relation = Relation(len(self.modes), greater, less, condition.strict, sides)
+        relation = Relation(
+            len(self.modes), greater, less, condition.strict, sides, condition.words
+        )
         self._alike[condition.strict, *sides].append(relation)
         self.relations.append(relation)
         self.modes.append(ca.SX.sym("mode"))
@@ -443,7 +448,7 @@ class Template:
         self.modes += [ca.SX.sym("piece") for _ in range(width)]
         sides = text(node.of), "a point of a table"
         begin = self.modes[first + 1]
-        self.relations.append(Relation(first, place, begin, False, sides, node.pieces))
+        self.relations.append(Relation(first, place, begin, False, sides, None, node.pieces))
         return ca.vertcat(*self.modes[first:])
 
     def _analyse(self, expression: ca.SX) -> Residual:

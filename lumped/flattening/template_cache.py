@@ -52,9 +52,8 @@ def content_of(what: object, place: Place) -> Hashable:
     if isinstance(what, Equation):
         return content_of_expression(what.left - what.right, place)
     if isinstance(what, Compare):
-        return what.strict, *(
-            content_of_expression(side, place) for side in (what.greater, what.less)
-        )
+        sides = (content_of_expression(side, place) for side in (what.greater, what.less))
+        return what.strict, what.words, *sides
     if isinstance(what, tuple):
         return tuple(content_of(part, place) for part in what)
     if isinstance(what, Hold | When):

@@ -259,7 +259,10 @@ class SmoothParts:
         ]
         if not times or (number is not None and not -len(times) <= number < len(times)):
             known = sorted(
-                {f"{e.component}, {e.after}" if e.after else e.component for e in run.events}
+                {
+                    e.component if e.kind == "time" else f"{e.component}, {e.after}"
+                    for e in run.events
+                }
             )
             raise OptionError(
                 f"{run.system.name}: {label}: there are {len(times)} such events in this run. "

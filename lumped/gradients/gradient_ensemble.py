@@ -19,6 +19,7 @@ from lumped.gradients.varied import varied_name
 from lumped.simulation.functional_kinds import Functional
 from lumped.support.arguments import checked
 from lumped.support.progress import Progress
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
 
@@ -26,7 +27,7 @@ __all__ = ["GradientEnsemble", "gradient_ensemble", "gradients_at"]
 
 
 @dataclass(frozen=True, eq=False)
-class GradientEnsemble:
+class GradientEnsemble(RichHtml):
     """Functionals of many runs and their derivatives; nan where a run failed.
 
     ``found["peak(shaft.tau)", "a.J"]`` is one derivative in all runs.

@@ -31,6 +31,7 @@ from lumped.simulation.functional_kinds import (
     watching,
 )
 from lumped.support.arguments import checked
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
@@ -39,7 +40,7 @@ __all__ = ["Hessian", "hessian", "hessian_product"]
 
 
 @dataclass(frozen=True, eq=False)
-class Hessian:
+class Hessian(RichHtml):
     """A functional of a run with its first and second derivatives.
 
     Attributes

@@ -194,8 +194,7 @@ class Saltation:
 
     def _refuse_return(self, stop: Stop) -> None:
         """Refuse an instant at which a condition changes and changes back."""
-        words = {"<", "<=", ">", ">="}
-        now = [e for e in stop.events if words & set(e.before.split(" "))]
+        now = [e for e in stop.events if e.kind == "condition"]
         now = [e for e in now if e.component not in self._jumping]  # it may undo its own condition
         told = {(e.component, e.before, e.after) for e in now}
         back = [e.component for e in now if (e.component, e.after, e.before) in told]

@@ -251,7 +251,7 @@ class Changes(Shared):
 
 def exchange_fault(run: Trajectory, t: float) -> str:
     """Why derivatives end where another motion leads, and what to do."""
-    found = [e for e in run.events if e.before in run.system.state_names and e.time <= t]
+    found = [e for e in run.events if e.kind == "states" and e.time <= t]
     changes = [f"{e.after} leads instead of {e.before}" for e in found[-1:]]
     after = found[-1].after if found else "the motion that leads later"
     return (

@@ -244,14 +244,28 @@ class Partial(Expr):
 
 
 class Compare:
-    """The relation ``greater >= less``, or ``greater > less`` if strict."""
+    """The relation ``greater >= less``, or ``greater > less`` if strict.
 
-    __slots__ = ("greater", "less", "strict")
+    Events tell `words` while it holds and while it does not; without them, its sides.
+    """
 
-    def __init__(self, greater: Expr, less: Expr, strict: bool = False) -> None:
+    __slots__ = ("greater", "less", "strict", "words")
+
+    def __init__(
+        self,
+        greater: Expr,
+        less: Expr,
+        strict: bool = False,
+        words: tuple[str, str] | None = None,
+    ) -> None:
         self.greater = greater
         self.less = less
         self.strict = strict
+        self.words = words
+
+    def called(self, yes: str, no: str) -> Compare:
+        """The same relation, of which events tell `yes` while it holds, else `no`."""
+        return Compare(self.greater, self.less, self.strict, (yes, no))
 
     def __bool__(self) -> NoReturn:
         raise EquationError(

@@ -116,7 +116,7 @@ def content_of_expression(
         elif isinstance(node, Piecewise):
             what = node.pieces
         elif isinstance(node, Where):
-            what = node.condition.strict
+            what = node.condition.strict, node.condition.words
         elif isinstance(node, Ref):
             what = (place(node.owner), node.name, isinstance(node.quantity, Param))
         numbers[id(node)] = len(numbers)
@@ -136,7 +136,7 @@ def _tree(nodes: tuple[Any, ...], leaf: Callable[[str], Expr]) -> Expr:
         elif kind is Call:
             done.append(Call(what, tuple(parts)))
         elif kind is Where:
-            done.append(Where(Compare(parts[0], parts[1], what), parts[2], parts[3]))
+            done.append(Where(Compare(parts[0], parts[1], *what), parts[2], parts[3]))
         elif kind is Piecewise:
             done.append(Piecewise(parts[0], what, tuple(parts[1:])))
         else:

@@ -11,6 +11,7 @@ from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
 from lumped.numerics.nlp import Solution
 from lumped.simulation.functionals import Designed, Frequency, Functional, OrderPeak, Vibrating
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.support.units import amount
 from lumped.timeloop.result import Trajectory
@@ -34,7 +35,7 @@ Key = Designed | Vibrating | Functional
 
 
 @dataclass(frozen=True, eq=False)
-class Optimum:
+class Optimum(RichHtml):
     """A design that is best, at least among its neighbours.
 
     Attributes

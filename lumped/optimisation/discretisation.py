@@ -74,7 +74,7 @@ class Discretisation:
 
 def smooth(run: Trajectory, why: str) -> None:
     """Refuse a run with changes of modes or impacts, by name."""
-    changes = [e for e in run.events if e.before or e.after]
+    changes = [e for e in run.events if e.kind != "time"]
     if changes:
         first = changes[0]
         raise OptionError(

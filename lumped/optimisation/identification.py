@@ -12,6 +12,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.simulation.sampled_runs import places_of
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display, time_unit
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.result import Trajectory
 
@@ -19,7 +20,7 @@ __all__ = ["Identification"]
 
 
 @dataclass(frozen=True, eq=False)
-class Identification:
+class Identification(RichHtml):
     """Parameters that fit measured curves best.
 
     Attributes

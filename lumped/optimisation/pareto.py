@@ -15,6 +15,7 @@ from lumped.optimisation.optimise import DesignProblem
 from lumped.simulation.functionals import Designed
 from lumped.support.arguments import checked
 from lumped.support.progress import Progress
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import Trajectory
 
@@ -27,7 +28,7 @@ _SLACK = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
-class Front:
+class Front(RichHtml):
     """Designs of which none is better in both functionals.
 
     Attributes

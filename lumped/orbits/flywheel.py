@@ -14,6 +14,7 @@ from lumped.orbits.orbit import PeriodicOrbit
 from lumped.orbits.periodic import again
 from lumped.orbits.shooting import Guess
 from lumped.support.arguments import checked
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import OperatingPoint
 
@@ -24,7 +25,7 @@ _MOST = 12
 
 
 @dataclass(frozen=True, eq=False)
-class Flywheel:
+class Flywheel(RichHtml):
     """A flywheel and the motion with it.
 
     Attributes

@@ -16,6 +16,7 @@ from lumped.gradients.steps import steps_of
 from lumped.orbits.shooting import Orbit, OrbitProblem, bordered
 from lumped.orbits.smooth_curves import Extreme
 from lumped.support.arguments import checked
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import Trajectory
 
@@ -23,7 +24,7 @@ __all__ = ["OrbitSensitivity", "orbit_sensitivity", "with_period_held"]
 
 
 @dataclass(frozen=True, eq=False)
-class OrbitSensitivity:
+class OrbitSensitivity(RichHtml):
     """Derivatives of an orbit; ``found["motor.w", "motor.J"]`` gives one over the times of its run.
 
     Times are understood as fractions of the period: ``t / period`` is kept while both change.

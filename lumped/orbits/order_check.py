@@ -15,6 +15,7 @@ from lumped.orbits.order_harmonics import angle_of, order_harmonics
 from lumped.orbits.periodic import of_speed, turning_problem
 from lumped.support.arguments import checked
 from lumped.support.display_units import speed_unit
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.vibration.order_response import OrderResponse
 
@@ -28,7 +29,7 @@ _GRID = 200
 
 
 @dataclass(frozen=True, eq=False)
-class OrderCheck:
+class OrderCheck(RichHtml):
     """How amplitudes of an order response differ from those of periodic motions.
 
     Attributes

@@ -96,7 +96,7 @@ def equilibrium(
     demands = _Demands(begin, start or {}, rest)
     fault: SolverError | None = None
     again = None
-    if system.structure.lost_positions:
+    if system.structure.lost_states:
         free = [*free]
         unknown = tuple(system.key(name) for name in free)
         given = {system.key(name): value for name, value in (start or {}).items()}

@@ -18,6 +18,7 @@ from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
 from lumped.support.made_once import made_once
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 
@@ -28,7 +29,7 @@ _GROWS = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
-class Linearisation:
+class Linearisation(RichHtml):
     """``der(x) = A x + B u``, ``y = C x + D u`` for small deviations.
 
     Attributes

@@ -100,7 +100,7 @@ def found_start(
     """States at the start (see `start_point`), of arguments that were checked."""
     theta, values, places = system.theta(parameters), by_name(start), free_places(system, free)
     again = None
-    if system.structure.lost_positions:
+    if system.structure.lost_states:
         free = [*free]
         unknown = tuple(system.key(name) for name in free)
         given = {system.key(name): value for name, value in values.items()}

@@ -140,8 +140,7 @@ def between(run: Trajectory) -> np.ndarray:
 
 def _events(run: Trajectory) -> list[Event]:
     """Events that belong to the model; a change of leading states depends on the steps."""
-    states = {name for piece in run.pieces for name in piece.system.state_names}
-    return [event for event in run.events if event.after not in states]
+    return [event for event in run.events if event.kind != "states"]
 
 
 def _deviation(run: Trajectory, reference: Trajectory, name: str, counts: np.ndarray) -> Deviation:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 
 __all__ = ["Cycles", "SNCurve", "rainflow"]
@@ -77,7 +78,7 @@ class SNCurve:
 
 
 @dataclass(frozen=True, eq=False)
-class Cycles:
+class Cycles(RichHtml):
     """Cycles of a load.
 
     Attributes

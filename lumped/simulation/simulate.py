@@ -4,33 +4,30 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal, ParamSpec
 
 import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
-from lumped.errors import Interrupted, OptionError, SolverError, doubt
+from lumped.errors import Interrupted, OptionError, SolverError
 from lumped.points.start import found_start
 from lumped.simulation.certify import certified
 from lumped.simulation.compare import between
 from lumped.simulation.energy_audit import audited
 from lumped.simulation.method_choice import closed_form_pays
+from lumped.simulation.run_again import again_from, made, run_from
 from lumped.support.arguments import checked
 from lumped.support.progress import Progress
 from lumped.support.units import in_seconds
 from lumped.timeloop.recorder import Recorder, SparingRecorder, output_times
 from lumped.timeloop.result import OperatingPoint, Statistics, Trajectory
-from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_by_steps import RunBySteps
-from lumped.timeloop.run_in_closed_form import RunInClosedForm
 from lumped.timeloop.validity import refuse_run_outside
 
 __all__ = ["Method", "check_options", "simulate", "simulate_sparingly"]
 
 _MOST_STEPS = 1_000_000
-_MOST_LINKS = 20
-"""Runs that go on from each other through which positions that were left out are followed."""
 Grid = int | Sequence[float | str] | np.ndarray | None
 _P = ParamSpec("_P")
 Method = Literal["auto", "explicit", "implicit", "exact", "steps", "taylor"]
@@ -169,10 +166,11 @@ def simulate(
     if used == "auto" and closed_form_pays(point, until, rtol):
         used = "exact"
     both_sides = grid is None or isinstance(grid, int)
-    found = _found(point, until, rtol, relative_atol, used, max_steps, times, both_sides)
+    found = run_from(point, until, rtol, relative_atol, used, max_steps, times, both_sides)
     refuse_run_outside(found)
-    if point.again is not None and getattr(point.again, "links", 0) < _MOST_LINKS:
-        found = replace(found, again=_Again(point, until, rtol, relative_atol, used, max_steps))
+    if point.again is not None:
+        options = (until, rtol, relative_atol, used, max_steps)
+        found = replace(found, again=again_from(point, *options))
     if not certify:
         return found
     closed, tight = used == "exact", max(1e-2 * rtol, 1e-13)
@@ -235,84 +233,9 @@ def simulate_sparingly(
             output = SparingRecorder(0.0, until, most, progress)
         atol = max(rtol * 1e-3, 1e-12)
         run = RunBySteps(point, until, rtol, output, atol, used, _MOST_STEPS)
-        found = _made(run, _MOST_STEPS)
+        found = made(run, _MOST_STEPS)
     refuse_run_outside(found)
     return found
-
-
-def _found(
-    point: OperatingPoint,
-    until: float,
-    rtol: float,
-    atol: float,
-    method: str,
-    max_steps: int,
-    times: np.ndarray | None,
-    both_sides: bool,
-) -> Trajectory:
-    """A run by a method that was chosen, at some times, or at its steps."""
-    with Progress(point.system.name, until - point.time) as progress:
-        output = Recorder(point.time, until, times, both_sides, progress)
-        run: RunInClosedForm | RunBySteps
-        if method == "exact":
-            run = RunInClosedForm(point, until, rtol, output)
-        else:
-            run = RunBySteps(point, until, rtol, output, atol, method, max_steps)
-        return _made(run, max_steps)
-
-
-@dataclass(frozen=True, eq=False)
-class _Again:
-    """Makes a run again, with the positions that were left out of its states.
-
-    Attributes
-    ----------
-    point : OperatingPoint
-        Where the run starts.
-    until, rtol, atol, method, max_steps
-        Its end and options.
-    """
-
-    point: OperatingPoint
-    until: float
-    rtol: float
-    atol: float
-    method: str
-    max_steps: int
-
-    @property
-    def links(self) -> int:
-        """How many runs went on from each other, this one included."""
-        links: int = getattr(self.point.again, "links", 0)
-        return links + 1
-
-    def __call__(self, times: np.ndarray) -> Trajectory:
-        point, until = self.point.whole, float(times[-1])
-        if until == point.time:
-            until = self.until
-        method = self.method
-        return _found(point, until, self.rtol, self.atol, method, self.max_steps, times, True)
-
-
-def _made(run: RunInClosedForm | RunBySteps, max_steps: int) -> Trajectory:
-    """What a run computes."""
-    try:
-        run.go()
-        return run.trajectory()
-    except KeyboardInterrupt:
-        raise _interrupted(run) from None
-    except SolverError as error:
-        if isinstance(run, RunInClosedForm) or run.steps + run.rejected >= max_steps:
-            raise  # rounding and the number of steps are limits of ours, not of the drive
-        raise SolverError(doubt(run.rtol) + str(error), error.partial) from None
-
-
-def _interrupted(run: Simulation) -> Interrupted:
-    partial = run.trajectory()
-    return Interrupted(
-        f"{run.system.name}: interrupted at t = {partial.t[-1]:.6g} s; `partial` is the run.",
-        partial,
-    )
 
 
 def check_options(

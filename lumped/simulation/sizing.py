@@ -15,6 +15,7 @@ from lumped.plots.numbers import torque_speed
 from lumped.plots.picture import labelled
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import Trajectory
 
@@ -48,7 +49,7 @@ class Load:
 
 
 @dataclass(frozen=True)
-class Sizing:
+class Sizing(RichHtml):
     """What a run asks of a motor; torques in N.m and speeds in rad/s, or forces and m/s.
 
     Attributes

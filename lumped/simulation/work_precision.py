@@ -125,6 +125,9 @@ class WorkPrecision(RichHtml):
     def plot(self, *, backend: Backend = "matplotlib", ax: Any = None) -> Any:
         """Run time over error, one line for each method; failed runs are left out.
 
+        There is no choice of units: errors are relative, and the computer's time is none of the
+        drive.
+
         Parameters
         ----------
         backend, ax

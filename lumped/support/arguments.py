@@ -240,7 +240,7 @@ def _fits(value: Any, hint: Any) -> bool:
             return True
         return any(_fits(value, one) for one in kinds)
     if origin is Literal:
-        return isinstance(value, str) and value in kinds
+        return (isinstance(value, str) or _is_a(value, int)) and value in kinds
     if origin in (Iterable, Sequence, tuple, list):
         return _fit_all(value, kinds)
     if origin is Mapping:

@@ -18,16 +18,20 @@ class Event:
     component : str
         Where: a component that changed its mode, or those in which a function of time changes
         its piece.
+    kind : {"time", "condition", "hold", "states"}
+        What changed: a function of time, a condition on states, a constraint (friction, contact,
+        a freewheel), or the choice of states.
     before, after : str
-        The mode in words; empty for functions of time.
+        The mode in words; for states the motion that led and the one that leads.
     loss : float
         Mechanical energy lost in an impact, J.
     """
 
     time: float
     component: str
-    before: str = ""
-    after: str = ""
+    kind: str
+    before: str
+    after: str
     loss: float = 0.0
 
 

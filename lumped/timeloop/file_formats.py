@@ -108,8 +108,8 @@ def _from_netcdf(held: bytes) -> Read:
 
 
 def _checksum(what: Read) -> str:
-    """Hash of all that a file holds."""
-    numbers = {"": what["t"], **what["values"]}
+    """Hash of all that a file holds; times beside a jump may be moved by one step of rounding."""
+    numbers = {"": together(apart(what["t"])), **what["values"]}
     texts = [sorted(v.items()) for n, v in what.items() if isinstance(v, dict) and n != "values"]
     rest = [what["model"], what["fingerprint"], what["states"], _rows(what["events"])]
     found = hashlib.sha256(json.dumps([*texts, *rest]).encode())
@@ -160,7 +160,7 @@ def _from_npz(held: bytes) -> Read:
 
 
 def _rows(events: Iterable[Event]) -> list[list[float | str]]:
-    return [[e.time, e.component, e.before, e.after, e.loss] for e in events]
+    return [[e.time, e.component, e.kind, e.before, e.after, e.loss] for e in events]
 
 
 def _events(rows: list[list[Any]]) -> tuple[Event, ...]:

@@ -181,8 +181,8 @@ class Instants:
         Instants after the begin of the span, up to its end.
     edges : ndarray, shape (k + 2,)
         Begin of the span, the instants, and its end.
-    names : list of str
-        What changes at each: the components.
+    told : list of (str, str, str)
+        What changes at each: the components, and their pieces before and after in words.
     places : ndarray of int, shape (m,)
         Modes that depend on the time alone.
     modes : ndarray, shape (k + 1, m)
@@ -191,7 +191,7 @@ class Instants:
 
     times: np.ndarray
     edges: np.ndarray
-    names: list[str]
+    told: list[tuple[str, str, str]]
     places: np.ndarray
     modes: np.ndarray
 
@@ -215,6 +215,12 @@ def instants(
     places, _, latest = _latest(system)
     key = theta[places].tobytes(), begin, end, without
     return latest.of(key, lambda: _InstantSearch(system, theta, begin, end, without).found())
+
+
+def _together(changes: list[tuple[str, str, str]]) -> tuple[str, str, str]:
+    """Components that change at one instant, each once, and their pieces before and after."""
+    names, before, after = (", ".join({change[i]: None for change in changes}) for i in range(3))
+    return names, before, after
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,7 +269,7 @@ class _InstantSearch:
         middles = 0.5 * (edges[:-1] + edges[1:])
         if len(times) and times[-1] == self.end:
             middles[-1] = self.end + apart
-        names: list[dict[str, None]] = [{} for _ in times]
+        told: list[list[tuple[str, str, str]]] = [[] for _ in times]
         columns = [np.zeros((len(middles), 0))]
         changes: list[np.ndarray] = []
         for clock, course in zip(self.clocks, courses, strict=True):
@@ -274,13 +280,17 @@ class _InstantSearch:
             first = changes[-1].copy()
             for need in clock.needs:
                 first &= ~changes[need]
-            for k in np.flatnonzero(first).tolist():
-                names[k][clock.condition.name] = None
+            where = np.flatnonzero(first)
+            if len(where):
+                name, texts = clock.condition.name, clock.condition.texts
+                pairs = zip(texts(numbers[where]), texts(numbers[where + 1]), strict=True)
+                for k, (before, after) in zip(where.tolist(), pairs, strict=True):
+                    told[k].append((name, before, after))
         places = [m for clock in self.clocks for m in clock.condition.modes]
         return Instants(
             times,
             edges,
-            [", ".join(n) for n in names],
+            [_together(changes) for changes in told],
             np.array(places, dtype=int),
             np.hstack(columns),
         )

@@ -22,7 +22,7 @@ from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.event import Change, Event
-from lumped.timeloop.left_out_positions import PointOfRun, on_both_sides, with_left_out
+from lumped.timeloop.left_out_states import PointOfRun, on_both_sides, with_left_out
 from lumped.timeloop.quantity_values import quantity_along
 from lumped.timeloop.result_files import Saved, computed, pictured, saved, state_names
 
@@ -183,8 +183,8 @@ class OperatingPoint(Named):
     lost : tuple of str
         Given start values and initial equations that an equilibrium does not keep, in words.
     again : callable or None
-        Makes the same point of the system with the positions that were left out of the states;
-        None where there are none, or nobody knows them.
+        Makes the same point of the system with the states that were left out; None where there are
+        none, or nobody knows them.
     """
 
     system: System
@@ -207,7 +207,7 @@ class OperatingPoint(Named):
 
     @cached_property
     def whole(self) -> OperatingPoint:
-        """The same with the positions that were left out of the states, if they are known."""
+        """The same with the states that were left out, if they are known."""
         if self.again is None:
             return self
         found = self.again(self.system.whole)
@@ -300,8 +300,8 @@ class Trajectory(Named):
     certificate : Certificate or None
         Error estimate, if it was asked for.
     again : callable or None
-        Makes the same run with the positions that were left out of the states, at some times and
-        on both sides of its own jumps; None where there are none, or nobody can.
+        Makes the same run with the states that were left out, at some times and on both sides of
+        its own jumps; None where there are none, or nobody can.
     """
 
     system: System
@@ -368,7 +368,7 @@ class Trajectory(Named):
 
     @cached_property
     def whole(self) -> Trajectory:
-        """The run with the positions that were left out of its states, if they can be made.
+        """The run with the states that were left out, if they can be made.
 
         They are integrated in another run with the same tolerances; all else is that of this run.
         """
@@ -415,7 +415,12 @@ class Trajectory(Named):
         found, made = float(piece.t[k]), self.again
         again = None if made is None else PointOfRun(made, found)
         return OperatingPoint(
-            piece.system, found, piece.x[k], self.theta, piece.settings[k], again=again
+            piece.system,
+            found,
+            piece.x[k].copy(),
+            self.theta,
+            piece.settings[k].copy(),
+            again=again,
         )
 
     @checked
@@ -439,7 +444,7 @@ class Trajectory(Named):
         path : str or Path
             Its ending says the format; ``.mat`` is the result file of Modelica tools.
         names : iterable of names, optional
-            Quantities; default is all but positions that were left out of the states.
+            Quantities; default is all that need no state that was left out.
         units : mapping of str to str or str, optional
             Units of the values, see `lumped.display_units`; default is SI units, whatever the
             session shows, as a file is read by programs.

@@ -21,6 +21,8 @@ from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen, display, time_unit
 from lumped.support.made_once import made_once
 from lumped.support.optional_packages import extra
+from lumped.support.rich_html import RichHtml
+from lumped.support.text_table import amounts, table
 from lumped.support.whole_files import whole_file
 from lumped.timeloop.event import Event
 from lumped.timeloop.file_formats import READERS, WRITERS, Contents, apart
@@ -28,9 +30,12 @@ from lumped.timeloop.fingerprint import fingerprint
 
 __all__ = ["Saved", "computed", "fingerprint", "load", "pictured", "saved", "state_names"]
 
+_TOLD = 12
+"""Quantities of a printed file."""
+
 
 @dataclass(frozen=True, eq=False)
-class Saved(Contents, ByName):
+class Saved(Contents, ByName, RichHtml):
     """Quantities of a run, apart from its model; ``saved[name]`` gives one of them over `t`.
 
     Attributes
@@ -74,6 +79,11 @@ class Saved(Contents, ByName):
     def _ipython_key_completions_(self) -> list[str]:
         return ["time", *self.values]
 
+    @property
+    def main(self) -> list[str]:
+        """What is drawn and told unless others are named: the states, or all if none are known."""
+        return [*(self.states or self.values)]
+
     def in_units(self, units: Units) -> Saved:
         """The same in other units; times stay in s.
 
@@ -107,7 +117,7 @@ class Saved(Contents, ByName):
 
         Default is the states; of a file that does not tell them, such as a csv, all quantities.
         """
-        wanted = [*(self.states or self.values)] if names is None else [*map(key_of, names)]
+        wanted = self.main if names is None else [*map(key_of, names)]
         found = {name: self[name] for name in wanted}
         own, texts = {"time": "s", **self.units}, {"time": "time", **self.texts}
         told = {name: (own[name], texts[name], y) for name, y in found.items()}
@@ -205,6 +215,18 @@ class Saved(Contents, ByName):
             WRITERS[path.suffix](told, file)
         return path
 
+    def __repr__(self) -> str:
+        over = f", {self.t[0]:g} to {self.t[-1]:g} s" if len(self.t) else ""
+        head = (
+            f"{self.model or 'run'} from a file: {len(self.values)} quantities at {len(self.t)} "
+            f"points{over}; {len(self.events)} events"
+        )
+        rows = []
+        for name in self.main[:_TOLD] if len(self.t) else ():
+            y = self.values[name]
+            rows.append((name, *amounts(name, self.units[name], y[0], y[-1], y.min(), y.max())))
+        return head + "\n" + table(("quantity", "start", "end", "min", "max", "unit"), rows)
+
 
 def pictured(
     title: str,
@@ -229,9 +251,9 @@ def pictured(
 
 def _told(event: Event) -> tuple[str, str]:
     """What happened, and of what sort it is."""
-    if not event.after:
-        return f"{event.component}: function of time", "functions of time"
     sort = "impacts" if event.loss else "changes of mode"
+    if event.kind == "time":
+        sort = "functions of time"
     return f"{event.component}: {event.before} to {event.after}", sort
 
 

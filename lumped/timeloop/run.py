@@ -53,13 +53,18 @@ class Simulation:
         self.seconds, self.implicit_from = 0.0, math.inf
         self.atol = np.zeros(0)
         hits = point.collisions
-        self.events = [Event(self.begin, c.component, c.before, c.after, c.loss) for c in hits]
+        self.events = [
+            Event(self.begin, c.component, "hold", c.before, c.after, c.loss) for c in hits
+        ]
 
     def find_instants(self) -> np.ndarray:
         """Ends of the segments between instants of functions of time, s."""
         self.instants = instants(self.system, self.point.theta, self.begin, self.until)
-        times, names = self.instants.times.tolist(), self.instants.names
-        self.events += [Event(t, name) for t, name in zip(times, names, strict=True)]
+        times, told = self.instants.times.tolist(), self.instants.told
+        self.events += [
+            Event(t, name, "time", before, after)
+            for t, (name, before, after) in zip(times, told, strict=True)
+        ]
         return self.instants.edges
 
     def refuse_jump(self, t: float, x: np.ndarray, before: np.ndarray, after: np.ndarray) -> None:

@@ -266,9 +266,9 @@ class RunBySteps(Simulation):
         s = self.system.switching
         if kind == 0:
             name, old = s.relation_text(number, before)
-            return Event(t, name, old, s.relation_text(number, after)[1])
+            return Event(t, name, "condition", old, s.relation_text(number, after)[1])
         words = hold_words(s, number)
-        return Event(t, s.names[number], words[before], words[after], loss)
+        return Event(t, s.names[number], "hold", words[before], words[after], loss)
 
     def _change_states(self) -> None:
         """Let another motion lead."""
@@ -281,7 +281,8 @@ class RunBySteps(Simulation):
                 "check its lengths."
             )
         self._changed_at = t
-        self.events.append(Event(t, lead.after.rpartition(".")[0], lead.before, lead.after))
+        part = lead.after.rpartition(".")[0]
+        self.events.append(Event(t, part, "states", lead.before, lead.after))
         self.system = lead.system
         self.output.open(lead.system)
         ring, changes = run.changed.copy(), run.changed_count

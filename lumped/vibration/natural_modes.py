@@ -16,6 +16,7 @@ from lumped.points.situation import situation
 from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.validity import refuse_point_outside
@@ -34,7 +35,7 @@ _STEP = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class NaturalModes:
+class NaturalModes(RichHtml):
     """Modes without damping, each with all laws at its own frequency, ascending.
 
     Attributes

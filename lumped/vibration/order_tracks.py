@@ -16,6 +16,7 @@ from lumped.errors import OptionError
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display, speed_unit
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.order_analysis import rising_angle
@@ -41,7 +42,7 @@ _LEAST = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class OrderTracks:
+class OrderTracks(RichHtml):
     """Amplitudes of the orders of a quantity in windows along a run.
 
     Attributes

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
 from lumped.support.display_units import frequency_unit
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.left_vectors import left_vectors
 from lumped.vibration.modes import Modes
@@ -18,7 +19,7 @@ __all__ = ["Participation", "participation"]
 
 
 @dataclass(frozen=True, eq=False)
-class Participation:
+class Participation(RichHtml):
     """Participation factors of the oscillating modes.
 
     Attributes

@@ -16,6 +16,7 @@ from lumped.points.kink_refusals import refuse_kinks
 from lumped.points.moved_equilibrium import moved_point, places_to, point_matters, still_point
 from lumped.support.arguments import checked
 from lumped.support.display_units import frequency_unit
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.response import FrequencyResponse
 
@@ -26,7 +27,7 @@ Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
-class ResponseSensitivity:
+class ResponseSensitivity(RichHtml):
     """Derivatives of complex amplitudes; ``found[output, input, parameter]`` is a curve.
 
     Attributes

@@ -17,6 +17,7 @@ from lumped.points.moved_equilibrium import moved_point, still_point
 from lumped.points.vibrating_states import moving
 from lumped.support.arguments import checked
 from lumped.support.display_units import frequency_unit
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.eigen_sensitivity import eigen_sensitivity
 from lumped.vibration.left_vectors import left_vectors, parts
@@ -29,7 +30,7 @@ Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
-class ShapeSensitivity:
+class ShapeSensitivity(RichHtml):
     """Derivatives of `Modes.shape`; ``found["b.phi", "shaft.c"]`` has one for each mode.
 
     Attributes

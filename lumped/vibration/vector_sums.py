@@ -14,6 +14,7 @@ from lumped.errors import OptionError
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, frequency_unit
+from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.modes import Modes
 from lumped.vibration.pictures import phase_diagrams_picture
@@ -27,7 +28,7 @@ _MOST_SHOWN = 24
 
 
 @dataclass(frozen=True, eq=False)
-class VectorSums:
+class VectorSums(RichHtml):
     """Sums of the relative amplitudes of cylinders with the phases of an order, for each mode.
 
     Attributes

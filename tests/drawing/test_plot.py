@@ -91,7 +91,7 @@ def test_trajectory_marks_events_in_every_panel(run: lp.Trajectory):
         (marks,) = axis.collections
         assert np.array(marks.get_offsets()) == pytest.approx(np.array([[0.1, 0.0]]))
     told = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert told == ["motor.tau: function of time"]
+    assert told == ["motor.tau: time < 0.1 to time >= 0.1"]
 
 
 def test_twelve_named_curves_stand_in_two_panels_and_remain_distinct():

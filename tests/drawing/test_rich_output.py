@@ -82,6 +82,28 @@ def test_what_is_shown_is_one_element_without_script_and_quick(system):
         assert "<script" not in shown
 
 
+def test_a_file_is_shown_as_the_run_that_was_saved(system, tmp_path):
+    run = lp.simulate(system, until=0.6)
+    saved = lp.load(run.save(tmp_path / "run.nc"))
+    shown, expected = saved._repr_html_(), run._repr_html_()
+    assert cells(shown)[1:] == cells(expected)[1:]
+    assert shown.count("<svg") == expected.count("<svg")
+    assert "time &lt; 0.3 \u2192 time &gt;= 0.3" in shown
+    with lp.display_units({"a.w": "rpm"}):
+        told = {row[0]: row for row in cells(saved._repr_html_())}
+    assert float(told["a.w"][1]) == pytest.approx(60 / (2 * np.pi), rel=1e-5)  # 1 rad/s
+    assert len(repr(saved)) < 2000
+
+
+def test_frequencies_are_shown_with_the_parameters_that_matter(system):
+    """Of undamped w^2 = c (1/J_a + 1/J_b) the relative derivatives are 1/2, -1/6 and -1/3."""
+    model = Shaft(shaft=SpringDamper(c=300.0, d=1e-9))
+    found = lp.vibration.eigen_sensitivity(lp.modes(lp.assemble(model)))
+    shown = found._repr_html_()
+    for told in ("shaft.c +0.5", "b.J -0.333", "a.J -0.167"):
+        assert told in shown
+
+
 def test_names_are_escaped():
     assert "&lt;b&gt;" in sparklines.curves(np.arange(2.0), [np.arange(2.0)], "<b>")
     ones = np.ones((2, 1))

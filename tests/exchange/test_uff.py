@@ -71,9 +71,11 @@ def test_a_run_comes_back_to_the_last_bit(tmp_path):
 
 
 @pytest.mark.parametrize("damping", [0.0, 3.0])
-def test_mode_shapes_come_back_with_frequency_and_damping(tmp_path, damping):
+@pytest.mark.parametrize("kind", [55, 2414])
+def test_mode_shapes_come_back_with_frequency_and_damping(tmp_path, damping, kind):
     modes = lp.modes(drive(damping))
-    lp.exchange.write_uff(tmp_path / "m.uff", modes, nodes={"a.phi": 1, "b.phi": 2})
+    lp.exchange.write_uff(tmp_path / "m.uff", modes, nodes={"a.phi": 1, "b.phi": 2}, shapes=kind)
+    assert {int(k) for k in pyuff.UFF(str(tmp_path / "m.uff")).get_set_types()} == {kind}
     shapes = lp.exchange.read_uff(tmp_path / "m.uff").shapes
     # stiffness and damping are in one proportion, so the shapes are those of [[1, -1], [-1, 2]]
     squares, vectors = np.linalg.eigh(STIFFNESS / J * np.array([[1.0, -1], [-1, 2]]))
@@ -85,6 +87,30 @@ def test_mode_shapes_come_back_with_frequency_and_damping(tmp_path, damping):
     error = np.abs(mac(read, vectors) - np.eye(2)).max()
     print(f"error {error:.1e}")
     assert error < 1e-9
+
+
+def test_both_data_sets_hold_the_same_shapes(tmp_path):
+    """A damper at one end only, so the amplitudes are complex."""
+    model = lp.compose(
+        a=Inertia(J=2.0), shaft=SpringDamper(c=300.0, d=4.0), b=Inertia(J=1.0),
+        wall=Fixed(), wheel=SpringDamper(c=90.0),
+        connections=lambda m: lp.chain(m.a, m.shaft, m.b, m.wheel, m.wall),
+    )  # fmt: skip
+    modes, nodes = lp.modes(lp.assemble(model)), {"a.phi": 3, "b.phi": 40}
+    read = []
+    for kind in (55, 2414):
+        lp.exchange.write_uff(tmp_path / "m.uff", modes, nodes=nodes, shapes=kind)
+        read.append(lp.exchange.read_uff(tmp_path / "m.uff").shapes)
+    assert len(read[1]) == len(modes.hertz) == 2
+    for i, (old, new) in enumerate(zip(*read, strict=True)):
+        expected = [modes.shape(name)[i] for name in nodes]
+        assert np.abs(np.imag(expected)).max() > 1e-3
+        assert new.values[:, 0] == pytest.approx(np.array(expected), rel=1e-5)
+        assert new.values == pytest.approx(old.values, rel=1e-5)
+        assert (new.nodes, new.hertz) == (old.nodes, pytest.approx(old.hertz, rel=1e-5))
+        assert new.damping == pytest.approx(old.damping, rel=1e-4)
+    with pytest.raises(OptionError, match="shapes = 58: one of 55, 2414"):
+        lp.exchange.write_uff(tmp_path / "m.uff", modes, nodes=nodes, shapes=58)
 
 
 def test_a_file_of_another_program_is_read(tmp_path):

@@ -25,8 +25,12 @@ CELLS = {
     "run": "run = lp.simulate(system, until=2.0, grid=200); run",
     "names": """
         print("shaft.tau" in run, "a.phi" in run, run[["a.w", "b.w"]].shape)
-        print([c for c in get_ipython().Completer.complete(
-            line_buffer='run["shaft.t', cursor_pos=12)[1]])
+        from IPython.core.completer import provisionalcompleter
+        for typed in ('run["shaft.t', "run[system.model.shaft.t"):
+            with provisionalcompleter():
+                found = get_ipython().Completer.completions(typed, len(typed))
+                print([completion.text for completion in found])
+        print(np.array_equal(run[system.model.shaft.tau], run["shaft.tau"]))
     """,
     "centre of mass": "print(f\"{(2 * run['a.phi'][-1] + run['b.phi'][-1]) / 3:.6f}\")",
     "units": """
@@ -42,6 +46,12 @@ CELLS = {
     "kept": """
         again = pickle.loads(pickle.dumps(run))
         print(np.array_equal(again["b.w"], run["b.w"]))
+    """,
+    "file": """
+        import os, tempfile
+        saved = lp.load(run.save(os.path.join(tempfile.mkdtemp(), "run.nc")))
+        print("shaft.tau" in saved, saved["b.w"].shape)
+        saved
     """,
     "control": """
         import control
@@ -80,15 +90,18 @@ def test_help_names_parameters_with_units(shown):
     assert "kg.m2" in printed
 
 
-@pytest.mark.parametrize("cell", ["model", "system", "run", "modes"])
+@pytest.mark.parametrize("cell", ["model", "system", "run", "modes", "file"])
 def test_results_are_shown_with_pictures(shown, cell):
     assert "<svg" in shown[cell][1]
 
 
 def test_names_are_told_and_completed(shown):
     printed = shown["names"][0]
-    assert printed.startswith("True True (201, 2)")
-    assert "shaft.tau" in printed
+    told, keys, paths, same = printed.splitlines()
+    assert told == "True True (201, 2)"
+    assert keys == "['shaft.tau']"
+    assert paths == "['tau']"
+    assert same == "True"
 
 
 def test_numbers_are_those_of_the_closed_forms(shown):
@@ -105,6 +118,7 @@ def test_plots_have_chosen_units_and_another_backend(shown):
 
 def test_results_can_be_kept(shown):
     assert shown["kept"][0].strip() == "True"
+    assert shown["file"][0].strip() == "True (201,)"
 
 
 def test_the_page_with_sliders_is_served_to_this_computer_alone_until_it_is_closed(shown):

@@ -74,7 +74,7 @@ def test_a_second_run_that_fails_leaves_the_first(two_mass, monkeypatch):
                 raise SolverError("enough")
             super().go()
 
-    monkeypatch.setattr(import_module("lumped.simulation.simulate"), "RunBySteps", Impatient)
+    monkeypatch.setattr(import_module("lumped.simulation.run_again"), "RunBySteps", Impatient)
     system = lp.assemble(two_mass)
     with pytest.raises(SolverError, match=r"certify: the second run.*enough") as e:
         lp.simulate(system, until=1.0, rtol=1e-5, method="explicit", certify=True)
@@ -256,7 +256,7 @@ def test_a_closed_form_between_events_is_compared_inside_too():
 
 def test_a_comparison_of_nothing_is_no_agreement(two_mass):
     run = lp.simulate(lp.assemble(two_mass), until=1.0, grid=[0.5])
-    spoiled = replace(run, events=(lp.simulation.Event(0.5, "shaft", "a", "b"),))
+    spoiled = replace(run, events=(lp.simulation.Event(0.5, "shaft", "condition", "a", "b"),))
     found = compared(spoiled, spoiled, ["a.w"])
     assert np.isnan(found.worst.relative)
     assert len(found.t) == 0

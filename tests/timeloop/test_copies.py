@@ -5,6 +5,7 @@ import dataclasses
 import functools
 import multiprocessing
 import pickle
+import re
 import subprocess
 import sys
 
@@ -293,6 +294,13 @@ def test_what_answers_to_names_lists_them():
         assert names[0] in one
         assert "time" in one
         assert "nothing.such" not in one
+
+
+def test_notebooks_show_all_results_that_print_a_table():
+    printed = {name: repr(one) for name, one in made().items() if name != "ExportedFMU"}
+    tables = [name for name, text in printed.items() if re.search(r"^-+  -", text, re.MULTILINE)]
+    assert len(tables) > 35
+    assert [name for name in tables if "<table" not in made()[name]._repr_html_()] == []
 
 
 def test_results_complete_their_keys_and_every_completion_is_an_answer():

@@ -1,11 +1,22 @@
 """Events: located exactly, settled together, kept in the trajectory."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 import lumped as lp
-from lumped.components import Brake, Fixed, IdealGear, Inertia, Spring, Torque
+from lumped.components import (
+    BearingFriction,
+    Brake,
+    ElastoBacklash,
+    Fixed,
+    IdealGear,
+    Inertia,
+    Spring,
+    Torque,
+)
 from lumped.components.translation import Force, Mass
 from lumped.errors import EquationError, SingularModelError, StartError
 from lumped.ops import cos, sin, where
@@ -23,7 +34,7 @@ def one(**attributes):
 
 def changes(run):
     """Events that change a mode."""
-    return [event for event in run.events if event.after]
+    return [event for event in run.events if event.kind != "time"]
 
 
 @pytest.mark.parametrize("method", ["explicit", "implicit", "taylor"])
@@ -423,3 +434,54 @@ def test_a_drive_vibrates_against_a_brake_that_holds_and_freely_once_it_lets_go(
     free = lp.modes(system, at=lp.equilibrium(system, time=2.0))
     assert free.rigid == 1
     assert free.hertz == pytest.approx([np.sqrt(150.0) / (2 * np.pi)], rel=1e-12)
+
+
+def test_functions_of_time_tell_the_pieces_before_and_after():
+    pulses = lp.ops.interpolate(lp.time, (0.0, 0.25, 1.0), (0.0, 1.0, 0.0), period=1.0)
+    kinks = lp.ops.interpolate(lp.time, (0.0, 0.4, 0.8), (0.0, 1.0, 0.0))
+
+    def equations(self):
+        yield lp.der(self.x) == where(lp.time >= 0.5, 1.0, 0.0)
+        yield lp.der(self.y) == kinks + where(lp.time > 0.5, 1.0, 0.0)
+        yield lp.der(self.z) == pulses
+
+    quantities = {name: lp.var("1", name) for name in "xyz"}
+    run = lp.simulate(lp.assemble(one(equations=equations, **quantities)), until=1.1)
+    told = [(round(e.time, 9), e.kind, e.before, e.after) for e in run.events]
+    assert told == [
+        (0.25, "time", "time >= 0 and time < 0.25", "time >= 0.25 and time < 1"),
+        (0.4, "time", "time < 0.4", "time >= 0.4"),
+        (0.5, "time", "time < 0.5, time <= 0.5", "time >= 0.5, time > 0.5"),
+        (1.0, "time", "time >= 0.25 and time < 1", "time >= 1 and time < 1.25"),
+    ]
+
+
+def test_a_play_tells_its_flanks():
+    """A body of 1 kg.m2 in a play of 0.2 rad between springs that turns at 1 rad/s: 0.1 s each."""
+    model = lp.compose(
+        body=Inertia(J=1.0, phi=0.0, w=1.0),
+        play=ElastoBacklash(c=4e4, b=0.2),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.wall, m.play, m.body),
+    )
+    run = lp.simulate(lp.assemble(model), until=0.5, rtol=1e-9)
+    contact = np.pi / 200  # half a period at 200 rad/s
+    begins = [0.1, 0.1 + contact, 0.3 + contact, 0.3 + 2 * contact]
+    words = ["in the play", "front flank", "in the play", "back flank", "in the play"]
+    assert [(e.before, e.after) for e in run.events] == [*itertools.pairwise(words)]
+    assert [e.time for e in run.events] == pytest.approx(begins, abs=1e-7)
+    assert {e.kind for e in run.events} == {"condition"}
+
+
+def test_events_of_all_kinds_survive_a_file(tmp_path):
+    model = lp.compose(
+        push=Torque(tau=where(lp.time >= 0.5, 0.0, 3.0)),
+        body=Inertia(J=1.0),
+        rub=BearingFriction(characteristic=((0.0, 1.0), (2.0, 1.0))),
+        connections=lambda m: lp.chain(m.push, m.body, m.rub),
+    )
+    run = lp.simulate(lp.assemble(model), until=2.0)
+    # 2 N.m accelerate for 0.5 s, 1 N.m brakes for a second
+    assert [(e.kind, e.after) for e in run.events] == [("time", "time >= 0.5"), ("hold", "stuck")]
+    assert run.events[-1].time == pytest.approx(1.5, abs=1e-9)
+    assert lp.load(run.save(tmp_path / "run.nc")).events == run.events

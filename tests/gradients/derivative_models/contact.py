@@ -122,7 +122,7 @@ def backlash_crossing(p):
     system = lp.assemble(model, keep=["a.phi", "body.phi"])
     of = {
         "t_contact": fun.instant("play", number=0),
-        "t_other_flank": fun.instant("play", "phi_rel - phi_rel0 > b / 2", number=0),
+        "t_other_flank": fun.instant("play", "front flank", number=0),
         "phi_1": fun.final("a.phi"),
         "phi_2": fun.final("body.phi"),
         "w_2": fun.final("body.w"),

@@ -1,13 +1,14 @@
-"""Positions that no state needs can be asked for after a run."""
+"""States that no output needs can be asked for after a run."""
 
 import pickle
+import sys
 
 import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.components import Clutch, Inertia, Spring, Torque
-from lumped.timeloop.left_out_positions import on_both_sides
+from lumped.components import Clutch, Damper, Fixed, Inertia, Spring, Torque
+from lumped.timeloop.left_out_states import on_both_sides
 
 
 class Swing(lp.Component):
@@ -98,23 +99,64 @@ def test_all_quantities_of_a_run_have_names(two_mass):
     assert all(np.isfinite(run[name]).all() for name in run)
 
 
-def test_what_outputs_exclude_stays_unknown():
-    run = lp.simulate(lp.assemble(Swing(), outputs=["a.w"]), until=0.1)
-    assert "a.phi" not in run
-    with pytest.raises(lp.errors.UnknownNameError, match=r"keep=.*a\.phi"):
-        run["a.phi"]
+class Apart(lp.Component):
+    """A brake, and apart from it an inertia under a torque that jumps from -2 to 8 N.m."""
+
+    brake: Inertia = Inertia(J=2.0, w=3.0)
+    oil: Damper = Damper(d=0.3)
+    ground: Fixed = Fixed()
+    push: Torque = Torque(tau=lp.ops.where(lp.time >= 0.5, 8.0, -2.0))
+    load: Inertia = Inertia(J=4.0, phi=0.2, w=1.0)
+
+    def connections(self):
+        yield from lp.chain(self.brake, self.oil, self.ground)
+        yield from lp.chain(self.push, self.load)
 
 
-def test_a_long_row_of_runs_forgets_the_angle_and_says_so():
+@pytest.mark.parametrize("method", ["exact", "explicit", "implicit"])
+@pytest.mark.parametrize("grid", [20, None, [0.1, 0.5, 0.9]])
+def test_what_no_output_needs_is_integrated_when_it_is_asked_for(method, grid):
+    system = lp.assemble(Apart(), outputs=["brake.w"])
+    assert system.state_names == ["brake.w"]
+    run = lp.simulate(system, until=1.0, grid=grid, rtol=1e-9, method=method)
+    t, late = run.t, np.maximum(run.t - 0.5, 0.0)
+    expected = {
+        "load.w": 1.0 - 0.5 * t + 2.5 * late,
+        "load.phi": 0.2 + t - 0.25 * t**2 + 1.25 * late**2,
+        "brake.phi": 3.0 * (1 - np.exp(-0.15 * t)) / 0.15,
+        "oil.tau": -0.9 * np.exp(-0.15 * t),
+    }
+    worst = max(np.abs(run[name] - y).max() for name, y in expected.items())
+    print(f"error {worst:.1e}")
+    assert worst < 1e-8
+    at_jump = np.flatnonzero(np.diff(t) == 0)
+    assert len(at_jump) == (0 if isinstance(grid, list) else 1)
+    np.testing.assert_allclose(run["load.a"][at_jump], -0.5)
+    np.testing.assert_allclose(run["load.a"][at_jump + 1], 2.0)
+    assert run.point(t[-1])["load.w"] == pytest.approx(expected["load.w"][-1], abs=1e-8)
+
+
+def test_every_run_of_a_long_row_knows_its_angle():
     system = lp.assemble(Swing())
-    point, found = lp.start_point(system), []
-    for _ in range(22):
-        run = lp.simulate(system, until=point.time + 0.01, start=point, grid=1)
+    point, runs = lp.start_point(system), []
+    for k in range(150):
+        run = lp.simulate(system, until=0.01 * (k + 1), start=point, grid=2, rtol=1e-9)
         point = run.point(run.t[-1])
-        found.append("a.phi" in run)
-    assert found[:20] == [True] * 20
-    with pytest.raises(lp.errors.UnknownNameError, match="keep="):
-        run["a.phi"]
+        runs.append(run)
+    copy = pickle.loads(pickle.dumps(runs[-1]))
+    branch = lp.simulate(system, until=1.7, start=runs[119].point(1.195), rtol=1e-9)
+    for run in (runs[-1], *runs[::30], copy, branch):
+        error = np.abs(run["a.phi"] - expected_angle(run.t)).max()
+        assert error < 1e-7
+
+
+def test_a_row_may_be_longer_than_python_can_call_itself():
+    system = lp.assemble(lp.compose(body=Inertia(J=1.0, w=2.0)))
+    point = lp.start_point(system)
+    for k in range(sys.getrecursionlimit() + 100):
+        run = lp.simulate(system, until=0.5 * (k + 1), start=point, grid=1, method="exact")
+        point = run.point(run.t[-1])
+    assert pickle.loads(pickle.dumps(run))["body.phi"][-1] == pytest.approx(2.0 * run.t[-1])
 
 
 def test_a_jump_stands_at_the_instant_of_the_run_that_asks():

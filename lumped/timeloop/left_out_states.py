@@ -1,4 +1,4 @@
-"""Positions that were left out of the states of a run, from a second run that has them."""
+"""States of a run that were left out, from a second run that has them."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _NEAR = 1e-5
 def with_left_out(
     system: System, x: np.ndarray, left_out: Callable[[str], np.ndarray]
 ) -> tuple[System, np.ndarray]:
-    """The system with all positions as states, and its states.
+    """The system with all its states, and their values.
 
     Parameters
     ----------
     x : ndarray, shape (points, n)
         States of the system.
     left_out : callable
-        Gives a position that was left out by its name, shape (points,).
+        Gives a state that was left out by its name, shape (points,).
     """
     whole, column = system.whole, {i: k for k, i in enumerate(system.structure.in_use)}
     columns = [
@@ -61,7 +61,7 @@ def on_both_sides(t: np.ndarray, y: np.ndarray, times: np.ndarray) -> np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class PointOfRun:
-    """Makes a point of a run again, with the positions that were left out.
+    """Makes a point of a run again, with the states that were left out.
 
     Attributes
     ----------
@@ -73,12 +73,6 @@ class PointOfRun:
 
     run: Any
     time: float
-
-    @property
-    def links(self) -> int:
-        """How many runs went on from each other up to here."""
-        links: int = self.run.links
-        return links
 
     def __call__(self, _: System) -> Any:
         """The point."""

@@ -1,0 +1,160 @@
+"""A run from a point, and how it is made again with the states that were left out."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.errors import Interrupted, SolverError, doubt
+from lumped.support.progress import Progress
+from lumped.timeloop.left_out_states import PointOfRun
+from lumped.timeloop.recorder import Recorder
+from lumped.timeloop.result import OperatingPoint, Trajectory
+from lumped.timeloop.run import Simulation
+from lumped.timeloop.run_by_steps import RunBySteps
+from lumped.timeloop.run_in_closed_form import RunInClosedForm
+
+__all__ = ["again_from", "made", "run_from"]
+
+
+def run_from(
+    point: OperatingPoint,
+    until: float,
+    rtol: float,
+    atol: float,
+    method: str,
+    max_steps: int,
+    times: np.ndarray | None,
+    both_sides: bool,
+) -> Trajectory:
+    """A run by a method that was chosen, at some times, or at its steps."""
+    with Progress(point.system.name, until - point.time) as progress:
+        output = Recorder(point.time, until, times, both_sides, progress)
+        run: RunInClosedForm | RunBySteps
+        if method == "exact":
+            run = RunInClosedForm(point, until, rtol, output)
+        else:
+            run = RunBySteps(point, until, rtol, output, atol, method, max_steps)
+        return made(run, max_steps)
+
+
+def made(run: RunInClosedForm | RunBySteps, max_steps: int) -> Trajectory:
+    """What a run computes."""
+    try:
+        run.go()
+        return run.trajectory()
+    except KeyboardInterrupt:
+        raise _interrupted(run) from None
+    except SolverError as error:
+        if isinstance(run, RunInClosedForm) or run.steps + run.rejected >= max_steps:
+            raise  # rounding and the number of steps are limits of ours, not of the drive
+        raise SolverError(doubt(run.rtol) + str(error), error.partial) from None
+
+
+def _interrupted(run: Simulation) -> Interrupted:
+    partial = run.trajectory()
+    return Interrupted(
+        f"{run.system.name}: interrupted at t = {partial.t[-1]:.6g} s; `partial` is the run.",
+        partial,
+    )
+
+
+@dataclass(eq=False, slots=True)
+class _Begun:
+    """A run that began at a point.
+
+    Attributes
+    ----------
+    point : OperatingPoint
+        Where it starts; of a run that goes on from another, without that.
+    until, rtol, atol, method, max_steps
+        Its end and options.
+    left : float
+        When it left the run from which it goes on, s.
+    whole : OperatingPoint or None
+        Where it starts, with the states that were left out, once these are known.
+    """
+
+    point: OperatingPoint
+    until: float
+    rtol: float
+    atol: float
+    method: str
+    max_steps: int
+    left: float = math.nan
+    whole: OperatingPoint | None = None
+
+    def begin_with(self, again: Callable[[System], OperatingPoint] | None) -> None:
+        """Take the states that were left out from the same point of the whole system."""
+        self.whole = replace(self.point, again=again).whole
+
+    def again(self, times: np.ndarray) -> Trajectory:
+        """The same run of the whole system, at some times."""
+        assert self.whole is not None
+        until = float(times[-1])
+        if until == self.whole.time:
+            until = self.until
+        options = self.rtol, self.atol, self.method, self.max_steps
+        return run_from(self.whole, until, *options, times, True)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Again:
+    """Makes a run again, with the states that were left out.
+
+    A run that goes on from another begins with what that one had, and so on in a row. Rows may be
+    long, so nothing here calls itself along them.
+
+    Attributes
+    ----------
+    run : _Begun
+        The run.
+    before : _Again or None
+        That from which it goes on.
+    """
+
+    run: _Begun
+    before: _Again | None
+
+    def __call__(self, times: np.ndarray) -> Trajectory:
+        row = self._row(known=True)
+        if row[0].whole is None:
+            row[0].begin_with(row[0].point.again)
+        for before, run in itertools.pairwise(row):
+            run.begin_with(PointOfRun(before.again, run.left))
+        return self.run.again(times)
+
+    def _row(self, *, known: bool) -> list[_Begun]:
+        """Runs up to this one, from the first on, or from the last whose start is known."""
+        found, link = [self.run], self.before
+        while link is not None and not (known and found[-1].whole is not None):
+            found.append(link.run)
+            link = link.before
+        return found[::-1]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _as_row, tuple(self._row(known=False))
+
+
+def _as_row(*runs: _Begun) -> _Again:
+    """The last of runs that go on from each other."""
+    found = None
+    for run in runs:
+        found = _Again(run, found)
+    assert found is not None
+    return found
+
+
+def again_from(point: OperatingPoint, *options: Any) -> _Again:
+    """Makes the run from a point again."""
+    run, came = _Begun(point, *options), point.again
+    if not isinstance(came, PointOfRun):
+        return _Again(run, None)
+    run.point, run.left = replace(point, again=None), came.time
+    return _Again(run, came.run)
