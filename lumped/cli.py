@@ -221,14 +221,16 @@ def _live(name: str, file: Path, changes: Changes) -> None:
     chosen = machine(name)
     about = chosen.ABOUT
     run = chosen.scene(about.until, parameters=changes, grid=1)
+    start = chosen.start_values(run.system, changes)
     values = zip(run.system.parameters.items(), run.theta.tolist(), strict=True)
+    changed = {name: value for (name, model), value in values if value != model}
     written = live_page(
         run.system,
         file,
         until=float(run.t[-1]),
         plots=list(about.watched.values()),
-        start=chosen.begin(run.system, changes),
-        parameters={name: value for (name, model), value in values if value != model},
+        start=chosen.begin(run.system, changes) if start is None else start,
+        parameters=None if start is None else changed,
         title=MACHINES[name],
         text=about.scene,
     )

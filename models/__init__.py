@@ -107,6 +107,11 @@ class Machine(Protocol):
     def scene(self, until: float = ..., **options: Any) -> "Trajectory":
         """The run of the report, also for error against run time; options of `lumped.simulate`."""
 
+    def start_values(
+        self, system: "System", parameters: Mapping[str, Any] | None = None
+    ) -> dict[str, float] | None:
+        """Start values of that run; None where its start must be searched for."""
+
     def begin(
         self, system: "System", parameters: Mapping[str, Any] | None = None
     ) -> "OperatingPoint":

@@ -13,8 +13,9 @@ import numpy as np
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.language.quantity import Param
-from lumped.points.start import StartForm, start_form, start_point
+from lumped.points.start import StartForm, fixed_start, start_form, start_point
 from lumped.timeloop.instants import Clock, clocks
+from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.run import nominals
 from lumped.vibration.response import needing_rates
 
@@ -66,8 +67,8 @@ class Interface:
         From `assemble`.
     inputs, outputs : iterable of names
         Parameters that become inputs, quantities that are outputs.
-    start : mapping of name to float
-        Start values to set.
+    start : mapping of name to float, or OperatingPoint
+        Start values to set, or all states.
 
     Raises
     ------
@@ -78,18 +79,26 @@ class Interface:
     """
 
     def __init__(
-        self, system: System, inputs: Iterable[Name], outputs: Iterable[Name], start: Changes
+        self,
+        system: System,
+        inputs: Iterable[Name],
+        outputs: Iterable[Name],
+        start: Changes | OperatingPoint,
     ) -> None:
         self.system = system
         self.inputs = self._inputs([system.key(name) for name in inputs])
         asked = [system.key(name) for name in outputs]
         if len(set(asked)) < len(asked) or len(set(self.inputs)) < len(self.inputs):
             raise OptionError(f"{system.name}: name each input and output once.")
-        self.point = start_point(system, start=start)
+        self.point: OperatingPoint
+        self.form: StartForm
+        if isinstance(start, OperatingPoint):
+            self.point, self.form = start, fixed_start(start)
+        else:
+            self.point, self.form = start_point(system, start=start), start_form(system, start)
         self.output_states = [n for n in asked if n in system.state_names]
         self.outputs = [n for n in asked if n not in self.output_states]
         self.output_expressions = system.expressions(self.outputs)
-        self.form: StartForm = start_form(system, start)
 
     def _inputs(self, names: list[str]) -> list[str]:
         system = self.system

@@ -19,7 +19,7 @@ from lumped.errors import OptionError
 from lumped.exchange.interface import uneven_clocks
 from lumped.explorer.sliders import Ends, Slider
 from lumped.explorer.sliders import sliders as sliders_of
-from lumped.explorer.study import Study, most_effective
+from lumped.explorer.study import Start, Study, most_effective
 from lumped.explorer.views import told_parameters, told_value
 from lumped.language.component import Component
 from lumped.live.numbers import rules, watched_numbers
@@ -33,7 +33,7 @@ from lumped.support.text_table import number
 from lumped.support.units import in_seconds
 from lumped.support.whole_files import write_text
 from lumped.timeloop.holds import hold_words
-from lumped.timeloop.result import Trajectory
+from lumped.timeloop.result import OperatingPoint, Trajectory
 
 __all__ = ["live_page"]
 
@@ -51,7 +51,7 @@ def live_page(
     sliders: Iterable[Name] | Mapping[str, Ends] | Mapping[Name, Ends] | None = None,
     plots: Iterable[Name] | None = None,
     numbers: Iterable[Collected] | Mapping[str, Collected] = (),
-    start: Changes | None = None,
+    start: Changes | OperatingPoint | None = None,
     parameters: Changes | None = None,
     title: str | None = None,
     text: str = "",
@@ -82,8 +82,9 @@ def live_page(
     numbers : functionals, or mapping of text to functional, optional
         Numbers of the run that the page shows, beside the highest and lowest values of what is
         drawn (see `lumped.functionals`).
-    start : mapping of name to float, optional
-        Start values, as for `simulate`; they do not move with the sliders.
+    start : mapping of name to float, or OperatingPoint, optional
+        Start values, as for `simulate`, or states and parameters of a point. They do not move with
+        the sliders; what follows from start values does.
     parameters : mapping of name to float, optional
         Parameters that are changed from the model at first.
     title, text : str, optional
@@ -117,21 +118,35 @@ def live_page(
         raise OptionError(f"live_page: grid = {grid}: choose 1 to {_MOST_ROWS} intervals.")
     if uneven_clocks(system):
         system = system.without_foresight()
-    theta = system.theta(parameters)
-    base = {system.key(name): float(theta[system.places([name])[0]]) for name in parameters or {}}
+    if isinstance(start, OperatingPoint):
+        if start.system is not system or start.time:
+            raise OptionError(
+                f"{system.name}: live_page: start is a point of {start.system.name} at "
+                f"{start.time:g} s; give one of this system at 0 s."
+            )
+        if parameters:
+            raise OptionError(
+                f"{system.name}: live_page: a start point brings its own parameters; give none "
+                "beside it."
+            )
+        changed = start.parameters
+    else:
+        changed = dict(parameters or {})
+    theta = system.theta(changed)
+    base = {system.key(name): float(theta[system.places([name])[0]]) for name in changed}
     names = [
         system.key(name) for name in (system.state_names[:_CURVES] if plots is None else plots)
     ]
     if not names:
         raise OptionError(f"{system.name}: live_page: name quantities to draw, with `plots`.")
     if sliders is None:
-        moved = most_effective(Study(system, base, end, start or {}, tuple(names), (), (), {}))
+        moved = most_effective(Study(system, base, end, _start_of(start), tuple(names), (), (), {}))
     else:
         moved = sliders_of(system, theta, sliders)
     wanted = watched_numbers(system, names, numbers)
     system = watching(system, wanted.values())
     watched = Watched(system, wanted, 0.0, end)
-    code = run_code(system, names, watched, start or {}, rtol)
+    code = run_code(system, names, watched, start, rtol)
     options: dict[str, Any] = {"until": end, "start": start, "rtol": rtol, "method": "steps"}
     first = simulate(system, parameters=parameters, grid=grid, **options)
     texts = _told(system, theta)
@@ -162,6 +177,11 @@ def live_page(
     path = Path(path)
     write_text(path, page)
     return path
+
+
+def _start_of(start: Changes | OperatingPoint | None) -> Start:
+    """The start as a study has it."""
+    return (lambda _: start) if isinstance(start, OperatingPoint) else start or {}
 
 
 def _parameters(system: System, theta: np.ndarray) -> list[dict[str, Any]]:

@@ -10,6 +10,7 @@ from lumped.ensembles.watched import Watched
 from lumped.exchange.c_compiler import LARGE, Linked, compiled, zig_compiler
 from lumped.exchange.c_tables import model_files
 from lumped.exchange.interface import Interface
+from lumped.timeloop.result import OperatingPoint
 
 __all__ = ["run_code"]
 
@@ -18,7 +19,11 @@ _MADE = Linked((), ("-mexec-model=reactor", "-s"), ".wasm")
 
 
 def run_code(
-    system: System, names: Sequence[str], watched: Watched, start: Changes, rtol: float
+    system: System,
+    names: Sequence[str],
+    watched: Watched,
+    start: Changes | OperatingPoint | None,
+    rtol: float,
 ) -> bytes:
     """The time loop, the functions of a system and what the page calls.
 
@@ -29,8 +34,8 @@ def run_code(
         Quantities of which the page gets curves.
     watched : Watched
         Functionals.
-    start : mapping of name to float
-        Start values.
+    start : mapping of name to float, or OperatingPoint
+        Start values, or states.
     rtol : float
         Relative tolerance.
 
@@ -42,7 +47,7 @@ def run_code(
         If it refuses the sources.
     """
     compiler = zig_compiler("wasm32-wasi", "live_page")
-    interface = Interface(system, (), names, start)
+    interface = Interface(system, (), names, {} if start is None else start)
     files, operations = model_files(interface, "", rtol, "auto", watched)
     folder = resources.files("lumped.exchange") / "c"
     for name in (*_SOURCES, "lumped.h"):

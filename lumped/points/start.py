@@ -23,6 +23,7 @@ from lumped.timeloop.settings import just_after
 __all__ = [
     "StartForm",
     "by_name",
+    "fixed_start",
     "found_start",
     "free_places",
     "point_at",
@@ -280,6 +281,15 @@ class StartForm:
     rows: list[int]
     columns: list[int]
     guesses: np.ndarray
+
+
+def fixed_start(point: OperatingPoint) -> StartForm:
+    """The states of a point, whatever the parameters are."""
+    structure = point.system.structure
+    states = ca.SX.zeros(len(structure.reduced.states))
+    states[structure.in_use] = ca.SX(ca.DM(point.x))
+    guesses = point.settings[len(point.settings) - len(structure.implicit) :]
+    return StartForm(states, ca.SX(0, 1), [], [], guesses)
 
 
 def start_form(system: System, start: Changes) -> StartForm:

@@ -192,6 +192,13 @@ def scene(until: float = 30.0, **options: Any) -> lp.Trajectory:
     return elastic_winding(until=until if np.isfinite(until) else None, **options)
 
 
+def start_values(
+    system: lp.System, parameters: Mapping[str, Any] | None = None
+) -> dict[str, float] | None:
+    """Start values of that run, which hold with changed parameters."""
+    return {}
+
+
 def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
     """Start of that run with changed parameters."""
     return lp.start_point(system, parameters=parameters)

@@ -97,6 +97,13 @@ def scene(until: float = 0.2, **options: Any) -> lp.Trajectory:
     return run_up(until, **options)
 
 
+def start_values(
+    system: lp.System, parameters: Mapping[str, Any] | None = None
+) -> dict[str, float] | None:
+    """None: the run begins from an equilibrium, which is searched for."""
+    return None
+
+
 def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
     """Start of that run with changed parameters."""
     return starting(system, parameters)

@@ -209,9 +209,16 @@ def scene(until: float = 6.0, **options: Any) -> lp.Trajectory:
     return free_run(until=until, **options)
 
 
+def start_values(
+    system: lp.System, parameters: Mapping[str, Any] | None = None
+) -> dict[str, float] | None:
+    """Start values of that run, which hold with changed parameters."""
+    return upright(PrintedShear)
+
+
 def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
     """Start of that run with changed parameters."""
-    return lp.start_point(system, parameters=parameters, start=upright(PrintedShear))
+    return lp.start_point(system, parameters=parameters, start=start_values(system))
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:

@@ -113,6 +113,13 @@ def scene(until: float = 3.0, **options: Any) -> lp.Trajectory:
     return start_up(until=until, **options)
 
 
+def start_values(
+    system: lp.System, parameters: Mapping[str, Any] | None = None
+) -> dict[str, float] | None:
+    """Start values of that run, which hold with changed parameters."""
+    return {}
+
+
 def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
     """Start of that run with changed parameters."""
     return lp.start_point(system, parameters=parameters)

@@ -266,10 +266,16 @@ def scene(
     return skidding(until=until, start=dict.fromkeys(TURNING, SPEED) | dict(start or {}), **options)
 
 
+def start_values(
+    system: lp.System, parameters: Mapping[str, Any] | None = None
+) -> dict[str, float] | None:
+    """Start values of that run, which hold with changed parameters."""
+    return dict.fromkeys(TURNING, float(SPEED)) | dict.fromkeys(SHAFTS, float(RATED))
+
+
 def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
     """Start of that run with changed parameters."""
-    rolling = dict.fromkeys(TURNING, SPEED) | dict.fromkeys(SHAFTS, RATED)
-    return lp.start_point(system, parameters=parameters, start=rolling)
+    return lp.start_point(system, parameters=parameters, start=start_values(system))
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:

@@ -252,9 +252,16 @@ def scene(until: float = 4.0, **options: Any) -> lp.Trajectory:
     return controlled(until=until, **options)
 
 
+def start_values(
+    system: lp.System, parameters: Mapping[str, Any] | None = None
+) -> dict[str, float] | None:
+    """Start values of that run: at rest, with the torque that holds the arm."""
+    return at_rest(system, parameters)
+
+
 def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
     """Start of that run with changed parameters."""
-    still = at_rest(system, parameters)
+    still = start_values(system, parameters)
     return lp.start_point(system, parameters=parameters, start=still)
 
 

@@ -74,6 +74,13 @@ def scene(until: float = 0.2, **options: Any) -> lp.Trajectory:
     return faulted(until, **options)
 
 
+def start_values(
+    system: lp.System, parameters: Mapping[str, Any] | None = None
+) -> dict[str, float] | None:
+    """None: the run begins from a steady state, which is searched for."""
+    return None
+
+
 def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
     """Start of that run; voltage of the bus, excitation and steam follow from it."""
     given = {name: value for name, value in (parameters or {}).items() if name not in FREE}

@@ -110,7 +110,7 @@ def test_pages_of_the_published_machines(name: str, browser: Browser, tmp_path: 
             first.system,
             until=float(first.t[-1]),
             grid=1000,
-            start=chosen.begin(first.system),
+            start=chosen.start_values(first.system),
             parameters=values | changed,
             method="steps",
         )
