@@ -194,9 +194,7 @@ class Terms:
         return cls(np.array(exponents, dtype=np.int64), tuple(ends))
 
 
-def _ring(
-    most: Sequence[int], norm: float, degree: int, room: int
-) -> list[tuple[int, ...]] | None:
+def _ring(most: Sequence[int], norm: float, degree: int, room: int) -> list[tuple[int, ...]] | None:
     """Products of a degree that those of lower degrees lack; None if there is no room for them."""
     found: list[tuple[int, ...]] = []
     low, high = ((degree - 1) ** norm) * (1 + 1e-12), degree**norm * (1 + 1e-12)
@@ -216,7 +214,9 @@ def _ring(
     return found
 
 
-def _shapes(active: int, norm: float, low: float, high: float, degree: int) -> list[tuple[int, ...]]:
+def _shapes(
+    active: int, norm: float, low: float, high: float, degree: int
+) -> list[tuple[int, ...]]:
     """Degrees of `active` variables, each at least one, between two sizes."""
     partial: list[tuple[tuple[int, ...], float]] = [((), 0.0)]
     for left in range(active - 1, -1, -1):
@@ -247,9 +247,7 @@ def products(families: Sequence[Family], z: Array, exponents: NDArray[np.int64])
     return _multiplied([p for p, _ in tables], exponents, len(z))
 
 
-def slopes_of_products(
-    families: Sequence[Family], z: Array, exponents: NDArray[np.int64]
-) -> Array:
+def slopes_of_products(families: Sequence[Family], z: Array, exponents: NDArray[np.int64]) -> Array:
     """Derivatives of products by each variable, shape (d, P, n)."""
     tables = _tables(families, z, exponents)
     found = np.zeros((len(families), len(exponents), len(z)))
