@@ -1,2 +1,3 @@
-from lumped.tolerances.scene import Scene as Scene
-from lumped.tolerances.scene import scene_of as scene_of
+from lumped.tolerances.scatter import Scatter as Scatter
+from lumped.tolerances.scatter import scatter as scatter
+from lumped.tolerances.spread import Spread as Spread

@@ -49,6 +49,8 @@ class Scene:
     ----------
     names : tuple of str
         Parameters that scatter, d of them.
+    marginals : Marginals
+        Their distributions, and how they depend on each other.
     labels, units : tuple of str
         Functionals as printed and their units, k of each.
     failures : dict of int to str
@@ -68,15 +70,15 @@ class Scene:
         self.labels, self.units = evaluated.labels, evaluated.units
         self.failures: Failures = {}
         self._over, self._parameters = over, parameters
-        self._marginals, self._evaluated = marginals, evaluated
+        self.marginals, self._evaluated = marginals, evaluated
 
     def physical(self, u: Array) -> Array:
         """Parameters in SI units for independent standard normal numbers, both of shape (n, d)."""
-        return self._marginals.values(np.asarray(u, dtype=float))[0]
+        return self.marginals.values(np.asarray(u, dtype=float))[0]
 
     def physical_slopes(self, u: Array) -> Array:
         """Their derivatives, shape (n, d, d): of parameter i by number j."""
-        return self._marginals.values(np.asarray(u, dtype=float))[1]
+        return self.marginals.values(np.asarray(u, dtype=float))[1]
 
     def draw(self, n: int, seed: int = 0, sampling: Sampling = "random") -> Array:
         """Parameters that `ensemble` draws, shape (n, d).
@@ -124,7 +126,11 @@ class Scene:
         SolverError
             If the run passes what has no second derivative.
         """
-        return self._evaluated.curvatures(self._rows(np.reshape(x, (1, -1)))[0])
+        return np.array([self.curvature(x, k) for k in range(len(self.labels))])
+
+    def curvature(self, x: Array, k: int) -> Array:
+        """The same of functional k alone, shape (d, d)."""
+        return self._evaluated.curvature(self._rows(np.reshape(x, (1, -1)))[0], k)
 
     def _rows(self, x: Array) -> Array:
         found = np.ascontiguousarray(x, dtype=float)
