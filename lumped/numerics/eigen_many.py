@@ -66,12 +66,12 @@ def vectors_of_many(blocks: Real, values: Complex) -> tuple[Complex, Complex]:
     """
     n, m, _ = blocks.shape
     shifted = blocks - (values * (1 + _BESIDE))[:, None, None] * np.eye(m)
-    begin = 2.0 + np.random.default_rng(0).standard_normal(m)
-    sides = []
+    begin: Real = 2.0 + np.random.default_rng(0).standard_normal(m)
+    sides: list[Complex] = []
     for matrix in (shifted, np.conj(np.swapaxes(shifted, 1, 2))):
-        vector: Complex = np.tile(begin, (n, 1)).astype(complex)
+        vector = np.tile(begin.astype(complex), (n, 1))
         for _ in range(_TURNS):
-            vector = np.linalg.solve(matrix, vector[..., None])[..., 0]
+            vector = np.asarray(np.linalg.solve(matrix, vector[..., None])[..., 0], dtype=complex)
             vector /= np.linalg.norm(vector, axis=1, keepdims=True)
         sides.append(vector)
     right, left = sides

@@ -20,7 +20,7 @@ from lumped.support.display_units import Units, chosen, display
 from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
-from lumped.tolerances.by_derivatives import ExpandedSpread, expanded
+from lumped.tolerances.by_derivatives import by_derivatives
 from lumped.tolerances.evaluated import Array, Failures
 from lumped.tolerances.intervals import Quantile
 from lumped.tolerances.scene import Scattered, Scene, scene_of
@@ -169,7 +169,7 @@ class Scatter(ByName, RichHtml):
         lines.append("quantiles with intervals of 95 %; share of the variance by each alone:")
         for label, own in self.spreads.items():
             most = [f"{name} {share:.3f}" for name, share in own.ranking[:_MOST]]
-            lines.append(f"{label}: {', '.join(most)}{_trust(own)}")
+            lines.append("; ".join([f"{label}: {', '.join(most)}", *filter(None, [own.trust()])]))
             if own.missing is not None and own.missing.value:
                 value, low, high = (f"{100 * part:.3g}" for part in own.missing)
                 lines.append(f"{label}: no value in {value} % ({low} to {high}) of the runs")
@@ -199,14 +199,6 @@ def _told(label: str, unit: str, found: Quantile | None) -> str:
     low = "-" if np.isinf(found.low) else low
     high = "-" if np.isinf(found.high) else high
     return f"{value} ({low} to {high})"
-
-
-def _trust(own: Spread) -> str:
-    if not isinstance(own, ExpandedSpread):
-        return ""
-    order = "second order" if own.order == 2 else "first order"
-    verdict = "to be trusted" if own.is_trusted else "not to be trusted, take method='samples'"
-    return f"; {order}, misses {100 * own.error:.2g} % of the deviation: {verdict}"
 
 
 @checked
@@ -268,11 +260,6 @@ def scatter(
         If a distribution is out of the range of its parameter.
     SolverError
         If no run comes to its end, or there are no derivatives at the mean; it says why.
-
-    Notes
-    -----
-    E. A. Cornish, R. A. Fisher: Moments and cumulants in the specification of distributions. Revue
-    de l'Institut International de Statistique 5 (1938) 307-320.
     """
     begun = clock.perf_counter()
     wanted: Any = of if isinstance(of, Mapping | Iterable) else [of]
@@ -292,7 +279,7 @@ def scatter(
             raise OptionError("scatter: sampling is for samples; derivatives need none.")
         if count < 2:
             raise OptionError(f"scatter: runs = {count}: two at least check derivatives.")
-        found = expanded(scene, count, seed)
+        found = by_derivatives(scene, count, seed)
         spreads: dict[str, Spread] = {**found.spreads}
         points, values, failures = found.points, found.values, found.failures
         notes = found.notes
