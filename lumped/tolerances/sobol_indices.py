@@ -112,7 +112,7 @@ def sobol_indices(
     Parameters
     ----------
     what, over, of, until, parameters, start, rtol, workers
-        As for `lumped.tolerances.scene_of`; parameters that are independent.
+        As for `lumped.scatter`; parameters that are independent.
     pairs : int
         At least 16, best a power of two.
     seed : int
