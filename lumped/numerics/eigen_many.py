@@ -66,10 +66,11 @@ def vectors_of_many(blocks: Real, values: Complex) -> tuple[Complex, Complex]:
     """
     n, m, _ = blocks.shape
     shifted = blocks - (values * (1 + _BESIDE))[:, None, None] * np.eye(m)
-    begin: Real = 2.0 + np.random.default_rng(0).standard_normal(m)
+    begin = np.random.default_rng(0).standard_normal(m)
+    begin += 2.0  # no vector of a mode is at right angles to it
     sides: list[Complex] = []
     for matrix in (shifted, np.conj(np.swapaxes(shifted, 1, 2))):
-        vector = np.tile(begin.astype(complex), (n, 1))
+        vector: Complex = np.tile(begin + 0j, (n, 1))
         for _ in range(_TURNS):
             vector = np.asarray(np.linalg.solve(matrix, vector[..., None])[..., 0], dtype=complex)
             vector /= np.linalg.norm(vector, axis=1, keepdims=True)

@@ -13,7 +13,7 @@ from lumped.ensembles.variants import Sampling
 from lumped.errors import OptionError, SolverError, shown
 from lumped.tolerances.evaluated import Array, Failures
 from lumped.tolerances.expansion import LEAST, Expansion, fit
-from lumped.tolerances.intervals import Quantile, Share, share_of
+from lumped.tolerances.intervals import CONFIDENCE, Quantile, Share, quantile_of, share_of
 from lumped.tolerances.polynomials import NORMAL, Family, family_of, standard_normal
 from lumped.tolerances.scene import Scene
 from lumped.tolerances.shares import correlated, refuse_correlated
@@ -25,8 +25,8 @@ _POINTS = 2**16
 """Points at which polynomials are evaluated for quantiles."""
 _TRUSTED = 0.9
 """Share of the variance that must be predicted for polynomials to be believed."""
-_WIDTH = 1.96
-"""Half of an interval of 95 %, in standard errors."""
+_WIDTH = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
+"""Standard errors in half an interval."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,17 +119,19 @@ class PolynomialSpread(Spread):
         return _WIDTH * self.expansion.error_near(self._ground.z, self._values, level)
 
     def _quantile(self, q: float) -> Quantile:
-        value = float(np.quantile(self._ascending, q))
-        off = self._off(value)
-        return Quantile(value, value - off, value + off)
+        found = quantile_of(self._ascending, q)
+        off = self._off(found.value)
+        return Quantile(found.value, found.low - off, found.high + off)
 
     def _share(self, limit: float, above: bool) -> Share:
         off = self._off(limit) * (1 if above else -1)
-        found = (
-            float((self._ascending > end if above else self._ascending < end).mean())
+        value, least, most = (
+            share_of(
+                int((self._ascending > end if above else self._ascending < end).sum()), _POINTS
+            )
             for end in (limit, limit + off, limit - off)
         )
-        return Share(*found)
+        return Share(value.value, least.low, most.high)
 
     def sample(self) -> Array:
         """Values of the polynomials at many points, with what they leave, ascending."""

@@ -243,8 +243,10 @@ def scatter(
         How.
     runs : int, optional
         Number of runs; default is 1000 samples, 64 to check derivatives, or 200 for polynomials.
-    seed, sampling
-        Of the runs, as for `ensemble`; default is random samples, and Sobol points for polynomials.
+    seed : int
+        Of the runs, as for `ensemble`.
+    sampling : {"random", "latin", "sobol", "halton"}, optional
+        Of samples and chaos, as for `ensemble`; default is "random", for chaos "sobol".
     gradients : bool
         Whether polynomials are fitted to the gradients of the runs too. A gradient counts as many
         values as there are parameters. For a small drive it takes longer than as many runs
@@ -291,7 +293,7 @@ def scatter(
         notes = fitted.notes
     elif method == "derivatives":
         if sampling is not None:
-            raise OptionError("scatter: sampling is for samples; derivatives need none.")
+            raise OptionError("scatter: sampling is for samples and chaos; derivatives need none.")
         if count < 2:
             raise OptionError(f"scatter: runs = {count}: two at least check derivatives.")
         found = by_derivatives(scene, count, seed)
