@@ -17,7 +17,7 @@ from lumped.tolerances.intervals import CONFIDENCE, Quantile, Share, quantile_of
 from lumped.tolerances.polynomials import NORMAL, Family, family_of, standard_normal
 from lumped.tolerances.scene import Scene
 from lumped.tolerances.shares import correlated, refuse_correlated
-from lumped.tolerances.spread import Spread, explained, ranked_shares
+from lumped.tolerances.spread import Spread, explained, ranked_shares, skewness_of
 
 __all__ = ["ByChaos", "PolynomialSpread", "by_chaos"]
 
@@ -38,13 +38,13 @@ class _Ground:
     scene : Scene
     families : tuple of Family
         Of each parameter.
-    u, z : ndarray, shape (m, d)
-        Many points: standard normal numbers, and variables of the polynomials.
+    x, z : ndarray, shape (m, d)
+        Many points: parameters, and variables of the polynomials.
     """
 
     scene: Scene
     families: tuple[Family, ...]
-    u: Array
+    x: Array
     z: Array
 
 
@@ -71,20 +71,19 @@ class PolynomialSpread(Spread):
     def __init__(
         self, ground: _Ground, label: str, unit: str, expansion: Expansion, missing: Share
     ) -> None:
+        residuals = np.random.default_rng(0).choice(expansion.residuals, _POINTS)
+        self._plain = expansion.values(ground.z)
+        names, found = ground.scene.names, self._plain + residuals
+        super().__init__(names, ground.x, found)
         self.label, self.unit, self.missing, self.expansion = label, unit, missing, expansion
         self._ground = ground
         self.predicted, self.is_trusted = expansion.q2, expansion.q2 >= _TRUSTED
         self.mean, self.std = expansion.mean, float(np.sqrt(expansion.variance))
         self.mean_error, self.std_error = expansion.standard_errors
-        self._values = expansion.values(ground.z)
-        found = self._values + np.random.default_rng(0).choice(expansion.residuals, _POINTS)
-        self.skewness = float(scipy.stats.skew(found)) if self.std > 0 else np.nan
-        self._ascending = np.sort(found)
-        self._first, self._total = expansion.shares()
-        names, shares = ground.scene.names, self._first
+        self.skewness = skewness_of(found)
+        shares, self._total = expansion.shares()
         if correlated(ground.scene).any():
-            x = ground.scene.physical(ground.u)
-            shares = np.array([explained(column, found) for column in x.T])
+            shares = np.array([explained(column, found) for column in ground.x.T])
         self.ranking = ranked_shares(names, shares)
 
     @property
@@ -116,7 +115,7 @@ class PolynomialSpread(Spread):
         return self.expansion.values(_variables(self._ground.scene, self._ground.families, u))
 
     def _off(self, level: float) -> float:
-        return _WIDTH * self.expansion.error_near(self._ground.z, self._values, level)
+        return _WIDTH * self.expansion.error_near(self._ground.z, self._plain, level)
 
     def _quantile(self, q: float) -> Quantile:
         found = quantile_of(self._ascending, q)
@@ -132,10 +131,6 @@ class PolynomialSpread(Spread):
             for end in (limit, limit + off, limit - off)
         )
         return Share(value.value, least.low, most.high)
-
-    def sample(self) -> Array:
-        """Values of the polynomials at many points, with what they leave, ascending."""
-        return self._ascending
 
     def trust(self) -> str:
         """How far the polynomials hold, in words."""
@@ -215,7 +210,7 @@ def by_chaos(
         values = scene.values(x)
     failures = dict(scene.failures)
     many = scene.scores(_POINTS, seed, "sobol")
-    ground = _Ground(scene, families, many, _variables(scene, families, many))
+    ground = _Ground(scene, families, scene.physical(many), _variables(scene, families, many))
     spreads = {}
     for k, (label, unit) in enumerate(zip(scene.labels, scene.units, strict=True)):
         there = np.isfinite(values[:, k])
