@@ -252,7 +252,9 @@ def scene_of(
         marginals = marginals_of(what, over, parameters=parameters, analysis=analysis)
         end = in_seconds(until, "until")
         check_options(0.0, end, rtol, None, "steps", 1)
-        runs = OfRuns(what, marginals.names, wanted, end, parameters, start, rtol, workers)
+        runs = OfRuns(
+            what, marginals.names, wanted, end, parameters, start, rtol, workers, analysis
+        )
         return Scene(what, over, marginals, runs, parameters, analysis)
     if (until, parameters, start) != (None, None, None):
         raise OptionError(
