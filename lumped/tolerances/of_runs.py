@@ -76,7 +76,8 @@ class OfRuns:
             if not isinstance(wanted, Functional):
                 raise OptionError(
                     f"{self._analysis}: {label} has no derivative: numbers of events jump, and a "
-                    "swing has two extremes. Take method='samples', or functionals.highest and lowest."
+                    "swing has two extremes. Take method='samples', or functionals.highest and "
+                    "lowest."
                 )
         shape = len(x), len(self._of)
         try:

@@ -267,6 +267,11 @@ def scene_of(
     found: Evaluated
     if isinstance(what, Modes):
         what.refuse_mean(analysis)
+        if what.near is not None:
+            raise OptionError(
+                f"{analysis}: of other designs other modes may be near {what.near:g} Hz; give all "
+                "modes, lumped.modes(system)."
+            )
         _refuse_other(wanted, Modal, "modes", analysis)
         found = OfModes(what, marginals.names, wanted, analysis)
     else:
