@@ -282,7 +282,7 @@ class _Rows:
         weights = np.full(len(self.right), np.sqrt(_FIRST))
         weights[0] = 1.0
         found = self._nested(weights)
-        if self.slopes is None or not found:
+        if self.slopes is None:
             return found
         best = min(found, key=lambda one: one.bound)
         sizes = np.sqrt(np.mean(best.left_out**2, axis=1)) / weights
