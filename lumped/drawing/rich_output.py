@@ -26,6 +26,7 @@ from lumped.points.equilibrium_sensitivity import EquilibriumSensitivity
 from lumped.support.display_units import time_unit
 from lumped.timeloop.result import Trajectory
 from lumped.timeloop.result_files import Saved
+from lumped.tolerances.scatter import Scatter
 from lumped.vibration.eigen_sensitivity import EigenSensitivity
 from lumped.vibration.holzer import Holzer
 from lumped.vibration.limits import Verdict
@@ -143,6 +144,11 @@ def _(modes: Modes) -> Column:
 @_column.register
 def _(found: Ensemble) -> Column:
     return "spread", [sparklines.spread(found[label]) for label in found.labels]
+
+
+@_column.register
+def _(found: Scatter) -> Column:
+    return "spread", [sparklines.spread(own.sample()) for own in found.spreads.values()]
 
 
 @_column.register

@@ -13,12 +13,21 @@ import scipy
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.ensembles.distributions import Correlated, Paired
-from lumped.ensembles.laws import Array, Law, Parameter, distribution_of, is_distribution
+from lumped.ensembles.laws import Array, Law, Parameter
+from lumped.ensembles.other_laws import distribution_of, is_distribution
 from lumped.errors import OptionError, ParameterError, shown
 from lumped.language.quantity import Param
 from lumped.support.units import amount, has_unit
 
-__all__ = ["Over", "ParameterSets", "Sampling", "variants_of"]
+__all__ = [
+    "Marginals",
+    "Over",
+    "ParameterSets",
+    "Sampling",
+    "marginals_of",
+    "probabilities",
+    "variants_of",
+]
 
 if TYPE_CHECKING:
     Over = Mapping[Name, Any] | Iterable[Mapping[Name, Any]] | Paired | Correlated
@@ -55,6 +64,64 @@ class ParameterSets:
     names: tuple[str, ...]
     values: Array
     shape: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Marginals:
+    """Distributions of parameters in numbers, and how they depend on each other.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the d parameters.
+    laws : tuple of Law
+        Of each.
+    mixing : ndarray, shape (d, d)
+        Dependent standard normal variables from independent ones.
+    """
+
+    names: tuple[str, ...]
+    laws: tuple[Law, ...]
+    mixing: Array
+
+    def values(self, u: Array) -> tuple[Array, Array]:
+        """Parameters for independent standard normal numbers, and their derivatives by these.
+
+        Parameters
+        ----------
+        u : ndarray, shape (n, d)
+
+        Returns
+        -------
+        ndarray, shapes (n, d) and (n, d, d)
+        """
+        mixed = u @ self.mixing.T
+        pairs = [law.at_score(mixed[:, j]) for j, law in enumerate(self.laws)]
+        values = np.column_stack([value for value, _ in pairs])
+        slopes = np.column_stack([slope for _, slope in pairs])
+        return values, slopes[:, :, None] * self.mixing
+
+
+def marginals_of(
+    system: System, over: Over, *, parameters: Changes | None = None, analysis: str
+) -> Marginals:
+    """Distributions of what varies, checked as `variants_of` does.
+
+    Raises
+    ------
+    OptionError
+        If `over` has no distribution of each parameter.
+    """
+    asked = _Asked(system, parameters or {}, analysis)
+    given: Any = over.distributions if isinstance(over, Correlated) else over
+    if not (isinstance(given, Mapping) and given and asked.is_drawn(given)):
+        asked.refuse(
+            f"over = {shown(over)}: a distribution of each parameter is needed, such as "
+            "{'shaft.c': lumped.normal(100.0, 5.0)}."
+        )
+    laws = asked.laws(given)
+    mixing = over.mixing if isinstance(over, Correlated) else np.eye(len(laws))
+    return Marginals(tuple(system.key(name) for name in given), tuple(laws), mixing)
 
 
 def variants_of(
@@ -114,7 +181,7 @@ def variants_of(
     if isinstance(over, Correlated) or (isinstance(over, Mapping) and asked.is_drawn(over)):
         given = over.distributions if isinstance(over, Correlated) else over
         laws = asked.laws(given)
-        u = asked.probabilities(runs, len(laws), seed, sampling)
+        u = probabilities(runs, len(laws), seed, sampling, analysis)
         if isinstance(over, Correlated):
             u = over.coupled(u)
         columns = [law.quantile(u[:, j]) for j, law in enumerate(laws)]
@@ -278,29 +345,38 @@ class _Asked:
         self.refuse_values(faults, _ADVICE)
         return laws
 
-    def probabilities(self, runs: int | None, count: int, seed: int, sampling: str) -> Array:
-        """Random numbers between zero and one, both excluded, shape (runs, count)."""
-        if not isinstance(runs, int | np.integer) or isinstance(runs, bool) or runs < 1:
-            self.refuse(
-                f"runs = {shown(runs)}: how many runs to draw is needed, such as runs=1000."
-            )
-        if not isinstance(seed, int | np.integer) or isinstance(seed, bool) or seed < 0:
-            self.refuse(f"seed = {shown(seed)}: a whole number is needed, zero or more.")
-        if sampling not in get_args(Sampling):
-            known = ", ".join(map(repr, get_args(Sampling)))
-            self.refuse(f"sampling = {shown(sampling)}: one of {known} is needed.")
-        random = np.random.default_rng(seed)
-        if sampling == "random" or not count:
-            u = random.random((runs, count))
+
+def probabilities(runs: int | None, count: int, seed: int, sampling: str, analysis: str) -> Array:
+    """Random numbers between zero and one, both excluded, shape (runs, count).
+
+    Raises
+    ------
+    OptionError
+        If an option makes no sense; the text begins with `analysis`.
+    """
+    if not isinstance(runs, int | np.integer) or isinstance(runs, bool) or runs < 1:
+        raise OptionError(
+            f"{analysis}: runs = {shown(runs)}: how many runs to draw is needed, such as runs=1000."
+        )
+    if not isinstance(seed, int | np.integer) or isinstance(seed, bool) or seed < 0:
+        raise OptionError(
+            f"{analysis}: seed = {shown(seed)}: a whole number is needed, zero or more."
+        )
+    if sampling not in get_args(Sampling):
+        known = ", ".join(map(repr, get_args(Sampling)))
+        raise OptionError(f"{analysis}: sampling = {shown(sampling)}: one of {known} is needed.")
+    random = np.random.default_rng(seed)
+    if sampling == "random" or not count:
+        u = random.random((runs, count))
+    else:
+        engine = getattr(scipy.stats.qmc, _ENGINES[sampling])
+        named = "rng" if "rng" in inspect.signature(engine).parameters else "seed"
+        points = engine(count, **{named: random})
+        if sampling == "sobol":  # asked for another number, it warns
+            u = points.random_base2(int(runs - 1).bit_length())[:runs]
         else:
-            engine = getattr(scipy.stats.qmc, _ENGINES[sampling])
-            named = "rng" if "rng" in inspect.signature(engine).parameters else "seed"
-            points = engine(count, **{named: random})
-            if sampling == "sobol":  # asked for another number, it warns
-                u = points.random_base2(int(runs - 1).bit_length())[:runs]
-            else:
-                u = points.random(runs)
-        return np.clip(u, _STEPS.get(sampling, 2.0**-53) / 2, 1 - 2.0**-53)
+            u = points.random(runs)
+    return np.clip(u, _STEPS.get(sampling, 2.0**-53) / 2, 1 - 2.0**-53)
 
 
 def _flat(values: Any) -> Column:

@@ -131,9 +131,9 @@ def live_page(
             )
         changed = start.parameters
     else:
-        changed = dict(parameters or {})
+        changed = {system.key(name): value for name, value in (parameters or {}).items()}
     theta = system.theta(changed)
-    base = {system.key(name): float(theta[system.places([name])[0]]) for name in changed}
+    base = {name: float(theta[system.places([name])[0]]) for name in changed}
     names = [
         system.key(name) for name in (system.state_names[:_CURVES] if plots is None else plots)
     ]

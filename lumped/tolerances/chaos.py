@@ -1,0 +1,254 @@
+"""Scatter by polynomials of the parameters that are fitted to a few runs and their gradients."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from lumped.ensembles.variants import Sampling
+from lumped.errors import OptionError, SolverError, shown
+from lumped.tolerances.evaluated import Array, Failures
+from lumped.tolerances.expansion import LEAST, Expansion, fit
+from lumped.tolerances.intervals import CONFIDENCE, Quantile, Share, quantile_of, share_of
+from lumped.tolerances.polynomials import NORMAL, Family, family_of, standard_normal
+from lumped.tolerances.scene import Scene
+from lumped.tolerances.shares import correlated, refuse_correlated
+from lumped.tolerances.spread import Spread, explained, ranked_shares, skewness_of
+
+__all__ = ["ByChaos", "PolynomialSpread", "by_chaos"]
+
+_POINTS = 2**16
+"""Points at which polynomials are evaluated for quantiles."""
+_TRUSTED = 0.9
+"""Share of the variance that must be predicted for polynomials to be believed."""
+_WIDTH = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
+"""Standard errors in half an interval."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Ground:
+    """What the polynomials of all functionals of a scene share.
+
+    Attributes
+    ----------
+    scene : Scene
+    families : tuple of Family
+        Of each parameter.
+    x, z : ndarray, shape (m, d)
+        Many points: parameters, and variables of the polynomials.
+    """
+
+    scene: Scene
+    families: tuple[Family, ...]
+    x: Array
+    z: Array
+
+
+class PolynomialSpread(Spread):
+    """From polynomials of the parameters.
+
+    Mean and deviation follow from the coefficients, and what the polynomials leave is added to the
+    variance. Quantiles and shares are those of a large sample of the polynomials, to which
+    residuals of runs with values nearby are added. Intervals follow from leaving out each run. They
+    know nothing of what no run met: with a probability of 5 %, n runs miss what concerns 3 / n of
+    all.
+
+    Attributes
+    ----------
+    expansion : Expansion
+        The polynomials.
+    predicted : float
+        Share of the variance that is predicted for runs by fits without them, often called Q2.
+    mean_error, std_error : float
+        Standard errors of the mean and of the deviation.
+    is_trusted : bool
+        Whether at least nine tenths of the variance are predicted.
+    """
+
+    def __init__(
+        self, ground: _Ground, label: str, unit: str, expansion: Expansion, missing: Share
+    ) -> None:
+        self._plain = expansion.values(ground.z)
+        found = expansion.completed(self._plain, np.random.default_rng(0))
+        names = ground.scene.names
+        super().__init__(names, ground.x, found)
+        self.label, self.unit, self.missing, self.expansion = label, unit, missing, expansion
+        self._ground = ground
+        self.predicted, self.is_trusted = expansion.q2, expansion.q2 >= _TRUSTED
+        self.mean, self.std = expansion.mean, float(np.sqrt(expansion.variance))
+        self.mean_error, self.std_error = expansion.standard_errors
+        self.skewness = skewness_of(found)
+        shares, self._total = expansion.shares()
+        if correlated(ground.scene).any():
+            shares = np.array([explained(column, found) for column in ground.x.T])
+        self.ranking = ranked_shares(names, shares)
+
+    @property
+    def total(self) -> tuple[tuple[str, float], ...]:
+        """Parameters and the share of the variance in which each has a part, the largest first.
+
+        With `ranking`, the share of each alone, these are Sobol's indices.
+
+        Raises
+        ------
+        OptionError
+            If parameters are correlated, so that these shares do not exist.
+        """
+        refuse_correlated(self._ground.scene)
+        return ranked_shares(self._ground.scene.names, self._total)
+
+    def at(self, u: Array) -> Array:
+        """The polynomials at points.
+
+        Parameters
+        ----------
+        u : ndarray, shape (n, d)
+            Independent standard normal numbers for the parameters (see `Scene.physical`).
+
+        Returns
+        -------
+        ndarray, shape (n,)
+        """
+        return self.expansion.values(_variables(self._ground.scene, self._ground.families, u))
+
+    def _off(self, level: float) -> float:
+        return _WIDTH * self.expansion.error_near(self._ground.z, self._plain, level)
+
+    def _quantile(self, q: float) -> Quantile:
+        found = quantile_of(self._ascending, q)
+        off = self._off(found.value)
+        return Quantile(found.value, found.low - off, found.high + off)
+
+    def _share(self, limit: float, above: bool) -> Share:
+        off = self._off(limit) * (1 if above else -1)
+        value, least, most = (
+            share_of(
+                int((self._ascending > end if above else self._ascending < end).sum()), _POINTS
+            )
+            for end in (limit, limit + off, limit - off)
+        )
+        return Share(value.value, least.low, most.high)
+
+    def trust(self) -> str:
+        """How far the polynomials hold, in words."""
+        kind = "values and gradients" if self.expansion.with_slopes else "values"
+        verdict = (
+            "to be trusted"
+            if self.is_trusted
+            else "not to be trusted, since it jumps or has kinks over these ranges or the runs are "
+            "too few; take more, or method='samples'"
+        )
+        return (
+            f"degree {self.expansion.degree} from {kind}, predicts "
+            f"{100 * max(self.predicted, 0.0):.4g} % of the variance of runs left out: {verdict}"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class ByChaos:
+    """What polynomials gave.
+
+    Attributes
+    ----------
+    spreads : dict of str to PolynomialSpread
+    points, values : ndarray, shapes (n, d) and (n, k)
+        Runs to which they were fitted.
+    failures : dict of int to str
+        Why runs failed.
+    notes : tuple of str
+        What runs that failed mean.
+    """
+
+    spreads: dict[str, PolynomialSpread]
+    points: Array
+    values: Array
+    failures: Failures
+    notes: tuple[str, ...]
+
+
+def by_chaos(
+    scene: Scene, runs: int, seed: int, sampling: Sampling, *, gradients: bool = True
+) -> ByChaos:
+    """Fit polynomials of the parameters to runs, for functionals that are smooth in them.
+
+    Parameters
+    ----------
+    scene : Scene
+    runs : int
+        At least 10.
+    seed, sampling
+        How their parameters are drawn.
+    gradients : bool
+        Whether each run also gives its derivatives.
+
+    Raises
+    ------
+    OptionError
+        If there are fewer than 10 runs, or a functional has no derivatives.
+    SolverError
+        If fewer than 10 runs have a value.
+    """
+    if not runs >= LEAST:
+        raise OptionError(f"{scene.analysis}: runs = {shown(runs)}: at least {LEAST} are needed.")
+    grid = scene.physical(np.tile(standard_normal()[:, None], len(scene.names)))
+    families = tuple(
+        NORMAL if is_one else family_of(grid[:, j]) for j, is_one in enumerate(correlated(scene))
+    )
+    u = scene.scores(runs, seed, sampling)
+    x, z = scene.physical(u), _variables(scene, families, u)
+    slopes: NDArray[np.float64] | None = None
+    if gradients:
+        try:
+            values, slopes = scene.slopes(x)
+        except OptionError as error:
+            raise OptionError(f"{error} Or fit polynomials to values, gradients=False.") from None
+        slopes = slopes @ _moved(scene, families, u)
+    else:
+        values = scene.values(x)
+    failures = dict(scene.failures)
+    many = scene.scores(_POINTS, seed, "sobol")
+    ground = _Ground(scene, families, scene.physical(many), _variables(scene, families, many))
+    spreads = {}
+    for k, (label, unit) in enumerate(zip(scene.labels, scene.units, strict=True)):
+        there = np.isfinite(values[:, k])
+        count = int(there.sum())
+        if count < LEAST:
+            run, reason = next(iter(failures.items()), (0, "it is no number."))
+            raise SolverError(
+                f"{scene.analysis}: {count} of {runs} runs have {label}; polynomials need {LEAST}. "
+                f"Run {run}: {reason}",
+                None,
+            )
+        own = None if slopes is None else slopes[there, k]
+        found = fit(families, z[there], values[there, k], own)
+        missing = share_of(runs - count, runs)
+        spreads[label] = PolynomialSpread(ground, label, unit, found, missing)
+    notes: tuple[str, ...] = ()
+    if failures:
+        notes = (
+            f"{len(failures)} of {runs} runs have no value; there the polynomials go on from the "
+            "others. method='samples' leaves out what has no value.",
+        )
+    return ByChaos(spreads, x, values, failures, notes)
+
+
+def _variables(scene: Scene, families: Sequence[Family], u: Array) -> Array:
+    """Variables of the polynomials for standard normal numbers, shape (n, d)."""
+    x, z = scene.physical(u), np.array(u, dtype=float)
+    for j, family in enumerate(families):
+        if family.bounded:
+            z[:, j] = (x[:, j] - family.mean) / family.deviation
+    return z
+
+
+def _moved(scene: Scene, families: Sequence[Family], u: Array) -> Array:
+    """Derivatives of the parameters by the variables of the polynomials, shape (n, d, d)."""
+    found = np.array(scene.physical_slopes(u))
+    for j, family in enumerate(families):
+        if family.bounded:
+            found[:, j, j] = family.deviation
+    return found

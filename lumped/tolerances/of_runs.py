@@ -1,0 +1,109 @@
+"""Functionals of runs at many values of parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from lumped.compiler.system import Changes, System
+from lumped.ensembles.collected_runs import RunsAt
+from lumped.ensembles.run_records import RunOptions
+from lumped.ensembles.watched import Collected
+from lumped.errors import LumpedError, OptionError, UnknownNameError
+from lumped.gradients.gradient_ensemble import gradients_at
+from lumped.gradients.hessian import hessian
+from lumped.simulation.functional_kinds import Functional
+from lumped.tolerances.evaluated import Array, Failures
+
+__all__ = ["OfRuns"]
+
+
+class OfRuns:
+    """Functionals of runs, in the time loop and on all cores (see `Evaluated`).
+
+    Parameters
+    ----------
+    system : System
+    names : tuple of str
+        What varies.
+    of : mapping of str to functional
+    until : float
+        End of each run, s.
+    parameters, start : mapping of name to float or None
+        As for `ensemble`.
+    rtol : float
+    workers : int or None
+    analysis : str
+        With which errors begin.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        names: tuple[str, ...],
+        of: Mapping[str, Collected],
+        until: float,
+        parameters: Changes | None,
+        start: Changes | None,
+        rtol: float,
+        workers: int | None,
+        analysis: str,
+    ) -> None:
+        self._system, self._names, self._of = system, names, dict(of)
+        self._parameters = {system.key(k): value for k, value in (parameters or {}).items()}
+        self._options: dict[str, Any] = {"until": until, "start": start, "rtol": rtol}
+        self._workers, self._analysis = workers, analysis
+        options = RunOptions(until, start=start, rtol=rtol)
+        self._runs = RunsAt(system, names, of, parameters, options, workers)
+        self.labels = tuple(of)
+        self.units = tuple(functional.unit(system) for functional in of.values())
+
+    def values(self, x: Array) -> tuple[Array, Failures]:
+        """Functionals of all runs."""
+        return self._runs(x)
+
+    def slopes(self, x: Array) -> tuple[Array, Array, Failures]:
+        """Functionals and derivatives of all runs, by the adjoint.
+
+        Raises
+        ------
+        OptionError
+            If a functional has none.
+        """
+        for label, wanted in self._of.items():
+            if not isinstance(wanted, Functional):
+                raise OptionError(
+                    f"{self._analysis}: {label} has no derivative: numbers of events jump, and a "
+                    "swing has two extremes. Take method='samples', or functionals.highest and "
+                    "lowest."
+                )
+        shape = len(x), len(self._of)
+        try:
+            found = gradients_at(
+                self._system,
+                self._names,
+                x,
+                tuple(self._of.values()),  # type: ignore[arg-type]
+                self._names,
+                self._parameters,
+                self._options,
+                self._workers,
+            )
+        except (OptionError, UnknownNameError):
+            raise
+        except LumpedError as error:
+            lost = dict.fromkeys(range(len(x)), str(error))
+            return np.full(shape, np.nan), np.full((*shape, x.shape[1]), np.nan), lost
+        return found.values, found.derivatives, found.failures
+
+    def curvature(self, x: Array, k: int) -> Array:
+        """Second derivatives of a run."""
+        return hessian(
+            self._system,
+            of=[*self._of.values()][k],  # type: ignore[arg-type]
+            to=self._names,
+            parameters=self._parameters | dict(zip(self._names, x.tolist(), strict=True)),
+            **self._options,
+        ).matrix
