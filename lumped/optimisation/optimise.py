@@ -20,7 +20,7 @@ from lumped.optimisation.collocated_course import (
     repeating,
     simulated,
 )
-from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, key_unit, varied
+from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, varied
 from lumped.optimisation.discretisation import (
     Discretisation,
     FunctionalTerm,
@@ -37,7 +37,7 @@ from lumped.optimisation.optimise_modes import best_modes
 from lumped.optimisation.optimise_orders import best_orders
 from lumped.optimisation.optimise_runs import best_runs
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.simulation.functional_kinds import watching
+from lumped.simulation.functional_kinds import unit_of, watching
 from lumped.simulation.functionals import Designed, Functional, Modal, Vibrating
 from lumped.support.arguments import checked
 from lumped.support.units import in_seconds
@@ -284,7 +284,7 @@ class DesignProblem:
 
     def _unit(self, key: Designed | str) -> str:
         return (
-            self.system.parameter_unit(key) if isinstance(key, str) else key_unit(self.system, key)
+            self.system.parameter_unit(key) if isinstance(key, str) else unit_of(self.system, key)
         )
 
     def _course(self) -> Discretisation:
