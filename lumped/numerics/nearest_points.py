@@ -150,9 +150,7 @@ class Search:
             share = 0.8 * own / (own - seen)
             turned = share * turned + (1 - share) * bent
         self._curved = (
-            self._curved
-            + np.outer(turned, turned) / (step @ turned)
-            - np.outer(bent, bent) / own
+            self._curved + np.outer(turned, turned) / (step @ turned) - np.outer(bent, bent) / own
         )
 
 

@@ -169,9 +169,7 @@ def _design_point(limit: Limit, search: Search) -> DesignPoint:
     steepness = float(np.linalg.norm(search.slope))
     alpha = search.slope / steepness
     u = alpha * float(alpha @ search.u - search.g / steepness)
-    return DesignPoint(
-        float(alpha @ u), u, alpha, *limit.at(u), steepness
-    )
+    return DesignPoint(float(alpha @ u), u, alpha, *limit.at(u), steepness)
 
 
 def _nothing_found(limit: Limit, every: Sequence[Search]) -> OptionError | SolverError:

@@ -60,7 +60,9 @@ class Limit:
             raise OptionError(
                 f"{analysis}: {self.label}: give the limit as above= or as below=, one of both."
             )
-        self.word, given, self.sign = ("above", above, 1.0) if below is None else ("below", below, -1.0)
+        self.word, given, self.sign = (
+            ("above", above, 1.0) if below is None else ("below", below, -1.0)
+        )
         self.bound = plain(given, self.unit or "1", f"{analysis}: {self.word} =", OptionError)
         if not np.isfinite(self.bound):
             raise OptionError(f"{analysis}: {self.word} = {given} must be a finite number.")
@@ -96,7 +98,12 @@ class Limit:
     def slopes(self, u: Array) -> tuple[Array, Array]:
         """Excess at points, and its gradients, shape (n, d), by the standard normal variables."""
         x = self.scene.physical(u)
-        values, by = self.scene.slopes(x)
+        try:
+            values, by = self.scene.slopes(x)
+        except OptionError as error:
+            raise OptionError(
+                f"{self.head}: {error} method='subset' needs no derivatives."
+            ) from None
         self.evaluations += len(u)
         self.gradients += len(u)
         along = np.einsum("ni,nij->nj", by[:, self.row], self.scene.physical_slopes(u))

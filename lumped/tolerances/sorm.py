@@ -104,7 +104,11 @@ def paraboloid(beta: float, kappa: Sequence[float] | Array) -> float:
     )
     top = exponent(saddle).real
     share, _ = scipy.integrate.quad(
-        lambda y: np.exp(exponent(complex(saddle, y)) - top).real, 0.0, _WIDE, epsabs=1e-12, limit=200
+        lambda y: np.exp(exponent(complex(saddle, y)) - top).real,
+        0.0,
+        _WIDE,
+        epsabs=1e-12,
+        limit=200,
     )
     return float(share * math.exp(top) / math.pi)
 

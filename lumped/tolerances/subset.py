@@ -81,9 +81,7 @@ def subset(limit: Limit, runs: int, seed: int) -> Sampled:
         failed += lost
         unknown = max(unknown, reached * lost / (walk.count - tried))
     deviation = math.sqrt(spread)
-    return Sampled(
-        *interval(reached, deviation, unknown, True), unknown, failed, (), tuple(levels)
-    )
+    return Sampled(*interval(reached, deviation, unknown, True), unknown, failed, (), tuple(levels))
 
 
 class _Walk:
