@@ -71,9 +71,9 @@ def curved(limit: Limit, point: DesignPoint) -> Curved:
     if len(kappa) and (1 + beta * kappa).min() <= 0:
         worst = kappa[(1 + beta * kappa).argmin()]
         raise SolverError(
-            f"{limit.head}: at the design point {limit.combination(point.u)} the limit bends around "
-            f"the median more than a sphere (1 + beta kappa = {1 + beta * worst:.3g}), so it has no "
-            "probability to second order. Take more starts, or method='subset'."
+            f"{limit.head}: at the design point {limit.combination(point.u)} the limit bends "
+            f"around the median more than a sphere (1 + beta kappa = {1 + beta * worst:.3g}), so "
+            "it has no probability to second order. Take more starts, or method='subset'."
         )
     # of the side on which the median does not lie
     sign = 1.0 if beta >= 0 else -1.0
@@ -123,7 +123,8 @@ def _bent(limit: Limit, point: DesignPoint) -> tuple[Array, Source]:
     along = scene.physical_slopes(u[None])[0]
     sides = [scene.physical_slopes(u + step * np.eye(len(u))) for step in (_STEP, -_STEP)]
     again = (sides[0] - sides[1]) / (2 * _STEP)  # by u_j, of x_i, by u_k
-    return along.T @ own @ along + np.einsum("i,jik->jk", point.slopes, again), "second derivatives"
+    whole: Array = along.T @ own @ along + np.einsum("i,jik->jk", point.slopes, again)
+    return whole, "second derivatives"
 
 
 def _from_gradients(limit: Limit, point: DesignPoint) -> Array:
@@ -138,5 +139,5 @@ def _from_gradients(limit: Limit, point: DesignPoint) -> Array:
             f"{limit.reason} method='subset' needs none."
         )
     first, second = np.split(slopes, 2)
-    seen = around @ (first - second) / (2 * _APART)
+    seen: Array = around @ (first - second) / (2 * _APART)
     return (seen + seen.T) / 2
