@@ -14,9 +14,10 @@ from lumped.support.arguments import checked
 from lumped.tolerances.form import DesignPoint, joined, points_of, searches
 from lumped.tolerances.importance import around, centres
 from lumped.tolerances.limit import Limit
+from lumped.tolerances.moments import central_moments
 from lumped.tolerances.reliability_outcome import Influence, Kind, Reliability
 from lumped.tolerances.sampled import Sampled
-from lumped.tolerances.scene import Scattered, scene_of
+from lumped.tolerances.scene import Scattered, Scene, scene_of
 from lumped.tolerances.sorm import curved
 from lumped.tolerances.subset import subset
 
@@ -136,7 +137,7 @@ def reliability(
         analysis="reliability",
     )
     limit = Limit(scene, above, below)
-    others = scene.others(to)
+    others, (means, deviations) = scene.others(to), _moments(scene)
     points: tuple[DesignPoint, ...] = ()
     sampled, bent, remarks = None, [], []
     if method == "subset":
@@ -166,12 +167,12 @@ def reliability(
         method=method,
         names=scene.names,
         units=scene.parameter_units,
-        means=scene.moments()[0],
-        deviations=scene.moments()[1],
+        means=means,
+        deviations=deviations,
         sampled=sampled,
         points=points,
         importance=_importance(limit, points),
-        influences=_influences(limit, points, others),
+        influences=_influences(limit, points, others, means, deviations),
         second_order=tuple(bent),
         evaluations=limit.evaluations,
         gradients=limit.gradients,
@@ -205,6 +206,12 @@ def _check(
         )
 
 
+def _moments(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and standard deviation of each parameter that scatters."""
+    pairs = [central_moments(law) for law in scene.marginals.laws]
+    return np.array([mean for mean, _ in pairs]), np.sqrt([central[2] for _, central in pairs])
+
+
 def _importance(limit: Limit, points: tuple[DesignPoint, ...]) -> np.ndarray:
     """Share of each parameter in the variance of the linearised functional, with its direction.
 
@@ -220,12 +227,15 @@ def _importance(limit: Limit, points: tuple[DesignPoint, ...]) -> np.ndarray:
 
 
 def _influences(
-    limit: Limit, points: tuple[DesignPoint, ...], others: dict[str, float]
+    limit: Limit,
+    points: tuple[DesignPoint, ...],
+    others: dict[str, float],
+    means: np.ndarray,
+    deviations: np.ndarray,
 ) -> tuple[Influence, ...]:
     """Derivatives of beta, and of the probability to first order."""
     if not points:
         return ()
-    means, deviations = limit.scene.moments()
     scores = np.array([(point.x - means) / deviations for point in points])
     shifted = [point.beta_by(point.slopes) for point in points]
     tables: list[tuple[Kind, tuple[str, ...], np.ndarray, np.ndarray]] = [

@@ -27,6 +27,8 @@ __all__ = ["Influence", "Kind", "Reliability"]
 Kind = Literal["mean", "deviation", "value"]
 """What of a parameter changes."""
 
+_PLANE = 1e-9
+"""Curvature that is rounding."""
 _METHODS = {
     "form": "first order (FORM)",
     "sorm": "second order (SORM)",
@@ -230,7 +232,7 @@ class Reliability(RichHtml):
                 "the limit"
             )
         for one in self.second_order:
-            bends = ", ".join(number(k, 3) for k in one.curvatures)
+            bends = ", ".join(number(k if abs(k) > _PLANE else 0.0, 3) for k in one.curvatures)
             lines.append(
                 f"Breitung {number(one.breitung, 4)}, Hohenbichler and Rackwitz "
                 f"{number(one.hohenbichler, 4)}, Tvedt {number(one.tvedt, 4)}; curvatures {bends} "
@@ -252,7 +254,7 @@ class Reliability(RichHtml):
             found.append(table(head, [self._row(i) for i in range(len(self.names))]))
             found.append("derivatives of beta are for one standard deviation of the parameter")
         rows = [
-            (one.name, *(number(0.01 * one.size * v, 3) for v in (one.beta, one.probability)))
+            (one.name, *(number(0.01 * one.size * v + 0.0, 3) for v in (one.beta, one.probability)))
             for one in self.influences
             if one.of == "value"
         ]

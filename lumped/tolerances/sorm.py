@@ -18,8 +18,6 @@ __all__ = ["Curved", "curved", "paraboloid"]
 
 _APART = 1e-2
 """Distance from the design point of gradients that show the curvatures."""
-_STEP = 1e-4
-"""The same for second derivatives of the parameters by the standard normal variables."""
 _WIDE = 12.0
 """Beyond this imaginary part the integrand has fallen below 1e-30 of itself."""
 
@@ -116,15 +114,10 @@ def paraboloid(beta: float, kappa: Sequence[float] | Array) -> float:
 def _bent(limit: Limit, point: DesignPoint) -> tuple[Array, Source]:
     """Second derivatives of the excess by the standard normal variables, as far as they matter."""
     try:
-        own = limit.curvatures(point.x)
-    except OptionError:
+        own = limit.curvature(point.x)
+    except (OptionError, SolverError):
         return _from_gradients(limit, point), "gradients around it"
-    scene, u = limit.scene, point.u
-    along = scene.physical_slopes(u[None])[0]
-    sides = [scene.physical_slopes(u + step * np.eye(len(u))) for step in (_STEP, -_STEP)]
-    again = (sides[0] - sides[1]) / (2 * _STEP)  # by u_j, of x_i, by u_k
-    whole: Array = along.T @ own @ along + np.einsum("i,jik->jk", point.slopes, again)
-    return whole, "second derivatives"
+    return limit.scene.in_scores(point.u, point.slopes, own)[1], "second derivatives"
 
 
 def _from_gradients(limit: Limit, point: DesignPoint) -> Array:
