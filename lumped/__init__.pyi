@@ -10,6 +10,7 @@ from lumped import orbits as orbits
 from lumped import points as points
 from lumped import profiles as profiles
 from lumped import simulation as simulation
+from lumped import tolerances as tolerances
 from lumped import transmissions as transmissions
 from lumped import vibration as vibration
 from lumped.compiler.assemble import assemble as assemble
