@@ -164,9 +164,9 @@ def test_derivatives_are_those_of_shifted_and_stretched_distributions(torsion):
 
 @pytest.fixture(scope="module")
 def monte_carlo():
-    """Of the two masses: share of 4 million frequencies above 5 Hz, from the closed form."""
+    """Of the two masses: share of 2 million frequencies above 5 Hz, from the closed form."""
     random = np.random.default_rng(0)
-    z = random.standard_normal((3, 4_000_000))
+    z = random.standard_normal((3, 2_000_000))
     c, a, b = (
         400 * np.exp(0.15 * z[0]),
         np.maximum(1 + 0.12 * z[1], 0.1),
@@ -200,7 +200,7 @@ def test_second_order_meets_the_share_of_many_samples(torsion, monte_carlo):
     print(found["sorm"])
     assert bent.source == "second derivatives"
     assert (np.abs(bent.curvatures) > 1e-3).all()
-    assert abs(found["sorm"].probability / share - 1) < 0.02
+    assert abs(found["sorm"].probability / share - 1) < 0.03
     first, second = (abs(found[m].probability / share - 1) for m in ("form", "sorm"))
     assert second < first
     sampled = lp.reliability(
