@@ -100,7 +100,10 @@ def test_a_tighter_tolerance_has_its_reason_in_the_docstring(name):
 
 
 def test_the_method_is_that_of_a_run_everywhere():
-    studies = {"scatter"}  # the method of the study: its runs are those of an ensemble
+    studies = {
+        "reliability",
+        "scatter",
+    }  # the method of the study: its runs are those of an ensemble
     methods = {name: p for name in ALL for p in parameters(name) if p.name == "method"}
     methods = {name: p for name, p in methods.items() if name not in studies}
     second = {"hessian", "hessian_product"}

@@ -1,6 +1,9 @@
 from lumped.tolerances.chaos import PolynomialSpread as PolynomialSpread
+from lumped.tolerances.form import DesignPoint as DesignPoint
 from lumped.tolerances.intervals import Quantile as Quantile
 from lumped.tolerances.intervals import Share as Share
+from lumped.tolerances.reliability import reliability as reliability
+from lumped.tolerances.reliability_outcome import Reliability as Reliability
 from lumped.tolerances.scatter import Scatter as Scatter
 from lumped.tolerances.scatter import scatter as scatter
 from lumped.tolerances.scene import Scene as Scene

@@ -76,7 +76,7 @@ class OfRuns:
             if not isinstance(wanted, Functional):
                 raise OptionError(
                     f"{self._analysis}: {label} has no derivative: numbers of events jump, and a "
-                    "swing has two extremes. Take method='samples', or functionals.highest and "
+                    "swing has two extremes. Take a method of samples, or functionals.highest and "
                     "lowest."
                 )
         shape = len(x), len(self._of)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Changes, System
+from lumped.compiler.system import Changes, Name, System
 from lumped.ensembles.collected_runs import fixed, labelled
 from lumped.ensembles.variants import (
     Marginals,
@@ -33,6 +33,9 @@ from lumped.vibration.order_response import OrderResponse
 
 __all__ = ["Scattered", "Scene", "scene_of"]
 
+_SCORE = 1e-4
+"""Difference of scores over which second derivatives of parameters are taken."""
+
 Scattered = System | Modes | OrderResponse
 """What can scatter."""
 
@@ -47,8 +50,8 @@ class Scene:
         Distributions of the parameters.
     marginals : Marginals
         The same in numbers.
-    evaluated : Evaluated
-        Functionals at any values of the parameters.
+    evaluated_over : callable
+        Makes what evaluates the functionals for any values of parameters, from their names.
     parameters : mapping of name to float or None
         Changes that hold throughout.
     analysis : str
@@ -71,16 +74,18 @@ class Scene:
         system: System,
         over: Over,
         marginals: Marginals,
-        evaluated: Evaluated,
+        evaluated_over: Callable[[tuple[str, ...]], Evaluated],
         parameters: Changes | None,
         analysis: str,
     ) -> None:
+        evaluated = evaluated_over(marginals.names)
         self.system, self.analysis, self.names = system, analysis, marginals.names
         self.labels, self.units = evaluated.labels, evaluated.units
         self.failures: Failures = {}
         self._over, self._parameters = over, parameters
         self._theta, self._places = fixed(system, parameters), system.places(self.names)
         self.marginals, self._evaluated = marginals, evaluated
+        self._evaluated_over = evaluated_over
 
     def physical(self, u: Array) -> Array:
         """Parameters in SI units for independent standard normal numbers, both of shape (n, d)."""
@@ -89,6 +94,78 @@ class Scene:
     def physical_slopes(self, u: Array) -> Array:
         """Their derivatives, shape (n, d, d): of parameter i by number j."""
         return self.marginals.values(np.asarray(u, dtype=float))[1]
+
+    def in_scores(self, u: Array, slope: Array, curvature: Array) -> tuple[Array, Array]:
+        """Derivatives of a functional by the independent normal variables, from others.
+
+        Parameters
+        ----------
+        u : ndarray, shape (d,)
+            The point.
+        slope, curvature : ndarray, shapes (d,) and (d, d)
+            Derivatives by the parameters there.
+
+        Returns
+        -------
+        ndarray, shapes (d,) and (d, d)
+        """
+        by, mixing = self.physical_slopes(u[None])[0], self.marginals.mixing
+        # each parameter has one score, a mixture of the variables: second derivatives by that
+        sides = np.array([_SCORE, -_SCORE])
+        slopes = [
+            law.at_score(score + sides)[1]
+            for law, score in zip(self.marginals.laws, mixing @ u, strict=True)
+        ]
+        bent = np.array([(after - before) / (2 * _SCORE) for after, before in slopes])
+        more = mixing.T @ np.diag(slope * bent) @ mixing
+        return slope @ by, by.T @ curvature @ by + more
+
+    @property
+    def parameter_units(self) -> tuple[str, ...]:
+        """SI units of the parameters that scatter."""
+        return tuple(self.system.parameter_unit(name) for name in self.names)
+
+    def others(self, names: Iterable[Name]) -> dict[str, float]:
+        """Parameters that do not scatter, by their names, with their values in SI units.
+
+        Raises
+        ------
+        OptionError
+            If one of them scatters.
+        UnknownNameError
+            If a parameter does not exist.
+        """
+        keys = [self.system.key(name) for name in names]
+        self.system.places(keys)
+        for key in keys:
+            if key in self.names:
+                raise OptionError(
+                    f"{self.analysis}: {key} scatters; a derivative by its mean is given anyway. "
+                    "Leave it out of `to`."
+                )
+        known = self.system.parameter_values(self._parameters)
+        return {key: known[key] for key in keys}
+
+    def slopes_by_others(self, x: Array, others: Mapping[str, float]) -> Array:
+        """Derivatives by parameters that do not scatter, shape (n, k, m).
+
+        Parameters
+        ----------
+        x : ndarray, shape (n, d)
+            Those that do.
+        others : mapping of str to float
+            The m others and their values.
+
+        Raises
+        ------
+        OptionError
+            If a functional has no derivative.
+        """
+        rows, values = self._rows(x), list(others.values())
+        whole = np.hstack([rows, np.broadcast_to(values, (len(rows), len(values)))])
+        evaluated = self._evaluated_over((*self.names, *others))
+        _, slopes, self.failures = evaluated.slopes(whole)
+        return slopes[:, :, len(self.names) :]
 
     def draw(self, n: int, seed: int = 0, sampling: Sampling = "random") -> Array:
         """Parameters that `ensemble` draws, shape (n, d).
@@ -252,9 +329,10 @@ def scene_of(
         marginals = marginals_of(what, over, parameters=parameters, analysis=analysis)
         end = in_seconds(until, "until")
         check_options(0.0, end, rtol, None, "steps", 1)
-        runs = OfRuns(
-            what, marginals.names, wanted, end, parameters, start, rtol, workers, analysis
-        )
+
+        def runs(names: tuple[str, ...]) -> Evaluated:
+            return OfRuns(what, names, wanted, end, parameters, start, rtol, workers, analysis)
+
         return Scene(what, over, marginals, runs, parameters, analysis)
     if (until, parameters, start) != (None, None, None):
         raise OptionError(
@@ -264,7 +342,6 @@ def scene_of(
     system = what.system
     own = (what.point if isinstance(what, Modes) else what.rotation.points[0]).parameters
     marginals = marginals_of(system, over, parameters=own, analysis=analysis)
-    found: Evaluated
     if isinstance(what, Modes):
         what.refuse_mean(analysis)
         if what.near is not None:
@@ -273,10 +350,14 @@ def scene_of(
                 "modes, lumped.modes(system)."
             )
         _refuse_other(wanted, Modal, "modes", analysis)
-        found = OfModes(what, marginals.names, wanted, analysis)
     else:
         _refuse_other(wanted, Vibrating, "an order response", analysis)
-        found = OfOrders(what, marginals.names, wanted, analysis)
+
+    def found(names: tuple[str, ...]) -> Evaluated:
+        if isinstance(what, Modes):
+            return OfModes(what, names, wanted, analysis)
+        return OfOrders(what, names, wanted, analysis)
+
     return Scene(system, over, marginals, found, own, analysis)
 
 
