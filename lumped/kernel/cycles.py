@@ -12,6 +12,7 @@ Powers are those of the C library in all engines, so all give the same bits.
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers, kernel, power, sqrt
@@ -44,59 +45,58 @@ four, what is left being the residue."""
 
 
 class Count(Record):
-    """A count of cycles.
+    """Counts of the cycles of several loads.
 
     Attributes
     ----------
-    rule : int
+    loads, depth : int
+        How many loads, and for each the room for turning points that closed no cycle yet.
+    rule : Integers
         `THREE` or `FOUR`.
-    scale : float
+    scale : Numbers
         Stress for each unit of the load.
-    rows, curve, extends_down : int, Numbers, int
-        Amplitude, damage of a cycle and slope from each amplitude on, ascending, and whether the
-        first law holds below its amplitude.
-    mean_stress, mean_number : int, float
+    row, curve, extends_down : Integers, Numbers, Integers
+        First row of each curve, then the end of the last; amplitude, damage of a cycle and slope
+        from each amplitude on, ascending; whether the first law holds below its amplitude.
+    mean_stress, mean_number : Integers, Numbers
         How means count, and the number that belongs to it.
-    depth, held, held_at, size : int, Numbers, Integers, int
-        Room for turning points that closed no cycle yet; their values, their numbers among all that
-        was fed, how many there are.
-    is_full : int
-        Whether the room was too small; the damage is nan then.
-    values, fed : int, int
-        How many values there are in a given load; how many were fed.
-    last, last_at, direction : float, int, int
-        The latest value, its number, and whether values rise (1) or fall (-1).
-    damage, cycles : float, float
+    held, held_at, size : Numbers, Integers, Integers
+        Turning points that closed no cycle yet, their numbers among all values, and how many there
+        are; with one more than there is room for the damage is nan.
+    fed, last, last_at, direction : Integers, Numbers, Integers, Integers
+        How many values there were; the latest, its number, and whether they rise (1) or fall (-1).
+    damage, cycles : Numbers, Numbers
         Sum of the damage of all cycles, and their number.
-    notes : int
-        Whether cycles and turning points are noted.
+    values, notes : int, int
+        Of a load that is given as a whole: how many values it has, and whether its cycles and
+        turning points are noted.
     noted, noted_cycle, noted_weight : int, Integers, Numbers
-        Cycles: numbers of their begins and ends, and 1 or 0.5 for half of one.
+        Cycles: numbers of the values at which they begin and end, and 1, or 0.5 for half of one.
     turned, turn : int, Integers
-        Numbers of turning points.
+        Numbers of the values at which the load turned.
     """
 
-    rule: int
-    scale: float
-    rows: int
-    curve: Numbers
-    extends_down: int
-    mean_stress: int
-    mean_number: float
-
+    loads: int
     depth: int
-    held: Numbers
-    held_at: Integers
-    size: int
-    is_full: int
-    values: int
-    fed: int
-    last: float
-    last_at: int
-    direction: int
-    damage: float
-    cycles: float
+    rule: Annotated[Integers, "loads"]
+    scale: Annotated[Numbers, "loads"]
+    row: Annotated[Integers, "loads + 1"]
+    curve: Numbers
+    extends_down: Annotated[Integers, "loads"]
+    mean_stress: Annotated[Integers, "loads"]
+    mean_number: Annotated[Numbers, "loads"]
 
+    held: Annotated[Numbers, "loads * depth"]
+    held_at: Annotated[Integers, "loads * depth"]
+    size: Annotated[Integers, "loads"]
+    fed: Annotated[Integers, "loads"]
+    last: Annotated[Numbers, "loads"]
+    last_at: Annotated[Integers, "loads"]
+    direction: Annotated[Integers, "loads"]
+    damage: Annotated[Numbers, "loads"]
+    cycles: Annotated[Numbers, "loads"]
+
+    values: int
     notes: int
     noted: int
     noted_cycle: Integers
@@ -106,9 +106,9 @@ class Count(Record):
 
 
 @kernel
-def _at_mean_zero(count: Count, amplitude: float, mean: float) -> float:
+def _at_mean_zero(count: Count, k: int, amplitude: float, mean: float) -> float:
     """Amplitude that does the same damage at mean zero."""
-    kind, number, top = count.mean_stress, count.mean_number, mean + amplitude
+    kind, number, top = count.mean_stress[k], count.mean_number[k], mean + amplitude
     if kind == GOODMAN:
         left = 1.0 - max(mean, 0.0) / number
         return amplitude / left if left > 0.0 else math.inf
@@ -134,16 +134,17 @@ def _at_mean_zero(count: Count, amplitude: float, mean: float) -> float:
 
 
 @kernel
-def _slope_by_amplitude(count: Count, amplitude: float, mean: float) -> float:
+def _slope_by_amplitude(count: Count, k: int, amplitude: float, mean: float) -> float:
     """Derivative of the amplitude at mean zero by the amplitude."""
-    kind, number, top = count.mean_stress, count.mean_number, mean + amplitude
+    kind, number, top = count.mean_stress[k], count.mean_number[k], mean + amplitude
     if kind == GOODMAN or kind == GERBER:
-        return _at_mean_zero(count, amplitude, mean) / amplitude
+        return _at_mean_zero(count, k, amplitude, mean) / amplitude
     if kind == SMITH_WATSON_TOPPER:
-        return 0.5 * (top + amplitude) / _at_mean_zero(count, amplitude, mean) if top > 0.0 else 0.0
+        here = _at_mean_zero(count, k, amplitude, mean)
+        return 0.5 * (top + amplitude) / here if top > 0.0 else 0.0
     if kind == WALKER:
         share = (1.0 - number) / top + number / amplitude if top > 0.0 else 0.0
-        return _at_mean_zero(count, amplitude, mean) * share
+        return _at_mean_zero(count, k, amplitude, mean) * share
     if kind == FKM:
         if mean < -amplitude:
             return 1.0 - number
@@ -155,10 +156,10 @@ def _slope_by_amplitude(count: Count, amplitude: float, mean: float) -> float:
 
 
 @kernel
-def _slope_by_mean(count: Count, amplitude: float, mean: float) -> float:
+def _slope_by_mean(count: Count, k: int, amplitude: float, mean: float) -> float:
     """Derivative of the amplitude at mean zero by the mean."""
-    kind, number, top = count.mean_stress, count.mean_number, mean + amplitude
-    here = _at_mean_zero(count, amplitude, mean)
+    kind, number, top = count.mean_stress[k], count.mean_number[k], mean + amplitude
+    here = _at_mean_zero(count, k, amplitude, mean)
     if kind == GOODMAN and mean > 0.0:
         return here / (number - mean)
     if kind == GERBER and mean > 0.0:
@@ -174,129 +175,133 @@ def _slope_by_mean(count: Count, amplitude: float, mean: float) -> float:
 
 
 @kernel
-def _row(count: Count, amplitude: float) -> int:
+def _row(count: Count, k: int, amplitude: float) -> int:
     """Row of the curve that holds at an amplitude; -1 below all."""
-    low, high = 0, count.rows
+    first = count.row[k]
+    low, high = first, count.row[k + 1]
     while low < high:
         middle = (low + high) // 2
         if count.curve[3 * middle] <= amplitude:
             low = middle + 1
         else:
             high = middle
-    return 0 if low == 0 and count.extends_down else low - 1
+    if low == first:
+        return first if count.extends_down[k] else -1
+    return low - 1
 
 
 @kernel
-def _damage(count: Count, amplitude: float) -> float:
+def _damage(count: Count, k: int, amplitude: float) -> float:
     """Damage of one cycle of an amplitude at mean zero."""
-    k = _row(count, amplitude)
-    if k < 0:
+    i = _row(count, k, amplitude)
+    if i < 0:
         return 0.0
-    row = count.curve[3 * k :]
+    row = count.curve[3 * i :]
     return row[1] * power(amplitude / row[0], row[2])
 
 
 @kernel
-def _add(count: Count, size: float, mean: float, weight: float) -> None:
+def _add(count: Count, k: int, size: float, mean: float, weight: float) -> None:
     """Add the damage of a cycle from its range and mean."""
-    amplitude = _at_mean_zero(count, 0.5 * count.scale * size, count.scale * mean)
-    count.damage += weight * _damage(count, amplitude)
-    count.cycles += weight
+    amplitude = _at_mean_zero(count, k, 0.5 * count.scale[k] * size, count.scale[k] * mean)
+    count.damage[k] += weight * _damage(count, k, amplitude)
+    count.cycles[k] += weight
 
 
 @kernel
-def _take(count: Count, i: int, weight: float) -> None:
+def _take(count: Count, k: int, i: int, weight: float) -> None:
     """Take the cycle between two turning points that follow each other."""
-    begin, end = count.held[i], count.held[i + 1]
-    _add(count, abs(end - begin), 0.5 * (begin + end), weight)
+    held, at = count.held[k * count.depth + i :], count.held_at[k * count.depth + i :]
+    _add(count, k, abs(held[1] - held[0]), 0.5 * (held[0] + held[1]), weight)
     if count.notes:
-        k = count.noted
-        noted = count.noted_cycle[2 * k :]
-        noted[0], noted[1] = count.held_at[i], count.held_at[i + 1]
-        count.noted_weight[k] = weight
-        count.noted = k + 1
+        noted = count.noted_cycle[2 * count.noted :]
+        noted[0], noted[1] = at[0], at[1]
+        count.noted_weight[count.noted] = weight
+        count.noted += 1
 
 
 @kernel
-def _drop(count: Count, i: int, number: int) -> None:
+def _drop(count: Count, k: int, i: int, number: int) -> None:
     """Take turning points away."""
-    count.size -= number
-    for k in range(i, count.size):
-        count.held[k], count.held_at[k] = count.held[k + number], count.held_at[k + number]
+    held, at = count.held[k * count.depth :], count.held_at[k * count.depth :]
+    count.size[k] -= number
+    for j in range(i, count.size[k]):
+        held[j], at[j] = held[j + number], at[j + number]
 
 
 @kernel
-def _turn(count: Count, value: float, at: int) -> None:
+def _turn(count: Count, k: int, value: float, at: int) -> None:
     """Take a turning point, and all cycles that it closes."""
-    if count.size == count.depth:
-        count.is_full = 1
-        count.damage = math.nan
+    held, n = count.held[k * count.depth :], count.size[k]
+    if n == count.depth:
+        count.damage[k] = math.nan
         return
-    held, n = count.held, count.size
-    held[n], count.held_at[n] = value, at
-    count.size = n + 1
+    held[n], count.held_at[k * count.depth + n] = value, at
+    count.size[k] = n + 1
     if count.notes:
         count.turn[count.turned] = at
         count.turned += 1
-    while count.size >= count.rule:
-        n = count.size
+    while count.size[k] >= count.rule[k]:
+        n = count.size[k]
         newest, inner = abs(held[n - 1] - held[n - 2]), abs(held[n - 2] - held[n - 3])
         if newest < inner:
             break
-        if count.rule == FOUR and inner > abs(held[n - 3] - held[n - 4]):
+        if count.rule[k] == FOUR and inner > abs(held[n - 3] - held[n - 4]):
             break
         if n == THREE:
-            _take(count, 0, 0.5)
-            _drop(count, 0, 1)
+            _take(count, k, 0, 0.5)
+            _drop(count, k, 0, 1)
         else:
-            _take(count, n - 3, 1.0)
-            _drop(count, n - 3, 2)
+            _take(count, k, n - 3, 1.0)
+            _drop(count, k, n - 3, 2)
 
 
 @kernel
 def begin_count(count: Count) -> None:
     """Nothing has been counted yet."""
-    count.size = count.is_full = count.fed = count.direction = count.noted = count.turned = 0
-    count.last = count.damage = count.cycles = 0.0
+    count.noted = count.turned = 0
+    for k in range(count.loads):
+        count.size[k] = count.fed[k] = count.direction[k] = 0
+        count.damage[k] = count.cycles[k] = 0.0
 
 
 @kernel
-def feed(count: Count, value: float) -> None:
-    """Take the next value of the load."""
-    number = count.fed
-    count.fed = number + 1
-    if number > 0 and value == count.last:
+def feed(count: Count, k: int, value: float) -> None:
+    """Take the next value of a load."""
+    number = count.fed[k]
+    count.fed[k] = number + 1
+    if number > 0 and value == count.last[k]:
         return
     if number == 0:
-        _turn(count, value, 0)
+        _turn(count, k, value, 0)
     else:
-        direction = 1 if value > count.last else -1
-        if count.direction + direction == 0:
-            _turn(count, count.last, count.last_at)
-        count.direction = direction
-    count.last, count.last_at = value, number
+        direction = 1 if value > count.last[k] else -1
+        if count.direction[k] + direction == 0:
+            _turn(count, k, count.last[k], count.last_at[k])
+        count.direction[k] = direction
+    count.last[k], count.last_at[k] = value, number
     if value != value:
-        count.damage = value
+        count.damage[k] = value
 
 
 @kernel
-def end_count(count: Count) -> None:
-    """The load ends: its last value is a turning point, and of three points half cycles are left."""
-    if count.direction != 0:
-        _turn(count, count.last, count.last_at)
-    if count.rule == THREE:
-        for i in range(count.size - 1):
-            _take(count, i, 0.5)
-        count.size = 0
+def end_count(count: Count, k: int) -> None:
+    """The last value of a load is a turning point, and of three points half cycles are left."""
+    if count.direction[k] != 0:
+        _turn(count, k, count.last[k], count.last_at[k])
+    if count.rule[k] == THREE:
+        for i in range(count.size[k] - 1):
+            _take(count, k, i, 0.5)
+        count.size[k] = 0
 
 
 @kernel
 def count_all(count: Count, load: Numbers) -> int:
     """Count the cycles of a whole load."""
     begin_count(count)
-    for k in range(count.values):
-        feed(count, load[k])
-    end_count(count)
+    for i in range(count.values):
+        feed(count, 0, load[i])
+    end_count(count, 0)
     return 0
 
 
@@ -307,17 +312,17 @@ def sum_damage(count: Count, cycles: Numbers, found: Numbers) -> int:
     A cycle is its range, its mean and 1, or 0.5 for half of one, which multiplies what is found.
     """
     begin_count(count)
-    for k in range(count.values):
-        cycle, out = cycles[3 * k :], found[3 * k :]
-        size, mean, weight = cycle[0], cycle[1], cycle[2]
-        _add(count, size, mean, weight)
-        amplitude, mean = 0.5 * count.scale * size, count.scale * mean
-        at_zero = _at_mean_zero(count, amplitude, mean)
-        row = _row(count, at_zero)
+    scale = count.scale[0]
+    for i in range(count.values):
+        cycle, out = cycles[3 * i :], found[3 * i :]
+        _add(count, 0, cycle[0], cycle[1], cycle[2])
+        amplitude, mean = 0.5 * scale * cycle[0], scale * cycle[1]
+        at_zero = _at_mean_zero(count, 0, amplitude, mean)
+        row = _row(count, 0, at_zero)
         out[0] = out[1] = out[2] = 0.0
         if row >= 0 and at_zero > 0.0:
-            out[0] = weight * _damage(count, at_zero)
-            slope = out[0] * count.curve[3 * row + 2] / at_zero * count.scale
-            out[1] = 0.5 * slope * _slope_by_amplitude(count, amplitude, mean)
-            out[2] = slope * _slope_by_mean(count, amplitude, mean)
+            out[0] = cycle[2] * _damage(count, 0, at_zero)
+            slope = out[0] * count.curve[3 * row + 2] / at_zero * scale
+            out[1] = 0.5 * slope * _slope_by_amplitude(count, 0, amplitude, mean)
+            out[2] = slope * _slope_by_mean(count, 0, amplitude, mean)
     return 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -59,27 +60,23 @@ class Counted:
     damage: float
 
 
-def count_record(law: DamageLaw, depth: int) -> Count:
-    """The record of a count.
+def count_record(laws: Sequence[DamageLaw], depth: int) -> Count:
+    """The record of counts of loads, one for each law.
 
     Parameters
     ----------
     depth : int
-        Room for turning points that closed no cycle yet.
+        Room for turning points of each that closed no cycle yet.
     """
-    kind, number = law.mean_stress
-    return Count(
-        rule=THREE,
-        scale=law.scale,
-        rows=len(law.rows),
-        curve=np.array(law.rows, dtype=float).ravel(),
-        extends_down=int(law.extends_down),
-        mean_stress=kind,
-        mean_number=number,
-        depth=depth,
-        held=np.zeros(depth),
-        held_at=np.zeros(depth, dtype=np.int64),
-    )
+    count = Count({"loads": len(laws), "depth": depth}, loads=len(laws), depth=depth)
+    count.rule[:] = THREE
+    count.scale[:] = [law.scale for law in laws]
+    count.row[1:] = np.cumsum([len(law.rows) for law in laws])
+    count.curve = np.array([row for law in laws for row in law.rows], dtype=float).ravel()
+    count.extends_down[:] = [law.extends_down for law in laws]
+    count.mean_stress[:] = [law.mean_stress[0] for law in laws]
+    count.mean_number[:] = [law.mean_stress[1] for law in laws]
+    return count
 
 
 def count_cycles(
@@ -96,8 +93,8 @@ def count_cycles(
     """
     values = np.ascontiguousarray(load, dtype=float)
     n = len(values)
-    count = count_record(law or DamageLaw(), n)
-    count.rule = THREE if rule == "three" else FOUR
+    count = count_record([law or DamageLaw()], n)
+    count.rule[:] = THREE if rule == "three" else FOUR
     count.values, count.notes = n, 1
     count.noted_cycle, count.noted_weight = np.zeros(2 * n, dtype=np.int64), np.zeros(n)
     count.turn = np.zeros(n, dtype=np.int64)
@@ -106,8 +103,8 @@ def count_cycles(
         count.noted_cycle.reshape(-1, 2)[: count.noted],
         count.noted_weight[: count.noted],
         count.turn[: count.turned],
-        count.held_at[: count.size],
-        float(count.damage),
+        count.held_at[: int(count.size[0])],
+        float(count.damage[0]),
     )
 
 
@@ -123,7 +120,7 @@ def damage_of_cycles(
     """
     cycles = np.ascontiguousarray(np.column_stack([ranges, means, weights]), dtype=float)
     found = np.zeros_like(cycles)
-    count = count_record(law, 0)
+    count = count_record([law], 0)
     count.values = len(cycles)
     engine.call("sum_damage", count, cycles.ravel(), found.ravel())
-    return float(count.damage), found
+    return float(count.damage[0]), found
