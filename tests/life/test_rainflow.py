@@ -5,7 +5,7 @@ import pytest
 
 import lumped as lp
 from lumped.errors import OptionError
-from lumped.simulation import SNCurve, rainflow
+from lumped.life import SNCurve, rainflow
 
 DATA = Path(__file__).parents[1] / "data" / "torsional" / "06_rainflow_miner"
 STRESS = 16 / (np.pi * 0.1**3)
