@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from lumped.code.records import Field, Record
+from lumped.kernel.cycles import Count
 from lumped.kernel.plant import Function, Plant
 from lumped.kernel.run import InstantSearch, Matrix, Pattern, Run, RunOutput
 from lumped.kernel.watch import Watch
@@ -25,8 +26,9 @@ _RECORDS: dict[str, type[Record]] = {
     "pattern": Pattern,
     "plant": Plant,
     "watch": Watch,
+    "count": Count,
 }
-_UNWATCHED = dict.fromkeys(Watch.lengths(), 0)
+_UNWATCHED = dict.fromkeys(Watch.lengths() | Count.lengths(), 0)
 """Units collect no functionals."""
 _OUTPUT = {
     "t": "rows",

@@ -9,9 +9,28 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from lumped.kernel import engine
-from lumped.kernel.cycles import FOUR, THREE, Count
+from lumped.kernel.cycles import (
+    FKM,
+    FOUR,
+    GERBER,
+    GOODMAN,
+    NO_MEAN,
+    SMITH_WATSON_TOPPER,
+    THREE,
+    WALKER,
+    Count,
+)
 
 __all__ = ["Counted", "DamageLaw", "count_cycles", "count_record", "damage_of_cycles"]
+
+_RULES = {
+    NO_MEAN: "",
+    GOODMAN: "Goodman {:.9g}",
+    GERBER: "Gerber {:.9g}",
+    SMITH_WATSON_TOPPER: "Smith, Watson and Topper",
+    WALKER: "Walker {:.9g}",
+    FKM: "FKM {:.9g}",
+}
 
 
 class DamageLaw(NamedTuple):
@@ -33,6 +52,14 @@ class DamageLaw(NamedTuple):
     extends_down: bool = False
     mean_stress: tuple[int, float] = (0, 0.0)
     scale: float = 1.0
+
+    def __str__(self) -> str:
+        slopes = "/".join(f"{slope:.9g}" for _, _, slope in self.rows)
+        amplitude, share, _ = self.rows[0]
+        text = f"1/{1 / share:.9g} at {amplitude:.9g}, slope {slopes}"
+        kind, number = self.mean_stress
+        words = _RULES[kind].format(number)
+        return f"{text}, {words}" if words else text
 
 
 @dataclass(frozen=True, eq=False)
