@@ -64,6 +64,7 @@ class Intervals(NamedTuple):
     error: np.ndarray
 
     def of(self, which: np.ndarray) -> Intervals:
+        """Some of them."""
         return Intervals(*(v[which] for v in self))
 
     @property

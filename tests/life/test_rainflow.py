@@ -43,7 +43,7 @@ def test_histories_have_the_counts_and_damages_of_their_tables(number):
     assert (cycles == classes[:, 3]).all()
     for name, below in CURVES.items():
         curve = SNCurve(knee=60e6, cycles=2e6, slope=5.0, below=below)
-        assert found.damage(curve, per_unit=STRESS) == pytest.approx(wanted[name], rel=1e-9)
+        assert found.damage(curve, scale=STRESS) == pytest.approx(wanted[name], rel=1e-9)
     name = "equivalent_torque_amplitude_Nm_at_1e6_cycles_slope_5"
     assert found.equivalent(5.0) == pytest.approx(wanted[name], rel=1e-9)
     closed = rainflow(history(number), rule="four")
@@ -93,7 +93,7 @@ def test_what_never_turns_has_one_half_cycle():
         (lambda: SNCurve(knee=1.0, cycles=1e6, slope=3.0, below="miner"), "below"),
         (lambda: rainflow([0, 1]).classes(0), "at least 1"),
         (lambda: rainflow([0, 1]).equivalent(-1.0), "positive"),
-        (lambda: rainflow([0, 1]).damage(SNCurve(1.0, 1e6, 5.0), per_unit=0.0), "per_unit"),
+        (lambda: rainflow([0, 1]).damage(SNCurve(1.0, 1e6, 5.0), scale=0.0), "scale"),
     ],
 )
 def test_slips_are_named(action, match):
