@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
 import casadi as ca
@@ -12,15 +12,18 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.gradients.adjoint import AdjointPoint
-from lumped.gradients.extremes import extremes
+from lumped.gradients.damage_slopes import damage_slopes
+from lumped.gradients.extremes import SampledExtreme, extremes
 from lumped.gradients.jumps import Crossing, EventDerivatives
 from lumped.gradients.legs import Leg
 from lumped.gradients.saltation import saltation_of
 from lumped.gradients.steps import Steps
+from lumped.gradients.turning_points import turning_points
 from lumped.simulation.functional_kinds import product
 from lumped.simulation.functionals import (
     At,
     AtEvent,
+    Damage,
     Final,
     Functional,
     Impact,
@@ -105,6 +108,8 @@ class SmoothParts:
         How it was made.
     rtol : float
         Its accuracy.
+    turns : dict of str to list
+        Where quantities turn, as far as this was asked for.
     """
 
     run: Trajectory
@@ -112,6 +117,7 @@ class SmoothParts:
     crossings: list[Crossing]
     steps: Steps
     rtol: float
+    turns: dict[str, list[SampledExtreme]] = field(default_factory=dict)
 
     def owed(self, functional: Functional) -> Owed:
         """What a functional is, if it is no integral.
@@ -131,6 +137,8 @@ class SmoothParts:
             return self._at(str(functional), functional.times, functional.names)
         if isinstance(functional, Peak):
             return self._extreme(functional)
+        if isinstance(functional, Damage):
+            return self._damage(functional)
         if isinstance(functional, Instant):
             return self._instant(functional)
         if isinstance(functional, AtEvent):
@@ -148,7 +156,9 @@ class SmoothParts:
         """Whether a functional looks at the very end of the run."""
         if isinstance(functional, At):
             return self.until - max(functional.times) <= AT_ONCE * self.until
-        return isinstance(functional, Final | Peak) and not getattr(functional, "between", None)
+        return isinstance(functional, Final | Peak | Damage) and not getattr(
+            functional, "between", None
+        )
 
     def cut(self, functional: Functional) -> None:
         """Make instants that a functional names ends of steps."""
@@ -230,21 +240,41 @@ class SmoothParts:
         name = self.run.system.key(functional.name)
         ways, times = [], []
         for top in extremes(self.run, self.legs, self.steps, functional, self.rtol):
-            leg = self.legs[top.leg]
-            leg.cut(top.time)
-            look = self._look(top.leg, top.time, (name,))
+            way = self._turned(top, name, functional.between is None)
             sign = top.sign if functional.kind == "peak" else 1.0
-            point = AdjointPoint(
-                top.leg, top.time, 0, sign * look.by_states, sign * look.by_parameters
-            )
-            if top.edge:
-                edge = self._joined(top.edge)
-                point = replace(point, edge=edge, late=sign * look.rate)
-            last = top.time == self.until and functional.between is None
-            ways.append(Way(sign * look.value, (point,), sign * look.rate if last else 0.0))
+            ways.append(_times(way, sign))
             times.append(f"{top.time:.9g}")
         pick: Literal["greatest", "least"] = "least" if functional.kind == "lowest" else "greatest"
         return Owed(tuple(ways), pick, (), f"t = {', '.join(times)} s, all equally high")
+
+    def _turned(self, top: SampledExtreme, name: str, ends: bool) -> Way:
+        """The value at which a quantity turns, which may be that at the end of the run."""
+        self.legs[top.leg].cut(top.time)
+        look = self._look(top.leg, top.time, (name,))
+        point = AdjointPoint(top.leg, top.time, 0, look.by_states, look.by_parameters)
+        if top.edge:
+            point = replace(point, edge=self._joined(top.edge), late=look.rate)
+        return Way(look.value, (point,), look.rate if ends and top.time == self.until else 0.0)
+
+    def _damage(self, functional: Damage) -> Owed:
+        name, law = self.run.system.key(functional.name), functional.law
+        if name not in self.turns:
+            given = (self.run, self.legs, self.steps, name, self.rtol)
+            self.turns[name] = turning_points(*given)
+        turns = self.turns[name]
+        values = np.array([turn.value for turn in turns])
+        slack = 10 * self.rtol * float(np.abs(values).max())
+        damage, slopes = damage_slopes(values, law, slack)
+        owed = {
+            k: self._turned(turns[k], name, ends=True)
+            for k in np.flatnonzero(slopes.any(axis=0)).tolist()
+        }
+        ways = [
+            _sum([_times(owed[k], float(by[k])) for k in np.flatnonzero(by).tolist()])
+            for by in slopes
+        ]
+        where = "cycles of the same range, or an amplitude at the end of a law of the curve"
+        return Owed(tuple(replace(way, value=damage) for way in ways), "greatest", (), where)
 
     # -- at events ---------------------------------------------------------------------------
 
@@ -399,6 +429,19 @@ class SmoothParts:
 def _limit(a: complex, b: complex, c: complex) -> complex:
     """Limit of a geometric series from three of its sums (Aitken)."""
     return c + (c - b) ** 2 / ((b - a) - (c - b))
+
+
+def _times(way: Way, factor: float) -> Way:
+    points = tuple(
+        replace(
+            p,
+            by_states=factor * p.by_states,
+            by_parameters=factor * p.by_parameters,
+            late=factor * p.late,
+        )
+        for p in way.points
+    )
+    return Way(factor * way.value, points, factor * way.by_end)
 
 
 def _sum(ways: list[Way]) -> Way:
