@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
@@ -17,8 +17,10 @@ from lumped.gradients.extremes import SampledExtreme, extremes
 from lumped.gradients.jumps import Crossing, EventDerivatives
 from lumped.gradients.legs import Leg
 from lumped.gradients.saltation import saltation_of
+from lumped.gradients.samples import values_at
 from lumped.gradients.steps import Steps
 from lumped.gradients.turning_points import turning_points
+from lumped.gradients.ways import Owed, Way, multiple, sum_of
 from lumped.simulation.functional_kinds import product
 from lumped.simulation.functionals import (
     At,
@@ -33,56 +35,16 @@ from lumped.simulation.functionals import (
 )
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
+from lumped.timeloop.many_points import ManyPoints
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["AT_ONCE", "Owed", "SmoothParts", "Way"]
+__all__ = ["AT_ONCE", "SmoothParts"]
 
 AT_ONCE = 1e-10
 """Part of a run within which a change counts as happening at a given instant."""
 
 _FLIGHT = 1e-6
 """Part of a run that a flight must last for its length to be known well."""
-
-
-@dataclass(frozen=True)
-class Way:
-    """One way in which a functional can hang on a run.
-
-    Attributes
-    ----------
-    value : float
-        What it is.
-    points : tuple of AdjointPoint
-        What it owes to single instants.
-    by_end : float
-        Its derivative by the end of the run.
-    """
-
-    value: float
-    points: tuple[AdjointPoint, ...] = ()
-    by_end: float = 0.0
-
-
-class Owed(NamedTuple):
-    """A functional of a run.
-
-    Attributes
-    ----------
-    ways : tuple of Way
-        The only one, or several: extremes of one height, or a change at the very instant.
-    pick : str
-        Which of several ways it goes: of the greatest or least derivative; or the second one
-        where the change comes later.
-    guard : tuple of AdjointPoint
-        The instant of the change, if ways differ by it.
-    where : str
-        In words, where the ways part.
-    """
-
-    ways: tuple[Way, ...]
-    pick: Literal["", "greatest", "least", "later"] = ""
-    guard: tuple[AdjointPoint, ...] = ()
-    where: str = ""
 
 
 class _Look(NamedTuple):
@@ -142,9 +104,9 @@ class SmoothParts:
         if isinstance(functional, Instant):
             return self._instant(functional)
         if isinstance(functional, AtEvent):
-            return Owed((_sum(list(self._at_events(functional))),))
+            return Owed((sum_of(list(self._at_events(functional))),))
         if isinstance(functional, Impact):
-            return Owed((_sum(list(self._impacts(functional))),))
+            return Owed((sum_of(list(self._impacts(functional))),))
         raise TypeError(functional)
 
     @property
@@ -203,7 +165,7 @@ class SmoothParts:
             )
         if guards:
             return Owed(tuple(ways[0]), "later", tuple(guards), where)
-        return Owed((_sum([own[0] for own in ways]),))
+        return Owed((sum_of([own[0] for own in ways]),))
 
     def _leg(self, t: float) -> tuple[int, bool]:
         """Leg in which an instant lies, the later one on a border; whether one is so near."""
@@ -238,39 +200,49 @@ class SmoothParts:
 
     def _extreme(self, functional: Peak) -> Owed:
         name = self.run.system.key(functional.name)
-        ways, times = [], []
-        for top in extremes(self.run, self.legs, self.steps, functional, self.rtol):
-            way = self._turned(top, name, functional.between is None)
-            sign = top.sign if functional.kind == "peak" else 1.0
-            ways.append(_times(way, sign))
-            times.append(f"{top.time:.9g}")
+        tops = extremes(self.run, self.legs, self.steps, functional, self.rtol)
+        ends = functional.between is None
+        ways = [
+            multiple(way, top.sign if functional.kind == "peak" else 1.0)
+            for top, way in zip(tops, self._turned(tops, name, ends), strict=True)
+        ]
+        times = ", ".join(f"{top.time:.9g}" for top in tops)
         pick: Literal["greatest", "least"] = "least" if functional.kind == "lowest" else "greatest"
-        return Owed(tuple(ways), pick, (), f"t = {', '.join(times)} s, all equally high")
+        return Owed(tuple(ways), pick, (), f"t = {times} s, all equally high")
 
-    def _turned(self, top: SampledExtreme, name: str, ends: bool) -> Way:
-        """The value at which a quantity turns, which may be that at the end of the run."""
-        self.legs[top.leg].cut(top.time)
-        look = self._look(top.leg, top.time, (name,))
-        point = AdjointPoint(top.leg, top.time, 0, look.by_states, look.by_parameters)
-        if top.edge:
-            point = replace(point, edge=self._joined(top.edge), late=look.rate)
-        return Way(look.value, (point,), look.rate if ends and top.time == self.until else 0.0)
+    def _turned(self, tops: Sequence[SampledExtreme], name: str, ends: bool) -> list[Way]:
+        """Values at which a quantity turns, one of which may be that at the end of the run."""
+        system, n = self.run.system, len(self.run.system.structure.states)
+        legs, times = np.array([top.leg for top in tops]), np.array([top.time for top in tops])
+        given = (self.run, self.legs, self.steps, _at_many(system, name))
+        found = values_at(*given, legs, times)
+        ways = []
+        for top, row in zip(tops, found, strict=True):
+            value, rate = float(row[0]), float(row[1])
+            point = AdjointPoint(top.leg, top.time, 0, row[2 : 2 + n], row[2 + n :])
+            if top.edge:
+                point = replace(point, edge=self._joined(top.edge), late=rate)
+            by_end = rate if ends and top.time == self.until else 0.0
+            ways.append(Way(value, (point,), by_end))
+        for number in np.unique(legs).tolist():
+            self.legs[number].cut(times[legs == number])
+        return ways
 
     def _damage(self, functional: Damage) -> Owed:
-        name, law = self.run.system.key(functional.name), functional.law
+        name = self.run.system.key(functional.name)
         if name not in self.turns:
             given = (self.run, self.legs, self.steps, name, self.rtol)
             self.turns[name] = turning_points(*given)
         turns = self.turns[name]
         values = np.array([turn.value for turn in turns])
         slack = 10 * self.rtol * float(np.abs(values).max())
-        damage, slopes = damage_slopes(values, law, slack)
-        owed = {
-            k: self._turned(turns[k], name, ends=True)
-            for k in np.flatnonzero(slopes.any(axis=0)).tolist()
-        }
+        damage, slopes = damage_slopes(values, functional.law, slack)
+        places = np.flatnonzero(slopes.any(axis=0)).tolist()
+        owed = self._turned([turns[k] for k in places], name, ends=True)
         ways = [
-            _sum([_times(owed[k], float(by[k])) for k in np.flatnonzero(by).tolist()])
+            sum_of(
+                [multiple(way, float(by[k])) for k, way in zip(places, owed, strict=True) if by[k]]
+            )
             for by in slopes
         ]
         where = "cycles of the same range, or an amplitude at the end of a law of the curve"
@@ -431,22 +403,15 @@ def _limit(a: complex, b: complex, c: complex) -> complex:
     return c + (c - b) ** 2 / ((b - a) - (c - b))
 
 
-def _times(way: Way, factor: float) -> Way:
-    points = tuple(
-        replace(
-            p,
-            by_states=factor * p.by_states,
-            by_parameters=factor * p.by_parameters,
-            late=factor * p.late,
-        )
-        for p in way.points
-    )
-    return Way(factor * way.value, points, factor * way.by_end)
-
-
-def _sum(ways: list[Way]) -> Way:
-    points = tuple(point for way in ways for point in way.points)
-    return Way(sum(w.value for w in ways), points, sum(w.by_end for w in ways))
+@made_once
+def _at_many(system: System, name: str) -> ManyPoints:
+    """A quantity, its derivative by time along the run, and those by states and parameters."""
+    x, p, t, _ = system.inputs
+    y = system.expressions([name])
+    along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
+    slopes = ca.jacobian(y, ca.vertcat(x, p)).T
+    every = ca.densify(ca.vertcat(y, along, slopes))
+    return ManyPoints(ca.Function("at_many", system.inputs, [every]))
 
 
 @made_once
