@@ -95,7 +95,7 @@ def _turning(looks: Looks, samples: Intervals, least: float) -> Intervals:
     for _ in range(HALVINGS):
         bounds = parts.bounds
         reach = np.ptp(bounds, axis=0)
-        turned = parts.slope * parts.slope_end < 0
+        turned = (parts.slope < 0) != (parts.slope_end < 0)  # once, where a slope is zero
         ways = np.diff(bounds, axis=0)
         monotone = (ways >= 0).all(axis=0) | (ways <= 0).all(axis=0)
         plain = parts.error <= 1e-3 * reach + 0.1 * least
