@@ -86,8 +86,8 @@ class DutyCycle(RichHtml):
 
     @property
     def worst(self) -> str:
-        """Case that does most damage."""
-        return self.names[int(np.argmax(self.damages))]
+        """Case that does most damage, or ``"between cases"``."""
+        return max(self._rows(), key=lambda row: row[3])[0]
 
     def _rows(self) -> list[tuple[str, int, float, float]]:
         """Name, repetitions, duration and damage; at the end what is between cases."""

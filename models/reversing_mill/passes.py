@@ -6,8 +6,6 @@ left them on. So the drives run through the whole play before they take the load
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import lumped as lp
 from lumped.components import ElastoBacklash, Spring, SpringDamper, Torque
 from lumped.models.reversing_mill.scenes import PLAY, StripGap, between
@@ -32,19 +30,17 @@ LEVELS = (1.2, -1.1, 1.0, -0.85, 0.7)
 
 
 class _Driven(Branch):
-    """Branch whose motor has a given torque, and whose spindle has play."""
+    """Branch whose motor takes the load while there is strip, and whose spindle has play."""
 
-    torque: lp.Input = lp.Input("N.m", "torque of the motor")
+    load: lp.Param = lp.param("N.m", "torque of the motor", RATED)
+    enters: lp.Param = lp.param("s", "instant of the bite", BITE)
+    leaves: lp.Param = lp.param("s", "instant at which the strip leaves", TAIL_OUT)
     play: lp.Param = lp.param("rad", "play of the couplings of the spindle", PLAY, min=0)
     side: lp.Param = lp.param("1", "direction: 1, or -1 in reverse", 1.0)
-    drive: Torque = Torque()
+    drive: lp.Component = Torque(tau=load * between(enters, leaves))
     spindle: Spring | ElastoBacklash = ElastoBacklash(
         c=C_SPINDLE, d=D_SPINDLE, b=play, phi_rel0=side * play / 2
     )
-
-    def connections(self) -> Iterator[lp.Connection]:
-        yield from super().connections()
-        yield lp.connect(self.torque, self.drive.tau)
 
 
 class DrivenUpper(_Driven, UpperBranch):
@@ -66,5 +62,5 @@ class Pass(StripGap):
     leaves: lp.Param = lp.param("s", "instant at which the strip leaves", TAIL_OUT)
     M_pr: lp.Param = lp.param("N.m", "rolling torque on each pair of rolls", level * RATED)
     side: lp.Param = lp.param("1", "direction: 1, or -1 in reverse", lp.ops.where(level < 0, -1, 1))
-    upper: DrivenUpper = DrivenUpper(torque=M_pr * between(enters, leaves), play=play, side=side)
-    lower: DrivenLower = DrivenLower(torque=M_pr * between(enters, leaves), play=play, side=side)
+    upper: DrivenUpper = DrivenUpper(load=M_pr, enters=enters, leaves=leaves, play=play, side=side)
+    lower: DrivenLower = DrivenLower(load=M_pr, enters=enters, leaves=leaves, play=play, side=side)

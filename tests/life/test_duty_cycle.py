@@ -135,7 +135,9 @@ def test_runs_systems_and_histories_stand_beside_each_other(swinging):
     frame = found.to_pandas()
     assert frame["damage"].sum() == pytest.approx(wanted, rel=1e-6)
     assert frame["case"].tolist() == ["run", "system", "history", "between cases"]
-    assert "<table" in found._repr_html_()
+    html = found._repr_html_()
+    assert html.count("<svg") == 4
+    assert "between cases" in html
 
 
 def test_its_picture_has_the_shares_and_the_spectrum(swinging):

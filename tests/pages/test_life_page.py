@@ -62,6 +62,7 @@ def test_the_damage_of_a_coil_is_that_of_recorded_torques_counted_by_hand(names)
     error = names["worn"].damage / wanted - 1
     print("damage of a coil against recorded torques:", error)
     assert abs(error) < 1e-4
+    assert names["worn"].worst == "between cases"
 
 
 def test_the_damage_of_a_pass_is_that_of_its_recorded_torque(names):
