@@ -232,6 +232,7 @@ def made():
         ),
         lp.life.rainflow(seen["shaft.tau"]),
         curve := lp.life.SNCurve(knee=60e6, cycles=2e6, slope=5.0),
+        lp.life.fit_sn_curve([(90e6, 1e5), (70e6, 5e5), (60e6, 9e5)]),
         lp.life.goodman("700 MPa"),
         case := lp.life.LoadCase(run, repetitions=3),
         lp.life.duty_cycle({"start": case}, of="shaft.tau", curve=curve),
