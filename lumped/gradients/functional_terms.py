@@ -239,14 +239,12 @@ class SmoothParts:
         damage, slopes = damage_slopes(values, functional.law, slack)
         places = np.flatnonzero(slopes.any(axis=0)).tolist()
         owed = self._turned([turns[k] for k in places], name, ends=True)
-        ways = [
-            sum_of(
-                [multiple(way, float(by[k])) for k, way in zip(places, owed, strict=True) if by[k]]
-            )
-            for by in slopes
-        ]
+        ways = []
+        for by in slopes[:, places].tolist():
+            parts = [multiple(way, k) for way, k in zip(owed, by, strict=True) if k]
+            ways.append(replace(sum_of(parts), value=damage))
         where = "cycles of the same range, or an amplitude at the end of a law of the curve"
-        return Owed(tuple(replace(way, value=damage) for way in ways), "greatest", (), where)
+        return Owed(tuple(ways), "greatest", (), where)
 
     # -- at events ---------------------------------------------------------------------------
 

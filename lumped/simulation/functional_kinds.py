@@ -297,7 +297,7 @@ class Damage:
     law: DamageLaw
 
     def __str__(self) -> str:
-        scale = "" if self.law.scale == 1 else f" * {self.law.scale:.9g}"
+        scale = "" if self.law.scale == 1 else f" * {self.law.scale:.6g}"
         return f"damage({self.name}{scale}, {self.law})"
 
     def unit(self, system: System) -> str:

@@ -25,11 +25,11 @@ __all__ = ["Counted", "DamageLaw", "count_cycles", "count_record", "damage_of_cy
 
 _RULES = {
     NO_MEAN: "",
-    GOODMAN: "Goodman {:.9g}",
-    GERBER: "Gerber {:.9g}",
+    GOODMAN: "Goodman {:.6g}",
+    GERBER: "Gerber {:.6g}",
     SMITH_WATSON_TOPPER: "Smith, Watson and Topper",
-    WALKER: "Walker {:.9g}",
-    FKM: "FKM {:.9g}",
+    WALKER: "Walker {:.6g}",
+    FKM: "FKM {:.6g}",
 }
 
 
@@ -54,9 +54,9 @@ class DamageLaw(NamedTuple):
     scale: float = 1.0
 
     def __str__(self) -> str:
-        slopes = "/".join(f"{slope:.9g}" for _, _, slope in self.rows)
+        slopes = "/".join(f"{slope:.6g}" for _, _, slope in self.rows)
         amplitude, share, _ = self.rows[0]
-        text = f"1/{1 / share:.9g} at {amplitude:.9g}, slope {slopes}"
+        text = f"{1 / share:.6g} cycles at {amplitude:.6g}, slope {slopes}"
         kind, number = self.mean_stress
         words = _RULES[kind].format(number)
         return f"{text}, {words}" if words else text
