@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.compiler.system import Name
-from lumped.errors import OptionError, SolverError
+from lumped.errors import OptionError
 from lumped.gradients import turning_points as between_steps
 from lumped.gradients.legs import Leg
 from lumped.gradients.steps import steps_of
 from lumped.support.arguments import checked
+from lumped.timeloop.cycle_count import count_cycles
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["turning_points"]
@@ -35,15 +39,14 @@ def turning_points(run: Trajectory, of: Name, *, rtol: float = 1e-6) -> NDArray[
     Returns
     -------
     ndarray, shape (t,)
-        To be given to `rainflow`.
+        At least two, to be given to `rainflow`.
 
     Raises
     ------
     OptionError
         If `rtol` is not between 0 and 1, or the run has no steps.
     SolverError
-        If the output times are too far apart to follow the quantity between them, or states of the
-        run change places.
+        If the output times are too far apart to follow the quantity between them.
     UnknownNameError
         If the quantity does not exist.
     """
@@ -52,14 +55,14 @@ def turning_points(run: Trajectory, of: Name, *, rtol: float = 1e-6) -> NDArray[
     key, system = run.system.key(of), run.system
     if not len(run.t) or run.t[-1] == run.t[0]:
         raise OptionError(f"{system.name}: the run has no steps in which {key} could turn.")
-    pieces = [piece for piece in run.pieces if len(piece.t)]
-    if any(piece.system is not system for piece in pieces):
-        raise SolverError(
-            f"{system.name}: states of the run change places (see run.events), so {key} is not "
-            "followed between its points. Count the recorded values on a fine grid: "
-            f"rainflow(run['{key}']).",
-            run,
-        )
-    legs = [Leg(run, piece) for piece in pieces]
-    found = between_steps.turning_points(run, legs, steps_of(system, ()), key, rtol)
-    return np.array([point.value for point in found])
+    found: list[float] = []
+    # states may change places; from then on another system leads the run
+    pieces = (piece for piece in run.pieces if len(piece.t))
+    for leading, group in itertools.groupby(pieces, lambda piece: piece.system):
+        part = replace(run, system=leading, pieces=tuple(group), _known={})
+        legs = [Leg(part, piece) for piece in part.pieces]
+        points = between_steps.turning_points(part, legs, steps_of(leading, ()), key, rtol)
+        found += [point.value for point in points]
+    values = np.array(found)
+    turning = values[count_cycles(values).turning]
+    return turning if len(turning) > 1 else values[:2]

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from linkages import Rod
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, Spring, SpringDamper, Torque
+from lumped.components.translation import Force, Mass
 from lumped.errors import OptionError, SolverError
 from lumped.life import rainflow, turning_points
 from lumped.ops import where
@@ -75,9 +77,39 @@ def test_both_sides_of_a_jump_count():
     assert np.abs(found - after).min() < 1e-5
 
 
+def test_another_state_may_lead():
+    """A pendulum that turns over, in coordinates across and down: top and bottom in turn."""
+    pendulum = lp.assemble(
+        lp.compose(
+            across=Mass(m=1.0, s=0.0, v=12.0),
+            down=Mass(m=1.0, s=2.0),
+            rod=Rod(),
+            weight=Force(f=9.81),
+            connections=lambda m: [
+                lp.connect(m.across.flange_a, m.rod.x),
+                lp.connect(m.down.flange_a, m.rod.y, m.weight.flange),
+            ],
+        )
+    )
+    run = lp.simulate(pendulum, until=4.0, grid=None, rtol=1e-9)
+    assert len({id(piece.system) for piece in run.pieces}) > 1
+    found = turning_points(run, "down.s")
+    wanted = 2.0 * (-1.0) ** np.arange(len(found) - 1)
+    assert len(found) > 6
+    assert found[:-1] == pytest.approx(wanted, abs=1e-6)
+
+
+def test_a_formula_turns_where_its_quantities_do(swinging):
+    spring = swinging.model.spring
+    run = lp.simulate(swinging, until=3.0, grid=None, rtol=1e-9)
+    found = turning_points(run, 3 * spring.phi_rel + 1)
+    assert found == pytest.approx(3 * turning_points(run, "spring.phi_rel") + 1, abs=1e-9)
+
+
 def test_what_does_not_turn_has_two(swinging):
     run = lp.simulate(swinging, until=0.2, grid=None)
     assert len(turning_points(run, "spring.phi_rel")) == 2
+    assert turning_points(run, "ground.flange.phi").tolist() == [0.0, 0.0]
 
 
 def test_slips_are_named(swinging):
