@@ -4,6 +4,7 @@ from lumped import errors as errors
 from lumped import exchange as exchange
 from lumped import explorer as explorer
 from lumped import gradients as gradients
+from lumped import life as life
 from lumped import live as live
 from lumped import ops as ops
 from lumped import optimisation as optimisation

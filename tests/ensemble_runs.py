@@ -20,6 +20,7 @@ from lumped.errors import LumpedError
 
 paired = lp.ensembles.paired
 RUNS = 7
+CURVE = lp.life.SNCurve(0.1, 1e5, 5.0, "haibach")
 
 
 LIMITED = ("peak", "ratio", "restitution", "e", "static", "kinetic", "fill")
@@ -141,6 +142,7 @@ def all_functionals(system, until):
             f"peak {name}": fun.peak(name),
             f"highest {name}": fun.highest(name, between=part),
             f"swing {name}": fun.swing(name),
+            f"damage {name}": fun.damage(name, CURVE),
             f"rms {name}": fun.rms(name),
             f"mean {name}": fun.mean(name, names[i - 1], between=part),
             f"at {name}": fun.at([0.1 * until, 0.0, 0.613 * until, until], name),

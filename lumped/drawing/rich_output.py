@@ -22,6 +22,7 @@ from lumped.errors import LumpedError
 from lumped.gradients.gradient import Gradient
 from lumped.gradients.sensitivity import Sensitivity
 from lumped.language.component import Component
+from lumped.life.duty_cycle import DutyCycle
 from lumped.points.equilibrium_sensitivity import EquilibriumSensitivity
 from lumped.support.display_units import time_unit
 from lumped.timeloop.result import Trajectory
@@ -149,6 +150,12 @@ def _(found: Ensemble) -> Column:
 @_column.register
 def _(found: Scatter) -> Column:
     return "spread", [sparklines.spread(own.sample()) for own in found.spreads.values()]
+
+
+@_column.register
+def _(found: DutyCycle) -> Column:
+    damages = [*found.damages.tolist(), *[found.between] * (len(found.names) > 1)]
+    return "damage", [sparklines.share(value, max(damages), max(damages)) for value in damages]
 
 
 @_column.register

@@ -15,8 +15,9 @@ from lumped.timeloop.leading_states import exchanged
 
 __all__ = ["AloneRecords", "OtherLeads"]
 
-_SO_FAR = ("sums", "best", "totals", "happened", "told", "taken", "ring")
-"""What functionals have taken from a run."""
+_SO_FAR = ("sums", "best", "totals", "happened", "told", "taken", "ring", "load_size")
+_COUNTED = ("held", "held_at", "size", "fed", "last", "last_at", "direction", "damage", "cycles")
+"""What functionals have taken from a run, and what is counted of loads."""
 
 
 class AloneRecords(RunRecords):
@@ -99,3 +100,5 @@ def _take_over(own: Variants, other: Variants) -> None:
     new.watch.next_time = old.watch.next_time
     for name in _SO_FAR:
         getattr(new.watch, name)[:] = getattr(old.watch, name)
+    for name in _COUNTED:
+        getattr(new.watch.count, name)[:] = getattr(old.watch.count, name)

@@ -155,7 +155,7 @@ class RunRecords:
         run.output = _no_output()
         run.watches = 1
         run.watch = watch_of(self.watched)
-        for name in ("integrand", "extreme", "end_value", "point", "final", "event_point"):
+        for name in ("integrand", "extreme", "end_value", "load", "point", "final", "event_point"):
             setattr(run.watch, name, self._functions.get(name, self._nothing))
         self._set_instants(run, self._first_instants)
         if options.method == "implicit" and n:
@@ -196,6 +196,7 @@ class RunRecords:
         sizes |= {"parameters": plant.parameters, "prepared": plant.prepared}
         sizes |= {"extremes": watch.extremes, "terms": run.terms, "row": run.row}
         own = LaneWatch(sizes, integrands=watch.integrands, extremes=watch.extremes)
+        own.loads = watch.loads
         own.integrand, own.extreme = watch.integrand, watch.extreme
         own.end_value = watch.end_value
         own.begin[:], own.end[:], own.sign[:] = watch.begin, watch.end, watch.sign
@@ -207,7 +208,7 @@ class RunRecords:
             watch=own,
             count=len(slots),
             parameters=plant.parameters + plant.prepared,
-            looks_inside=plant.margins > 0,
+            looks_inside=plant.margins > 0 or watch.loads > 0,
             watches=1,
             chooses_method=run.chooses_method,
             max_steps=float(run.max_steps),

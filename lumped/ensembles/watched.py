@@ -17,6 +17,7 @@ from lumped.simulation.functional_kinds import (
     At,
     AtEvent,
     Count,
+    Damage,
     Final,
     Impact,
     Instant,
@@ -26,15 +27,18 @@ from lumped.simulation.functional_kinds import (
     factors,
     product,
 )
+from lumped.timeloop.cycle_count import DamageLaw, count_record
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.validity import Held, ranges
 
 __all__ = ["POSITIONS", "Collected", "Reading", "Watched"]
 
-Collected = Final | Peak | Swing | Integral | At | Instant | Count | AtEvent | Impact
+Collected = Final | Peak | Swing | Integral | At | Instant | Count | AtEvent | Impact | Damage
 """What the loop can collect."""
 
 _SIGNS = {"peak": 0, "highest": 1, "lowest": -1}
+_DEPTH = 1 << 14
+"""Turning points of a load that may wait for the end of their cycles."""
 POSITIONS = (0, 1, 2, -1)
 """Positions of a hold, in the order of its words: stuck, forward, backward, free."""
 
@@ -117,12 +121,13 @@ class Watched:
         self.system, self.of, self.begin, self.until = system, dict(of), begin, until
         self._integrals, self._extremes, self._points = _Table(), _Table(), _Table()
         self._finals, self._event_points, self._events = _Table(), _Table(), _Table()
+        self._loads, self._laws = _Table(), list[DamageLaw]()
         self._times: list[tuple[float, int]] = []
         self._matches: list[tuple[int, int, int, int]] = []
         self._timed: list[tuple[str, int]] = []
         self._places = {label: self._add(label, f) for label, f in self.of.items()}
         self._ranges = [(held, self._swing(held.formula)) for held in ranges(system)]
-        tables = {
+        functions = {
             "integrand": self._integrals,
             "extreme": self._extremes,
             "point": self._points,
@@ -131,12 +136,15 @@ class Watched:
         }
         self.functions = {
             name: ca.Function(name, system.inputs, [ca.densify(ca.vertcat(*t.quantities))])
-            for name, t in tables.items()
+            for name, t in functions.items()
             if t.rows
         }
         if self._extremes.rows:
             self.functions["end_value"] = _with_slopes(system, self._extremes.quantities)
-        counts = [len(t.rows) for t in (self._integrals, self._extremes, self._points)]
+        if self._loads.rows:
+            self.functions["load"] = _with_slopes(system, self._loads.quantities)
+        tables = (self._integrals, self._extremes, self._loads, self._points)
+        counts = [len(t.rows) for t in tables]
         self._first = np.cumsum([0, *counts, len(self._finals.rows)]).tolist()
         self.width = self._first[-1] + 2 * len(self._events.rows)
 
@@ -151,6 +159,9 @@ class Watched:
             return self._extremes.add(product(self.system, (wanted.name,)), *part, sign)
         if isinstance(wanted, Swing):
             return self._swing(wanted.name)
+        if isinstance(wanted, Damage):
+            self._laws.append(wanted.law)
+            return self._loads.add(product(self.system, (wanted.name,)))
         if isinstance(wanted, Integral):
             names = factors(self.system, wanted)
             return self._integrals.add(product(self.system, names), *self._part(wanted))
@@ -256,6 +267,7 @@ class Watched:
             "states": len(self.system.state_names),
             "integrands": len(self._integrals.rows),
             "extremes": len(self._extremes.rows),
+            "loads": len(self._loads.rows),
             "points": len(self._points.rows),
             "finals": len(self._finals.rows),
             "event_points": len(self._event_points.rows),
@@ -268,6 +280,7 @@ class Watched:
         ends = np.array(parts).reshape(-1, 2)
         watch.begin[:], watch.end[:] = ends[:, 0], ends[:, 1]
         watch.sign[:] = [int(row[2]) for row in self._extremes.rows]
+        watch.count = count_record(self._laws, _DEPTH)
         times = sorted(self._times)
         watch.times = len(times)
         watch.time = np.array([t for t, _ in times], dtype=float)
@@ -307,7 +320,7 @@ class Watched:
     def reading(self, label: str) -> Reading:
         """Where a functional is found in what the loop gives."""
         wanted, place = self.of[label], self._places[label]
-        integrals, extremes, points, finals, events = self._first
+        integrals, extremes, loads, points, finals, events = self._first
         if isinstance(wanted, Swing):
             assert isinstance(place, tuple)
             return Reading("sum", tuple(extremes + k for k in place))
@@ -317,6 +330,8 @@ class Watched:
             return Reading(wanted.kind, (integrals + place,), end - begin)
         if isinstance(wanted, Peak):
             return Reading("least" if wanted.kind == "lowest" else "sum", (extremes + place,))
+        if isinstance(wanted, Damage):
+            return Reading("sum", (loads + place,))
         if isinstance(wanted, At | Final):
             return Reading("sum", ((points if isinstance(wanted, At) else finals) + place,))
         taken = events + 2 * place
@@ -333,6 +348,12 @@ class Watched:
         component = getattr(wanted, "component", "")
         if component:
             return f"{label}: this event of {component} does not happen in this run"
+        if isinstance(wanted, Damage):
+            return (
+                f"{label}: not a number, or more than {_DEPTH} turning points follow each other "
+                "without closing a cycle, as where a free vibration hardly decays; end the run "
+                "earlier"
+            )
         return f"{label}: not a number"
 
 

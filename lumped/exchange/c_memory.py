@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from lumped.code.records import Field, Record
+from lumped.kernel.cycles import Count
 from lumped.kernel.plant import Function, Plant
 from lumped.kernel.run import InstantSearch, Matrix, Pattern, Run, RunOutput
 from lumped.kernel.watch import Watch
@@ -25,8 +26,9 @@ _RECORDS: dict[str, type[Record]] = {
     "pattern": Pattern,
     "plant": Plant,
     "watch": Watch,
+    "count": Count,
 }
-_UNWATCHED = dict.fromkeys(Watch.lengths(), 0)
+_UNWATCHED = dict.fromkeys(Watch.lengths() | Count.lengths(), 0)
 """Lengths where no functionals are collected."""
 _FUNCTIONS = [f.name for kind in (Plant, Watch) for f in kind.fields.values() if f.kind is Function]
 _OUTPUT = {
@@ -67,13 +69,15 @@ class Memory:
         changes = sizes["conditions"] + sizes["holds"] + 1
         modes = sizes["settings"] - sizes["implicit"]
         more = {"rows": _ROWS, "pieces": _PIECES, "changes": changes, "modes": modes}
-        watched = {name: getattr(watch, name) for name in _UNWATCHED if watch and name != "states"}
+        watched = {} if watch is None else _lengths(watch) | _lengths(watch.count)
         self._sizes = {**_UNWATCHED, **sizes, **watched, **more, "work": 1, "prepared": 0}
         self._counts = {"numbers": 0, "integers": 0}
         self._functions = functions
         self.tables: list[str] = []
         self._lines: list[str] = []
-        given = {**values, "watch": {} if watch is None else _held(watch)}
+        given = dict(values)
+        if watch is not None:
+            given |= {"watch": _held(watch), "count": _held(watch.count)}
         for name, kind in _RECORDS.items():
             for field in kind.fields.values():
                 self._field(name, field, given.get(name, {}))
@@ -146,11 +150,16 @@ class Memory:
         return "\n".join([*self.tables, "", *head, *self._lines, *addresses, "}\n"])
 
 
-def _held(watch: Watch) -> dict[str, int | np.ndarray]:
+def _lengths(record: Record) -> dict[str, int]:
+    """Sizes of the arrays of a record that it knows itself."""
+    return {name: getattr(record, name) for name in record.lengths() if name in record.fields}
+
+
+def _held(record: Record) -> dict[str, int | np.ndarray]:
     """Counts, tables, and arrays whose length only the record knows."""
     found: dict[str, int | np.ndarray] = {}
-    for field in Watch.fields.values():
-        value = getattr(watch, field.name)
+    for field in record.fields.values():
+        value = getattr(record, field.name)
         if isinstance(value, np.ndarray):
             if value.any() or not field.length:
                 found[field.name] = value

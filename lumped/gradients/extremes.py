@@ -19,9 +19,9 @@ from lumped.support.made_once import made_once
 from lumped.timeloop.many_points import ManyPoints
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["SampledExtreme", "extremes"]
+__all__ = ["HALVINGS", "Intervals", "Looks", "SampledExtreme", "extremes", "parts_of"]
 
-_HALVINGS = 40
+HALVINGS = 40
 """Of an interval of samples until a quantity is resolved in it."""
 _GENEROUS = 1e5
 """Tolerances below the highest sample so far, from which on a part of a step is looked at."""
@@ -51,7 +51,7 @@ class SampledExtreme(NamedTuple):
     edge: int
 
 
-class _Intervals(NamedTuple):
+class Intervals(NamedTuple):
     """Parts of steps with values and slopes at their ends, arrays of one shape."""
 
     leg: np.ndarray
@@ -63,8 +63,9 @@ class _Intervals(NamedTuple):
     slope_end: np.ndarray
     error: np.ndarray
 
-    def of(self, which: np.ndarray) -> _Intervals:
-        return _Intervals(*(v[which] for v in self))
+    def of(self, which: np.ndarray) -> Intervals:
+        """Some of them."""
+        return Intervals(*(v[which] for v in self))
 
     @property
     def bounds(self) -> np.ndarray:
@@ -84,7 +85,7 @@ def extremes(
     """
     name = run.system.key(peak.name)
     signs = {"peak": (1.0, -1.0), "highest": (1.0,), "lowest": (-1.0,)}[peak.kind]
-    looks = _Looks(run, legs, steps, name)
+    looks = Looks(run, legs, steps, name)
     samples, size = looks.samples(signs, rtol, peak.between)
     slack = 10 * rtol * size
     found: list[SampledExtreme] = []
@@ -98,8 +99,8 @@ def extremes(
 
 
 def _highest(
-    looks: _Looks,
-    samples: _Intervals,
+    looks: Looks,
+    samples: Intervals,
     sign: float,
     best: float,
     size: float,
@@ -110,9 +111,9 @@ def _highest(
     turned = {k: sign * getattr(samples, k) for k in ("y", "y_end", "slope", "slope_end")}
     parts = samples._replace(**turned)
     best = max(best, float(np.max(parts.y)), float(np.max(parts.y_end)))
-    resolved: list[_Intervals] = []
+    resolved: list[Intervals] = []
     noise = 1e-13 * (abs(best) + size)
-    for _ in range(_HALVINGS):
+    for _ in range(HALVINGS):
         bounds = parts.bounds
         high = bounds.max(axis=0)
         parts = parts.of(active := high + parts.error >= best - slack)
@@ -127,7 +128,7 @@ def _highest(
             break
         parts = looks.halved(parts, sign)
         best = max(best, float(parts.y.max()), float(parts.y_end.max()))
-    inner = _Intervals(*(np.concatenate(columns) for columns in zip(*resolved, strict=True)))
+    inner = Intervals(*(np.concatenate(columns) for columns in zip(*resolved, strict=True)))
     found = looks.ends(samples, sign, between)
     order = np.argsort(-inner.bounds.max(axis=0), kind="stable")[:_LOCATED]
     found += looks.located(inner.of(order), sign)
@@ -144,7 +145,7 @@ def _look(system: System, name: str) -> ManyPoints:
     return ManyPoints(ca.Function("look", system.inputs, [both]))
 
 
-class _Looks:
+class Looks:
     """A quantity and its slope anywhere in a run."""
 
     def __init__(self, run: Trajectory, legs: list[Leg], steps: Steps, name: str) -> None:
@@ -153,7 +154,7 @@ class _Looks:
 
     def samples(
         self, signs: tuple[float, ...], rtol: float, between: tuple[float, float] | None
-    ) -> tuple[_Intervals, float]:
+    ) -> tuple[Intervals, float]:
         """Parts of steps that may hold the extreme, with an estimate of how far a cubic deviates.
 
         The largest size of all samples stands beside them.
@@ -161,11 +162,11 @@ class _Looks:
         rows: list[np.ndarray] = []
         best, size = -np.inf, 0.0
         for samples in sampled(self.legs, self.steps, self.look):
-            found = _parts(samples, between)
+            found = parts_of(samples, between)
             if not len(found.leg):
                 continue
             columns = np.array(found)
-            self._check(columns)
+            self.check(columns)
             values = np.array(signs)[:, None] * np.append(found.y, found.y_end)
             best = max(best, float(values.max()))
             size = max(size, float(np.abs(values).max()))
@@ -182,11 +183,11 @@ class _Looks:
             y, slope = self.at(np.array([last]), t)[:, :, None]
             rows = [np.array([[last], t, t, y[0], y[0], slope[0], slope[0], [0.0]])]
             size = abs(float(y[0, 0]))
-            self._check(rows[0])
+            self.check(rows[0])
         table = np.concatenate(rows, axis=1)
-        return _Intervals(table[0].astype(int), *table[1:]), size
+        return Intervals(table[0].astype(int), *table[1:]), size
 
-    def _check(self, found: np.ndarray) -> None:
+    def check(self, found: np.ndarray) -> None:
         """Refuse what is not finite."""
         if not np.isfinite(found).all():
             raise SolverError(
@@ -197,7 +198,7 @@ class _Looks:
         """Quantity and slope at times in smooth parts, shape (2, times)."""
         return values_at(self.run, self.legs, self.steps, self.look, legs, t).T
 
-    def halved(self, parts: _Intervals, sign: float) -> _Intervals:
+    def halved(self, parts: Intervals, sign: float) -> Intervals:
         """Each part in two, by shorter steps to its middle."""
         middle = 0.5 * (parts.begin + parts.end)
         y, slope = sign * self.at(parts.leg, middle)
@@ -206,10 +207,10 @@ class _Looks:
         error = np.maximum(*_misses(ends, slopes, (parts.end - parts.begin)[:, None])).ravel()
         left = parts._replace(end=middle, y_end=y, slope_end=slope, error=error)
         right = parts._replace(begin=middle, y=y, slope=slope, error=error)
-        return _Intervals(*(np.concatenate(c) for c in zip(left, right, strict=True)))
+        return Intervals(*(np.concatenate(c) for c in zip(left, right, strict=True)))
 
     def ends(
-        self, samples: _Intervals, sign: float, between: tuple[float, float] | None
+        self, samples: Intervals, sign: float, between: tuple[float, float] | None
     ) -> list[SampledExtreme]:
         """Ends of the legs at which the quantity does not rise inwards."""
         found, last = [], len(self.legs) - 1
@@ -228,7 +229,7 @@ class _Looks:
                 found.append(SampledExtreme(number, end, value, sign, 0 if fixed else number + 1))
         return found
 
-    def located(self, parts: _Intervals, sign: float) -> list[SampledExtreme]:
+    def located(self, parts: Intervals, sign: float) -> list[SampledExtreme]:
         """The extremes inside parts whose slopes differ in sign."""
         if not len(parts.leg):
             return []
@@ -242,7 +243,7 @@ class _Looks:
         return [SampledExtreme(leg, time, value, sign, 0) for leg, time, value in found]
 
 
-def _parts(samples: Samples, between: tuple[float, float] | None) -> _Intervals:
+def parts_of(samples: Samples, between: tuple[float, float] | None) -> Intervals:
     """Parts of sampled steps, all or those within an interval."""
     leg, t, values = samples
     y, slope = values[:, :, 0], values[:, :, 1]
@@ -260,7 +261,7 @@ def _parts(samples: Samples, between: tuple[float, float] | None) -> _Intervals:
     inside = np.ones(len(leg), dtype=bool)
     if between is not None:
         inside = (t[:, 0] >= between[0]) & (t[:, -1] <= between[1])
-    return _Intervals(*(c[inside].ravel() for c in columns))
+    return Intervals(*(c[inside].ravel() for c in columns))
 
 
 def _misses(y: np.ndarray, slope: np.ndarray, h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

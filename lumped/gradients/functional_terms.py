@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
 import casadi as ca
@@ -12,15 +12,20 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.gradients.adjoint import AdjointPoint
-from lumped.gradients.extremes import extremes
+from lumped.gradients.damage_slopes import damage_slopes
+from lumped.gradients.extremes import SampledExtreme, extremes
 from lumped.gradients.jumps import Crossing, EventDerivatives
 from lumped.gradients.legs import Leg
 from lumped.gradients.saltation import saltation_of
+from lumped.gradients.samples import values_at
 from lumped.gradients.steps import Steps
+from lumped.gradients.turning_points import turning_points
+from lumped.gradients.ways import Owed, Way, multiple, sum_of
 from lumped.simulation.functional_kinds import product
 from lumped.simulation.functionals import (
     At,
     AtEvent,
+    Damage,
     Final,
     Functional,
     Impact,
@@ -30,56 +35,16 @@ from lumped.simulation.functionals import (
 )
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
+from lumped.timeloop.many_points import ManyPoints
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["AT_ONCE", "Owed", "SmoothParts", "Way"]
+__all__ = ["AT_ONCE", "SmoothParts"]
 
 AT_ONCE = 1e-10
 """Part of a run within which a change counts as happening at a given instant."""
 
 _FLIGHT = 1e-6
 """Part of a run that a flight must last for its length to be known well."""
-
-
-@dataclass(frozen=True)
-class Way:
-    """One way in which a functional can hang on a run.
-
-    Attributes
-    ----------
-    value : float
-        What it is.
-    points : tuple of AdjointPoint
-        What it owes to single instants.
-    by_end : float
-        Its derivative by the end of the run.
-    """
-
-    value: float
-    points: tuple[AdjointPoint, ...] = ()
-    by_end: float = 0.0
-
-
-class Owed(NamedTuple):
-    """A functional of a run.
-
-    Attributes
-    ----------
-    ways : tuple of Way
-        The only one, or several: extremes of one height, or a change at the very instant.
-    pick : str
-        Which of several ways it goes: of the greatest or least derivative; or the second one
-        where the change comes later.
-    guard : tuple of AdjointPoint
-        The instant of the change, if ways differ by it.
-    where : str
-        In words, where the ways part.
-    """
-
-    ways: tuple[Way, ...]
-    pick: Literal["", "greatest", "least", "later"] = ""
-    guard: tuple[AdjointPoint, ...] = ()
-    where: str = ""
 
 
 class _Look(NamedTuple):
@@ -105,6 +70,8 @@ class SmoothParts:
         How it was made.
     rtol : float
         Its accuracy.
+    turns : dict of str to list
+        Where quantities turn, as far as this was asked for.
     """
 
     run: Trajectory
@@ -112,6 +79,7 @@ class SmoothParts:
     crossings: list[Crossing]
     steps: Steps
     rtol: float
+    turns: dict[str, list[SampledExtreme]] = field(default_factory=dict)
 
     def owed(self, functional: Functional) -> Owed:
         """What a functional is, if it is no integral.
@@ -131,12 +99,14 @@ class SmoothParts:
             return self._at(str(functional), functional.times, functional.names)
         if isinstance(functional, Peak):
             return self._extreme(functional)
+        if isinstance(functional, Damage):
+            return self._damage(functional)
         if isinstance(functional, Instant):
             return self._instant(functional)
         if isinstance(functional, AtEvent):
-            return Owed((_sum(list(self._at_events(functional))),))
+            return Owed((sum_of(list(self._at_events(functional))),))
         if isinstance(functional, Impact):
-            return Owed((_sum(list(self._impacts(functional))),))
+            return Owed((sum_of(list(self._impacts(functional))),))
         raise TypeError(functional)
 
     @property
@@ -148,7 +118,9 @@ class SmoothParts:
         """Whether a functional looks at the very end of the run."""
         if isinstance(functional, At):
             return self.until - max(functional.times) <= AT_ONCE * self.until
-        return isinstance(functional, Final | Peak) and not getattr(functional, "between", None)
+        return isinstance(functional, Final | Peak | Damage) and not getattr(
+            functional, "between", None
+        )
 
     def cut(self, functional: Functional) -> None:
         """Make instants that a functional names ends of steps."""
@@ -193,7 +165,7 @@ class SmoothParts:
             )
         if guards:
             return Owed(tuple(ways[0]), "later", tuple(guards), where)
-        return Owed((_sum([own[0] for own in ways]),))
+        return Owed((sum_of([own[0] for own in ways]),))
 
     def _leg(self, t: float) -> tuple[int, bool]:
         """Leg in which an instant lies, the later one on a border; whether one is so near."""
@@ -228,23 +200,51 @@ class SmoothParts:
 
     def _extreme(self, functional: Peak) -> Owed:
         name = self.run.system.key(functional.name)
-        ways, times = [], []
-        for top in extremes(self.run, self.legs, self.steps, functional, self.rtol):
-            leg = self.legs[top.leg]
-            leg.cut(top.time)
-            look = self._look(top.leg, top.time, (name,))
-            sign = top.sign if functional.kind == "peak" else 1.0
-            point = AdjointPoint(
-                top.leg, top.time, 0, sign * look.by_states, sign * look.by_parameters
-            )
-            if top.edge:
-                edge = self._joined(top.edge)
-                point = replace(point, edge=edge, late=sign * look.rate)
-            last = top.time == self.until and functional.between is None
-            ways.append(Way(sign * look.value, (point,), sign * look.rate if last else 0.0))
-            times.append(f"{top.time:.9g}")
+        tops = extremes(self.run, self.legs, self.steps, functional, self.rtol)
+        ends = functional.between is None
+        ways = [
+            multiple(way, top.sign if functional.kind == "peak" else 1.0)
+            for top, way in zip(tops, self._turned(tops, name, ends), strict=True)
+        ]
+        times = ", ".join(f"{top.time:.9g}" for top in tops)
         pick: Literal["greatest", "least"] = "least" if functional.kind == "lowest" else "greatest"
-        return Owed(tuple(ways), pick, (), f"t = {', '.join(times)} s, all equally high")
+        return Owed(tuple(ways), pick, (), f"t = {times} s, all equally high")
+
+    def _turned(self, tops: Sequence[SampledExtreme], name: str, ends: bool) -> list[Way]:
+        """Values at which a quantity turns, one of which may be that at the end of the run."""
+        system, n = self.run.system, len(self.run.system.structure.states)
+        legs, times = np.array([top.leg for top in tops]), np.array([top.time for top in tops])
+        given = (self.run, self.legs, self.steps, _at_many(system, name))
+        found = values_at(*given, legs, times)
+        ways = []
+        for top, row in zip(tops, found, strict=True):
+            value, rate = float(row[0]), float(row[1])
+            point = AdjointPoint(top.leg, top.time, 0, row[2 : 2 + n], row[2 + n :])
+            if top.edge:
+                point = replace(point, edge=self._joined(top.edge), late=rate)
+            by_end = rate if ends and top.time == self.until else 0.0
+            ways.append(Way(value, (point,), by_end))
+        for number in np.unique(legs).tolist():
+            self.legs[number].cut(times[legs == number])
+        return ways
+
+    def _damage(self, functional: Damage) -> Owed:
+        name = self.run.system.key(functional.name)
+        if name not in self.turns:
+            given = (self.run, self.legs, self.steps, name, self.rtol)
+            self.turns[name] = turning_points(*given)
+        turns = self.turns[name]
+        values = np.array([turn.value for turn in turns])
+        slack = 10 * self.rtol * float(np.abs(values).max())
+        damage, slopes = damage_slopes(values, functional.law, slack)
+        places = np.flatnonzero(slopes.any(axis=0)).tolist()
+        owed = self._turned([turns[k] for k in places], name, ends=True)
+        ways = []
+        for by in slopes[:, places].tolist():
+            parts = [multiple(way, k) for way, k in zip(owed, by, strict=True) if k]
+            ways.append(replace(sum_of(parts), value=damage))
+        where = "cycles of the same range, or an amplitude at the end of a law of the curve"
+        return Owed(tuple(ways), "greatest", (), where)
 
     # -- at events ---------------------------------------------------------------------------
 
@@ -404,9 +404,15 @@ def _limit(a: complex, b: complex, c: complex) -> complex:
     return c + (c - b) ** 2 / ((b - a) - (c - b))
 
 
-def _sum(ways: list[Way]) -> Way:
-    points = tuple(point for way in ways for point in way.points)
-    return Way(sum(w.value for w in ways), points, sum(w.by_end for w in ways))
+@made_once
+def _at_many(system: System, name: str) -> ManyPoints:
+    """A quantity, its derivative by time along the run, and those by states and parameters."""
+    x, p, t, _ = system.inputs
+    y = system.expressions([name])
+    along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
+    slopes = ca.jacobian(y, ca.vertcat(x, p)).T
+    every = ca.densify(ca.vertcat(y, along, slopes))
+    return ManyPoints(ca.Function("at_many", system.inputs, [every]))
 
 
 @made_once

@@ -11,13 +11,14 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.gradients.adjoint import AdjointPoint, crossings_of
 from lumped.gradients.forward import Followed
-from lumped.gradients.functional_terms import Owed, SmoothParts, Way
+from lumped.gradients.functional_terms import SmoothParts
 from lumped.gradients.legs import legs_of
 from lumped.gradients.resolved_steps import Resolved, resolved
 from lumped.gradients.steps import steps_of
 from lumped.gradients.sweep import Seeds, Swept, placed
 from lumped.gradients.touches import refuse_touches
 from lumped.gradients.varied import END
+from lumped.gradients.ways import Owed, Way
 from lumped.simulation.functional_kinds import factors, quantities
 from lumped.simulation.functionals import Count, Functional, Integral
 from lumped.timeloop.result import Piece, Trajectory

@@ -146,12 +146,12 @@ class Leg:
         found = steps_of(self._run.system, ()).replayed(shorter, np.array([1, 0]))
         return found[1], m[0]
 
-    def cut(self, t: float) -> None:
-        """Make an instant inside the leg the end of a step."""
-        if t not in self.t:
-            place = int(np.searchsorted(self.t, t))
-            self.t = np.insert(self.t, place, t)
-            self._of_run = self._of_run + (self._of_run >= place)
+    def cut(self, times: float | np.ndarray) -> None:
+        """Make instants inside the leg ends of steps."""
+        new = np.setdiff1d(times, self.t)
+        places = np.searchsorted(self.t, new)
+        self.t = np.insert(self.t, places, new)
+        self._of_run = self._of_run + np.searchsorted(places, self._of_run, "right")
 
     def divide(self, parts: np.ndarray) -> None:
         """Divide each step into so many equal ones; where steps ended, states stay as they are."""

@@ -52,6 +52,8 @@ ARGUMENTS = {
     "crossing_of": 1,
     "look_of": 1,
     "end_of": 1,
+    "count_all": 2,
+    "sum_damage": 3,
 }
 """Number of arguments of each entry (see `lumped.kernel.entries`)."""
 

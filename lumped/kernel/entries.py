@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from lumped.code.words import Numbers, kernel
+from lumped.kernel.cycles import count_all, sum_damage
 from lumped.kernel.interpret import evaluate, prepare
 from lumped.kernel.linkages import close, converge
 from lumped.kernel.loop import loop
@@ -88,4 +89,6 @@ ENTRIES: dict[str, Any] = {
     "crossing_of": crossing_of,
     "look_of": look_of,
     "end_of": end_of,
+    "count_all": count_all,
+    "sum_damage": sum_damage,
 }

@@ -16,6 +16,7 @@ from lumped.kernel.extremes import (
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 from lumped.kernel.taylor import has_integrals, integrals
+from lumped.kernel.turning import begin_loads, end_loads, feed_loads
 from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE
 
 __all__ = [
@@ -58,6 +59,8 @@ def begin_watch(run: Run) -> None:
     watch = run.watch
     watch.next_time = 0
     watch.ends_at = LOWEST
+    if watch.loads > 0:
+        begin_loads(run)
     for k in range(watch.integrands):
         watch.sums[k] = 0.0
     for k in range(watch.extremes):
@@ -96,7 +99,7 @@ def is_inside_wanted(run: Run) -> bool:
     watch = run.watch
     watch.may_rise = watch.extremes > 0 and may_rise(run)
     watch.is_rough = watch.integrands > 0 and _is_rough(run)
-    if watch.is_rough or watch.may_rise:
+    if watch.is_rough or watch.may_rise or watch.loads > 0:
         return True
     return watch.next_time < watch.times and watch.time[watch.next_time] < run.t_new
 
@@ -171,6 +174,8 @@ def observe(run: Run, until: float) -> None:
                 and is_first_with_its_part(watch.begin, watch.end, n, k)
             ):
                 raise_all(run, k - n, begin, end)
+        if watch.loads > 0:
+            feed_loads(run, until)
     watch.ends_at = run.t_new if until == run.t_new else LOWEST
     for i in range(2 * watch.extremes):
         watch.ends[i] = watch.ends[2 * watch.extremes + i]
@@ -195,6 +200,8 @@ def end_watch(run: Run) -> None:
         watch.next_time = k + 1
     if watch.extremes > 0:
         raise_at(run)
+    if watch.loads > 0:
+        end_loads(run)
     if watch.finals > 0:
         evaluate(watch.final, run, run.x, run.t, run.m, watch.last)
 

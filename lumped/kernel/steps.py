@@ -109,7 +109,7 @@ def _begin(run: Run) -> bool:
     x, f, a, later = run.x, run.stages, run.argument, run.new
     run.sampled_to = math.inf
     if run.watches:
-        run.watch.ends_at = -math.inf
+        run.watch.ends_at = run.watch.loads_at = -math.inf
     run.was_rejected = run.stiff_steps = 0
     if run.next_patience == 0:
         run.next_patience = _FIRST_PATIENCE

@@ -1,8 +1,8 @@
 """What functionals take from a run while it goes on: the record.
 
-Integrals, extremes, values at given instants and events are collected step by step, so that no
-point of the run need be kept. Lengths are expressions of ``integrands``, ``extremes``, ``points``,
-``finals``, ``wanted_events``, ``event_points`` and ``states``.
+Integrals, extremes, cycles of loads, values at given instants and events are collected step by
+step, so that no point of the run need be kept. Lengths are expressions of ``integrands``,
+``extremes``, ``loads``, ``points``, ``finals``, ``wanted_events``, ``event_points`` and ``states``.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import Annotated
 
 from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers
+from lumped.kernel.cycles import Count
 from lumped.kernel.plant import Function
 
 __all__ = ["ALL", "ANY", "COUNT", "IMPULSE", "INSTANT", "LOSS", "TIMED", "VALUE", "Watch"]
@@ -58,6 +59,15 @@ class Watch(Record):
         largest size.
     best : Numbers
         Extremes so far.
+    load : Function
+        Loads whose cycles are counted, then their derivatives by time along the run.
+    load_ends, loads_at : Numbers, float
+        These at the begin and at the end of the step, and the time of the end, s.
+    load_size : Numbers
+        Largest sizes of the loads so far.
+    spans : Numbers
+        Parts of a step that wait to be looked at: begin, value and slope there, end, value and
+        slope there, and how far the load may be from the cubic through both.
     times, time_of : Numbers, Integers
         Instants at which values are wanted, ascending, and of which point; then what is added to.
     totals : Numbers
@@ -100,6 +110,15 @@ class Watch(Record):
     sign: Annotated[Integers, "extremes"]
     samples: Annotated[Numbers, "8 * extremes"]
     best: Annotated[Numbers, "extremes"]
+
+    loads: int
+    load: Function
+    load_value: Annotated[Numbers, "2 * loads"]
+    load_ends: Annotated[Numbers, "4 * loads"]
+    loads_at: float
+    load_size: Annotated[Numbers, "loads"]
+    spans: Annotated[Numbers, "256 * loads"]
+    count: Count
 
     points: int
     point: Function

@@ -1,8 +1,5 @@
 from lumped.simulation import functionals as functionals
 from lumped.simulation.certify import Certificate as Certificate
-from lumped.simulation.fatigue import Cycles as Cycles
-from lumped.simulation.fatigue import SNCurve as SNCurve
-from lumped.simulation.fatigue import rainflow as rainflow
 from lumped.simulation.inverse import inverse as inverse
 from lumped.simulation.simulate import simulate as simulate
 from lumped.simulation.sizing import Sizing as Sizing

@@ -11,6 +11,7 @@ import casadi as ca
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError
+from lumped.timeloop.cycle_count import DamageLaw
 
 __all__ = [
     "At",
@@ -18,6 +19,7 @@ __all__ = [
     "Between",
     "Clearance",
     "Count",
+    "Damage",
     "Damping",
     "Designed",
     "Final",
@@ -281,6 +283,30 @@ class Swing:
 
 
 @dataclass(frozen=True)
+class Damage:
+    """Share of life that the cycles of a load take (rainflow count, Palmgren and Miner).
+
+    Attributes
+    ----------
+    name : str
+        The load.
+    law : DamageLaw
+        What a cycle does.
+    """
+
+    name: str
+    law: DamageLaw
+
+    def __str__(self) -> str:
+        scale = "" if self.law.scale == 1 else f" * {self.law.scale:.6g}"
+        return f"damage({self.name}{scale}, {self.law})"
+
+    def unit(self, system: System) -> str:
+        """Unit of its value."""
+        return "1"
+
+
+@dataclass(frozen=True)
 class Frequency:
     """Natural frequency of a mode, Hz; modes count from 0, the lowest first."""
 
@@ -360,7 +386,7 @@ def quantities(functional: object) -> tuple[str, ...]:
     """Names and formulas of what a functional looks at; none if it is something else."""
     if isinstance(functional, Integral | At | AtEvent):
         return functional.names
-    return (functional.name,) if isinstance(functional, Final | Peak | Swing) else ()
+    return (functional.name,) if isinstance(functional, Final | Peak | Swing | Damage) else ()
 
 
 def watching(system: System, of: Iterable[object]) -> System:
@@ -379,7 +405,7 @@ def product(system: System, names: tuple[str, ...]) -> ca.SX:
     return ca.SX(math.prod(ca.vertsplit(system.expressions(names))))
 
 
-Functional = Final | Peak | Integral | Instant | At | AtEvent | Impact
+Functional = Final | Peak | Integral | Instant | At | AtEvent | Impact | Damage
 Designed = Final | Peak | Integral | Swing
 Modal = Frequency | Damping | Clearance
 Vibrating = OrderPeak | Separation | Modal

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Literal
+from typing import Literal, Protocol
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
@@ -15,6 +15,7 @@ from lumped.simulation.functional_kinds import (
     Between,
     Clearance,
     Count,
+    Damage,
     Damping,
     Designed,
     Final,
@@ -31,12 +32,15 @@ from lumped.simulation.functional_kinds import (
     Vibrating,
 )
 from lumped.support.arguments import checked
+from lumped.timeloop.cycle_count import DamageLaw
 
 __all__ = [
     "At",
     "AtEvent",
     "Clearance",
     "Count",
+    "Curve",
+    "Damage",
     "Damping",
     "Designed",
     "Final",
@@ -55,6 +59,7 @@ __all__ = [
     "at_event",
     "clearance",
     "count",
+    "damage",
     "damping",
     "final",
     "frequency",
@@ -361,6 +366,55 @@ def impulse(component: str, *, number: int | None = 0) -> Impact:
         To be given to an analysis.
     """
     return Impact(component, number, "impulse")
+
+
+class Curve(Protocol):
+    """How much damage a cycle does, as an S-N curve says it."""
+
+    def law(self, mean_stress: tuple[int, float] | None, scale: float) -> DamageLaw:
+        """The numbers of the curve."""
+        ...
+
+
+@checked
+def damage(
+    name: Name,
+    curve: Curve,
+    *,
+    scale: float = 1.0,
+    mean_stress: tuple[int, float] | None = None,
+) -> Damage:
+    """Share of life that the cycles of a load take in a run, 1 being failure.
+
+    Cycles are found by rainflow counting (ASTM E1049-85, what is left being half cycles) of all
+    turning points, between the steps of the run too; shares add up (Palmgren and Miner). Where the
+    load jumps, both sides count.
+
+    Parameters
+    ----------
+    name : name or expression
+        The load, or an expression of quantities, such as ``16 * rig.shaft.tau / (pi * d**3)``.
+    curve : SNCurve
+        From `lumped.life`.
+    scale : float
+        Stress for each unit of the load, such as ``16 / (pi d^3)`` for the torque of a shaft.
+    mean_stress : optional
+        How the mean of a cycle counts, such as ``lumped.life.goodman("700 MPa")``; default is not
+        at all.
+
+    Returns
+    -------
+    Damage
+        To be given to an analysis.
+
+    Raises
+    ------
+    OptionError
+        If the scale is not positive.
+    """
+    if not scale > 0:
+        raise OptionError(f"damage: scale = {scale:g} must be positive.")
+    return Damage(key_of(name), curve.law(mean_stress, scale))
 
 
 @checked

@@ -30,7 +30,16 @@ from typing import Any
 import numpy as np
 
 import lumped as lp
-from lumped.components import Damper, IdealGear, Inertia, Planetary, Spring, Torque
+from lumped.components import (
+    Damper,
+    ElastoBacklash,
+    IdealGear,
+    Inertia,
+    Planetary,
+    Spring,
+    SpringDamper,
+    Torque,
+)
 from lumped.models.sources import Given
 
 KGF = 9.80665  # N
@@ -86,9 +95,9 @@ class UpperBranch(Branch):
 
     drive: lp.Component = Torque(tau=0.0)
     motor: Inertia = Inertia(J=J_MOTOR)
-    shaft: Spring = Spring(c=C_SHAFT)
+    shaft: Spring | SpringDamper = Spring(c=C_SHAFT)
     gearbox: Inertia = Inertia(J=J_GEARBOX)
-    spindle: Spring = Spring(c=C_SPINDLE)
+    spindle: Spring | ElastoBacklash = Spring(c=C_SPINDLE)
     rolls: Inertia | IdealGear = Inertia(J=J_BACKUP + J_WORK)
 
     def connections(self) -> Iterator[lp.Connection]:
@@ -105,7 +114,7 @@ class LowerBranch(Branch):
     drive: lp.Component = Torque(tau=0.0)
     motor: Inertia = Inertia(J=J_MOTOR)
     gearbox: Inertia = Inertia(J=J_GEARBOX)
-    spindle: Spring = Spring(c=C_SPINDLE)
+    spindle: Spring | ElastoBacklash = Spring(c=C_SPINDLE)
     rolls: Inertia | IdealGear = Inertia(J=J_BACKUP + J_WORK)
 
     def connections(self) -> Iterator[lp.Connection]:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from ensemble_runs import (
+    CURVE,
     Alone,
     all_functionals,
     assert_equal_to_single_runs,
@@ -126,6 +127,23 @@ def test_functionals_go_on_where_another_state_leads(pendulum):
         error = np.abs(found[label] - value).max()
         print(f"{label}: {error:.1e}")
         assert error < 1e-5
+
+
+def test_cycles_are_counted_where_another_state_leads(pendulum):
+    """The rod goes round: half cycles from top to bottom and back, and a rest at the end."""
+    lengths, knee = np.linspace(1.5, 2.5, 5), 0.1
+    of = {"damage": fun.damage("down.s", CURVE), "end": fun.final("down.s")}
+    found = lp.ensemble(pendulum, over={"rod.length": lengths}, until=4.0, of=of, rtol=1e-9)
+
+    def half_cycle(range_):
+        return 0.5e-5 * (0.5 * range_ / knee) ** 5
+
+    for length, damage, end in zip(lengths, found["damage"], found["end"], strict=True):
+        turns = np.arange(2, 20)
+        rest = np.abs(end - length * (-1.0) ** turns)
+        errors = np.abs((turns * half_cycle(2 * length) + half_cycle(rest)) / damage - 1)
+        print(f"{turns[errors.argmin()]} half turns: {errors.min():.0e}")
+        assert errors.min() < 1e-6
 
 
 def test_lanes_and_events_go_on_where_another_state_leads(braked):

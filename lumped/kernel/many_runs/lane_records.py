@@ -37,6 +37,7 @@ class LaneWatch(Record):
     sign: Annotated[Integers, "extremes"]
     samples: Annotated[Wides, "lanes * 8 * extremes"]
     best: Annotated[Wides, "lanes * extremes"]
+    loads: int
 
 
 class Lanes(Record):

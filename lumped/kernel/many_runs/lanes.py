@@ -247,6 +247,8 @@ def _observe(lanes: Lanes, is_on: Wide) -> None:
     """Take what functionals need from the step."""
     watch = lanes.watch
     lanes.look_mark = 1.0 if is_on > 0.5 and lanes.next_look < lanes.t_new else 0.0
+    if watch.loads > 0:
+        lanes.look_mark = 1.0 if is_on > 0.5 else 0.0
     if watch.extremes > 0:
         may_rise = is_on * lanes.may_rise
         if any_lane(may_rise > 0.5):

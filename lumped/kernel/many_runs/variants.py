@@ -235,6 +235,9 @@ def take(run: Run, out: Numbers) -> None:
     for i in range(watch.extremes):
         out[n] = watch.best[i]
         n += 1
+    for i in range(watch.loads):
+        out[n] = watch.count.damage[i]
+        n += 1
     for i in range(watch.points):
         out[n] = watch.totals[i]
         n += 1

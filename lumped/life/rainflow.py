@@ -1,12 +1,11 @@
 """Cycles of a load, and the damage that they do.
 
 Source: ASTM E1049-85, Standard Practices for Cycle Counting in Fatigue Analysis (its counting rule
-through its published example); Haibach, Betriebsfestigkeit (slope below the knee).
+through its published example).
 """
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from typing import Literal
 
@@ -14,67 +13,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumped.errors import OptionError
+from lumped.life.mean_stress import MeanStress
+from lumped.life.sn_curve import SNCurve
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
+from lumped.timeloop.cycle_count import count_cycles, damage_of_cycles
 
-__all__ = ["Cycles", "SNCurve", "rainflow"]
+__all__ = ["Cycles", "damage_of", "rainflow"]
 
 Real = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class SNCurve:
-    """Cycles to failure over the amplitude: ``N = cycles (knee / amplitude)^slope``.
-
-    Parameters
-    ----------
-    knee : float
-        Amplitude at the knee, in the unit of the amplitudes.
-    cycles : float
-        Cycles to failure there.
-    slope : float
-        Slope above the knee.
-    below : {"elementary", "original", "haibach"}
-        Below the knee: the same slope (elementary Miner), no damage (original Miner), or the slope
-        ``2 slope - 1`` (Haibach).
-
-    Raises
-    ------
-    OptionError
-        If a number is not positive.
-    """
-
-    knee: float
-    cycles: float
-    slope: float
-    below: Literal["elementary", "original", "haibach"] = "elementary"
-
-    def __post_init__(self) -> None:
-        for name in ("knee", "cycles", "slope"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise OptionError(f"SNCurve: {name} = {value:g} must be positive and finite.")
-        if self.below not in ("elementary", "original", "haibach"):
-            raise OptionError(
-                f"SNCurve: below = {self.below!r}: 'elementary', 'original' or 'haibach'."
-            )
-
-    @checked
-    def damage(self, amplitudes: ArrayLike) -> Real:
-        """Damage of one cycle of each amplitude, ``1 / N``.
-
-        Parameters
-        ----------
-        amplitudes : array_like
-            In the unit of the knee, not negative.
-        """
-        share = np.asarray(amplitudes, dtype=float) / self.knee
-        slopes = {"elementary": self.slope, "original": np.inf, "haibach": 2 * self.slope - 1}
-        with np.errstate(divide="ignore"):
-            low = np.where(share < 1, share ** slopes[self.below], 0.0)
-        found: Real = np.where(share < 1, low, share**self.slope) / self.cycles
-        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,24 +107,27 @@ class Cycles(RichHtml):
         return float(0.5 * largest * sum_ ** (1 / slope))
 
     @checked
-    def damage(self, curve: SNCurve, *, per_unit: float = 1.0) -> float:
+    def damage(
+        self, curve: SNCurve, *, scale: float = 1.0, mean_stress: MeanStress | None = None
+    ) -> float:
         """Sum of the shares of life that the cycles take (Palmgren and Miner).
 
         Parameters
         ----------
         curve : SNCurve
-            Life over the amplitude; the mean has no effect.
-        per_unit : float
+            Life over the amplitude.
+        scale : float
             Stress for each unit of the load, such as ``16 / (pi d^3)`` for the torque of a shaft.
+        mean_stress : MeanStress, optional
+            How the mean of a cycle counts, such as ``lumped.life.goodman("700 MPa")``; it has no
+            effect by default.
 
         Raises
         ------
         OptionError
-            If `per_unit` is not positive.
+            If `scale` is not positive, or the mean of a cycle reaches the ultimate strength.
         """
-        if not (np.isfinite(per_unit) and per_unit > 0):
-            raise OptionError(f"damage: per_unit = {per_unit:g} must be positive and finite.")
-        return float((self.counts * curve.damage(0.5 * per_unit * self.ranges)).sum())
+        return damage_of(self, curve, scale, mean_stress)[0]
 
     def __repr__(self) -> str:
         ends, counts = self.classes(10)
@@ -188,6 +139,29 @@ class Cycles(RichHtml):
         if len(self.residue):
             head += f", and a residue of {len(self.residue)}"
         return f"{head}\n" + table(("range above", "up to", "cycles"), rows)
+
+
+def damage_of(
+    cycles: Cycles, curve: SNCurve, scale: float, mean_stress: MeanStress | None
+) -> tuple[float, Real]:
+    """Damage of all cycles, and of each.
+
+    Raises
+    ------
+    OptionError
+        If `scale` is not positive, or the mean of a cycle reaches the ultimate strength.
+    """
+    if not scale > 0:
+        raise OptionError(f"damage: scale = {scale:g} must be positive.")
+    law = curve.law(mean_stress, scale)
+    sum_, found = damage_of_cycles(cycles.ranges, cycles.means, cycles.counts, law)
+    if np.isinf(sum_):
+        mean = scale * cycles.means[np.argmax(found[:, 0])]
+        raise OptionError(
+            f"damage: a cycle has the mean {mean:g} {curve.unit}, which reaches the ultimate "
+            f"strength ({mean_stress}): the part breaks at once."
+        )
+    return sum_, found[:, 0]
 
 
 @checked
@@ -214,52 +188,12 @@ def rainflow(values: ArrayLike, *, rule: Literal["three", "four"] = "three") -> 
     load = np.asarray(values, dtype=float).ravel()
     if len(load) < 2 or not np.isfinite(load).all():
         raise OptionError("rainflow: at least two finite values are needed.")
-    points = _turning_points(load)
-    found = _by_three(points) if rule == "three" else _by_four(points)
-    cycles, residue = found
-    begins, ends, counts = np.array(cycles, dtype=float).reshape(-1, 3).T
+    found = count_cycles(load, rule=rule)
+    begins, ends = load[found.cycles.T]
     return Cycles(
-        np.abs(ends - begins), 0.5 * (begins + ends), counts, points, np.array(residue, dtype=float)
+        np.abs(ends - begins),
+        0.5 * (begins + ends),
+        found.weights,
+        load[found.turning],
+        load[found.residue],
     )
-
-
-def _turning_points(load: Real) -> Real:
-    """First and last value, and those between at which the load turns; equal neighbours once."""
-    kept = load[np.append(True, np.diff(load) != 0)]
-    slope = np.sign(np.diff(kept))
-    inner = np.flatnonzero(slope[1:] != slope[:-1]) + 1
-    places = np.concatenate([[0], inner, [len(kept) - 1]]) if len(kept) > 1 else [0]
-    found: Real = kept[places]
-    return found
-
-
-def _by_three(points: Real) -> tuple[list[tuple[float, float, float]], list[float]]:
-    """Begin, end and count of cycles; nothing is left."""
-    cycles: list[tuple[float, float, float]] = []
-    held: list[float] = []
-    for point in points.tolist():
-        held.append(point)
-        while len(held) >= 3 and abs(held[-1] - held[-2]) >= abs(held[-2] - held[-3]):
-            if len(held) == 3:
-                cycles.append((held[0], held[1], 0.5))
-                held.pop(0)
-            else:
-                cycles.append((held[-3], held[-2], 1.0))
-                del held[-3:-1]
-    cycles += [(a, b, 0.5) for a, b in itertools.pairwise(held)]
-    return cycles, []
-
-
-def _by_four(points: Real) -> tuple[list[tuple[float, float, float]], list[float]]:
-    """Begin, end and count of closed cycles, and the points that are left."""
-    cycles: list[tuple[float, float, float]] = []
-    held: list[float] = []
-    for point in points.tolist():
-        held.append(point)
-        while len(held) >= 4:
-            before, inner, after = (abs(held[i + 1] - held[i]) for i in (-4, -3, -2))
-            if inner > before or inner > after:
-                break
-            cycles.append((held[-3], held[-2], 1.0))
-            del held[-3:-1]
-    return cycles, held

@@ -1,11 +1,14 @@
+import itertools
 from pathlib import Path
 
+import fatpack
 import numpy as np
 import pytest
+import rainflow as published
 
 import lumped as lp
 from lumped.errors import OptionError
-from lumped.simulation import SNCurve, rainflow
+from lumped.life import SNCurve, rainflow
 
 DATA = Path(__file__).parents[1] / "data" / "torsional" / "06_rainflow_miner"
 STRESS = 16 / (np.pi * 0.1**3)
@@ -43,12 +46,96 @@ def test_histories_have_the_counts_and_damages_of_their_tables(number):
     assert (cycles == classes[:, 3]).all()
     for name, below in CURVES.items():
         curve = SNCurve(knee=60e6, cycles=2e6, slope=5.0, below=below)
-        assert found.damage(curve, per_unit=STRESS) == pytest.approx(wanted[name], rel=1e-9)
+        assert found.damage(curve, scale=STRESS) == pytest.approx(wanted[name], rel=1e-9)
     name = "equivalent_torque_amplitude_Nm_at_1e6_cycles_slope_5"
     assert found.equivalent(5.0) == pytest.approx(wanted[name], rel=1e-9)
     closed = rainflow(history(number), rule="four")
     assert closed.total == wanted["four_point_closed_cycles"]
     assert len(closed.residue) == wanted["four_point_residue_points"]
+
+
+def counted_by_hand(values):
+    """Ranges, means and counts by three points: plain lists, written for this test."""
+    ways = np.sign(np.diff(values))
+    kept = np.append(values[:-1][ways != 0], values[-1])
+    ways = np.sign(np.diff(kept))
+    points = [kept[0], *kept[1:-1][ways[1:] != ways[:-1]], kept[-1]]
+    rows, first = [], 0
+    open_points = []
+    for point in points:
+        open_points.append(point)
+        while len(open_points) - first >= 3:
+            start, inner, last = open_points[-3:]
+            if abs(last - inner) < abs(inner - start):
+                break
+            if len(open_points) - first == 3:
+                rows.append((abs(inner - start), (inner + start) / 2, 0.5))
+                first += 1
+            else:
+                rows.append((abs(inner - start), (inner + start) / 2, 1.0))
+                del open_points[-3:-1]
+    left = open_points[first:]
+    rows += [(abs(b - a), (a + b) / 2, 0.5) for a, b in itertools.pairwise(left)]
+    return np.array(rows), len(points)
+
+
+def by_classes(ranges, counts, number):
+    """Cycles in equal classes of the range, the upper end of each included."""
+    width = ranges.max() / number
+    place = np.minimum(np.ceil(ranges / width - 1e-12), number).astype(int)
+    return np.array([counts[place == k + 1].sum() for k in range(number)])
+
+
+def miner(amplitudes, counts, below):
+    """Damage at a knee of 60 MPa, 2e6 cycles, slope 5."""
+    life = 2e6 * (60e6 / amplitudes) ** 5
+    low = amplitudes < 60e6
+    if below == "haibach":
+        life[low] = 2e6 * (60e6 / amplitudes[low]) ** 9
+    if below == "original":
+        life[low] = np.inf
+    return (counts / life).sum()
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_histories_are_counted_as_by_hand(number):
+    values = history(number)
+    rows, points = counted_by_hand(values)
+    found = rainflow(values)
+    assert len(found.turning_points) == points
+    assert (np.column_stack([found.ranges, found.means, found.counts]) == rows).all()
+    ranges, _, counts = rows.T
+    assert (found.classes(20)[1] == by_classes(ranges, counts, 20)).all()
+    # by the second half of the cycles are below the knee
+    for scale in (STRESS, 60e6 / np.median(0.5 * ranges)):
+        for below in CURVES.values():
+            curve = SNCurve(knee=60e6, cycles=2e6, slope=5.0, below=below)
+            wanted = miner(0.5 * scale * ranges, counts, below)
+            assert found.damage(curve, scale=scale) == pytest.approx(wanted, rel=1e-12)
+    wanted = ((counts * (ranges / 2) ** 5).sum() / 1e6) ** 0.2
+    assert found.equivalent(5.0) == pytest.approx(wanted, rel=1e-12)
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_the_package_rainflow_counts_the_same(number):
+    values = history(number)
+    found = rainflow(values)
+    wanted = sorted(row[:3] for row in published.extract_cycles(values))
+    own = sorted(zip(found.ranges, found.means, found.counts, strict=True))
+    assert (np.array(own) == np.array(wanted)).all()
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_the_package_fatpack_closes_the_same_cycles(number):
+    values = history(number)
+    found = rainflow(values, rule="four")
+    classes = 1_000_000  # to which it rounds
+    reversals, _ = fatpack.find_reversals(values, k=classes)
+    cycles, residue = fatpack.find_rainflow_cycles(reversals)
+    assert len(cycles) == found.total
+    assert len(residue) == len(found.residue)
+    wanted = np.sort(np.abs(np.diff(cycles, axis=1)).ravel())
+    assert np.sort(found.ranges) == pytest.approx(wanted, abs=2 * np.ptp(values) / classes)
 
 
 def test_both_rules_see_the_same_closed_cycles_in_a_long_history():
@@ -93,7 +180,7 @@ def test_what_never_turns_has_one_half_cycle():
         (lambda: SNCurve(knee=1.0, cycles=1e6, slope=3.0, below="miner"), "below"),
         (lambda: rainflow([0, 1]).classes(0), "at least 1"),
         (lambda: rainflow([0, 1]).equivalent(-1.0), "positive"),
-        (lambda: rainflow([0, 1]).damage(SNCurve(1.0, 1e6, 5.0), per_unit=0.0), "per_unit"),
+        (lambda: rainflow([0, 1]).damage(SNCurve(1.0, 1e6, 5.0), scale=0.0), "scale"),
     ],
 )
 def test_slips_are_named(action, match):

@@ -1,0 +1,15 @@
+from lumped.life.duty_cycle import DutyCycle as DutyCycle
+from lumped.life.duty_cycle import duty_cycle as duty_cycle
+from lumped.life.fitted_curve import FittedCurve as FittedCurve
+from lumped.life.fitted_curve import fit_sn_curve as fit_sn_curve
+from lumped.life.load_case import LoadCase as LoadCase
+from lumped.life.mean_stress import MeanStress as MeanStress
+from lumped.life.mean_stress import fkm as fkm
+from lumped.life.mean_stress import gerber as gerber
+from lumped.life.mean_stress import goodman as goodman
+from lumped.life.mean_stress import smith_watson_topper as smith_watson_topper
+from lumped.life.mean_stress import walker as walker
+from lumped.life.rainflow import Cycles as Cycles
+from lumped.life.rainflow import rainflow as rainflow
+from lumped.life.sn_curve import SNCurve as SNCurve
+from lumped.life.turning_points import turning_points as turning_points

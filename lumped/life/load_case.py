@@ -1,0 +1,123 @@
+"""What happens in a duty cycle: a run, a system that is run, or a recorded history."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import OptionError, shown
+from lumped.life.turning_points import turning_points
+from lumped.simulation.simulate import simulate
+from lumped.support.units import in_seconds
+from lumped.timeloop.result import OperatingPoint, Trajectory
+
+__all__ = ["LoadCase", "Loaded", "loaded"]
+
+
+@dataclass(frozen=True, eq=False)
+class LoadCase:
+    """A part of a duty cycle.
+
+    Parameters
+    ----------
+    load : Trajectory, System or array_like
+        A run; a system, which is run; or the values of the load, shape (n,).
+    repetitions : int
+        How often it happens in a duty cycle.
+    until : float or str, optional
+        End of the run of a system, s.
+    parameters : mapping of name to float, optional
+        Parameters to change in it.
+    start : mapping of name to float, or OperatingPoint, optional
+        Its start values.
+    step : float or str, optional
+        Time between two values of a history, s.
+    """
+
+    load: Trajectory | System | ArrayLike
+    repetitions: int = 1
+    until: float | str | None = None
+    parameters: Changes | None = None
+    start: Changes | OperatingPoint | None = None
+    step: float | str | None = None
+
+
+class Loaded(NamedTuple):
+    """What a load case does to a part.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+        The load, its turning points among them.
+    duration : float
+        Once, s.
+    unit : str
+        Unit of the load; empty if it is not known.
+    """
+
+    values: NDArray[np.float64]
+    duration: float
+    unit: str
+
+
+def loaded(case: LoadCase, what: str, of: Name | None, rtol: float) -> Loaded:
+    """The load of a case.
+
+    Raises
+    ------
+    OptionError
+        If something that belongs to this kind of load is missing or makes no sense.
+    """
+    n = case.repetitions
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
+        raise OptionError(
+            f"{what}: repetitions = {shown(n)}: a whole number of at least 1 is needed. Take a "
+            "longer duty cycle for what happens less often."
+        )
+    if isinstance(case.load, System | Trajectory):
+        return _of_run(case, what, of, rtol)
+    values = np.asarray(case.load)
+    if values.dtype.kind not in "iuf" or values.ndim != 1 or len(values) < 2:
+        raise OptionError(
+            f"{what}: load = {shown(case.load)}: a run, a system, or at least two values of the "
+            "load are needed."
+        )
+    if not np.isfinite(values).all():
+        raise OptionError(f"{what}: load: value {np.argmin(np.isfinite(values))} is not finite.")
+    _refuse(case, what, ("until", "parameters", "start"), "a history of values")
+    if case.step is None:
+        raise OptionError(f"{what}: step, the time between two values of the load, is missing.")
+    step = in_seconds(case.step, f"{what}: step")
+    if not 0 < step < np.inf:
+        raise OptionError(f"{what}: step = {step:g} s must be positive and finite.")
+    return Loaded(values.astype(float), step * (len(values) - 1), "")
+
+
+def _of_run(case: LoadCase, what: str, of: Name | None, rtol: float) -> Loaded:
+    """The load of a case that is a run, or is run."""
+    if of is None:
+        raise OptionError(f"{what}: a run has many quantities; say which is the load, of='...'.")
+    if isinstance(case.load, Trajectory):
+        _refuse(case, what, ("until", "parameters", "start", "step"), "a run")
+        run = case.load
+    else:
+        assert isinstance(case.load, System)
+        _refuse(case, what, ("step",), "a system")
+        if case.until is None:
+            raise OptionError(f"{what}: until, the end of the run of the system, is missing.")
+        given = {"parameters": case.parameters, "start": case.start, "until": case.until}
+        system = case.load.watching([case.load.key(of)])
+        run = simulate(system, grid=None, rtol=rtol, **given)  # type: ignore[arg-type]
+    unit = run.system.quantity(of).unit
+    return Loaded(turning_points(run, of, rtol=rtol), float(run.t[-1] - run.t[0]), unit)
+
+
+def _refuse(case: LoadCase, what: str, names: tuple[str, ...], kind: str) -> None:
+    """Refuse what does not belong to a kind of load."""
+    for name in names:
+        if getattr(case, name) is not None:
+            raise OptionError(f"{what}: {name} = {shown(getattr(case, name))}: not for {kind}.")

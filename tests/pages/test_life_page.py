@@ -1,0 +1,86 @@
+"""What docs/analyses/life.md shows is true."""
+
+import contextlib
+import io
+import itertools
+import re
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.models.reversing_mill.passes import END, LEVELS
+from lumped.models.reversing_mill.stand import RATED
+
+PAGE = (Path(__file__).parents[2] / "docs" / "analyses" / "life.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", PAGE, re.DOTALL)
+assert len(BLOCKS) == PAGE.count("```python")
+
+
+@pytest.fixture(scope="module")
+def names(tmp_path_factory):
+    found: dict = {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp("life"))
+        for block, output in BLOCKS:
+            told = io.StringIO()
+            with contextlib.redirect_stdout(told):
+                exec(compile(block, "life.md", "exec"), found)
+            assert told.getvalue() == output
+        assert 5_000 < Path("life.png").stat().st_size < 40_000
+    return found
+
+
+def damage_by_hand(load, scale):
+    """Damage of a history by three points: plain lists, Haibach below 60 MPa."""
+    kept = load[np.append(True, np.diff(load) != 0)]
+    slope = np.sign(np.diff(kept))
+    points = kept[np.concatenate([[0], np.flatnonzero(np.diff(slope)) + 1, [len(kept) - 1]])]
+    cycles, held = Counter(), []
+    for point in points.tolist():
+        held.append(point)
+        while len(held) >= 3 and abs(held[-1] - held[-2]) >= abs(held[-2] - held[-3]):
+            cycles[abs(held[-2] - held[-3])] += 0.5 if len(held) == 3 else 1.0
+            del held[0 if len(held) == 3 else slice(-3, -1)]
+    for a, b in itertools.pairwise(held):
+        cycles[abs(b - a)] += 0.5
+    amplitudes, counts = scale * np.array(list(cycles)) / 2, np.array(list(cycles.values()))
+    share = amplitudes / 60e6
+    return (counts * np.where(share < 1, share**9, share**5)).sum() / 2e6
+
+
+def test_the_damage_of_a_coil_is_that_of_recorded_torques_counted_by_hand(names):
+    passes = []
+    for level in LEVELS:
+        given = {"level": level, "play": 0.02}
+        run = lp.simulate(names["system"], until=END, parameters=given, grid=40_000, rtol=1e-8)
+        passes.append(run[names["SPINDLE"]])
+    coil, scale = np.concatenate(passes), names["stress"]
+    wanted = damage_by_hand(np.tile(coil, 4), scale) - damage_by_hand(np.tile(coil, 3), scale)
+    error = names["worn"].damage / wanted - 1
+    print("damage of a coil against recorded torques:", error)
+    assert abs(error) < 1e-4
+    assert names["worn"].worst == "between cases"
+
+
+def test_the_damage_of_a_pass_is_that_of_its_recorded_torque(names):
+    run = lp.simulate(names["system"], until=END, grid=40_000, rtol=1e-8)
+    wanted = damage_by_hand(run[names["SPINDLE"]], names["stress"])
+    found = names["shear"].damage(names["curve"], scale=names["stress"])
+    assert found == pytest.approx(wanted, rel=1e-4)
+
+
+def test_a_pass_in_reverse_is_the_mirror_of_one_forward(names):
+    ways = [
+        lp.simulate(names["system"], until=0.5, parameters={"level": level})[names["SPINDLE"]]
+        for level in (0.7, -0.7)
+    ]
+    assert np.abs(ways[0] + ways[1]).max() < 1e-6 * RATED
+
+
+def test_a_pass_without_play_settles_at_the_rolling_torque(names):
+    run = lp.simulate(names["system"], until=1.5, parameters={"level": 0.8, "play": 0.0})
+    last = run[names["SPINDLE"]][run.t > 1.5 - 3 / 6.344]  # three periods of the first mode
+    assert last.mean() == pytest.approx(0.8 * RATED, rel=0.01)
