@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats
 
 from lumped.errors import OptionError
 from lumped.life.sn_curve import Below, SNCurve, checked_points
@@ -78,7 +78,7 @@ class FittedCurve(RichHtml):
             )
         x, k = np.log10(self.amplitudes), len(self.amplitudes)
         away = (np.log10(given) - x.mean()) ** 2 / ((x - x.mean()) ** 2).sum()
-        factor = np.sqrt(2 * stats.f.ppf(self.confidence, 2, k - 2))
+        factor = np.sqrt(2 * scipy.stats.f.ppf(self.confidence, 2, k - 2))
         half = factor * self.deviation * np.sqrt(1 / k + away)
         middle = -np.log10(self.curve.damage(given))
         return 10 ** (middle - half), 10 ** (middle + half)
@@ -156,7 +156,7 @@ def fit_sn_curve(
         )
     off = y - y.mean() + slope * (x - x.mean())
     deviation = float(np.sqrt((off**2).sum() / (len(x) - 2)))
-    half = stats.t.ppf(0.5 + 0.5 * confidence, len(x) - 2) * deviation / np.sqrt(spread)
+    half = scipy.stats.t.ppf(0.5 + 0.5 * confidence, len(x) - 2) * deviation / np.sqrt(spread)
     knee = float(amplitudes.min())
     at_knee = 10 ** (y.mean() - slope * (np.log10(knee) - x.mean()))
     curve = SNCurve(knee, float(at_knee), float(slope), below, unit=unit)
