@@ -65,8 +65,8 @@ class Count(Record):
         are; with one more than there is room for the damage is nan.
     fed, last, last_at, direction : Integers, Numbers, Integers, Integers
         How many values there were; the latest, its number, and whether they rise (1) or fall (-1).
-    damage, cycles : Numbers, Numbers
-        Sum of the damage of all cycles, and their number.
+    damage : Numbers
+        Sum of the damage of all cycles.
     values, notes : int, int
         Of a load that is given as a whole: how many values it has, and whether its cycles and
         turning points are noted.
@@ -94,7 +94,6 @@ class Count(Record):
     last_at: Annotated[Integers, "loads"]
     direction: Annotated[Integers, "loads"]
     damage: Annotated[Numbers, "loads"]
-    cycles: Annotated[Numbers, "loads"]
 
     values: int
     notes: int
@@ -205,7 +204,6 @@ def _add(count: Count, k: int, size: float, mean: float, weight: float) -> None:
     """Add the damage of a cycle from its range and mean."""
     amplitude = _at_mean_zero(count, k, 0.5 * count.scale[k] * size, count.scale[k] * mean)
     count.damage[k] += weight * _damage(count, k, amplitude)
-    count.cycles[k] += weight
 
 
 @kernel
@@ -262,7 +260,7 @@ def begin_count(count: Count) -> None:
     count.noted = count.turned = 0
     for k in range(count.loads):
         count.size[k] = count.fed[k] = count.direction[k] = 0
-        count.damage[k] = count.cycles[k] = 0.0
+        count.damage[k] = 0.0
 
 
 @kernel

@@ -158,7 +158,8 @@ def feed_loads(run: Run, until: float) -> None:
             for i in range(n):
                 ends[n + i] = watch.load_value[i]
         for k in range(watch.loads):
-            _feed_inner(run, k, last)
+            if watch.count.damage[k] >= 0.0:  # a number
+                _feed_inner(run, k, last)
         for i in range(n):
             ends[i] = ends[n + i]
     watch.loads_at = until if until == run.t_new else LOWEST

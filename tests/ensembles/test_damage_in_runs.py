@@ -12,7 +12,7 @@ from lumped.errors import OptionError
 from lumped.kernel import engine, turning
 from lumped.life import SNCurve, goodman
 from lumped.models.reversing_mill.scenes import RATED, SHAFTS, pulled_apart
-from lumped.ops import sin, where
+from lumped.ops import log, sin, sqrt, where
 from lumped.timeloop.cycle_count import count_cycles
 
 SLOPE = 5.0
@@ -173,6 +173,15 @@ def test_too_many_open_turning_points_are_told(monkeypatch):
         found = lp.ensemble(system, over={"shaft.c": [100.0]}, until=until, of=of)
         assert np.isnan(found.values[0, 0]) == fails
     assert "life: not a number, or more than 8 turning points" in found.failures[0]
+
+
+def test_a_load_that_is_no_number_somewhere_is_told():
+    wave = Wave()
+    of = {"root": fun.damage(sqrt(wave.y + 1.4), STEEP), "log": fun.damage(log(wave.x), STEEP)}
+    found = lp.ensemble(lp.assemble(wave), over={"size": [1.3, 1.5]}, until=1.0, of=of)
+    assert list(found.failures) == [1]
+    assert "root: not a number" in found.failures[1]
+    np.testing.assert_allclose(found["log"], share(1.0), rtol=1e-8)
 
 
 def test_wrong_calls():
