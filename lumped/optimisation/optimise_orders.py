@@ -13,7 +13,7 @@ from lumped.optimisation.design import Bounds, Optimum, bounds_of
 from lumped.optimisation.optimise_modes import equilibrium_again
 from lumped.optimisation.spectral_search import SpectralSearch, VibratingKey
 from lumped.optimisation.speed_separation import WIDEST, Apart
-from lumped.simulation.functionals import OrderPeak, Separation
+from lumped.simulation.functionals import OrderPeak, Separation, Vibrating
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration.mean_campbell import mean_campbell
 from lumped.vibration.mean_spectrum import MeanSpectrum
@@ -182,11 +182,11 @@ class _OrderSearch(SpectralSearch):
     def spectrum(self, w: np.ndarray) -> _Spectrum:
         return _Spectrum(self.spectra_at(w, self.first.speeds[:1])[0], self.places)
 
-    def value(self, key: VibratingKey, w: np.ndarray) -> tuple[float, np.ndarray]:
+    def functional(self, key: Vibrating, w: np.ndarray) -> tuple[float, np.ndarray]:
         if isinstance(key, Separation):
             return self._separation(key, w)
         if not isinstance(key, OrderPeak):
-            return super().value(key, w)
+            return super().functional(key, w)
         slope = np.zeros(len(w))
         if key not in self.minimised:
             return float(self._sizes(key, w).max()), slope
