@@ -11,7 +11,7 @@ from lumped.compiler.system import Name
 from lumped.errors import OptimisationError, OptionError
 from lumped.optimisation.collocated_course import repeating
 from lumped.optimisation.design import Bounds, Optimum
-from lumped.optimisation.optimise import DesignProblem
+from lumped.optimisation.design_problem import DesignProblem
 from lumped.simulation.functionals import Designed
 from lumped.support.arguments import checked
 from lumped.support.progress import Progress
