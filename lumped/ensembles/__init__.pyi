@@ -1,6 +1,7 @@
 from lumped.ensembles import distributions as distributions
 from lumped.ensembles.distributions import correlated as correlated
 from lumped.ensembles.distributions import lognormal as lognormal
+from lumped.ensembles.distributions import measured as measured
 from lumped.ensembles.distributions import normal as normal
 from lumped.ensembles.distributions import paired as paired
 from lumped.ensembles.distributions import scaled as scaled

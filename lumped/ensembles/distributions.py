@@ -12,17 +12,9 @@ import scipy
 from numpy.typing import ArrayLike
 
 from lumped.compiler.system import Name
-from lumped.ensembles.laws import (
-    Array,
-    Distribution,
-    Lognormal,
-    Normal,
-    Scaled,
-    Triangular,
-    Truncated,
-    Uniform,
-    distribution_of,
-)
+from lumped.ensembles.laws import Array, Distribution
+from lumped.ensembles.other_laws import Measured, Scaled, Truncated, distribution_of
+from lumped.ensembles.plain_laws import Lognormal, Normal, Triangular, Uniform
 from lumped.errors import OptionError
 from lumped.flattening.tree import key_of
 from lumped.support.arguments import checked
@@ -32,6 +24,7 @@ __all__ = [
     "Paired",
     "correlated",
     "lognormal",
+    "measured",
     "normal",
     "paired",
     "scaled",
@@ -62,16 +55,23 @@ class Correlated:
     def coupled(self, u: Array) -> Array:
         """Dependent probabilities from independent ones, shape (n, k); those of the first are kept.
 
-        Normal variables are mixed by Cholesky's factor of the correlation. Its column is zero for a
-        variable that follows from those before it.
+        Normal variables are mixed by `mixing`.
+        """
+        mixed: Array = scipy.special.ndtr(scipy.special.ndtri(u) @ self.mixing.T)
+        return np.clip(mixed, float(np.finfo(float).tiny), 1 - 2.0**-53)
+
+    @property
+    def mixing(self) -> Array:
+        """Cholesky's factor of the correlation, shape (k, k).
+
+        Its column is zero for a variable that follows from those before it.
         """
         factor = np.zeros_like(self.correlation)
         for j in range(len(factor)):
             left = self.correlation[j:, j] - factor[j:, :j] @ factor[j, :j]
             if left[0] > _ROUNDING:
                 factor[j:, j] = left / math.sqrt(left[0])
-        mixed: Array = scipy.special.ndtr(scipy.special.ndtri(u) @ factor.T)
-        return np.clip(mixed, float(np.finfo(float).tiny), 1 - 2.0**-53)
+        return factor
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,6 +156,28 @@ def lognormal(median: float | str, sigma: float | str) -> Distribution:
         For `over` of an ensemble, which refuses what does not fit the parameter.
     """
     return Lognormal(median, sigma)
+
+
+@checked
+def measured(samples: ArrayLike) -> Distribution:
+    """The distribution of samples that were measured.
+
+    A smooth and rising curve goes through the means of groups of the sorted samples, over the
+    scores of a standard normal variable. Normal samples so give a normal distribution, and beyond
+    the outermost groups the tails are those of a normal one: of what is rarer than one in the
+    number of samples they know nothing.
+
+    Parameters
+    ----------
+    samples : array_like, shape (n,)
+        At least 20 values, in the SI unit of the parameter or texts with a unit.
+
+    Returns
+    -------
+    Distribution
+        For `over` of an ensemble, which refuses what does not fit the parameter.
+    """
+    return Measured(np.ravel(np.asarray(samples)))
 
 
 @checked

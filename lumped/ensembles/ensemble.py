@@ -8,32 +8,21 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from lumped.compiler.system import Changes, System
+from lumped.ensembles.collected_runs import collected, failures_of, fixed, labelled
 from lumped.ensembles.ensemble_file import EnsembleFile, heading
 from lumped.ensembles.native_runs import NativeRuns
 from lumped.ensembles.outcome import Ensemble
 from lumped.ensembles.run_records import RunOptions
-from lumped.ensembles.spread import DIED, in_threads, on_cluster
 from lumped.ensembles.variants import Over, Sampling, variants_of
 from lumped.ensembles.watched import Collected
 from lumped.errors import OptionError, SolverError, shown
-from lumped.kernel.run import DONE, FULL
 from lumped.simulation.functional_kinds import watching
 from lumped.simulation.simulate import Method, check_options
 from lumped.support.arguments import checked
-from lumped.support.progress import Progress
 from lumped.support.units import in_seconds
 
 __all__ = ["ensemble"]
-
-_TOLD = 20
-"""Failed runs that are made again, each alone, to say why."""
-_WORDS = {
-    FULL: "interrupted before it was run",
-    DIED: "the process of a worker died in this run, or in one of its chunk, again and again",
-}
 
 
 @checked
@@ -122,51 +111,32 @@ def ensemble(
         )
     if method == "exact":
         raise OptionError("ensemble: the closed form is for single runs; take method='steps'.")
-    wanted = _labelled(of)
+    wanted = labelled(of, "ensemble")
     system = watching(system, wanted.values())
     varied = variants_of(
         system, over, runs=runs, seed=seed, sampling=sampling, parameters=parameters
     )
     used = "steps" if method == "auto" else method
     options = RunOptions(until, begin, start, rtol, atol, used, max_steps)
-    made = NativeRuns(system, varied.names, _fixed(system, parameters), wanted, options)
+    made = NativeRuns(system, varied.names, fixed(system, parameters), wanted, options)
     head = {} if store is None else heading(system, varied, parameters, wanted, options)
     file = EnsembleFile(store, head)
     count = workers or os.cpu_count() or 1
     if client is not None:
         count = sum(client.nthreads().values())
-    begun, busy = clock.perf_counter(), 0.0
-    values = np.full((len(varied.values), len(wanted)), np.nan)
-    status = np.full(len(values), FULL, dtype=np.int64)
-    for first, batch in file.known:
-        last = first + len(batch.values)
-        values[first:last], status[first:last] = batch.values, batch.status
-    waiting = np.flatnonzero(status == FULL)
-    points = varied.values[waiting]
-    work = in_threads(made, points, count) if client is None else on_cluster(made, points, client)
-    try:
-        with Progress(f"{system.name}: runs", len(values)) as progress:
-            done = len(values) - len(waiting)
-            for first, batch, spent in work:
-                which = waiting[first : first + len(batch.values)]
-                values[which], status[which] = batch.values, batch.status
-                file.add(which, batch)
-                busy += spent
-                done += len(which)
-                progress.at(done)
-    except KeyboardInterrupt:
-        made.stop()
-    finally:
-        work.close()
-        file.close()
-    failures = _failures(made, varied.values, values, status)
+    begun = clock.perf_counter()
+    values, status, busy = collected(made, varied.values, count, file, client)
+    failures = failures_of(made, varied.values, values, status)
+    if failures.every is not None:
+        first, text = failures.every
+        raise SolverError(f"ensemble: all {len(status)} runs fail. Run {first}: {text}", None)
     wall = clock.perf_counter() - begun
     return Ensemble(
         varied.names,
         varied.values,
         tuple(wanted),
         values,
-        failures,
+        failures.texts,
         varied.shape,
         count,
         wall,
@@ -174,61 +144,3 @@ def ensemble(
         system.name,
         tuple(functional.unit(system) for functional in wanted.values()),
     )
-
-
-def _fixed(system: System, parameters: Changes | None) -> np.ndarray:
-    """All parameters as they are unless varied; the runs are checked one by one."""
-    theta, p = system.structure.parameters.defaults.copy(), system.structure.parameters
-    for place, value in zip(
-        system.places(parameters or {}), (parameters or {}).values(), strict=True
-    ):
-        theta[place] = p.number(p.free[place], value)
-    return theta
-
-
-def _labelled(of: Mapping[str, Collected] | Iterable[Collected]) -> dict[str, Collected]:
-    """Functionals by their labels."""
-    wanted: dict[str, Collected] = dict(of) if isinstance(of, Mapping) else {}
-    for functional in () if isinstance(of, Mapping) else dict.fromkeys(of):
-        label, number = str(functional), 2
-        while label in wanted:  # a text may leave out instants
-            label, number = f"{functional} ({number})", number + 1
-        wanted[label] = functional
-    if not wanted:
-        raise OptionError(
-            "ensemble: name what to take from each run, such as "
-            "of=[lumped.functionals.peak('shaft.tau')]."
-        )
-    return wanted
-
-
-def _failures(
-    made: NativeRuns, points: np.ndarray, values: np.ndarray, status: np.ndarray
-) -> dict[int, str]:
-    """Why runs failed, or which results are not numbers.
-
-    Raises
-    ------
-    SolverError
-        If no run came to its end.
-    """
-    found: dict[int, str] = {}
-    told: dict[int, tuple[int, str]] = {}
-    for i in np.flatnonzero(status != DONE).tolist():
-        why = int(status[i])
-        if why in _WORDS:
-            found[i] = _WORDS[why]
-        elif len(found) < _TOLD or why not in told:
-            found[i] = made.fault(points[i], why)
-            told.setdefault(why, (i, found[i]))
-        else:
-            first, text = told[why]
-            found[i] = f"as run {first}: {text}"
-    if told and len(found) == len(status):
-        first, text = next(iter(told.values()))
-        raise SolverError(f"ensemble: all {len(status)} runs fail. Run {first}: {text}", None)
-    labels = tuple(made.watched.of)
-    for i in np.flatnonzero((status == DONE) & np.isnan(values).any(axis=1)).tolist():
-        missing = [label for label, v in zip(labels, values[i], strict=True) if np.isnan(v)]
-        found[i] = "; ".join(made.watched.missing(label) for label in missing)
-    return found

@@ -66,7 +66,7 @@ class NativeRuns(RunRecords):
         options: RunOptions,
     ) -> None:
         super().__init__(system, names, theta, of, options)
-        self._own = threading.local()
+        self._idle: list[_Worker] = []
         self._workers: list[_Worker] = []
         self._led: dict[System, RunRecords] = {}
         self._building = threading.Lock()
@@ -80,11 +80,14 @@ class NativeRuns(RunRecords):
         values : ndarray, shape (n, len(names))
             Their parameters.
         """
-        worker: _Worker | None = getattr(self._own, "worker", None)
-        if worker is None:
-            worker = self._own.worker = _Worker(self)
+        try:
+            worker = self._idle.pop()
+        except IndexError:
+            worker = _Worker(self)
             self._workers.append(worker)
-        return worker.run(np.ascontiguousarray(values, dtype=float))
+        batch = worker.run(np.ascontiguousarray(values, dtype=float))
+        self._idle.append(worker)
+        return batch
 
     def led(self, system: System) -> RunRecords:
         """Records for runs in which other states lead."""

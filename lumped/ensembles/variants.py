@@ -13,12 +13,13 @@ import scipy
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.ensembles.distributions import Correlated, Paired
-from lumped.ensembles.laws import Array, Law, Parameter, distribution_of, is_distribution
+from lumped.ensembles.laws import Array, Law, Parameter
+from lumped.ensembles.other_laws import distribution_of, is_distribution
 from lumped.errors import OptionError, ParameterError, shown
 from lumped.language.quantity import Param
 from lumped.support.units import amount, has_unit
 
-__all__ = ["Over", "ParameterSets", "Sampling", "variants_of"]
+__all__ = ["Marginals", "Over", "ParameterSets", "Sampling", "marginals_of", "variants_of"]
 
 if TYPE_CHECKING:
     Over = Mapping[Name, Any] | Iterable[Mapping[Name, Any]] | Paired | Correlated
@@ -55,6 +56,64 @@ class ParameterSets:
     names: tuple[str, ...]
     values: Array
     shape: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Marginals:
+    """Distributions of parameters in numbers, and how they depend on each other.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the d parameters.
+    laws : tuple of Law
+        Of each.
+    mixing : ndarray, shape (d, d)
+        Dependent standard normal variables from independent ones.
+    """
+
+    names: tuple[str, ...]
+    laws: tuple[Law, ...]
+    mixing: Array
+
+    def values(self, u: Array) -> tuple[Array, Array]:
+        """Parameters for independent standard normal numbers, and their derivatives by these.
+
+        Parameters
+        ----------
+        u : ndarray, shape (n, d)
+
+        Returns
+        -------
+        ndarray, shapes (n, d) and (n, d, d)
+        """
+        mixed = u @ self.mixing.T
+        pairs = [law.at_score(mixed[:, j]) for j, law in enumerate(self.laws)]
+        values = np.column_stack([value for value, _ in pairs])
+        slopes = np.column_stack([slope for _, slope in pairs])
+        return values, slopes[:, :, None] * self.mixing
+
+
+def marginals_of(
+    system: System, over: Over, *, parameters: Changes | None = None, analysis: str
+) -> Marginals:
+    """Distributions of what varies, checked as `variants_of` does.
+
+    Raises
+    ------
+    OptionError
+        If `over` has no distribution of each parameter.
+    """
+    asked = _Asked(system, parameters or {}, analysis)
+    given: Any = over.distributions if isinstance(over, Correlated) else over
+    if not (isinstance(given, Mapping) and given and asked.is_drawn(given)):
+        asked.refuse(
+            f"over = {shown(over)}: a distribution of each parameter is needed, such as "
+            "{'shaft.c': lumped.normal(100.0, 5.0)}."
+        )
+    laws = asked.laws(given)
+    mixing = over.mixing if isinstance(over, Correlated) else np.eye(len(laws))
+    return Marginals(tuple(system.key(name) for name in given), tuple(laws), mixing)
 
 
 def variants_of(

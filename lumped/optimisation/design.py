@@ -10,7 +10,7 @@ import numpy as np
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
 from lumped.numerics.nlp import Solution
-from lumped.simulation.functionals import Designed, Frequency, Functional, OrderPeak, Vibrating
+from lumped.simulation.functional_kinds import Designed, Functional, Vibrating, unit_of
 from lumped.support.text_table import amounts, number, table
 from lumped.support.units import amount
 from lumped.timeloop.result import Trajectory
@@ -22,7 +22,6 @@ __all__ = [
     "Key",
     "Optimum",
     "bounds_of",
-    "key_unit",
     "room_of",
     "varied",
 ]
@@ -81,7 +80,7 @@ class Optimum:
             begin, _ = amounts(name, unit, self.start[name])
             rows.append((name, begin, *amounts(name, unit, value, digits=9)))
         rows += [
-            (str(key), "", *amounts(str(key), key_unit(self.system, key), value, digits=9))
+            (str(key), "", *amounts(str(key), unit_of(self.system, key), value, digits=9))
             for key, value in self.values.items()
         ]
         rows.append(("objective", "", number(self.objective, 9), ""))
@@ -136,15 +135,6 @@ def varied(
         box.append((start, low, high))
         scales.append(span if 0 < span < np.inf else max(finite, default=1.0))
     return names, np.array(box), np.array(scales)
-
-
-def key_unit(system: System, key: Key) -> str:
-    """Unit of what can be minimised or bounded."""
-    if isinstance(key, Functional | OrderPeak):
-        return key.unit(system)
-    if isinstance(key, Designed):
-        return system.quantity(key.name).unit
-    return "Hz" if isinstance(key, Frequency) else "1"
 
 
 def bounds_of(name: str, given: Bounds) -> tuple[float, float]:

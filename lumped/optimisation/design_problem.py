@@ -12,7 +12,7 @@ from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.numerics.nlp import Programme, Rows, Solution
 from lumped.optimisation.collocated_course import Repeating, collocated, measured_well, simulated
-from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, key_unit, varied
+from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, varied
 from lumped.optimisation.discretisation import (
     Discretisation,
     FunctionalTerm,
@@ -25,7 +25,7 @@ from lumped.optimisation.discretisation import (
     smooth,
     term,
 )
-from lumped.simulation.functional_kinds import watching
+from lumped.simulation.functional_kinds import unit_of, watching
 from lumped.simulation.functionals import Designed
 from lumped.timeloop.result import Trajectory
 
@@ -98,7 +98,7 @@ class DesignProblem:
 
     def _unit(self, key: Designed | str) -> str:
         return (
-            self.system.parameter_unit(key) if isinstance(key, str) else key_unit(self.system, key)
+            self.system.parameter_unit(key) if isinstance(key, str) else unit_of(self.system, key)
         )
 
     def _course(self) -> Discretisation:

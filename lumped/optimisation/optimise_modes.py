@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
-from lumped.compiler.system import Changes, Name
+from lumped.compiler.system import Name
 from lumped.errors import OptimisationError
 from lumped.optimisation.design import Bounds, Optimum
 from lumped.optimisation.spectral_search import SpectralSearch, VibratingKey
-from lumped.points.equilibrium import equilibrium
-from lumped.points.moved_equilibrium import moved_point
-from lumped.points.start import start_point
-from lumped.timeloop.result import Kept, OperatingPoint
 from lumped.vibration.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
+from lumped.vibration.mode_designs import ModeDesigns
 from lumped.vibration.modes import Modes, modes
 
-__all__ = ["best_modes", "equilibrium_again"]
+__all__ = ["best_modes"]
 
 
 def best_modes(
@@ -33,20 +29,6 @@ def best_modes(
     best, start, numbers = search.found(solution.w)
     own = search.spectrum(solution.w).modes
     return Optimum(own, best, start, solution.objective, numbers, active, 0.0, solution)
-
-
-def equilibrium_again(point: OperatingPoint, parameters: Changes) -> OperatingPoint:
-    """The equilibrium of other parameters, found as that of a point was."""
-    system, kept = point.system, point.kept or Kept()
-    p = system.structure.parameters
-    return equilibrium(
-        system,
-        parameters=parameters,
-        start=kept.start,
-        free=[p.names[p.free[place]] for place in kept.free],
-        rest=kept.rest,
-        time=point.time,
-    )
 
 
 class _Sensitive:
@@ -82,21 +64,19 @@ class _ModeSearch(SpectralSearch):
     ) -> None:
         point = begin.point
         super().__init__(begin.system, point.theta, point.parameters, vary, weights, subject_to)
-        self.modes = begin
-        self.settled = moved_point(point, []) is not None
-        self.plain = np.array_equal(start_point(self.system, parameters=self.base).x, point.x)
+        self.designs = ModeDesigns(begin)
         self.last: tuple[bytes, _Sensitive] | None = None
         self.begin()
 
     def spectrum(self, w: np.ndarray) -> _Sensitive:
         u = w[: len(self.names)]
         if self.last is None or self.last[0] != u.tobytes():
-            own = modes(self.system, at=self._point(self.values_at(u)))
-            if len(own.hertz) != len(self.modes.hertz):
+            own = modes(self.system, at=self.designs.point(self.values_at(u)))
+            if len(own.hertz) != len(self.designs.begin.hertz):
                 raise OptimisationError(
                     f"{self.system.name}: at {self.text(u)} there are {len(own.hertz)} "
-                    f"oscillating modes instead of {len(self.modes.hertz)}: one became a decay "
-                    "or the reverse. Narrow `vary`.",
+                    f"oscillating modes instead of {len(self.designs.begin.hertz)}: one became a "
+                    "decay or the reverse. Narrow `vary`.",
                     "modes lost",
                 )
             slopes = eigen_sensitivity(own, to=self.names)
@@ -109,15 +89,3 @@ class _ModeSearch(SpectralSearch):
                 )
             self.last, self.count = (u.tobytes(), _Sensitive(slopes)), self.count + 1
         return self.last[1]
-
-    def _point(self, values: dict[str, float]) -> OperatingPoint:
-        """The operating point of a design: found as that of the modes was, else held."""
-        begin = self.modes.point
-        if begin.kept is not None:
-            return equilibrium_again(begin, values)
-        if self.plain:
-            return start_point(self.system, parameters=values)
-        if self.settled:
-            states = dict(zip(self.system.state_names, begin.x.tolist(), strict=True))
-            return equilibrium(self.system, parameters=values, start=states, time=begin.time)
-        return replace(begin, theta=self.system.theta(values))

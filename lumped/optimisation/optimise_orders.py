@@ -10,15 +10,13 @@ import numpy as np
 from lumped.compiler.system import Name
 from lumped.errors import OptimisationError, OptionError
 from lumped.optimisation.design import Bounds, Optimum, bounds_of
-from lumped.optimisation.optimise_modes import equilibrium_again
 from lumped.optimisation.spectral_search import SpectralSearch, VibratingKey
 from lumped.optimisation.speed_separation import WIDEST, Apart
 from lumped.simulation.functionals import OrderPeak, Separation, Vibrating
-from lumped.timeloop.result import OperatingPoint
-from lumped.vibration.mean_campbell import mean_campbell
 from lumped.vibration.mean_spectrum import MeanSpectrum
+from lumped.vibration.order_designs import OrderDesigns
 from lumped.vibration.order_response import OrderResponse
-from lumped.vibration.order_sensitivity import refuse_ratio, sizes_of, slope_of
+from lumped.vibration.order_sensitivity import slope_of
 
 __all__ = ["best_orders"]
 
@@ -61,20 +59,10 @@ class _OrderSearch(SpectralSearch):
         weights: Mapping[VibratingKey, float],
         subject_to: Mapping[VibratingKey, Bounds],
     ) -> None:
-        self.first, over = begin, begin.rotation
-        refuse_ratio(begin, "optimise")
-        if over.is_given and len(over.points) > 1:
-            raise OptionError(
-                "optimise: operating points that are given at each speed, at=, do not follow the "
-                "parameters; let a parameter balance the mean torques, order_response(free=...)."
-            )
-        point = over.points[0]
+        self.first, self.again = begin, OrderDesigns(begin, "optimise")
+        point = begin.rotation.points[0]
         super().__init__(begin.system, point.theta, point.parameters, vary, weights, subject_to)
-        if over.balancing in self.names:
-            raise OptionError(
-                f"optimise: {over.balancing} is free in the order response, so that it follows "
-                "from the others; leave it out of `vary`."
-            )
+        self.again.refuse_balancing(self.names, "vary")
         self.places = self.system.places(self.names)
         self.last: tuple[bytes, OrderResponse] | None = None
         self.spectra: tuple[bytes, dict[float, MeanSpectrum]] = b"", {}
@@ -83,7 +71,7 @@ class _OrderSearch(SpectralSearch):
         self.slopes: dict[tuple[OrderPeak, int], np.ndarray] = {}
         self.begin()
         self.peaks = [key for key in self.keys if isinstance(key, OrderPeak)]
-        self.inside = {key: self._inside(key) for key in self.peaks}
+        self.inside = {key: self.again.inside(key) for key in self.peaks}
         sizes = {key: self._sizes(key, self.box[:, 0]) for key in self.peaks}
         self.watched = {key: _crests(sizes[key]) for key in self.peaks}
         self.minimised: dict[OrderPeak, int] = {}
@@ -125,20 +113,11 @@ class _OrderSearch(SpectralSearch):
         if not self.size[key]:
             raise OptionError(f"optimise: {key} is zero: this quantity does not vibrate.")
 
-    def _inside(self, key: OrderPeak) -> np.ndarray:
-        """Which speeds of the response count."""
-        speeds = self.first.speeds
-        low, high = key.speeds or (speeds[0], speeds[-1])
-        found = np.flatnonzero((speeds >= low) & (speeds <= high))
-        if not len(found):
-            raise OptionError(f"optimise: {key}: no speed between these was computed.")
-        return found
-
     def response(self, w: np.ndarray) -> OrderResponse:
         """Vibration of a design."""
         u = w[: len(self.names)]
         if self.last is None or self.last[0] != u.tobytes():
-            found = self.first.again(*self._design(u))
+            found = self.again.response(self.values_at(u))
             self.last, self.slopes = (u.tobytes(), found), {}
             self._counted(u)
         return self.last[1]
@@ -146,15 +125,6 @@ class _OrderSearch(SpectralSearch):
     def _counted(self, u: np.ndarray) -> None:
         self.designs.add(u.tobytes())
         self.count = len(self.designs)
-
-    def _design(self, u: np.ndarray) -> tuple[dict[str, float], OperatingPoint | None]:
-        """Parameters of a design, and the operating point if one was given."""
-        values, old = self.values_at(u), self.first.rotation
-        if not old.is_given:
-            return values, None
-        (point,) = old.points
-        moved = replace(point, theta=self.system.theta(values))
-        return values, moved if point.kept is None else equilibrium_again(point, values)
 
     def spectra_at(self, w: np.ndarray, speeds: np.ndarray) -> list[MeanSpectrum]:
         """Natural vibrations of a design at speeds, each at its mean state."""
@@ -165,7 +135,8 @@ class _OrderSearch(SpectralSearch):
         known = self.spectra[1]
         new = np.array(sorted(set(speeds.tolist()) - known.keys()))
         if len(new):
-            over = self.first.turning(new, *self._design(u))
+            values = self.values_at(u)
+            over = self.first.turning(new, values, self.again.at(values))
             for k, speed in enumerate(new.tolist()):
                 found = MeanSpectrum(self.first.small, over.at(k), self.first.orders)
                 self.modes = len(found.hertz) if self.modes is None else self.modes
@@ -238,15 +209,7 @@ class _OrderSearch(SpectralSearch):
         if key in self.margin_of:
             slope[self.margin_of[key]] = 1.0
             return float(w[self.margin_of[key]]), slope
-        low, high = key.between
-        found, speeds = self.response(w), self.first.speeds
-        critical = mean_campbell(
-            found,
-            orders=key.orders,
-            between=(min(low, float(speeds[0])), max(high, float(speeds[-1]))),
-        ).critical
-        away = [max(1 - each.speed / low, each.speed / high - 1, 0.0) for each in critical]
-        return min(away, default=np.inf), slope
+        return self.again.nearest(key, self.response(w))[0], slope
 
     def _below(
         self, key: OrderPeak, w: np.ndarray, limit: float, slope: np.ndarray
@@ -264,8 +227,7 @@ class _OrderSearch(SpectralSearch):
 
     def _sizes(self, key: OrderPeak, w: np.ndarray) -> np.ndarray:
         """What a peak is the largest of."""
-        found: np.ndarray = sizes_of(self.response(w), key.name, key.measure)[self.inside[key]]
-        return found
+        return self.again.sizes(key, self.response(w))
 
     def _slope(self, key: OrderPeak, w: np.ndarray, k: int) -> np.ndarray:
         """Derivatives at one of these speeds by what varies."""

@@ -35,6 +35,7 @@ __all__ = [
     "factors",
     "product",
     "quantities",
+    "unit_of",
     "watching",
 ]
 
@@ -382,6 +383,15 @@ Functional = Final | Peak | Integral | Instant | At | AtEvent | Impact
 Designed = Final | Peak | Integral | Swing
 Modal = Frequency | Damping | Clearance
 Vibrating = OrderPeak | Separation | Modal
+
+
+def unit_of(system: System, functional: Designed | Vibrating | Functional) -> str:
+    """Unit of a functional's value."""
+    if isinstance(functional, Functional | OrderPeak):
+        return functional.unit(system)
+    if isinstance(functional, Designed):
+        return system.quantity(functional.name).unit
+    return "Hz" if isinstance(functional, Frequency) else "1"
 
 
 def _event(component: str, after: str, number: int | None) -> str:

@@ -11,7 +11,7 @@ import scipy
 
 from lumped.compiler.system import System
 from lumped.ensembles.variants import Over
-from lumped.errors import OptionError, OptimisationError
+from lumped.errors import OptimisationError, OptionError
 from lumped.simulation.functionals import Functional, Vibrating
 from lumped.support.arguments import checked
 

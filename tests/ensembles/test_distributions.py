@@ -9,7 +9,8 @@ import pytest
 import scipy
 
 import lumped as lp
-from lumped.ensembles.laws import Parameter, distribution_of
+from lumped.ensembles.laws import Parameter
+from lumped.ensembles.other_laws import distribution_of
 from lumped.errors import LumpedError, OptionError, ParameterError, UnitError
 
 STIFFNESS = Parameter("shaft.c", "N.m/rad", 100.0)

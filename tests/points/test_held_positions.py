@@ -23,7 +23,7 @@ from lumped.components import (
     translation,
 )
 from lumped.errors import OptionError, SolverError
-from lumped.optimisation.optimise_modes import equilibrium_again
+from lumped.vibration.mode_designs import equilibrium_again
 
 
 def derivatives(point, of, to):

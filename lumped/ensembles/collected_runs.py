@@ -1,0 +1,199 @@
+"""What many runs gave, and why some failed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lumped.compiler.system import Changes, System
+from lumped.ensembles.ensemble_file import EnsembleFile
+from lumped.ensembles.native_runs import NativeRuns
+from lumped.ensembles.run_records import RunOptions
+from lumped.ensembles.spread import DIED, in_threads, on_cluster
+from lumped.ensembles.watched import Collected
+from lumped.errors import OptionError
+from lumped.kernel.run import DONE, FULL
+from lumped.simulation.functional_kinds import watching
+from lumped.support.progress import Progress
+
+__all__ = ["Failures", "RunsAt", "collected", "failures_of", "fixed", "labelled"]
+
+_TOLD = 20
+"""Failed runs that are made again, each alone, to say why."""
+_WORDS = {
+    FULL: "interrupted before it was run",
+    DIED: "the process of a worker died in this run, or in one of its chunk, again and again",
+}
+
+
+class RunsAt:
+    """Functionals of runs at any parameters, with records that are made once.
+
+    Parameters
+    ----------
+    system : System
+    names : sequence of str
+        What varies.
+    of : mapping of str to functional
+        What is wanted.
+    parameters : mapping of name to float, optional
+        Changes that hold in all runs, unless varied.
+    options : RunOptions
+    workers : int, optional
+        Threads; default is one for each core.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        names: tuple[str, ...],
+        of: Mapping[str, Collected],
+        parameters: Changes | None,
+        options: RunOptions,
+        workers: int | None,
+    ) -> None:
+        watched = watching(system, of.values())
+        self._theta = fixed(watched, parameters)
+        self._made = NativeRuns(watched, names, self._theta, of, options)
+        self._workers = workers or os.cpu_count() or 1
+
+    def __call__(self, points: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
+        """Functionals, shape (n, len(of)), nan where one is missing, and why.
+
+        Parameters
+        ----------
+        points : ndarray, shape (n, len(names))
+        """
+        made, p = self._made, self._made.system.structure.parameters
+        values = np.full((len(points), len(made.watched.of)), np.nan)
+        if not len(points):
+            return values, {}
+        faults = {
+            int(run): text
+            for text, runs in p.outside(self._theta, made.places.tolist(), points)
+            for run in runs
+        }
+        sound = np.setdiff1d(np.arange(len(points)), list(faults))
+        found, status, _ = collected(made, points[sound], min(self._workers, len(points)))
+        values[sound] = found
+        told = failures_of(made, points[sound], found, status).texts
+        faults |= {int(sound[run]): text for run, text in told.items()}
+        return values, dict(sorted(faults.items()))
+
+
+def collected(
+    made: NativeRuns,
+    points: np.ndarray,
+    count: int,
+    file: EnsembleFile | None = None,
+    client: Any = None,
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Functionals of runs, how each ended, and the seconds of work.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, k)
+        Parameters of the runs.
+    count : int
+        Number of threads.
+    file : EnsembleFile, optional
+        Has results of some of them, and takes those of the others.
+    client : dask.distributed.Client, optional
+        Makes the runs on its cluster.
+    """
+    busy = 0.0
+    values = np.full((len(points), len(made.watched.of)), np.nan)
+    status = np.full(len(points), FULL, dtype=np.int64)
+    for first, batch in () if file is None else file.known:
+        last = first + len(batch.values)
+        values[first:last], status[first:last] = batch.values, batch.status
+    waiting = np.flatnonzero(status == FULL)
+    left = points[waiting]
+    work = in_threads(made, left, count) if client is None else on_cluster(made, left, client)
+    try:
+        with Progress(f"{made.system.name}: runs", len(values)) as progress:
+            done = len(values) - len(waiting)
+            for first, batch, spent in work:
+                which = waiting[first : first + len(batch.values)]
+                values[which], status[which] = batch.values, batch.status
+                if file is not None:
+                    file.add(which, batch)
+                busy += spent
+                done += len(which)
+                progress.at(done)
+    except KeyboardInterrupt:
+        made.stop()
+    finally:
+        work.close()
+        if file is not None:
+            file.close()
+    return values, status, busy
+
+
+def fixed(system: System, parameters: Changes | None) -> np.ndarray:
+    """All parameters as they are unless varied; the runs are checked one by one."""
+    theta, p = system.structure.parameters.defaults.copy(), system.structure.parameters
+    for place, value in zip(
+        system.places(parameters or {}), (parameters or {}).values(), strict=True
+    ):
+        theta[place] = p.number(p.free[place], value)
+    return theta
+
+
+def labelled(of: Mapping[str, Any] | Iterable[Any], analysis: str) -> dict[str, Any]:
+    """Functionals by their labels.
+
+    Raises
+    ------
+    OptionError
+        If there is none.
+    """
+    wanted: dict[str, Any] = dict(of) if isinstance(of, Mapping) else {}
+    for functional in () if isinstance(of, Mapping) else dict.fromkeys(of):
+        label, number = str(functional), 2
+        while label in wanted:  # a text may leave out instants
+            label, number = f"{functional} ({number})", number + 1
+        wanted[label] = functional
+    if not wanted:
+        raise OptionError(
+            f"{analysis}: name what to take from each run, such as "
+            "of=[lumped.functionals.peak('shaft.tau')]."
+        )
+    return wanted
+
+
+class Failures(NamedTuple):
+    """Why runs failed, or which results are not numbers, by the number of the run.
+
+    `every` is the first of them where none came to its end.
+    """
+
+    texts: dict[int, str]
+    every: tuple[int, str] | None
+
+
+def failures_of(
+    made: NativeRuns, points: np.ndarray, values: np.ndarray, status: np.ndarray
+) -> Failures:
+    """Why runs failed."""
+    found: dict[int, str] = {}
+    told: dict[int, tuple[int, str]] = {}
+    for i in np.flatnonzero(status != DONE).tolist():
+        why = int(status[i])
+        if why in _WORDS:
+            found[i] = _WORDS[why]
+        elif len(found) < _TOLD or why not in told:
+            found[i] = made.fault(points[i], why)
+            told.setdefault(why, (i, found[i]))
+        else:
+            first, text = told[why]
+            found[i] = f"as run {first}: {text}"
+    every = next(iter(told.values())) if told and len(found) == len(status) else None
+    labels = tuple(made.watched.of)
+    for i in np.flatnonzero((status == DONE) & np.isnan(values).any(axis=1)).tolist():
+        missing = [label for label, v in zip(labels, values[i], strict=True) if np.isnan(v)]
+        found[i] = "; ".join(made.watched.missing(label) for label in missing)
+    return Failures(found, every)

@@ -1,0 +1,98 @@
+"""Functionals of runs at many values of parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from lumped.compiler.system import Changes, System
+from lumped.ensembles.collected_runs import RunsAt
+from lumped.ensembles.run_records import RunOptions
+from lumped.ensembles.watched import Collected
+from lumped.errors import LumpedError, OptionError, UnknownNameError
+from lumped.gradients.gradient_ensemble import gradients_at
+from lumped.gradients.hessian import hessian
+from lumped.tolerances.evaluated import Array, Failures
+
+__all__ = ["OfRuns"]
+
+
+class OfRuns:
+    """Functionals of runs, in the time loop and on all cores (see `Evaluated`).
+
+    Parameters
+    ----------
+    system : System
+    names : tuple of str
+        What varies.
+    of : mapping of str to functional
+    until : float
+        End of each run, s.
+    parameters, start : mapping of name to float or None
+        As for `ensemble`.
+    rtol : float
+    workers : int or None
+    """
+
+    def __init__(
+        self,
+        system: System,
+        names: tuple[str, ...],
+        of: Mapping[str, Collected],
+        until: float,
+        parameters: Changes | None,
+        start: Changes | None,
+        rtol: float,
+        workers: int | None,
+    ) -> None:
+        self._system, self._names, self._of = system, names, dict(of)
+        self._parameters = {system.key(k): value for k, value in (parameters or {}).items()}
+        self._options: dict[str, Any] = {"until": until, "start": start, "rtol": rtol}
+        self._workers = workers
+        options = RunOptions(until, start=start, rtol=rtol)
+        self._runs = RunsAt(system, names, of, parameters, options, workers)
+        self.labels = tuple(of)
+        self.units = tuple(functional.unit(system) for functional in of.values())
+
+    def values(self, x: Array) -> tuple[Array, Failures]:
+        """Functionals of all runs."""
+        return self._runs(x)
+
+    def slopes(self, x: Array) -> tuple[Array, Array, Failures]:
+        """Functionals and derivatives of all runs, by the adjoint."""
+        shape = len(x), len(self._of)
+        try:
+            found = gradients_at(
+                self._system,
+                self._names,
+                x,
+                tuple(self._of.values()),  # type: ignore[arg-type]
+                self._names,
+                self._parameters,
+                self._options,
+                self._workers,
+            )
+        except (OptionError, UnknownNameError):
+            raise
+        except LumpedError as error:
+            lost = dict.fromkeys(range(len(x)), str(error))
+            return np.full(shape, np.nan), np.full((*shape, x.shape[1]), np.nan), lost
+        return found.values, found.derivatives, found.failures
+
+    def curvatures(self, x: Array) -> Array:
+        """Second derivatives of a run."""
+        values = self._parameters | dict(zip(self._names, x.tolist(), strict=True))
+        return np.array(
+            [
+                hessian(
+                    self._system,
+                    of=functional,  # type: ignore[arg-type]
+                    to=self._names,
+                    parameters=values,
+                    **self._options,
+                ).matrix
+                for functional in self._of.values()
+            ]
+        )

@@ -1,0 +1,228 @@
+"""What scatters, by which distributions, and what is asked of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from lumped.compiler.system import Changes, System
+from lumped.ensembles.collected_runs import labelled
+from lumped.ensembles.variants import Marginals, Over, Sampling, marginals_of, variants_of
+from lumped.ensembles.watched import Collected
+from lumped.errors import OptionError
+from lumped.simulation.functional_kinds import Modal, Vibrating
+from lumped.simulation.simulate import check_options
+from lumped.support.units import in_seconds
+from lumped.tolerances.evaluated import Array, Evaluated, Failures
+from lumped.tolerances.of_modes import OfModes
+from lumped.tolerances.of_orders import OfOrders
+from lumped.tolerances.of_runs import OfRuns
+from lumped.vibration.modes import Modes
+from lumped.vibration.order_response import OrderResponse
+
+__all__ = ["Scattered", "Scene", "scene_of"]
+
+Scattered = System | Modes | OrderResponse
+"""What can scatter."""
+
+
+class Scene:
+    """Functionals of what scatters, for d parameters and k functionals.
+
+    Parameters
+    ----------
+    system : System
+    over : mapping or Correlated
+        Distributions of the parameters.
+    marginals : Marginals
+        The same in numbers.
+    evaluated : Evaluated
+        Functionals at any values of the parameters.
+    parameters : mapping of name to float or None
+        Changes that hold throughout.
+    analysis : str
+        With which errors begin.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Parameters that scatter, d of them.
+    labels, units : tuple of str
+        Functionals as printed and their units, k of each.
+    failures : dict of int to str
+        Why evaluations of the last call failed, by their number.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        over: Over,
+        marginals: Marginals,
+        evaluated: Evaluated,
+        parameters: Changes | None,
+        analysis: str,
+    ) -> None:
+        self.system, self.analysis, self.names = system, analysis, marginals.names
+        self.labels, self.units = evaluated.labels, evaluated.units
+        self.failures: Failures = {}
+        self._over, self._parameters = over, parameters
+        self._marginals, self._evaluated = marginals, evaluated
+
+    def physical(self, u: Array) -> Array:
+        """Parameters in SI units for independent standard normal numbers, both of shape (n, d)."""
+        return self._marginals.values(np.asarray(u, dtype=float))[0]
+
+    def physical_slopes(self, u: Array) -> Array:
+        """Their derivatives, shape (n, d, d): of parameter i by number j."""
+        return self._marginals.values(np.asarray(u, dtype=float))[1]
+
+    def draw(self, n: int, seed: int = 0, sampling: Sampling = "random") -> Array:
+        """Parameters that `ensemble` draws, shape (n, d).
+
+        Raises
+        ------
+        OptionError
+            If an option makes no sense.
+        ParameterError
+            If a value is out of the range of its parameter.
+        """
+        return variants_of(
+            self.system,
+            self._over,
+            runs=n,
+            seed=seed,
+            sampling=sampling,
+            parameters=self._parameters,
+            analysis=self.analysis,
+        ).values
+
+    def values(self, x: Array) -> Array:
+        """Functionals at parameters of shape (n, d), shape (n, k); nan where one failed."""
+        found, self.failures = self._evaluated.values(self._rows(x))
+        return found
+
+    def slopes(self, x: Array) -> tuple[Array, Array]:
+        """Functionals and their derivatives by the parameters, shapes (n, k) and (n, k, d).
+
+        Raises
+        ------
+        OptionError
+            If a functional has no derivative.
+        """
+        values, slopes, self.failures = self._evaluated.slopes(self._rows(x))
+        return values, slopes
+
+    def curvatures(self, x: Array) -> Array:
+        """Exact second derivatives at one point, shape (k, d, d).
+
+        Raises
+        ------
+        OptionError
+            If a functional has none.
+        SolverError
+            If the run passes what has no second derivative.
+        """
+        return self._evaluated.curvatures(self._rows(np.reshape(x, (1, -1)))[0])
+
+    def _rows(self, x: Array) -> Array:
+        found = np.ascontiguousarray(x, dtype=float)
+        if found.ndim != 2 or found.shape[1] != len(self.names):
+            raise OptionError(
+                f"{self.analysis}: parameters have the shape {found.shape}; rows of "
+                f"{len(self.names)} are needed: {', '.join(self.names)}."
+            )
+        return found
+
+
+def scene_of(
+    what: Scattered,
+    *,
+    over: Over,
+    of: Mapping[str, Any] | Iterable[Any],
+    until: float | str | None = None,
+    parameters: Changes | None = None,
+    start: Changes | None = None,
+    rtol: float = 1e-6,
+    workers: int | None = None,
+    analysis: str = "scatter",
+) -> Scene:
+    """The scene of a study: functionals of runs, modes or order responses, and distributions.
+
+    Parameters
+    ----------
+    what : System, Modes or OrderResponse
+        A system, to be run for each set of parameters; or modes or an order response of the
+        nominal drive, which are found again for each.
+    over : mapping of name to distribution, or Correlated
+        What scatters.
+    of : mapping of str to functional, or iterable of functionals
+        Of runs what `ensemble` takes; of modes `frequency`, `damping` and `clearance`; of an order
+        response `order_peak` and `separation` too.
+    until : float or str, optional
+        For a system: end of each run, s.
+    parameters, start, rtol
+        For a system, as for `ensemble`.
+    workers : int, optional
+        Threads; default is one for each core.
+    analysis : str
+        With which errors begin.
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    OptionError
+        If something cannot scatter, has no distribution, or has no such functional.
+    UnknownNameError
+        If a name does not exist.
+    ParameterError
+        If a distribution is out of the range of its parameter.
+    """
+    wanted = labelled(of, analysis)
+    if workers is not None and workers < 1:
+        raise OptionError(f"{analysis}: workers = {workers}: at least one thread is needed.")
+    if not isinstance(what, System | Modes | OrderResponse):
+        raise OptionError(
+            f"{analysis}: {type(what).__name__} is nothing that can scatter; give a system with "
+            "until=, modes or an order response."
+        )
+    if isinstance(what, System):
+        if until is None:
+            raise OptionError(f"{analysis}: a system is simulated; give until=, s.")
+        _refuse_other(wanted, Collected, "a run", analysis)
+        marginals = marginals_of(what, over, parameters=parameters, analysis=analysis)
+        end = in_seconds(until, "until")
+        check_options(0.0, end, rtol, None, "steps", 1)
+        runs = OfRuns(what, marginals.names, wanted, end, parameters, start, rtol, workers)
+        return Scene(what, over, marginals, runs, parameters, analysis)
+    if (until, parameters, start) != (None, None, None):
+        raise OptionError(
+            f"{analysis}: until, parameters and start belong to a system; modes and order "
+            "responses have theirs."
+        )
+    system = what.system
+    own = (what.point if isinstance(what, Modes) else what.rotation.points[0]).parameters
+    marginals = marginals_of(system, over, parameters=own, analysis=analysis)
+    found: Evaluated
+    if isinstance(what, Modes):
+        what.refuse_mean(analysis)
+        _refuse_other(wanted, Modal, "modes", analysis)
+        found = OfModes(what, marginals.names, wanted, analysis)
+    else:
+        _refuse_other(wanted, Vibrating, "an order response", analysis)
+        found = OfOrders(what, marginals.names, wanted, analysis)
+    return Scene(system, over, marginals, found, own, analysis)
+
+
+def _refuse_other(of: Mapping[str, object], kinds: Any, what: str, analysis: str) -> None:
+    """Refuse functionals that belong to something else."""
+    for wanted in of.values():
+        if not isinstance(wanted, kinds):
+            known = ", ".join(kind.__name__.lower() for kind in kinds.__args__)
+            raise OptionError(
+                f"{analysis}: {wanted!r:.60} is nothing that {what} has; known are {known}."
+            )
