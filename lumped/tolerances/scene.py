@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
-from lumped.compiler.system import Changes, System
+from lumped.compiler.system import Changes, Name, System
 from lumped.ensembles.collected_runs import labelled
 from lumped.ensembles.variants import Marginals, Over, Sampling, marginals_of, variants_of
 from lumped.ensembles.watched import Collected
@@ -38,8 +38,8 @@ class Scene:
         Distributions of the parameters.
     marginals : Marginals
         The same in numbers.
-    evaluated : Evaluated
-        Functionals at any values of the parameters.
+    evaluated_over : callable
+        Makes what evaluates the functionals for any values of parameters, from their names.
     parameters : mapping of name to float or None
         Changes that hold throughout.
     analysis : str
@@ -60,15 +60,17 @@ class Scene:
         system: System,
         over: Over,
         marginals: Marginals,
-        evaluated: Evaluated,
+        evaluated_over: Callable[[tuple[str, ...]], Evaluated],
         parameters: Changes | None,
         analysis: str,
     ) -> None:
+        evaluated = evaluated_over(marginals.names)
         self.system, self.analysis, self.names = system, analysis, marginals.names
         self.labels, self.units = evaluated.labels, evaluated.units
         self.failures: Failures = {}
         self._over, self._parameters = over, parameters
         self._marginals, self._evaluated = marginals, evaluated
+        self._evaluated_over = evaluated_over
 
     def physical(self, u: Array) -> Array:
         """Parameters in SI units for independent standard normal numbers, both of shape (n, d)."""
@@ -77,6 +79,57 @@ class Scene:
     def physical_slopes(self, u: Array) -> Array:
         """Their derivatives, shape (n, d, d): of parameter i by number j."""
         return self._marginals.values(np.asarray(u, dtype=float))[1]
+
+    @property
+    def parameter_units(self) -> tuple[str, ...]:
+        """SI units of the parameters that scatter."""
+        return tuple(self.system.parameter_unit(name) for name in self.names)
+
+    def moments(self) -> tuple[Array, Array]:
+        """Mean and standard deviation of each parameter that scatters, both of shape (d,)."""
+        return self._marginals.moments()
+
+    def others(self, names: Iterable[Name]) -> dict[str, float]:
+        """Parameters that do not scatter, by their names, with their values in SI units.
+
+        Raises
+        ------
+        OptionError
+            If one of them scatters.
+        UnknownNameError
+            If a parameter does not exist.
+        """
+        keys = [self.system.key(name) for name in names]
+        self.system.places(keys)
+        for key in keys:
+            if key in self.names:
+                raise OptionError(
+                    f"{self.analysis}: {key} scatters; a derivative by its mean is given anyway. "
+                    "Leave it out of `to`."
+                )
+        known = self.system.parameter_values(self._parameters)
+        return {key: known[key] for key in keys}
+
+    def slopes_by_others(self, x: Array, others: Mapping[str, float]) -> Array:
+        """Derivatives by parameters that do not scatter, shape (n, k, m).
+
+        Parameters
+        ----------
+        x : ndarray, shape (n, d)
+            Those that do.
+        others : mapping of str to float
+            The m others and their values.
+
+        Raises
+        ------
+        OptionError
+            If a functional has no derivative.
+        """
+        rows, values = self._rows(x), list(others.values())
+        whole = np.hstack([rows, np.broadcast_to(values, (len(rows), len(values)))])
+        evaluated = self._evaluated_over((*self.names, *others))
+        _, slopes, self.failures = evaluated.slopes(whole)
+        return slopes[:, :, len(self.names) :]
 
     def draw(self, n: int, seed: int = 0, sampling: Sampling = "random") -> Array:
         """Parameters that `ensemble` draws, shape (n, d).
@@ -197,7 +250,10 @@ def scene_of(
         marginals = marginals_of(what, over, parameters=parameters, analysis=analysis)
         end = in_seconds(until, "until")
         check_options(0.0, end, rtol, None, "steps", 1)
-        runs = OfRuns(what, marginals.names, wanted, end, parameters, start, rtol, workers)
+
+        def runs(names: tuple[str, ...]) -> Evaluated:
+            return OfRuns(what, names, wanted, end, parameters, start, rtol, workers)
+
         return Scene(what, over, marginals, runs, parameters, analysis)
     if (until, parameters, start) != (None, None, None):
         raise OptionError(
@@ -207,14 +263,17 @@ def scene_of(
     system = what.system
     own = (what.point if isinstance(what, Modes) else what.rotation.points[0]).parameters
     marginals = marginals_of(system, over, parameters=own, analysis=analysis)
-    found: Evaluated
     if isinstance(what, Modes):
         what.refuse_mean(analysis)
         _refuse_other(wanted, Modal, "modes", analysis)
-        found = OfModes(what, marginals.names, wanted, analysis)
     else:
         _refuse_other(wanted, Vibrating, "an order response", analysis)
-        found = OfOrders(what, marginals.names, wanted, analysis)
+
+    def found(names: tuple[str, ...]) -> Evaluated:
+        if isinstance(what, Modes):
+            return OfModes(what, names, wanted, analysis)
+        return OfOrders(what, names, wanted, analysis)
+
     return Scene(system, over, marginals, found, own, analysis)
 
 

@@ -1,0 +1,170 @@
+"""A limit of one functional, over independent standard normal variables."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from lumped.errors import OptionError, SolverError
+from lumped.support.text_table import listed
+from lumped.support.units import amount, plain
+from lumped.tolerances.scene import Scene
+
+__all__ = ["Array", "Limit"]
+
+Array = NDArray[np.float64]
+
+
+class Limit:
+    """The excess of a functional over its limit: positive where the limit is exceeded.
+
+    Parameters
+    ----------
+    scene : Scene
+        What scatters, and what is computed.
+    above, below : float or str or None
+        The limit, in the SI unit of the functional or with a unit: one of both.
+    row : int
+        Which functional of the scene.
+    analysis : str
+        With which errors begin.
+
+    Attributes
+    ----------
+    evaluations, gradients : int
+        Runs or analyses so far, and those of them with derivatives.
+
+    Raises
+    ------
+    OptionError
+        If not exactly one limit is given, or it is no finite number.
+    UnitError
+        If it has a unit of another dimension.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        above: float | str | None = None,
+        below: float | str | None = None,
+        row: int = 0,
+        analysis: str = "reliability",
+    ) -> None:
+        self.scene, self.row, self.analysis = scene, row, analysis
+        self.label, self.unit = scene.labels[row], scene.units[row]
+        if (above is None) == (below is None):
+            raise OptionError(
+                f"{analysis}: {self.label}: give the limit as above= or as below=, one of both."
+            )
+        self.word, given, self.sign = (
+            ("above", above, 1.0) if below is None else ("below", below, -1.0)
+        )
+        self.bound = plain(given, self.unit or "1", f"{analysis}: {self.word} =", OptionError)
+        if not np.isfinite(self.bound):
+            raise OptionError(f"{analysis}: {self.word} = {given} must be a finite number.")
+        self.evaluations = self.gradients = 0
+        self._furthest = self._nearest = (np.nan, np.zeros(self.count))
+        self.reason = ""
+
+    @property
+    def count(self) -> int:
+        """How many parameters scatter."""
+        return len(self.scene.names)
+
+    @property
+    def event(self) -> str:
+        """What happens, in words."""
+        return f"{self.label} {self.word} {self.amount(self.bound)}"
+
+    @property
+    def head(self) -> str:
+        """With which errors begin."""
+        return f"{self.analysis}: {self.event}"
+
+    def amount(self, value: float) -> str:
+        """A value of the functional with its unit."""
+        return amount(value, self.unit)
+
+    def values(self, u: Array) -> Array:
+        """Excess at points, shape (n, d); nan where an evaluation failed."""
+        found = self.scene.values(self.scene.physical(u))[:, self.row]
+        self.evaluations += len(u)
+        return self._seen(u, self.sign * (found - self.bound))
+
+    def slopes(self, u: Array) -> tuple[Array, Array]:
+        """Excess at points, and its gradients, shape (n, d), by the standard normal variables."""
+        x = self.scene.physical(u)
+        try:
+            values, by = self.scene.slopes(x)
+        except OptionError as error:
+            raise OptionError(
+                f"{self.head}: {error} method='subset' needs no derivatives."
+            ) from None
+        self.evaluations += len(u)
+        self.gradients += len(u)
+        along = np.einsum("ni,nij->nj", by[:, self.row], self.scene.physical_slopes(u))
+        return self._seen(u, self.sign * (values[:, self.row] - self.bound)), self.sign * along
+
+    def at(self, u: Array) -> tuple[Array, Array]:
+        """Parameters at a point, and the derivatives of the excess by them."""
+        x = self.scene.physical(u[None])
+        _, by = self.scene.slopes(x)
+        self.evaluations, self.gradients = self.evaluations + 1, self.gradients + 1
+        return x[0], self.sign * by[0, self.row]
+
+    def curvatures(self, x: Array) -> Array:
+        """Second derivatives of the excess by the parameters, shape (d, d).
+
+        Raises
+        ------
+        OptionError
+            If the functional has none.
+        """
+        found: Array = self.sign * self.scene.curvatures(x)[self.row]
+        return found
+
+    def _seen(self, u: Array, excess: Array) -> Array:
+        for failure in list(self.scene.failures.values())[:1]:
+            self.reason = failure
+        known = np.flatnonzero(np.isfinite(excess))
+        if len(known):
+            most, least = known[excess[known].argmax()], known[excess[known].argmin()]
+            if not excess[most] <= self._furthest[0]:
+                self._furthest = float(excess[most]), u[most]
+            if not excess[least] >= self._nearest[0]:
+                self._nearest = float(excess[least]), u[least]
+        return excess
+
+    @cached_property
+    def is_kept_by_median(self) -> bool:
+        """Whether the limit is kept where all parameters have their median."""
+        return not self.values(np.zeros((1, self.count)))[0] > 0
+
+    @property
+    def is_crossed(self) -> bool:
+        """Whether values on both sides of the limit were met."""
+        return self._nearest[0] <= 0 < self._furthest[0]
+
+    def unreached(self, where: str) -> SolverError:
+        """The error that the limit is exceeded nowhere, or everywhere."""
+        never = self._furthest[0] <= 0
+        excess, u = self._furthest if never else self._nearest
+        value, far = self.bound + self.sign * excess, float(np.linalg.norm(u))
+        extreme = "greatest" if never == (self.sign > 0) else "least"
+        happens = "never" if never else "always"
+        return SolverError(
+            f"{self.head} {happens} happens {where}: the {extreme} value met is "
+            f"{self.amount(value)}, with {self.combination(u)}, which is {far:.3g} standard "
+            f"deviations from the median (beyond that distance along a line lies a probability of "
+            f"{scipy.special.ndtr(-far):.2g}). Check the limit, its unit and the distributions."
+        )
+
+    def combination(self, u: Array) -> str:
+        """Parameters at a point, in words."""
+        x: Any = self.scene.physical(u[None])[0].tolist()
+        pairs = zip(self.scene.names, x, self.scene.parameter_units, strict=True)
+        return listed([f"{name} = {amount(value, unit)}" for name, value, unit in pairs])

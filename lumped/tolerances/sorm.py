@@ -1,0 +1,142 @@
+"""Probability that a limit which is curved at its design point is exceeded (second order)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import scipy
+
+from lumped.errors import OptionError, SolverError
+from lumped.tolerances.form import DesignPoint
+from lumped.tolerances.limit import Array, Limit
+
+__all__ = ["Curved", "curved", "paraboloid"]
+
+_APART = 1e-2
+"""Distance from the design point of gradients that show the curvatures."""
+_STEP = 1e-4
+"""The same for second derivatives of the parameters by the standard normal variables."""
+_WIDE = 12.0
+"""Beyond this imaginary part the integrand has fallen below 1e-30 of itself."""
+
+Source = Literal["second derivatives", "gradients around it"]
+
+
+@dataclass(frozen=True, eq=False)
+class Curved:
+    """A limit at one design point to second order.
+
+    Attributes
+    ----------
+    curvatures : ndarray, shape (d - 1,)
+        Principal curvatures of the limit in standard normal space; positive where it bends away
+        from the median.
+    breitung, hohenbichler, tvedt : float
+        Probability that the limit is exceeded: asymptotic, improved, and exact for the paraboloid.
+    source : {"second derivatives", "gradients around it"}
+        From what the curvatures follow.
+    """
+
+    curvatures: Array
+    breitung: float
+    hohenbichler: float
+    tvedt: float
+    source: Source
+
+
+def curved(limit: Limit, point: DesignPoint) -> Curved:
+    """A limit at a design point to second order.
+
+    Raises
+    ------
+    SolverError
+        If the limit bends around the median more than a sphere, or gradients fail.
+
+    Notes
+    -----
+    K. Breitung: Asymptotic approximations for multinormal integrals. Journal of Engineering
+    Mechanics 110 (1984) 357-366. M. Hohenbichler, R. Rackwitz: Improvement of second-order
+    reliability estimates by importance sampling. Journal of Engineering Mechanics 114 (1988)
+    2195-2199. L. Tvedt: Distribution of quadratic forms in normal space. Journal of Engineering
+    Mechanics 116 (1990) 1183-1197.
+    """
+    bent, source = _bent(limit, point)
+    around = scipy.linalg.null_space(point.alpha[None])
+    kappa = np.linalg.eigvalsh(-around.T @ bent @ around / point.steepness)
+    beta = point.beta
+    if len(kappa) and (1 + beta * kappa).min() <= 0:
+        worst = kappa[(1 + beta * kappa).argmin()]
+        raise SolverError(
+            f"{limit.head}: at the design point {limit.combination(point.u)} the limit bends around "
+            f"the median more than a sphere (1 + beta kappa = {1 + beta * worst:.3g}), so it has no "
+            "probability to second order. Take more starts, or method='subset'."
+        )
+    # of the side on which the median does not lie
+    sign = 1.0 if beta >= 0 else -1.0
+    rare = float(scipy.special.ndtr(-abs(beta)))
+    hazard = math.exp(-beta * beta / 2) / math.sqrt(2 * math.pi) / rare
+    estimates = [rare / math.sqrt(np.prod(1 + slope * kappa)) for slope in (beta, sign * hazard)]
+    plain, better = (p if sign > 0 else 1 - p for p in estimates)
+    return Curved(kappa, plain, better, paraboloid(beta, kappa), source)
+
+
+def paraboloid(beta: float, kappa: Sequence[float] | Array) -> float:
+    """Probability of ``u_n - sum kappa_i v_i^2 / 2 > beta``, all variables standard normal.
+
+    The inverse of the moment generating function, integrated along a parallel to the imaginary axis
+    through the saddle point.
+    """
+    bends = np.asarray(kappa, dtype=float)
+    end = 1 / max(float(-bends.min(initial=0.0)), 1e-3)
+
+    def exponent(s: complex) -> complex:
+        whole: complex = s * s / 2 - s * beta - np.log(s) - np.log(1 + bends * s).sum() / 2
+        return whole
+
+    saddle = float(
+        scipy.optimize.minimize_scalar(
+            lambda s: exponent(s).real, bounds=(1e-9 * end, (1 - 1e-9) * end), method="bounded"
+        ).x
+    )
+    top = exponent(saddle).real
+    share, _ = scipy.integrate.quad(
+        lambda y: np.exp(exponent(complex(saddle, y)) - top).real,
+        0.0,
+        _WIDE,
+        epsabs=1e-12,
+        limit=200,
+    )
+    return float(share * math.exp(top) / math.pi)
+
+
+def _bent(limit: Limit, point: DesignPoint) -> tuple[Array, Source]:
+    """Second derivatives of the excess by the standard normal variables, as far as they matter."""
+    try:
+        own = limit.curvatures(point.x)
+    except OptionError:
+        return _from_gradients(limit, point), "gradients around it"
+    scene, u = limit.scene, point.u
+    along = scene.physical_slopes(u[None])[0]
+    sides = [scene.physical_slopes(u + step * np.eye(len(u))) for step in (_STEP, -_STEP)]
+    again = (sides[0] - sides[1]) / (2 * _STEP)  # by u_j, of x_i, by u_k
+    return along.T @ own @ along + np.einsum("i,jik->jk", point.slopes, again), "second derivatives"
+
+
+def _from_gradients(limit: Limit, point: DesignPoint) -> Array:
+    around = scipy.linalg.null_space(point.alpha[None])
+    if not around.shape[1]:
+        return np.zeros((1, 1))
+    moved = _APART * around.T
+    _, slopes = limit.slopes(np.concatenate([point.u + moved, point.u - moved]))
+    if not np.isfinite(slopes).all():
+        raise SolverError(
+            f"{limit.head}: no derivatives around the design point {limit.combination(point.u)}: "
+            f"{limit.reason} method='subset' needs none."
+        )
+    first, second = np.split(slopes, 2)
+    seen = around @ (first - second) / (2 * _APART)
+    return (seen + seen.T) / 2
