@@ -19,7 +19,15 @@ from lumped.errors import OptionError, ParameterError, shown
 from lumped.language.quantity import Param
 from lumped.support.units import amount, has_unit
 
-__all__ = ["Marginals", "Over", "ParameterSets", "Sampling", "marginals_of", "variants_of"]
+__all__ = [
+    "Marginals",
+    "Over",
+    "ParameterSets",
+    "Sampling",
+    "marginals_of",
+    "probabilities",
+    "variants_of",
+]
 
 if TYPE_CHECKING:
     Over = Mapping[Name, Any] | Iterable[Mapping[Name, Any]] | Paired | Correlated
@@ -184,7 +192,7 @@ def variants_of(
     if isinstance(over, Correlated) or (isinstance(over, Mapping) and asked.is_drawn(over)):
         given = over.distributions if isinstance(over, Correlated) else over
         laws = asked.laws(given)
-        u = asked.probabilities(runs, len(laws), seed, sampling)
+        u = probabilities(runs, len(laws), seed, sampling, analysis)
         if isinstance(over, Correlated):
             u = over.coupled(u)
         columns = [law.quantile(u[:, j]) for j, law in enumerate(laws)]
@@ -348,29 +356,38 @@ class _Asked:
         self.refuse_values(faults, _ADVICE)
         return laws
 
-    def probabilities(self, runs: int | None, count: int, seed: int, sampling: str) -> Array:
-        """Random numbers between zero and one, both excluded, shape (runs, count)."""
-        if not isinstance(runs, int | np.integer) or isinstance(runs, bool) or runs < 1:
-            self.refuse(
-                f"runs = {shown(runs)}: how many runs to draw is needed, such as runs=1000."
-            )
-        if not isinstance(seed, int | np.integer) or isinstance(seed, bool) or seed < 0:
-            self.refuse(f"seed = {shown(seed)}: a whole number is needed, zero or more.")
-        if sampling not in get_args(Sampling):
-            known = ", ".join(map(repr, get_args(Sampling)))
-            self.refuse(f"sampling = {shown(sampling)}: one of {known} is needed.")
-        random = np.random.default_rng(seed)
-        if sampling == "random" or not count:
-            u = random.random((runs, count))
+
+def probabilities(runs: int | None, count: int, seed: int, sampling: str, analysis: str) -> Array:
+    """Random numbers between zero and one, both excluded, shape (runs, count).
+
+    Raises
+    ------
+    OptionError
+        If an option makes no sense; the text begins with `analysis`.
+    """
+    if not isinstance(runs, int | np.integer) or isinstance(runs, bool) or runs < 1:
+        raise OptionError(
+            f"{analysis}: runs = {shown(runs)}: how many runs to draw is needed, such as runs=1000."
+        )
+    if not isinstance(seed, int | np.integer) or isinstance(seed, bool) or seed < 0:
+        raise OptionError(
+            f"{analysis}: seed = {shown(seed)}: a whole number is needed, zero or more."
+        )
+    if sampling not in get_args(Sampling):
+        known = ", ".join(map(repr, get_args(Sampling)))
+        raise OptionError(f"{analysis}: sampling = {shown(sampling)}: one of {known} is needed.")
+    random = np.random.default_rng(seed)
+    if sampling == "random" or not count:
+        u = random.random((runs, count))
+    else:
+        engine = getattr(scipy.stats.qmc, _ENGINES[sampling])
+        named = "rng" if "rng" in inspect.signature(engine).parameters else "seed"
+        points = engine(count, **{named: random})
+        if sampling == "sobol":  # asked for another number, it warns
+            u = points.random_base2(int(runs - 1).bit_length())[:runs]
         else:
-            engine = getattr(scipy.stats.qmc, _ENGINES[sampling])
-            named = "rng" if "rng" in inspect.signature(engine).parameters else "seed"
-            points = engine(count, **{named: random})
-            if sampling == "sobol":  # asked for another number, it warns
-                u = points.random_base2(int(runs - 1).bit_length())[:runs]
-            else:
-                u = points.random(runs)
-        return np.clip(u, _STEPS.get(sampling, 2.0**-53) / 2, 1 - 2.0**-53)
+            u = points.random(runs)
+    return np.clip(u, _STEPS.get(sampling, 2.0**-53) / 2, 1 - 2.0**-53)
 
 
 def _flat(values: Any) -> Column:

@@ -6,10 +6,18 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
+import scipy
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.ensembles.collected_runs import labelled
-from lumped.ensembles.variants import Marginals, Over, Sampling, marginals_of, variants_of
+from lumped.ensembles.variants import (
+    Marginals,
+    Over,
+    Sampling,
+    marginals_of,
+    probabilities,
+    variants_of,
+)
 from lumped.ensembles.watched import Collected
 from lumped.errors import OptionError
 from lumped.simulation.functional_kinds import Modal, Vibrating
@@ -150,6 +158,18 @@ class Scene:
             parameters=self._parameters,
             analysis=self.analysis,
         ).values
+
+    def scores(self, n: int, seed: int = 0, sampling: Sampling = "random") -> Array:
+        """Independent standard normal numbers of which `physical` makes what `draw` gives.
+
+        Raises
+        ------
+        OptionError
+            If an option makes no sense.
+        """
+        u = probabilities(n, len(self.names), seed, sampling, self.analysis)
+        found: Array = scipy.special.ndtri(u)
+        return found
 
     def values(self, x: Array) -> Array:
         """Functionals at parameters of shape (n, d), shape (n, k); nan where one failed."""

@@ -1,0 +1,330 @@
+"""A function of random variables as a sum of orthonormal polynomials, from values and gradients."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from lumped.ensembles.laws import Array
+from lumped.tolerances.polynomials import Family, Terms, products, slopes_of_products
+
+__all__ = ["LEAST", "Expansion", "fit"]
+
+LEAST = 10
+"""Runs below which an error of leaving one out tells nothing."""
+_NORMS = (1.0, 0.5)
+"""Of the sets of terms: total degree, and hyperbolic."""
+_SPARE = 2
+"""Rows for each term, at least."""
+_WORK = 1e9
+"""Rows times the square of the terms, at most: some tenths of a second."""
+_FIRST = 0.5
+"""Square of the weight of derivatives before their residuals are known."""
+_WEIGHTS = 1e-3, 1e3
+"""Range of weights of derivatives."""
+_ALIKE, _EXACT = 1.02, 1e-20
+"""Squares of errors that count as equal, in each other and in the variance: fewer terms win."""
+_CHUNK = 4_000_000
+"""Numbers in the memory of one evaluation."""
+_BAND = 1000
+"""Points next to a quantile over which polynomials are averaged."""
+
+
+@dataclass(frozen=True, eq=False)
+class Expansion:
+    """A sum of orthonormal polynomials, and what tells of its error.
+
+    Attributes
+    ----------
+    families : tuple of Family
+        Polynomials of each variable.
+    exponents : ndarray of int, shape (P, d)
+        Degrees of each term; the first is the constant.
+    coefficients : ndarray, shape (P,)
+    influence : ndarray, shape (P, n)
+        Change of the coefficients by each run, against the fit without it.
+    residuals : ndarray, shape (n,)
+        Values less those of the sum.
+    q2 : float
+        Share of the variance of the values that is predicted for a run by a fit without it.
+    with_slopes : bool
+        Whether derivatives served; not where they contradict the values.
+    """
+
+    families: tuple[Family, ...]
+    exponents: NDArray[np.int64]
+    coefficients: Array
+    influence: Array
+    residuals: Array
+    q2: float
+    with_slopes: bool
+
+    @property
+    def degree(self) -> int:
+        """Greatest total degree of a term."""
+        return int(self.exponents.sum(axis=1).max())
+
+    @property
+    def mean(self) -> float:
+        """Of the function over the distribution of its variables."""
+        return float(self.coefficients[0])
+
+    @property
+    def unexplained(self) -> float:
+        """Variance that the sum leaves."""
+        return float(np.mean(self.residuals**2))
+
+    @property
+    def variance(self) -> float:
+        """Of the function: that of the sum, and what it leaves."""
+        return float(self.coefficients[1:] @ self.coefficients[1:]) + self.unexplained
+
+    @property
+    def standard_errors(self) -> tuple[float, float]:
+        """Of the mean and of the standard deviation, from leaving out each run.
+
+        Notes
+        -----
+        B. Efron, C. Stein: The jackknife estimate of variance. Annals of Statistics 9 (1981)
+        586-596.
+        """
+        n, c = len(self.residuals), self.coefficients[1:]
+        mean, own = self.influence[0], c @ self.influence[1:]
+        own = own + 0.5 * (self.residuals**2 - self.unexplained) / n
+        deviation = float(np.sqrt(self.variance))
+        off = float(np.sqrt(own @ own)) / deviation if deviation > 0 else 0.0
+        return float(np.sqrt(mean @ mean)), off
+
+    def shares(self) -> tuple[Array, Array]:
+        """Sobol's indices of the sum: of each variable alone, and with all others, shape (d,) each.
+
+        Both are zero where nothing varies.
+
+        Notes
+        -----
+        B. Sudret: Global sensitivity analysis using polynomial chaos expansions. Reliability
+        Engineering and System Safety 93 (2008) 964-979.
+        """
+        there = self.exponents > 0
+        parts = self.coefficients**2
+        parts[0] = 0.0
+        parts /= parts.sum() or 1.0
+        alone = there & (there.sum(axis=1) == 1)[:, None]
+        return parts @ alone, parts @ there
+
+    def values(self, z: Array) -> Array:
+        """Of the sum at points, shape (n, d) to (n,)."""
+        size = max(1, _CHUNK // len(self.exponents))
+        found = [
+            self.coefficients @ products(self.families, z[i : i + size], self.exponents)
+            for i in range(0, len(z), size)
+        ]
+        return np.concatenate(found)
+
+    def error_near(self, z: Array, values: Array, level: float) -> float:
+        """Standard error of a quantile.
+
+        A quantile moves with a coefficient as the mean of its polynomial does where the sum has
+        the value of the quantile.
+
+        Parameters
+        ----------
+        z : ndarray, shape (m, d)
+            A large sample.
+        values : ndarray, shape (m,)
+            Of the sum there.
+        level : float
+            The quantile.
+        """
+        near = np.argsort(np.abs(values - level))[:_BAND]
+        slopes = products(self.families, z[near], self.exponents).mean(axis=1)
+        return float(np.linalg.norm(slopes @ self.influence))
+
+
+def fit(
+    families: Sequence[Family], z: Array, values: Array, slopes: Array | None = None
+) -> Expansion:
+    """Fit a sum of polynomials to values and gradients by least squares.
+
+    Each run has a row for its value and one for each derivative. Rows of derivatives are
+    weighted by Stein's kernel of their variable, so that they leave the coefficients where the
+    values alone would have them, and by the size of what the fit leaves of them. The sets of terms,
+    the weights, and whether derivatives serve at all, follow from the error at runs that are left
+    out with all their rows.
+
+    Parameters
+    ----------
+    families : sequence of Family
+        Of each variable.
+    z : ndarray, shape (n, d)
+        Independent variables in each run; 10 runs at least.
+    values : ndarray, shape (n,)
+    slopes : ndarray, shape (n, d), optional
+        Derivatives by z; nan in runs that have none.
+
+    Returns
+    -------
+    Expansion
+
+    Notes
+    -----
+    J. Peng, J. Hampton, A. Doostan: On polynomial chaos expansion via gradient-enhanced
+    l1-minimization. Journal of Computational Physics 310 (2016) 440-458. J. D. Jakeman,
+    M. S. Eldred, K. Sargsyan: Enhancing l1-minimization estimates of polynomial chaos expansions
+    using basis selection. Journal of Computational Physics 289 (2015) 18-34. Hyperbolic sets, and
+    choice by leaving out runs: G. Blatman, B. Sudret, Adaptive sparse polynomial chaos expansion
+    based on least angle regression. Journal of Computational Physics 230 (2011) 2345-2367.
+    """
+    families, n = tuple(families), len(values)
+    middle = values.mean()
+    scale = float(values.std())
+    if not scale > 1e-14 * abs(middle):
+        scale = float(abs(middle)) or 1.0
+    kinds = [False] if slopes is None else [True, False]
+    found: list[_Fit] = []
+    for with_slopes in kinds:
+        rows = n if slopes is None or not with_slopes else n + int(np.isfinite(slopes).sum())
+        most = [family.most for family in families]
+        count = int(min(rows / _SPARE, np.sqrt(_WORK / rows)))
+        for norm in _NORMS:
+            terms = Terms.up_to(most, norm, max(count, 1))
+            own = slopes / scale if with_slopes and slopes is not None else None
+            block = _Rows(families, z, (values - middle) / scale, own, terms)
+            found += block.fits()
+    least = min(one.error for one in found)
+    alike = [one for one in found if one.error <= _ALIKE * least + _EXACT]
+    best = min(alike, key=lambda one: one.count)
+    coefficients, influence, residuals = (scale * part for part in best.solved())
+    coefficients[0] += middle
+    variance = float(((values - middle) / scale).var())
+    q2 = 1.0 - best.error / variance if variance > 0 else 1.0
+    exponents = best.rows.terms.exponents[: best.count]
+    with_slopes = best.rows.slopes is not None
+    return Expansion(families, exponents, coefficients, influence, residuals, q2, with_slopes)
+
+
+class _Rows:
+    """Rows of all runs, for one set of terms.
+
+    Parameters
+    ----------
+    families, z, values, slopes
+        As for `fit`, with values of the order of one.
+    terms : Terms
+    """
+
+    def __init__(
+        self,
+        families: Sequence[Family],
+        z: Array,
+        values: Array,
+        slopes: Array | None,
+        terms: Terms,
+    ) -> None:
+        self.terms, self.slopes = terms, slopes
+        left, right = [products(families, z, terms.exponents)], [values]
+        if slopes is not None:
+            kernel = np.column_stack([f.weights(z[:, j]) for j, f in enumerate(families)])
+            weights = np.where(np.isfinite(slopes), np.sqrt(kernel), 0.0)
+            left += list(slopes_of_products(families, z, terms.exponents) * weights.T[:, None])
+            right += list((np.nan_to_num(slopes) * weights).T)
+        self.left = np.stack(left, axis=1)  # (P, rows of a run, n)
+        self.right = np.stack(right)  # (rows of a run, n)
+
+    @cached_property
+    def grams(self) -> Array:
+        """Products of the terms over all runs, for each row of a run."""
+        parts = self.left.transpose(1, 0, 2)
+        found: Array = parts @ parts.transpose(0, 2, 1)
+        return found
+
+    def fits(self) -> list[_Fit]:
+        """Fits with sets of terms that contain each other."""
+        weights = np.full(len(self.right), np.sqrt(_FIRST))
+        weights[0] = 1.0
+        found = self._nested(weights)
+        if self.slopes is None or not found:
+            return found
+        best = min(found, key=lambda one: one.error)
+        sizes = np.sqrt(np.mean(best.left_out**2, axis=1)) / weights
+        with np.errstate(divide="ignore", invalid="ignore"):
+            weights = np.clip(np.nan_to_num(sizes[0] / sizes, nan=1.0), *_WEIGHTS)
+        return found + self._nested(weights)
+
+    def _nested(self, weights: Array) -> list[_Fit]:
+        """Fits with weights of the rows of a run."""
+        ends = list(self.terms.ends)
+        gram = np.tensordot(weights**2, self.grams, 1)
+        while True:
+            try:
+                factor = np.linalg.cholesky(gram[: ends[-1], : ends[-1]])
+                break
+            except np.linalg.LinAlgError:  # too many terms for these runs
+                ends.pop()
+        _, m, n = self.left.shape
+        left = (self.left[: ends[-1]] * weights[:, None]).reshape(ends[-1], m * n)
+        # small beside the rows; products are faster than solving for all of them
+        q = scipy.linalg.solve_triangular(factor, np.eye(ends[-1]), lower=True) @ left
+        right = self.right * weights[:, None]
+        turned = q @ right.ravel()
+        q = q.reshape(ends[-1], m, n)
+        residuals, hat = right.copy(), np.zeros((n, m, m))
+        found, begin = [], 0
+        for end in ends:
+            part = q[begin:end]
+            residuals -= np.tensordot(turned[begin:end], part, 1)
+            hat += part.transpose(2, 1, 0) @ part.transpose(2, 0, 1)
+            begin = end
+            try:
+                left_out = np.linalg.solve(np.eye(m) - hat, residuals.T[..., None])[..., 0].T
+            except np.linalg.LinAlgError:  # a run is met whatever its values are
+                break
+            error = float(np.mean(left_out[0] ** 2))
+            found.append(_Fit(self, error, end, factor, q, turned, residuals[0].copy(), left_out))
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """One set of terms and weights.
+
+    Attributes
+    ----------
+    rows : _Rows
+    error : float
+        Mean square of the error at runs that are left out.
+    count : int
+        Of the terms.
+    factor : ndarray
+        Cholesky's, of more terms perhaps.
+    q : ndarray, shape (more terms, rows of a run, n)
+        Orthonormal rows.
+    turned : ndarray
+        Coefficients of these.
+    residuals : ndarray, shape (n,)
+        Of values.
+    left_out : ndarray, shape (rows of a run, n)
+        Errors at runs that are left out, weighted.
+    """
+
+    rows: _Rows
+    error: float
+    count: int
+    factor: Array
+    q: Array
+    turned: Array
+    residuals: Array
+    left_out: Array
+
+    def solved(self) -> tuple[Array, Array, Array]:
+        """Coefficients, influence of runs on them, residuals of values."""
+        k = self.count
+        effect = np.einsum("pmn,mn->pn", self.q[:k], self.left_out)
+        right = np.column_stack([self.turned[:k], effect])
+        found = scipy.linalg.solve_triangular(self.factor[:k, :k], right, lower=True, trans=1)
+        return found[:, 0], found[:, 1:], self.residuals
