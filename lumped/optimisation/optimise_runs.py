@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, cast
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.system import Changes, System
 from lumped.errors import LumpedError
 from lumped.gradients.gradient import Gradient, gradient
-from lumped.numerics.nlp import Solution
-from lumped.optimisation.design import Bounds, Optimum
+from lumped.optimisation.design import Optimum, Task
 from lumped.optimisation.first_designs import first_designs
 from lumped.optimisation.search import DesignSearch
 from lumped.points.start import start_point
 from lumped.simulation.functionals import Functional
+from lumped.simulation.simulate import simulate
+from lumped.timeloop.result import Trajectory
 
-__all__ = ["RunKey", "RunSearch", "best_runs"]
-
-RunKey = Functional | str
+__all__ = ["RunSearch", "best_runs"]
 
 
 class RunSearch(DesignSearch[Functional]):
@@ -34,9 +33,7 @@ class RunSearch(DesignSearch[Functional]):
     def __init__(
         self,
         system: System,
-        vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
-        weights: Mapping[RunKey, float],
-        subject_to: Mapping[RunKey, Bounds],
+        task: Task,
         *,
         until: float,
         parameters: Changes | None = None,
@@ -44,8 +41,9 @@ class RunSearch(DesignSearch[Functional]):
         rtol: float = 1e-8,
     ) -> None:
         base = start_point(system, parameters=parameters, start=start)
-        super().__init__(system, base.theta, base.parameters, vary, weights, subject_to)
         self.options: dict[str, Any] = {"until": until, "start": start, "rtol": rtol}
+        scene = {**self.options, "parameters": parameters}
+        super().__init__(system, base.theta, base.parameters, task, **scene)
         self.changed = {system.key(name): value for name, value in (parameters or {}).items()}
         self.tolerance = max(1e-12, rtol)
         self.of = [key for key in self.keys if isinstance(key, Functional)]
@@ -62,6 +60,13 @@ class RunSearch(DesignSearch[Functional]):
             self.last, self.count = (u.tobytes(), found), self.count + 1
         return self.last[1]
 
+    def run(self, w: np.ndarray) -> Trajectory:
+        """The run of a design."""
+        if self.of:
+            return self.at(w).run
+        options = {**self.options, "parameters": self.changed | self.design(w)}
+        return simulate(self.system, **options)
+
     def functional(self, key: Functional, w: np.ndarray) -> tuple[float, np.ndarray]:
         """A number of the run and its gradient."""
         row, found = self.of.index(key), self.at(w)
@@ -70,42 +75,25 @@ class RunSearch(DesignSearch[Functional]):
         return float(found.values[row]), slope
 
 
-def best_runs(
-    system: System,
-    vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
-    weights: Mapping[RunKey, float],
-    subject_to: Mapping[RunKey, Bounds],
-    *,
-    starts: int = 1,
-    **options: Any,
-) -> Optimum:
+def best_runs(system: System, task: Task, *, starts: int = 1, **options: Any) -> Optimum:
     """The part of `optimise` for whole runs."""
-    search = RunSearch(system, vary, weights, subject_to, **options)
-    begins = [search.start]
+    search = RunSearch(system, task, **options)
+    begins = [search.box[:, 0].copy()]
     if starts > 1:
         scene = {**options, "rtol": max(options["rtol"], 1e-6)}
-        limits = cast(dict[Functional, Bounds], dict(subject_to))
         box = search.box * search.scale[:, None]
-        begins += [*first_designs(system, search.names, box, weights, limits, starts - 1, scene)]
-    found: list[tuple[Solution, tuple[str, ...]]] = []
+        wanted = task.weights, task.subject_to
+        others = first_designs(system, search.names, box, *wanted, starts - 1, scene)
+        begins += [*(others / search.scale)]
+    found = []
     for begin in begins:
-        search.box[:, 0] = begin / search.scale
+        search.box[:, 0] = begin
         try:
-            found.append(search.solved())
+            found.append(search.confirmed())
         except LumpedError:
             if begin is begins[-1] and not found:
                 raise
-    found.sort(key=lambda pair: pair[0].objective)
-    solution, active = found[0]
-    best, first, numbers = search.found(solution.w)
-    return Optimum(
-        search.at(solution.w).run,
-        best,
-        first,
-        solution.objective,
-        numbers,
-        active,
-        0.0,
-        solution,
-        tuple((other.objective, search.design(other.w)) for other, _ in found[1:]),
-    )
+    found.sort(key=lambda each: each[0].objective)
+    best = search.optimum(search.run(found[0][0].w), *found[0])
+    others = tuple((other.objective, search.design(other.w)) for other, *_ in found[1:])
+    return replace(best, others=others)

@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Generic, TypeVar
+from dataclasses import replace
+from typing import Any, Generic, TypeVar
 
 import numpy as np
+import scipy
 
-from lumped.compiler.system import Name, System
-from lumped.errors import OptionError
+from lumped.compiler.system import System
+from lumped.errors import OptimisationError, OptionError
 from lumped.numerics.nlp import Solution
 from lumped.numerics.sqp import bounded, sqp
-from lumped.optimisation.design import Bounds, Key, bounds_of, varied
+from lumped.optimisation.design import Key, Optimum, Scattered, Task, bounds_of, varied
+from lumped.tolerances.moved_scene import MovedScene
+from lumped.tolerances.of_designs import CheckedProbability, DesignAim, DesignProbability
+from lumped.tolerances.probability import Probability
+from lumped.tolerances.robust_aims import RobustAim
 
 __all__ = ["DesignSearch"]
 
 K = TypeVar("K", bound=Key)
 """Functionals of a kind of analysis."""
+
+_PRESSES = 1e-4
+"""Distance of a reliability index from its bound below which the bound holds the design."""
+_SEARCHES = 8
+"""How often a design is searched for a probability that samples confirm."""
 
 
 class DesignSearch(Generic[K]):
@@ -24,12 +35,16 @@ class DesignSearch(Generic[K]):
 
     Parameters
     ----------
+    what : System, Modes or OrderResponse
+        What is optimised.
     theta : ndarray
         Parameters at the start.
     base : mapping of str to float
         The same by name.
-    vary, weights, subject_to
-        As for `optimise`.
+    task : Task
+        What is wanted.
+    **scene
+        For a system: ``until``, ``parameters``, ``start`` and ``rtol``.
     """
 
     tolerance = 1e-12
@@ -37,27 +52,42 @@ class DesignSearch(Generic[K]):
 
     def __init__(
         self,
-        system: System,
+        what: Scattered,
         theta: np.ndarray,
         base: Mapping[str, float],
-        vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
-        weights: Mapping[K | str, float],
-        subject_to: Mapping[K | str, Bounds],
+        task: Task,
+        **scene: Any,
     ) -> None:
-        self.system, self.base = system, dict(base)
-        self.names, box, self.scale = varied(system, vary, theta)
-        self.start = box[:, 0]
-        self.weights, self.bounds = dict(weights), dict(subject_to)
-        self.keys = list(dict.fromkeys([*weights, *subject_to]))
+        self.system = what if isinstance(what, System) else what.system
+        self.base = dict(base)
+        self.names, box, self.scale = varied(self.system, task.vary, theta)
+        self.start = box[:, 0].copy()
+        self.weights, self.bounds = dict(task.weights), dict(task.subject_to)
+        self.keys = list(dict.fromkeys([*self.weights, *self.bounds]))
         self.box = box / self.scale[:, None]
         self.count = 0
         for key in self.keys:
             if isinstance(key, str):
-                system.places([key])
+                self.system.places([key])
                 if key in self.bounds:
                     raise OptionError(
                         f"optimise: {key} is a parameter; its bounds belong to `vary`."
                     )
+        self.least_beta = {each.probability: each.least_beta for each in task.such_that}
+        self.most = {each.probability: each.most for each in task.such_that}
+        self.shift = dict.fromkeys(self.most, 0.0)
+
+        def scattered(of: RobustAim | Probability) -> MovedScene:
+            return MovedScene(what, of.functional, of.over, self.names, "optimise", **scene)
+
+        self.aims = {k: DesignAim(k, scattered(k)) for k in self.keys if isinstance(k, RobustAim)}
+        self.probabilities = {
+            k: DesignProbability(k, scattered(k))
+            for k in [*self.keys, *self.most]
+            if isinstance(k, Probability)
+        }
+
+    # -- numbers of a design -------------------------------------------------------------------
 
     def functional(self, key: K, w: np.ndarray) -> tuple[float, np.ndarray]:
         """A functional and its gradient by the scaled unknowns."""
@@ -77,24 +107,43 @@ class DesignSearch(Generic[K]):
         pairs = zip(self.names, w * self.scale, strict=False)
         return ", ".join(f"{name} = {value:.6g}" for name, value in pairs)
 
-    def value(self, key: K | str, w: np.ndarray) -> tuple[float, np.ndarray]:
-        """A number and its gradient by the scaled unknowns."""
-        if not isinstance(key, str):
+    def value(self, key: Any, w: np.ndarray) -> tuple[float, np.ndarray]:
+        """A number and its gradient by the scaled unknowns; of a probability minus beta."""
+        slope = np.zeros(len(w))
+        if isinstance(key, str):
+            name = self.system.key(key)
+            if name not in self.names:
+                return self.base[name], slope
+            place = self.names.index(name)
+            slope[place] = self.scale[place]
+            return float(w[place] * self.scale[place]), slope
+        if isinstance(key, RobustAim):
+            value, by = self.aims[key].at(self.design(w))
+        elif isinstance(key, Probability):
+            beta, beta_by = self.probabilities[key].beta(self.design(w))
+            value, by = -beta, -beta_by
+        else:
             return self.functional(key, w)
-        name, slope = self.system.key(key), np.zeros(len(w))
-        if name not in self.names:
-            return self.base[name], slope
-        place = self.names.index(name)
-        slope[place] = self.scale[place]
-        return float(w[place] * self.scale[place]), slope
+        slope[: len(self.names)] = by * self.scale
+        return value, slope
 
-    def bounded_rows(self, key: K | str, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
+    def told(self, key: Any, value: float) -> float:
+        """What `value` gives, as it is told: a probability instead of minus beta."""
+        return float(scipy.special.ndtr(value)) if isinstance(key, Probability) else value
+
+    # -- the programme -------------------------------------------------------------------------
+
+    def bounded_rows(self, key: Any, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
         """What must not be negative for the bounds of a key."""
         return bounded(str(key), *self.value(key, w), *bounds_of(str(key), self.bounds[key]))
 
     def rows(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[str]]:
         """What must not be negative, scaled, its gradients and names."""
         every = [row for key in self.bounds for row in self.bounded_rows(key, w)]
+        for key, most in self.most.items():
+            value, slope = self.value(key, w)
+            text = f"{key} = {self.told(key, value):.3g} by its design point, at most {most:g}"
+            every.append((-value - self.least_beta[key] - self.shift[key], -slope, text))
         values, slopes, labels = map(list, zip(*every, strict=True)) if every else ([], [], [])
         return np.array(values), np.array(slopes).reshape(-1, len(w)), labels
 
@@ -118,10 +167,72 @@ class DesignSearch(Generic[K]):
             self.tolerance,
         )
 
-    def found(self, w: np.ndarray) -> tuple[dict[str, float], dict[str, float], dict[Key, float]]:
-        """Parameters, those at the start, and all numbers."""
-        begin = dict(zip(self.names, self.start.tolist(), strict=True))
+    def confirmed(self) -> tuple[Solution, tuple[str, ...], tuple[CheckedProbability, ...]]:
+        """The same, with probabilities that samples confirm.
+
+        Where an estimate by samples does not agree with a bound that holds the design, the
+        reliability index asked for is shifted by the difference of both methods.
+
+        Raises
+        ------
+        OptimisationError
+            If samples never confirm a probability.
+        """
+        iterations, seconds = 0, 0.0
+        for searches in range(1, _SEARCHES + 1):
+            solution, active = self.solved()
+            iterations, seconds = iterations + solution.iterations, seconds + solution.seconds
+            solution = replace(solution, iterations=iterations, seconds=seconds)
+            checks = tuple(self._checked(key, solution.w, searches) for key in self.probabilities)
+            off = {check.wanted: gap for check in checks if (gap := self._gap(check)) is not None}
+            if not off:
+                return solution, active, checks
+            self.shift |= off
+            self.box[:, 0] = solution.w
+        worst = next(str(check) for check in checks if check.wanted in off)
+        raise OptimisationError(
+            f"{self.system.name}: {worst}: samples do not confirm the probability. Take more "
+            "samples, probability(..., runs=), or a smaller one.",
+            "not confirmed",
+        )
+
+    def _checked(self, key: Probability, w: np.ndarray, searches: int) -> CheckedProbability:
+        own = self.probabilities[key]
+        return own.checked(self.design(w), self.most.get(key), self.shift.get(key, 0.0), searches)
+
+    def _gap(self, check: CheckedProbability) -> float | None:
+        """By how much beta is too large or small, if samples do not agree with its bound."""
+        if check.most is None or check.sampled is None:
+            return None
+        key, (low, high) = check.wanted, check.sampled.interval
+        holds = check.beta - self.least_beta[key] - self.shift[key] < _PRESSES
+        if low <= check.most and (check.most <= high or not holds):
+            return None
+        return check.beta + float(scipy.special.ndtri(check.sampled.probability))
+
+    def optimum(
+        self,
+        run: Any,
+        solution: Solution,
+        active: tuple[str, ...],
+        checks: tuple[CheckedProbability, ...],
+    ) -> Optimum:
+        """What was found, with the run, modes or response of the best design."""
+        design = self.design(solution.w)
         numbers: dict[Key, float] = {
-            k: self.value(k, w)[0] for k in self.keys if not isinstance(k, str)
+            k: self.told(k, self.value(k, solution.w)[0])
+            for k in [*self.keys, *self.most]
+            if not isinstance(k, str)
         }
-        return self.design(w), begin, numbers
+        (first, *_) = self.weights
+        return Optimum(
+            run,
+            design,
+            dict(zip(self.names, self.start.tolist(), strict=True)),
+            self.told(first, solution.objective),
+            numbers,
+            active,
+            0.0,
+            solution,
+            checks=(*checks, *(aim.checked(design) for aim in self.aims.values())),
+        )

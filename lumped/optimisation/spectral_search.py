@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
-from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
-from lumped.optimisation.design import Bounds, bounds_of
+from lumped.optimisation.design import Task, bounds_of
 from lumped.optimisation.search import DesignSearch
 from lumped.simulation.functionals import Clearance, Damping, Frequency, Vibrating
+from lumped.vibration.modes import Modes
+from lumped.vibration.order_response import OrderResponse
 
-__all__ = ["SpectralSearch", "Spectrum", "VibratingKey"]
-
-VibratingKey = Vibrating | str
+__all__ = ["SpectralSearch", "Spectrum"]
 
 
 class Spectrum(Protocol):
@@ -41,14 +40,12 @@ class SpectralSearch(DesignSearch[Vibrating]):
 
     def __init__(
         self,
-        system: System,
+        what: Modes | OrderResponse,
         theta: np.ndarray,
         base: Mapping[str, float],
-        vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
-        weights: Mapping[VibratingKey, float],
-        subject_to: Mapping[VibratingKey, Bounds],
+        task: Task,
     ) -> None:
-        super().__init__(system, theta, base, vary, weights, subject_to)
+        super().__init__(what, theta, base, task)
         self.margins = [key for key in self.keys if isinstance(key, Clearance)]
         self.sides: dict[Clearance, np.ndarray] = {}
 
@@ -74,7 +71,7 @@ class SpectralSearch(DesignSearch[Vibrating]):
         """One more unknown beside the parameters."""
         self.box = np.vstack([self.box, [(first, -np.inf, np.inf)]])
 
-    def _check(self, key: VibratingKey, count: int) -> None:
+    def _check(self, key: Any, count: int) -> None:
         if isinstance(key, Frequency | Damping) and not 0 <= key.mode < count:
             raise OptionError(
                 f"optimise: {key}: the modes at the start are 0 to {count - 1}, counted from the "

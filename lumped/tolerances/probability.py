@@ -61,7 +61,7 @@ class Probability:
         )
 
     # what a condition cannot be made of
-    __lt__ = __gt__ = __ge__ = __eq__ = __ne__ = _refuse  # type: ignore[assignment]
+    __lt__ = __gt__ = __ge__ = __eq__ = __ne__ = _refuse
     __hash__ = object.__hash__
 
     def __bool__(self) -> bool:

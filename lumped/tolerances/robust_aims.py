@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import scipy
 
-from lumped.compiler.system import System
 from lumped.ensembles.variants import Over
 from lumped.errors import OptimisationError, OptionError
 from lumped.simulation.functionals import Functional, Vibrating
@@ -119,10 +118,6 @@ def _harrell_davis(n: int, share: float) -> np.ndarray:
     a, b = (n + 1) * share, (n + 1) * (1 - share)
     found: np.ndarray = np.diff(scipy.special.betainc(a, b, np.arange(n + 1) / n))
     return found
-
-
-def aim_unit(aim: RobustAim, system: System) -> str:
-    raise NotImplementedError
 
 
 @checked
