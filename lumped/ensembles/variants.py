@@ -42,8 +42,6 @@ _PLAIN = {float, int, np.float64, np.int64}
 _ENGINES = {"latin": "LatinHypercube", "sobol": "Sobol", "halton": "Halton"}
 _STEPS = {"sobol": 2.0**-30}
 """Steps in which points come; those of the others are steps of rounding."""
-_FAR, _POINTS = 8.5, 20_001
-"""Standard normal numbers over which moments are taken, by the trapezoidal rule."""
 _RISK = 1e-12
 """Probability of a value out of range that is as good as none."""
 _ADVICE = "Cut a distribution off with lumped.distributions.truncated(distribution, low, high)."
@@ -102,15 +100,6 @@ class Marginals:
         values = np.column_stack([value for value, _ in pairs])
         slopes = np.column_stack([slope for _, slope in pairs])
         return values, slopes[:, :, None] * self.mixing
-
-    def moments(self) -> tuple[Array, Array]:
-        """Mean and standard deviation of each parameter, both of shape (d,)."""
-        z = np.linspace(-_FAR, _FAR, _POINTS)
-        weights = np.exp(-z * z / 2)
-        weights /= weights.sum()
-        values = np.array([law.at_score(z)[0] for law in self.laws])
-        means = values @ weights
-        return means, np.sqrt((values - means[:, None]) ** 2 @ weights)
 
 
 def marginals_of(

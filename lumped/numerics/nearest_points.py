@@ -131,7 +131,7 @@ class Search:
         return length > _CLOSE and inward < self._price * nearer
 
     def _nearer(self) -> float:
-        """How much smaller \\|g\\| becomes along the step, at first."""
+        """How much smaller the size of g becomes along the step, at first."""
         return -float(np.sign(self.g) * (self.slope @ self._step))
 
     def _is_better(self, g: float) -> bool:

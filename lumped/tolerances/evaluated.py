@@ -29,8 +29,8 @@ class Evaluated(Protocol):
     def slopes(self, x: Array) -> tuple[Array, Array, Failures]:
         """Functionals, and derivatives by the parameters, shapes (n, k) and (n, k, d)."""
 
-    def curvatures(self, x: Array) -> Array:
-        """Second derivatives at one point, shape (k, d, d)."""
+    def curvature(self, x: Array, k: int) -> Array:
+        """Second derivatives of functional k at one point, shape (d, d)."""
 
 
 def one_by_one(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy
@@ -13,7 +14,7 @@ from lumped.errors import OptionError, SolverError
 from lumped.numerics.nearest_points import FURTHEST, Search, searched
 from lumped.tolerances.limit import Array, Limit
 
-__all__ = ["DesignPoint", "first_order", "form", "searches"]
+__all__ = ["DesignPoint", "form", "joined", "nothing_found", "points_of", "searches"]
 
 _NEAR = (1e-2, 1e-4)
 """Distances from a design point at which the normal is compared with itself."""
@@ -89,10 +90,14 @@ def form(limit: Limit, begin: Array | None = None, starts: int = 4) -> tuple[Des
     OptionError
         If the functional depends on none of the parameters.
     """
-    every = searches(limit, begin, starts)
+    return points_of(limit, searches(limit, begin, starts))
+
+
+def points_of(limit: Limit, every: Sequence[Search]) -> tuple[DesignPoint, ...]:
+    """Design points that searches have found, checked; errors as for `form`."""
     found = [search for search in every if search.is_found]
     if not found:
-        raise _nothing_found(limit, every)
+        raise nothing_found(limit, every)
     points: list[DesignPoint] = []
     saddle = ""
     for search in sorted(found, key=lambda search: float(np.linalg.norm(search.u))):
@@ -121,10 +126,17 @@ def searches(limit: Limit, begin: Array | None = None, starts: int = 4) -> list[
     return every
 
 
-def first_order(points: Sequence[DesignPoint]) -> float:
-    """Probability that a limit is exceeded, plane at each of its design points.
+def joined(points: Sequence[DesignPoint], each: Sequence[float] | None = None) -> float:
+    """Probability that a limit is exceeded at one of its design points.
 
     That one of several half-spaces is met, by Ditlevsen's upper bound; with two it is exact.
+
+    Parameters
+    ----------
+    points : sequence of DesignPoint
+        All of them.
+    each : sequence of float, optional
+        Probability at each; default is that of a plane limit.
 
     Notes
     -----
@@ -132,16 +144,19 @@ def first_order(points: Sequence[DesignPoint]) -> float:
     7 (1979) 453-472.
     """
     sign = 1.0 if points[0].beta > 0 else -1.0
+    own = [point.probability for point in points] if each is None else each
+    rare = [p if sign > 0 else 1 - p for p in own]
+    beta = (-scipy.special.ndtri(rare)).tolist()
     total = 0.0
     for i, point in enumerate(points):
-        both = [_both(sign * point.beta, sign * p.beta, point.alpha @ p.alpha) for p in points[:i]]
-        total += float(scipy.special.ndtr(-sign * point.beta)) - max(both, default=0.0)
+        both = [_both(beta[i], beta[k], point.alpha @ points[k].alpha) for k in range(i)]
+        total += rare[i] - max(both, default=0.0)
     return total if sign > 0 else 1.0 - total
 
 
-def _both(a: float, b: float, correlation: float) -> float:
+def _both(a: float, b: float, correlation: Any) -> float:
     """Probability that two standard normal variables exceed a and b."""
-    limit = math.asin(min(max(correlation, -1.0), 1.0))
+    limit = math.asin(min(max(float(correlation), -1.0), 1.0))
 
     def density(angle: float) -> float:  # of r = sin(angle), Plackett 1954
         square = (a * a + b * b - 2 * a * b * math.sin(angle)) / math.cos(angle) ** 2
@@ -172,7 +187,7 @@ def _design_point(limit: Limit, search: Search) -> DesignPoint:
     return DesignPoint(float(alpha @ u), u, alpha, *limit.at(u), steepness)
 
 
-def _nothing_found(limit: Limit, every: Sequence[Search]) -> OptionError | SolverError:
+def nothing_found(limit: Limit, every: Sequence[Search]) -> OptionError | SolverError:
     """Why no search has found a point."""
     known = [search for search in every if np.isfinite(search.g)]
     if not known:

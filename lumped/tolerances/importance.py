@@ -8,31 +8,44 @@ import numpy as np
 import scipy
 
 from lumped.errors import SolverError
-from lumped.tolerances.form import searches
+from lumped.numerics.nearest_points import Search
+from lumped.tolerances.form import nothing_found
 from lumped.tolerances.limit import Array, Limit
 from lumped.tolerances.sampled import Sampled, interval
 
 __all__ = ["around", "centres"]
 
+_BESIDE = 2.0
+"""How much farther than the nearest point others may be that are sampled too."""
+_SAME = 0.2
+"""Distance of two points below which one is enough."""
 _NEARER = 0.1
 """How much nearer than a design point a sample may exceed the limit."""
 _MOST = 0.2
 """Share of one sample in the estimate, of 1."""
 
 
-def centres(limit: Limit, starts: int) -> list[Array]:
-    """Where a limit is nearest to the median, whether it is smooth there or not.
+def centres(limit: Limit, every: Sequence[Search]) -> list[Array]:
+    """Points of a limit nearest to the median, whether it is smooth there or not.
 
     Raises
     ------
     SolverError
         If the limit is not reached.
+    OptionError
+        If the functional depends on none of the parameters.
     """
-    found = [search.u for search in searches(limit, starts=starts) if search.is_on_surface]
+    found = [search.u for search in every if search.is_on_surface]
     if not found:
-        raise limit.unreached("where gradients lead")
-    near = min(float(np.linalg.norm(u)) for u in found)
-    return [u for u in found if np.linalg.norm(u) <= near + 2]
+        raise nothing_found(limit, every)
+    found.sort(key=lambda u: float(np.linalg.norm(u)))
+    near = float(np.linalg.norm(found[0]))
+    kept: list[Array] = []
+    for u in found:
+        apart = [float(np.linalg.norm(u - v)) for v in kept]
+        if np.linalg.norm(u) <= near + _BESIDE and min(apart, default=np.inf) > _SAME:
+            kept.append(u)
+    return kept
 
 
 def around(limit: Limit, points: Sequence[Array], runs: int, seed: int) -> Sampled:
@@ -79,17 +92,19 @@ def around(limit: Limit, points: Sequence[Array], runs: int, seed: int) -> Sampl
     deviation = float(counted.std() / np.sqrt(runs) / rare)
     unknown = float(np.where(failed, weights, 0.0).mean())
     remarks = []
-    nearest = float(np.linalg.norm(u[is_rare], axis=1).min())
-    if nearest < distances.min() - _NEARER:
+    beyond = u[is_rare]
+    first = beyond[np.linalg.norm(beyond, axis=1).argmin()]
+    if np.linalg.norm(first) < distances.min() - _NEARER:
         remarks.append(
-            f"a sample beyond the limit is only {nearest:.3g} from the median, nearer than the "
-            f"design point at {distances.min():.3g}: {limit.combination(u[is_rare][np.linalg.norm(u[is_rare], axis=1).argmin()])}; there may be more of "
-            "these, so compare with method='subset'"
+            f"{limit.combination(first)} lies beyond the limit at a distance of "
+            f"{np.linalg.norm(first):.3g}, nearer than the design point at {distances.min():.3g}; "
+            "more of these may have been missed, so compare with method='subset'"
         )
-    if counted.max() > _MOST * counted.sum():
+    most = counted.max() / counted.sum()
+    if most > _MOST:
         remarks.append(
-            f"one sample makes {counted.max() / counted.sum():.0%} of the estimate, so its interval "
-            "cannot be trusted; take more runs, or method='subset'"
+            f"one sample makes {most:.0%} of the estimate, so its interval is too narrow; take "
+            "more runs, or method='subset'"
         )
     return Sampled(
         *interval(rare, deviation, unknown, limit.is_kept_by_median),

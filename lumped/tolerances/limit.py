@@ -116,7 +116,7 @@ class Limit:
         self.evaluations, self.gradients = self.evaluations + 1, self.gradients + 1
         return x[0], self.sign * by[0, self.row]
 
-    def curvatures(self, x: Array) -> Array:
+    def curvature(self, x: Array) -> Array:
         """Second derivatives of the excess by the parameters, shape (d, d).
 
         Raises
@@ -124,7 +124,7 @@ class Limit:
         OptionError
             If the functional has none.
         """
-        found: Array = self.sign * self.scene.curvatures(x)[self.row]
+        found: Array = self.sign * self.scene.curvature(x, self.row)
         return found
 
     def _seen(self, u: Array, excess: Array) -> Array:

@@ -89,7 +89,7 @@ class OfModes:
         (values, slopes), failures = one_by_one(x, [(k,), (k, d)], one)
         return values, slopes, failures
 
-    def curvatures(self, x: Array) -> Array:
+    def curvature(self, x: Array, k: int) -> Array:
         """Second derivatives of modes."""
         raise OptionError("modes: second derivatives are not formed yet.")
 

@@ -79,7 +79,7 @@ class OfOrders:
         (values, slopes), failures = one_by_one(x, [(k,), (k, d)], one)
         return values, slopes, failures
 
-    def curvatures(self, x: Array) -> Array:
+    def curvature(self, x: Array, k: int) -> Array:
         """None are formed.
 
         Raises
@@ -88,7 +88,7 @@ class OfOrders:
             Always.
         """
         raise OptionError(
-            f"{self._analysis}: {self.labels[0]} has no second derivatives here; functionals of "
+            f"{self._analysis}: {self.labels[k]} has no second derivatives here; functionals of "
             "modes (frequency, damping) and of runs (final, at, integral, mean, rms) have them."
         )
 

@@ -81,18 +81,12 @@ class OfRuns:
             return np.full(shape, np.nan), np.full((*shape, x.shape[1]), np.nan), lost
         return found.values, found.derivatives, found.failures
 
-    def curvatures(self, x: Array) -> Array:
+    def curvature(self, x: Array, k: int) -> Array:
         """Second derivatives of a run."""
-        values = self._parameters | dict(zip(self._names, x.tolist(), strict=True))
-        return np.array(
-            [
-                hessian(
-                    self._system,
-                    of=functional,  # type: ignore[arg-type]
-                    to=self._names,
-                    parameters=values,
-                    **self._options,
-                ).matrix
-                for functional in self._of.values()
-            ]
-        )
+        return hessian(
+            self._system,
+            of=[*self._of.values()][k],  # type: ignore[arg-type]
+            to=self._names,
+            parameters=self._parameters | dict(zip(self._names, x.tolist(), strict=True)),
+            **self._options,
+        ).matrix

@@ -1,4 +1,4 @@
-"""Probabilities that were found with samples."""
+"""Probabilities and what is known of their errors."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ class Level:
 
 @dataclass(frozen=True)
 class Sampled:
-    """An estimate of a probability.
+    """A probability, and what is known of its error where it was sampled.
 
     Attributes
     ----------
     probability : float
         The estimate.
     deviation : float
-        Its coefficient of variation.
-    interval : (float, float)
+        Its coefficient of variation; zero where nothing was sampled.
+    interval : (float, float) or None
         Of 95 %, with a normal logarithm; the upper end includes `unknown`.
     unknown : float
         Probability of evaluations that failed.
@@ -54,11 +54,16 @@ class Sampled:
 
     probability: float
     deviation: float
-    interval: tuple[float, float]
+    interval: tuple[float, float] | None
     unknown: float
     failed: int
     remarks: tuple[str, ...] = ()
     levels: tuple[Level, ...] = ()
+
+    @classmethod
+    def computed(cls, probability: float) -> Sampled:
+        """A probability that was computed without samples."""
+        return cls(probability, 0.0, None, 0.0, 0)
 
 
 def interval(

@@ -32,6 +32,9 @@ from lumped.vibration.order_response import OrderResponse
 
 __all__ = ["Scattered", "Scene", "scene_of"]
 
+_SCORE = 1e-4
+"""Difference of scores over which second derivatives of parameters are taken."""
+
 Scattered = System | Modes | OrderResponse
 """What can scatter."""
 
@@ -57,6 +60,8 @@ class Scene:
     ----------
     names : tuple of str
         Parameters that scatter, d of them.
+    marginals : Marginals
+        Their distributions, and how they depend on each other.
     labels, units : tuple of str
         Functionals as printed and their units, k of each.
     failures : dict of int to str
@@ -77,25 +82,46 @@ class Scene:
         self.labels, self.units = evaluated.labels, evaluated.units
         self.failures: Failures = {}
         self._over, self._parameters = over, parameters
-        self._marginals, self._evaluated = marginals, evaluated
+        self.marginals, self._evaluated = marginals, evaluated
         self._evaluated_over = evaluated_over
 
     def physical(self, u: Array) -> Array:
         """Parameters in SI units for independent standard normal numbers, both of shape (n, d)."""
-        return self._marginals.values(np.asarray(u, dtype=float))[0]
+        return self.marginals.values(np.asarray(u, dtype=float))[0]
 
     def physical_slopes(self, u: Array) -> Array:
         """Their derivatives, shape (n, d, d): of parameter i by number j."""
-        return self._marginals.values(np.asarray(u, dtype=float))[1]
+        return self.marginals.values(np.asarray(u, dtype=float))[1]
+
+    def in_scores(self, u: Array, slope: Array, curvature: Array) -> tuple[Array, Array]:
+        """Derivatives of a functional by the independent normal variables, from others.
+
+        Parameters
+        ----------
+        u : ndarray, shape (d,)
+            The point.
+        slope, curvature : ndarray, shapes (d,) and (d, d)
+            Derivatives by the parameters there.
+
+        Returns
+        -------
+        ndarray, shapes (d,) and (d, d)
+        """
+        by, mixing = self.physical_slopes(u[None])[0], self.marginals.mixing
+        # each parameter has one score, a mixture of the variables: second derivatives by that
+        sides = np.array([_SCORE, -_SCORE])
+        slopes = [
+            law.at_score(score + sides)[1]
+            for law, score in zip(self.marginals.laws, mixing @ u, strict=True)
+        ]
+        bent = np.array([(after - before) / (2 * _SCORE) for after, before in slopes])
+        more = mixing.T @ np.diag(slope * bent) @ mixing
+        return slope @ by, by.T @ curvature @ by + more
 
     @property
     def parameter_units(self) -> tuple[str, ...]:
         """SI units of the parameters that scatter."""
         return tuple(self.system.parameter_unit(name) for name in self.names)
-
-    def moments(self) -> tuple[Array, Array]:
-        """Mean and standard deviation of each parameter that scatters, both of shape (d,)."""
-        return self._marginals.moments()
 
     def others(self, names: Iterable[Name]) -> dict[str, float]:
         """Parameters that do not scatter, by their names, with their values in SI units.
@@ -197,7 +223,11 @@ class Scene:
         SolverError
             If the run passes what has no second derivative.
         """
-        return self._evaluated.curvatures(self._rows(np.reshape(x, (1, -1)))[0])
+        return np.array([self.curvature(x, k) for k in range(len(self.labels))])
+
+    def curvature(self, x: Array, k: int) -> Array:
+        """The same of functional k alone, shape (d, d)."""
+        return self._evaluated.curvature(self._rows(np.reshape(x, (1, -1)))[0], k)
 
     def _rows(self, x: Array) -> Array:
         found = np.ascontiguousarray(x, dtype=float)

@@ -18,8 +18,6 @@ __all__ = ["Curved", "curved", "paraboloid"]
 
 _APART = 1e-2
 """Distance from the design point of gradients that show the curvatures."""
-_STEP = 1e-4
-"""The same for second derivatives of the parameters by the standard normal variables."""
 _WIDE = 12.0
 """Beyond this imaginary part the integrand has fallen below 1e-30 of itself."""
 
@@ -71,9 +69,9 @@ def curved(limit: Limit, point: DesignPoint) -> Curved:
     if len(kappa) and (1 + beta * kappa).min() <= 0:
         worst = kappa[(1 + beta * kappa).argmin()]
         raise SolverError(
-            f"{limit.head}: at the design point {limit.combination(point.u)} the limit bends around "
-            f"the median more than a sphere (1 + beta kappa = {1 + beta * worst:.3g}), so it has no "
-            "probability to second order. Take more starts, or method='subset'."
+            f"{limit.head}: at the design point {limit.combination(point.u)} the limit bends "
+            f"around the median more than a sphere (1 + beta kappa = {1 + beta * worst:.3g}), so "
+            "it has no probability to second order. Take more starts, or method='subset'."
         )
     # of the side on which the median does not lie
     sign = 1.0 if beta >= 0 else -1.0
@@ -116,14 +114,10 @@ def paraboloid(beta: float, kappa: Sequence[float] | Array) -> float:
 def _bent(limit: Limit, point: DesignPoint) -> tuple[Array, Source]:
     """Second derivatives of the excess by the standard normal variables, as far as they matter."""
     try:
-        own = limit.curvatures(point.x)
-    except OptionError:
+        own = limit.curvature(point.x)
+    except (OptionError, SolverError):
         return _from_gradients(limit, point), "gradients around it"
-    scene, u = limit.scene, point.u
-    along = scene.physical_slopes(u[None])[0]
-    sides = [scene.physical_slopes(u + step * np.eye(len(u))) for step in (_STEP, -_STEP)]
-    again = (sides[0] - sides[1]) / (2 * _STEP)  # by u_j, of x_i, by u_k
-    return along.T @ own @ along + np.einsum("i,jik->jk", point.slopes, again), "second derivatives"
+    return limit.scene.in_scores(point.u, point.slopes, own)[1], "second derivatives"
 
 
 def _from_gradients(limit: Limit, point: DesignPoint) -> Array:
@@ -138,5 +132,5 @@ def _from_gradients(limit: Limit, point: DesignPoint) -> Array:
             f"{limit.reason} method='subset' needs none."
         )
     first, second = np.split(slopes, 2)
-    seen = around @ (first - second) / (2 * _APART)
+    seen: Array = around @ (first - second) / (2 * _APART)
     return (seen + seen.T) / 2

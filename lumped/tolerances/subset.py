@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lumped.errors import OptionError, SolverError
 from lumped.tolerances.limit import Array, Limit
@@ -118,7 +119,7 @@ class _Walk:
         return np.concatenate(every), np.concatenate(found), float(np.mean(moved))
 
 
-def _correlated(inside: Array, chains: int, are_chains: bool) -> float:
+def _correlated(inside: NDArray[np.bool_], chains: int, are_chains: bool) -> float:
     """What the samples of a chain repeat of each other: gamma of Au and Beck."""
     share = float(inside.mean())
     if not are_chains or share in (0.0, 1.0):

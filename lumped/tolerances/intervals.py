@@ -1,0 +1,86 @@
+"""Quantiles and shares of a population, as known from a sample."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from lumped.errors import OptionError
+from lumped.tolerances.evaluated import Array
+
+__all__ = ["CONFIDENCE", "Quantile", "Share", "probability_of", "quantile_of", "share_of"]
+
+CONFIDENCE = 0.95
+"""Probability with which an interval has the true value inside."""
+
+
+class Quantile(NamedTuple):
+    """A quantile, and the interval that has the true one inside with 95 %.
+
+    An end is infinite where a sample is too small to tell it.
+    """
+
+    value: float
+    low: float
+    high: float
+
+
+class Share(NamedTuple):
+    """A share of a population, and the interval that has the true one inside with 95 %."""
+
+    value: float
+    low: float
+    high: float
+
+
+def probability_of(q: float) -> float:
+    """A probability, checked.
+
+    Raises
+    ------
+    OptionError
+        If it does not lie between zero and one.
+    """
+    if not 0 < q < 1:
+        raise OptionError(f"scatter: quantile({q:g}): a number between 0 and 1 is needed.")
+    return float(q)
+
+
+def quantile_of(ascending: Array, q: float) -> Quantile:
+    """Quantile of a sample, linear between two values, between two order statistics.
+
+    The number of values below the true quantile is binomial, so the interval holds for any
+    continuous distribution (W. J. Conover, Practical Nonparametric Statistics, 3.2).
+
+    Parameters
+    ----------
+    ascending : ndarray, shape (n,)
+        Independent values, sorted.
+    q : float
+        Between 0 and 1.
+    """
+    n, rest = len(ascending), 0.5 * (1 - CONFIDENCE)
+    low = int(scipy.stats.binom.ppf(rest, n, q)) - 1
+    high = int(scipy.stats.binom.ppf(1 - rest, n, q))
+    return Quantile(
+        float(np.quantile(ascending, q)),
+        float(ascending[low]) if low >= 0 else -math.inf,
+        float(ascending[high]) if high < n else math.inf,
+    )
+
+
+def share_of(count: int, n: int) -> Share:
+    """Share of `count` among n independent trials.
+
+    C. J. Clopper, E. S. Pearson: The use of confidence or fiducial limits illustrated in the case
+    of the binomial. Biometrika 26 (1934) 404-413.
+    """
+    if not n:
+        return Share(math.nan, 0.0, 1.0)
+    rest = 0.5 * (1 - CONFIDENCE)
+    low = scipy.special.betaincinv(count, n - count + 1, rest) if count else 0.0
+    high = scipy.special.betaincinv(count + 1, n - count, 1 - rest) if count < n else 1.0
+    return Share(count / n, float(low), float(high))

@@ -1,0 +1,259 @@
+"""How likely a functional passes a limit when parameters scatter, and what makes it do so."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Literal
+
+import numpy as np
+
+from lumped.compiler.system import Changes, Name
+from lumped.ensembles.variants import Over
+from lumped.errors import OptionError, SolverError
+from lumped.support.arguments import checked
+from lumped.tolerances.form import DesignPoint, joined, points_of, searches
+from lumped.tolerances.importance import around, centres
+from lumped.tolerances.limit import Limit
+from lumped.tolerances.moments import central_moments
+from lumped.tolerances.reliability_outcome import Influence, Kind, Reliability
+from lumped.tolerances.sampled import Sampled
+from lumped.tolerances.scene import Scattered, Scene, scene_of
+from lumped.tolerances.sorm import curved
+from lumped.tolerances.subset import subset
+
+__all__ = ["reliability"]
+
+_RUNS, _STARTS = 1000, 4
+
+Method = Literal["form", "sorm", "importance", "subset"]
+
+
+@checked
+def reliability(
+    what: Scattered,
+    functional: Any,
+    *,
+    over: Over,
+    above: float | str | None = None,
+    below: float | str | None = None,
+    method: Method = "form",
+    until: float | str | None = None,
+    to: Iterable[Name] = (),
+    runs: int | None = None,
+    seed: int = 0,
+    starts: int | None = None,
+    parameters: Changes | None = None,
+    start: Changes | None = None,
+    rtol: float = 1e-6,
+    workers: int | None = None,
+) -> Reliability:
+    """How likely a functional passes a limit when parameters scatter.
+
+    The parameters are functions of independent standard normal variables. In the space of these
+    the point of the limit nearest to the median is the most likely combination at which the limit
+    is passed, the design point; its distance is the reliability index beta.
+
+    ================ ===================================================== =======================
+    method           probability from                                      does not apply
+    ================ ===================================================== =======================
+    ``"form"``       a plane limit at each design point, whose gradients   to a kink there
+                     are exact
+    ``"sorm"``       a paraboloid there, by exact second derivatives where to a kink there, or a
+                     the functional has them, else by gradients around it  limit that bends around
+                                                                           the median
+    ``"importance"`` samples around the design points                      where no gradient leads
+                                                                           to the limit
+    ``"subset"``     samples, level by level, without derivatives          to probabilities below
+                                                                           1e-15
+    ================ ===================================================== =======================
+
+    Each says so where it does not apply.
+
+    Parameters
+    ----------
+    what : System, Modes or OrderResponse
+        A system, to be run for each set of parameters; or modes or an order response of the
+        nominal drive, which are found again for each.
+    functional : functional
+        From `lumped.functionals`, such as ``peak("shaft.tau")``; of modes `frequency`, `damping`
+        and `clearance`; of an order response `order_peak` and `separation` too.
+    over : mapping of name to distribution, or Correlated
+        What scatters (see `lumped.distributions`).
+    above, below : float or str
+        The limit: the probability that the functional is above it, or below it. In the SI unit of
+        the functional or with a unit; one of both.
+    method : {"form", "sorm", "importance", "subset"}
+        See above.
+    until : float or str, optional
+        For a system: end of each run, s.
+    to : iterable of names, optional
+        Parameters that do not scatter, by which beta is differentiated too.
+    runs : int, optional
+        Samples: of ``"importance"`` all, of ``"subset"`` those of each level; default is 1000.
+    seed : int
+        Of their random numbers.
+    starts : int, optional
+        Searches for design points: from the median, from opposite the point that is found, and from
+        both sides of it; default is 4.
+    parameters, start, rtol
+        For a system, as for `ensemble`.
+    workers : int, optional
+        Threads; default is one for each core.
+
+    Returns
+    -------
+    Reliability
+
+    Raises
+    ------
+    OptionError
+        If an option makes no sense, something cannot scatter, or the functional has no derivative
+        or depends on nothing that scatters.
+    UnknownNameError
+        If a name does not exist.
+    UnitError
+        If the limit has a unit of another dimension.
+    ParameterError
+        If a distribution is out of the range of its parameter.
+    SolverError
+        If no combination within reach passes the limit, or all do; or where the method does not
+        apply.
+
+    Notes
+    -----
+    O. Ditlevsen, H. O. Madsen: Structural Reliability Methods. Wiley, 1996. Sources of the methods
+    are in their modules (`lumped.tolerances.form` and those beside it).
+    """
+    _check(method, runs, seed, starts, to)
+    scene = scene_of(
+        what,
+        over=over,
+        of=[functional],
+        until=until,
+        parameters=parameters,
+        start=start,
+        rtol=rtol,
+        workers=workers,
+        analysis="reliability",
+    )
+    limit = Limit(scene, above, below)
+    others, (means, deviations) = scene.others(to), _moments(scene)
+    points: tuple[DesignPoint, ...] = ()
+    sampled, bent, remarks = None, [], []
+    if method == "subset":
+        sampled = subset(limit, runs or _RUNS, seed)
+    else:
+        every = searches(limit, starts=starts or _STARTS)
+        if method == "importance":
+            middle = centres(limit, every)
+            try:
+                points = points_of(limit, every)
+            except SolverError as error:
+                remarks = [f"{error} (the samples lie around the nearest points that were found)"]
+            sampled = around(limit, middle, runs or _RUNS, seed)
+        else:
+            points = points_of(limit, every)
+    if method == "sorm":
+        bent = [curved(limit, point) for point in points]
+    if sampled is None:
+        each = [one.tvedt for one in bent] or None
+        sampled = Sampled.computed(joined(points, each))
+    return Reliability(
+        system=scene.system.name,
+        event=limit.event,
+        label=limit.label,
+        unit=limit.unit,
+        bound=limit.bound,
+        method=method,
+        names=scene.names,
+        units=scene.parameter_units,
+        means=means,
+        deviations=deviations,
+        sampled=sampled,
+        points=points,
+        importance=_importance(limit, points),
+        influences=_influences(limit, points, others, means, deviations),
+        second_order=tuple(bent),
+        evaluations=limit.evaluations,
+        gradients=limit.gradients,
+        remarks=(*remarks, *sampled.remarks),
+    )
+
+
+def _check(
+    method: str, runs: int | None, seed: int, starts: int | None, to: Iterable[Name]
+) -> None:
+    """Refuse options that belong to other methods, or make no sense."""
+    is_sampled, has_points = method in ("importance", "subset"), method != "subset"
+    if runs is not None and not is_sampled:
+        raise OptionError(
+            f"reliability: runs = {runs} is for samples; take method='importance' or "
+            f"method='subset', or leave it out for {method!r}."
+        )
+    if runs is not None and runs < 100:
+        raise OptionError(f"reliability: runs = {runs}: at least 100 samples are needed.")
+    if seed < 0:
+        raise OptionError(f"reliability: seed = {seed}: a whole number is needed, zero or more.")
+    if starts is not None and (not has_points or starts < 1):
+        raise OptionError(
+            f"reliability: starts = {starts}: searches for design points, at least one; "
+            "method='subset' has none."
+        )
+    if to and not has_points:
+        raise OptionError(
+            "reliability: to = is for derivatives at the design point, which method='subset' does "
+            "not look for; take another method."
+        )
+
+
+def _moments(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and standard deviation of each parameter that scatters."""
+    pairs = [central_moments(law) for law in scene.marginals.laws]
+    return np.array([mean for mean, _ in pairs]), np.sqrt([central[2] for _, central in pairs])
+
+
+def _importance(limit: Limit, points: tuple[DesignPoint, ...]) -> np.ndarray:
+    """Share of each parameter in the variance of the linearised functional, with its direction.
+
+    A. Der Kiureghian: First- and second-order reliability methods, in: Engineering Design
+    Reliability Handbook, CRC Press, 2005 (gamma for parameters that depend on each other).
+    """
+    if not points:
+        return np.zeros(0)
+    along = limit.scene.physical_slopes(points[0].u[None])[0]
+    shares = points[0].slopes * np.linalg.norm(along, axis=1)
+    found: np.ndarray = np.sign(shares) * shares**2 / (shares @ shares)
+    return found
+
+
+def _influences(
+    limit: Limit,
+    points: tuple[DesignPoint, ...],
+    others: dict[str, float],
+    means: np.ndarray,
+    deviations: np.ndarray,
+) -> tuple[Influence, ...]:
+    """Derivatives of beta, and of the probability to first order."""
+    if not points:
+        return ()
+    scores = np.array([(point.x - means) / deviations for point in points])
+    shifted = [point.beta_by(point.slopes) for point in points]
+    tables: list[tuple[Kind, tuple[str, ...], np.ndarray, np.ndarray]] = [
+        ("mean", limit.scene.names, deviations, np.array(shifted)),
+        ("deviation", limit.scene.names, deviations, scores * np.array(shifted)),
+    ]
+    if others:
+        x = np.array([point.x for point in points])
+        by = limit.sign * limit.scene.slopes_by_others(x, others)[:, limit.row]
+        limit.evaluations, limit.gradients = (
+            limit.evaluations + len(x),
+            limit.gradients + len(x),
+        )
+        own = np.array([p.beta_by(row) for p, row in zip(points, by, strict=True)])
+        tables.append(("value", tuple(others), np.abs(list(others.values())), own))
+    density = np.exp([-(point.beta**2) / 2 for point in points]) / np.sqrt(2 * np.pi)
+    return tuple(
+        Influence(name, kind, float(size), float(column[0]), float(-density @ column))
+        for kind, names, sizes, betas in tables
+        for name, size, column in zip(names, sizes, betas.T, strict=True)
+    )

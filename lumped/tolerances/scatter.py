@@ -1,0 +1,322 @@
+"""How results scatter with tolerances."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from lumped.compiler.system import Changes
+from lumped.ensembles.variants import Over, Sampling
+from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
+from lumped.plots.draw import Backend, draw
+from lumped.plots.spreads import spreads_picture
+from lumped.support.arguments import checked
+from lumped.support.by_name import ByName
+from lumped.support.display_units import Units, chosen, display
+from lumped.support.optional_packages import extra
+from lumped.support.rich_html import RichHtml
+from lumped.support.text_table import amounts, number, table
+from lumped.tolerances.by_derivatives import ExpandedSpread, expanded
+from lumped.tolerances.evaluated import Array, Failures
+from lumped.tolerances.intervals import Quantile
+from lumped.tolerances.scene import Scattered, Scene, scene_of
+from lumped.tolerances.spread import SampledSpread, Spread
+
+__all__ = ["Scatter", "scatter"]
+
+_RUNS = {"samples": 1000, "derivatives": 64}
+_TOLD = (0.01, 0.5, 0.99)
+_MOST = 5
+"""Parameters that are told of each functional."""
+_REASONS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Scatter(ByName, RichHtml):
+    """Distributions of functionals; ``found[label]`` is one of them (see `Spread`).
+
+    Attributes
+    ----------
+    title : str
+        Name of the system.
+    method : str
+        How they were found.
+    names : tuple of str
+        Parameters that scatter.
+    spreads : dict of str to Spread
+        How each functional scatters, by its label.
+    points, values : ndarray, shapes (n, d) and (n, k)
+        Parameters and functionals of the runs that were made, nan where one has no value: the
+        sample, or the check of derivatives.
+    failures : dict of int to str
+        Why functionals have no value, by the number of the run.
+    notes : tuple of str
+        What else must be known.
+    seconds : float
+        Wall time.
+    """
+
+    title: str
+    method: str
+    names: tuple[str, ...]
+    spreads: dict[str, Spread]
+    points: Array
+    values: Array
+    failures: Failures
+    notes: tuple[str, ...]
+    seconds: float
+
+    @checked
+    def __getitem__(self, label: str) -> Spread:
+        if label not in self.spreads:
+            raise UnknownNameError(f"'{label}' was not asked for. {nearest(label, self.spreads)}")
+        return self.spreads[label]
+
+    def _names(self) -> Sequence[str]:
+        return tuple(self.spreads)
+
+    @checked
+    def plot(
+        self,
+        labels: Sequence[str] | None = None,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
+        """Histograms with quantiles and their intervals, and shares of parameters in the variance.
+
+        Parameters
+        ----------
+        labels : sequence of str, optional
+            Of the functionals; default is all.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
+        """
+        choice = chosen(units, self.spreads)
+        shown: dict[str, Any] = {}
+        for label in self.spreads if labels is None else labels:
+            own = self[label]
+            to_show = display(label, own.unit, choice)
+            quantiles = [
+                (q, *(to_show.value(v) for v in found))
+                for q in _TOLD
+                if (found := _known(own, q)) is not None
+            ]
+            values = to_show.value(own.sample())
+            shown[label] = to_show.unit, values, quantiles, own.ranking
+        return draw(spreads_picture(self.title, shown), backend, ax)
+
+    def to_pandas(self, *, units: Units = None) -> Any:
+        """A DataFrame with one row for each functional: moments, and quantiles with intervals.
+
+        Parameters
+        ----------
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+
+        Raises
+        ------
+        OptionError
+            If pandas is not installed.
+        UnitError
+            If a unit does not fit.
+        """
+        pandas = extra("pandas", "data", "to_pandas")
+        choice, rows = chosen(units, self.spreads), []
+        for label, own in self.spreads.items():
+            to_show = display(label, own.unit, choice)
+            change = display(label, own.unit, choice, is_change=True)
+            row: dict[str, Any] = {"mean": to_show.value(own.mean), "std": change.value(own.std)}
+            row |= {"skewness": own.skewness, "unit": to_show.unit}
+            for q in _TOLD:
+                found = _known(own, q) or Quantile(np.nan, np.nan, np.nan)
+                for what, value in zip(("", " low", " high"), found, strict=True):
+                    row[f"{100 * q:g} %{what}"] = to_show.value(value)
+            rows.append(row)
+        return pandas.DataFrame(rows, index=pandas.Index(self.spreads, name="functional"))
+
+    def __repr__(self) -> str:
+        head = (
+            f"{self.title}: scatter of {len(self.spreads)} functionals by {len(self.names)} "
+            f"parameters, by {self.method}; {len(self.points)} runs, {len(self.failures)} without "
+            f"a value; {self.seconds:.3g} s"
+        )
+        rows = []
+        for label, own in self.spreads.items():
+            mean, unit = amounts(label, own.unit, own.mean, digits=5)
+            std, _ = amounts(label, own.unit, own.std, digits=4, is_change=True)
+            cells = [_told(label, own.unit, _known(own, q)) for q in _TOLD]
+            rows.append((label, mean, std, number(own.skewness, 3), *cells, unit))
+        columns = [f"{100 * q:g} %" for q in _TOLD]
+        lines = [
+            head,
+            table(("functional", "mean", "deviation", "skewness", *columns, "unit"), rows),
+        ]
+        lines.append("quantiles with intervals of 95 %; share of the variance by each alone:")
+        for label, own in self.spreads.items():
+            most = [f"{name} {share:.3f}" for name, share in own.ranking[:_MOST]]
+            lines.append(f"{label}: {', '.join(most)}{_trust(own)}")
+            if own.missing is not None and own.missing.value:
+                value, low, high = (f"{100 * part:.3g}" for part in own.missing)
+                lines.append(f"{label}: no value in {value} % ({low} to {high}) of the runs")
+        counts: dict[str, list[int]] = {}
+        for i, reason in self.failures.items():
+            counts.setdefault(reason, []).append(i)
+        lines += [
+            f"run {runs[0]}{f' and {len(runs) - 1} more' * (len(runs) > 1)}: {reason}"
+            for reason, runs in list(counts.items())[:_REASONS]
+        ]
+        return "\n".join([*lines, *self.notes])
+
+
+def _known(own: Spread, q: float) -> Quantile | None:
+    """A quantile, where there is one."""
+    try:
+        return own.quantile(q)
+    except OptionError:
+        return None
+
+
+def _told(label: str, unit: str, found: Quantile | None) -> str:
+    """A quantile with its interval."""
+    if found is None:
+        return "-"
+    value, low, high, _ = amounts(label, unit, *found, digits=5)
+    low = "-" if np.isinf(found.low) else low
+    high = "-" if np.isinf(found.high) else high
+    return f"{value} ({low} to {high})"
+
+
+def _trust(own: Spread) -> str:
+    if not isinstance(own, ExpandedSpread):
+        return ""
+    order = "second order" if own.order == 2 else "first order"
+    verdict = "to be trusted" if own.is_trusted else "not to be trusted, take method='samples'"
+    return f"; {order}, misses {100 * own.error:.2g} % of the deviation: {verdict}"
+
+
+@checked
+def scatter(
+    what: Scattered,
+    *,
+    over: Over,
+    of: Any,
+    method: Literal["samples", "derivatives"] = "samples",
+    runs: int | None = None,
+    seed: int = 0,
+    sampling: Sampling = "random",
+    until: float | str | None = None,
+    parameters: Changes | None = None,
+    start: Changes | None = None,
+    rtol: float = 1e-6,
+    workers: int | None = None,
+) -> Scatter:
+    """How results scatter with tolerances: moments, quantiles, shares beyond limits, ranking.
+
+    By samples: the runs of `ensemble`, or modes and order responses of as many designs. Quantiles
+    have intervals from order statistics, shares those of Clopper and Pearson, for independent
+    runs; other samplings lie closer. By derivatives: functionals are expanded about the mean, to
+    second order where they have exact second derivatives; a few runs tell how much that misses.
+
+    Parameters
+    ----------
+    what : System, Modes or OrderResponse
+        A system, to be run for each set of parameters; or modes or an order response of the
+        nominal drive, which are found again for each, with the same start values and free
+        parameters.
+    over : mapping of name to distribution, or what `correlated` gives
+        Tolerances (see `lumped.distributions` and `lumped.tolerances.toleranced`).
+    of : functional, iterable of functionals, or mapping of str to functional
+        Of runs what `ensemble` takes; of modes `frequency`, `damping` and `clearance`; of an order
+        response `order_peak` and `separation` too.
+    method : {"samples", "derivatives"}
+        How.
+    runs : int, optional
+        Number of runs; default is 1000 samples, or 64 to check derivatives.
+    seed, sampling
+        Of the runs, as for `ensemble`.
+    until, parameters, start, rtol
+        For a system, as for `ensemble`.
+    workers : int, optional
+        Threads; default is one for each core.
+
+    Returns
+    -------
+    Scatter
+
+    Raises
+    ------
+    OptionError
+        If something cannot scatter, has no distribution, or has no such functional.
+    UnknownNameError
+        If a name does not exist.
+    ParameterError
+        If a distribution is out of the range of its parameter.
+    SolverError
+        If no run comes to its end, or there are no derivatives at the mean; it says why.
+
+    Notes
+    -----
+    E. A. Cornish, R. A. Fisher: Moments and cumulants in the specification of distributions. Revue
+    de l'Institut International de Statistique 5 (1938) 307-320.
+    """
+    begun = clock.perf_counter()
+    wanted: Any = of if isinstance(of, Mapping | Iterable) else [of]
+    scene = scene_of(
+        what,
+        over=over,
+        of=wanted,
+        until=until,
+        parameters=parameters,
+        start=start,
+        rtol=rtol,
+        workers=workers,
+    )
+    count = _RUNS[method] if runs is None else runs
+    if method == "derivatives":
+        if sampling != "random":
+            raise OptionError("scatter: sampling is for samples; derivatives need none.")
+        if count < 2:
+            raise OptionError(f"scatter: runs = {count}: two at least check derivatives.")
+        found = expanded(scene, count, seed)
+        spreads: dict[str, Spread] = {**found.spreads}
+        points, values, failures = found.points, found.values, found.failures
+        notes = found.notes
+    else:
+        points = scene.draw(count, seed, sampling)
+        values, failures, notes = scene.values(points), scene.failures, ()
+        spreads = _sampled(scene, points, values)
+    seconds = clock.perf_counter() - begun
+    name = scene.system.name
+    return Scatter(name, method, scene.names, spreads, points, values, failures, notes, seconds)
+
+
+def _sampled(scene: Scene, points: Array, values: Array) -> dict[str, Spread]:
+    """How each functional scatters in a sample.
+
+    Raises
+    ------
+    SolverError
+        If none has a value.
+    """
+    if not np.isfinite(values).any():
+        first, text = next(iter(scene.failures.items()))
+        raise SolverError(f"scatter: all {len(values)} runs fail. Run {first}: {text}", None)
+    return {
+        label: SampledSpread(label, unit, column, points, scene.names)
+        for label, unit, column in zip(scene.labels, scene.units, values.T, strict=True)
+    }

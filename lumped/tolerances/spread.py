@@ -1,0 +1,160 @@
+"""How one functional scatters."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+import scipy
+
+from lumped.errors import OptionError, ParameterError
+from lumped.support.units import plain
+from lumped.tolerances.evaluated import Array
+from lumped.tolerances.intervals import (
+    Quantile,
+    Share,
+    probability_of,
+    quantile_of,
+    share_of,
+)
+
+__all__ = ["SampledSpread", "Spread"]
+
+_DEGREE = 4
+"""Of the polynomials in the score of one parameter that explain a functional."""
+
+
+class Spread(ABC):
+    """How a functional scatters.
+
+    Attributes
+    ----------
+    label, unit : str
+        The functional, and its unit.
+    mean, std, skewness : float
+        Of its distribution.
+    ranking : tuple of (str, float)
+        Parameters and the share of the variance that each explains alone, the largest first.
+    missing : Share or None
+        Share of runs that have no value: they failed, or an event did not happen. None where
+        nothing was sampled.
+    """
+
+    label: str
+    unit: str
+    mean: float
+    std: float
+    skewness: float
+    ranking: tuple[tuple[str, float], ...]
+    missing: Share | None = None
+
+    def quantile(self, q: float) -> Quantile:
+        """The value that is not exceeded with a probability, and its interval.
+
+        Parameters
+        ----------
+        q : float
+            Between 0 and 1.
+
+        Raises
+        ------
+        OptionError
+            If it is not.
+        """
+        return self._quantile(probability_of(q))
+
+    def share(self, *, above: float | str | None = None, below: float | str | None = None) -> Share:
+        """Share of the population beyond a limit, and its interval.
+
+        Parameters
+        ----------
+        above, below : float or str
+            One of both; in the SI unit of the functional or with a unit, such as ``"3 MN.m"``.
+
+        Raises
+        ------
+        OptionError
+            If it is not one of both.
+        UnitError
+            If a unit does not fit.
+        """
+        given = [limit for limit in (above, below) if limit is not None]
+        if len(given) != 1:
+            raise OptionError(f"scatter: share of {self.label}: give above= or below=.")
+        what = f"scatter: share of {self.label}: the limit ="
+        return self._share(plain(given[0], self.unit, what, ParameterError), above is not None)
+
+    @abstractmethod
+    def _quantile(self, q: float) -> Quantile: ...
+
+    @abstractmethod
+    def _share(self, limit: float, above: bool) -> Share: ...
+
+    @abstractmethod
+    def sample(self) -> Array:
+        """Values that are distributed like the functional, ascending, for histograms."""
+
+
+class SampledSpread(Spread):
+    """From values of a sample.
+
+    Parameters
+    ----------
+    label, unit : str
+    values : ndarray, shape (n,)
+        nan where there is none.
+    x : ndarray, shape (n, d)
+        Parameters.
+    names : tuple of str
+        Of these.
+    """
+
+    def __init__(
+        self,
+        label: str,
+        unit: str,
+        values: Array,
+        x: Array,
+        names: tuple[str, ...],
+    ) -> None:
+        there = np.isfinite(values)
+        self.label, self.unit = label, unit
+        self.missing = share_of(int((~there).sum()), len(values))
+        self._ascending = known = np.sort(values[there])
+        self.mean = float(known.mean()) if len(known) else np.nan
+        self.std = float(known.std(ddof=1)) if len(known) > 1 else np.nan
+        self.skewness = float(scipy.stats.skew(known)) if self.std > 0 else np.nan
+        shares = [_explained(x[there, j], values[there]) for j in range(len(names))]
+        order = np.argsort(-np.array(shares), kind="stable")
+        self.ranking = tuple((names[j], shares[j]) for j in order)
+
+    def _quantile(self, q: float) -> Quantile:
+        if not len(self._ascending):
+            raise OptionError(f"scatter: no run has {self.label}.")
+        return quantile_of(self._ascending, q)
+
+    def _share(self, limit: float, above: bool) -> Share:
+        known = self._ascending
+        return share_of(int((known > limit if above else known < limit).sum()), len(known))
+
+    def sample(self) -> Array:
+        """The values themselves."""
+        return self._ascending
+
+
+def _explained(x: Array, y: Array) -> float:
+    """Share of the variance of y that a smooth function of x explains, alone.
+
+    Polynomials in the standard normal score of the rank of x; with the degrees of freedom taken
+    off (adjusted coefficient of determination). For independent parameters it is the first-order
+    Sobol index of such a function.
+    """
+    n = len(y)
+    if n <= _DEGREE + 2 or not y.std() > 0:
+        return np.nan
+    score = scipy.special.ndtri((scipy.stats.rankdata(x) - 0.5) / n)
+    basis = np.linalg.qr(np.vander(score, _DEGREE + 1))[0]
+    off = y - y.mean()
+    left = off - basis @ (basis.T @ off)
+    rest = float(left @ left) / float(off @ off) * (n - 1) / (n - 1 - _DEGREE)
+    return max(1.0 - rest, 0.0)
