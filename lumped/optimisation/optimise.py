@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, cast, get_args
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
 from lumped.optimisation.collocated_course import of_orbit, repeating
-from lumped.optimisation.design import Bounds, Key, Optimum
+from lumped.optimisation.design import Bounds, Key, Optimum, Scattered, Task
 from lumped.optimisation.design_problem import DesignProblem
 from lumped.optimisation.optimise_modes import best_modes
 from lumped.optimisation.optimise_orders import best_orders
@@ -20,11 +20,17 @@ from lumped.simulation.functionals import Designed, Functional, Modal, Vibrating
 from lumped.support.arguments import checked
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
+from lumped.tolerances.probability import Probability, ProbabilityLimit
+from lumped.tolerances.robust_aims import RobustAim
 from lumped.vibration.modes import Modes
 from lumped.vibration.order_response import OrderResponse
 
 __all__ = ["Objective", "optimise"]
 
+_NEEDED = (
+    "runs are needed that are made anew for each sample. Give the system and until= instead of a "
+    "run or an orbit; modes and order responses do too."
+)
 Objective = Key | str | Mapping[Key | str, float]
 """What is made small: a functional, or functionals and parameters with weights."""
 
@@ -36,6 +42,7 @@ def optimise(
     vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
     minimise: Objective,
     subject_to: Mapping[Key | str, Bounds] | None = None,
+    such_that: ProbabilityLimit | Sequence[ProbabilityLimit] = (),
     intervals: int = 50,
     periodic: bool = False,
     until: float | str | None = None,
@@ -68,6 +75,12 @@ def optimise(
     search is the same as for modes. Kinks of a peak, where one crest overtakes another, may stop
     it.
 
+    Where parameters scatter, `such_that` limits probabilities: a design is held by its reliability
+    index, with exact derivatives at the design point, and checked by samples around it. If these
+    do not agree, the index asked for is shifted by the difference, and the design is searched
+    again. `mean_plus` and `quantile` of `lumped.tolerances` are minimised or bounded over one
+    sample, the same for all designs, and told again for another one.
+
     Parameters
     ----------
     run : Trajectory, PeriodicOrbit, Modes, OrderResponse or System
@@ -80,9 +93,14 @@ def optimise(
     minimise : functional, or mapping of functional or parameter name to weight
         Such as ``peak("motor.tau")``, or ``{rms("motor.tau"): 1.0, "flywheel.J": 0.2}``; of modes
         `frequency`, `damping` and `clearance`; of an order response `order_peak` and
-        `separation` too. A negative weight makes large.
+        `separation` too. A negative weight makes large. What sums up scatter, such as
+        ``lumped.tolerances.mean_plus(frequency(0), -3, over=...)``, is a functional here; a
+        `probability` is made small alone, without weights.
     subject_to : mapping of functional or name to (low, high), optional
         Bounds of functionals, or of a quantity at all instants.
+    such_that : condition or sequence of conditions, optional
+        Such as ``lumped.probability(peak("shaft.tau"), above="5 kN.m", over=...) <= 1e-4``; for a
+        system, modes and an order response.
     intervals : int
         For a system with states: number of intervals of its collocation, for each part of the run
         between jumps of functions of time.
@@ -105,19 +123,21 @@ def optimise(
     Raises
     ------
     OptionError
-        If bounds contradict each other or the start, a parameter has no effect, or the run has
-        changes of modes.
+        If bounds contradict each other or the start, a parameter has no effect, the run has
+        changes of modes, or a parameter of `vary` scatters by a distribution that is not `scaled`.
     UnknownNameError
         If a name does not exist.
     OptimisationError
-        If no optimum is found, with the constraint that is violated most.
+        If no optimum is found, with the constraint that is violated most, or samples do not confirm
+        a probability.
     SolverError
         If a run or an equilibrium fails on the way.
 
     Notes
     -----
     Waechter and Biegler, Mathematical Programming 106, 2006 (IPOPT); Kraft, DFVLR-FB 88-28, 1988
-    (SLSQP).
+    (SLSQP); Tu, Choi and Park, Journal of Mechanical Design 121, 1999 (reliability index as a
+    constraint).
     """
     weights = _weights(minimise)
     known_kinds: dict[type, Any] = {
@@ -132,15 +152,16 @@ def optimise(
             f"optimise: {type(run).__name__} is nothing that can be optimised; give a run, a "
             "motion from periodic, modes or a system."
         )
-    of_kind = known_kinds[type(run)]
-    kinds = (str, of_kind)
-    for key in [*weights, *(subject_to or {})]:
-        if not isinstance(key, kinds):
-            known = ", ".join(kind.__name__.lower() for kind in get_args(kinds[1]))
-            raise OptionError(
-                f"optimise: {key!r} is nothing that {type(run).__name__.lower()} has; known are "
-                f"{known} and names."
-            )
+    _check_keys(run, known_kinds[type(run)], [*weights, *(subject_to or {})])
+    conditions = (
+        such_that
+        if isinstance(such_that, Sequence)
+        else [such_that]
+        if such_that is not None
+        else []
+    )
+    task = Task(vary, weights, subject_to or {}, tuple(conditions))
+    _check_scatter(run, task, starts)
     if not isinstance(run, System) and (until, parameters, start) != (None, None, None):
         raise OptionError(
             "optimise: until, parameters and start belong to a system; others have theirs."
@@ -150,17 +171,8 @@ def optimise(
             f"optimise: starts = {starts}: at least one search is needed, and several for a system "
             "only."
         )
-    if isinstance(run, Modes):
-        return best_modes(run, vary, cast(Any, weights), cast(Any, subject_to or {}))
-    if isinstance(run, OrderResponse):
-        return best_orders(run, vary, cast(Any, weights), cast(Any, subject_to or {}))
-    if isinstance(run, System):
-        if until is None:
-            raise OptionError("optimise: a system is simulated for each design; give until=, s.")
-        until = in_seconds(until, "until")
-        scene: Any = {"until": until, "parameters": parameters, "start": start, "rtol": rtol}
-        scene["starts"] = starts
-        return best_runs(run, vary, cast(Any, weights), cast(Any, subject_to or {}), **scene)
+    if isinstance(run, Scattered):
+        return best(run, task, until, parameters, start, rtol, starts)
     bounds = cast(Mapping[Designed | str, Bounds], subject_to or {})
     wanted = cast(dict[Designed | str, float], weights)
     repeats = None
@@ -171,6 +183,66 @@ def optimise(
         repeats = repeating(run)
     problem = DesignProblem(run, vary, wanted, bounds, intervals, repeats)
     return problem.optimum(problem.solve(list(weights.values())), wanted)
+
+
+def best(
+    what: Scattered,
+    task: Task,
+    until: float | str | None,
+    parameters: Changes | None,
+    start: Changes | None,
+    rtol: float,
+    starts: int = 1,
+) -> Optimum:
+    """The part of `optimise` for what is found anew for each design."""
+    if isinstance(what, Modes):
+        return best_modes(what, task)
+    if isinstance(what, OrderResponse):
+        return best_orders(what, task)
+    if until is None:
+        raise OptionError("optimise: a system is simulated for each design; give until=, s.")
+    end = in_seconds(until, "until")
+    scene: Any = {"until": end, "parameters": parameters, "start": start, "rtol": rtol}
+    return best_runs(what, task, starts=starts, **scene)
+
+
+def _check_keys(run: object, of_kind: Any, keys: Sequence[Key | str]) -> None:
+    """Refuse functionals that belong to something else."""
+    scattered = isinstance(run, Scattered)
+    kinds = (str, of_kind, *((RobustAim, Probability) if scattered else ()))
+    for key in keys:
+        if isinstance(key, RobustAim | Probability) and not scattered:
+            raise OptionError(f"optimise: {key}: {_NEEDED}")
+        if not isinstance(key, kinds):
+            known = ", ".join(kind.__name__.lower() for kind in get_args(of_kind))
+            raise OptionError(
+                f"optimise: {key!r} is nothing that {type(run).__name__.lower()} has; known are "
+                f"{known} and names."
+            )
+
+
+def _check_scatter(run: object, task: Task, starts: int) -> None:
+    """Refuse conditions and aims of scatter where they cannot be."""
+    if task.such_that and not isinstance(run, Scattered):
+        raise OptionError(f"optimise: {task.such_that[0]}: {_NEEDED}")
+    chosen = [key for key in task.weights if isinstance(key, Probability)]
+    if chosen and (len(task.weights) > 1 or task.weights[chosen[0]] != 1):
+        raise OptionError(
+            f"optimise: {chosen[0]} has no weight among others: it is made small alone. Bound it "
+            "by such_that=, or take pareto for what it costs."
+        )
+    for key in task.subject_to:
+        if isinstance(key, Probability):
+            raise OptionError(
+                f"optimise: {key} is bounded by such_that=lumped.probability(...) <= 1e-4, not by "
+                "subject_to."
+            )
+    aims = [k for k in (*task.weights, *task.subject_to) if isinstance(k, RobustAim | Probability)]
+    if starts > 1 and (aims or task.such_that):
+        raise OptionError(
+            f"optimise: starts = {starts}: where parameters scatter, there is one search. Begin it "
+            "with other parameters instead."
+        )
 
 
 def _check_free(orbit: PeriodicOrbit, vary: Mapping[str, Bounds] | Mapping[Name, Bounds]) -> None:

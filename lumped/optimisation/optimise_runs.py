@@ -83,8 +83,8 @@ def best_runs(system: System, task: Task, *, starts: int = 1, **options: Any) ->
         scene = {**options, "rtol": max(options["rtol"], 1e-6)}
         box = search.box * search.scale[:, None]
         wanted = task.weights, task.subject_to
-        others = first_designs(system, search.names, box, *wanted, starts - 1, scene)
-        begins += [*(others / search.scale)]
+        more = first_designs(system, search.names, box, *wanted, starts - 1, scene)
+        begins += [*(more / search.scale)]
     found = []
     for begin in begins:
         search.box[:, 0] = begin

@@ -202,7 +202,7 @@ class DesignSearch(Generic[K]):
 
     def _gap(self, check: CheckedProbability) -> float | None:
         """By how much beta is too large or small, if samples do not agree with its bound."""
-        if check.most is None or check.sampled is None:
+        if check.most is None or check.sampled is None or check.sampled.interval is None:
             return None
         key, (low, high) = check.wanted, check.sampled.interval
         holds = check.beta - self.least_beta[key] - self.shift[key] < _PRESSES

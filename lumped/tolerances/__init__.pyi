@@ -1,6 +1,15 @@
 from lumped.tolerances.form import DesignPoint as DesignPoint
+from lumped.tolerances.of_designs import CheckedAim as CheckedAim
+from lumped.tolerances.of_designs import CheckedProbability as CheckedProbability
+from lumped.tolerances.probability import Probability as Probability
+from lumped.tolerances.probability import ProbabilityLimit as ProbabilityLimit
+from lumped.tolerances.probability import probability as probability
 from lumped.tolerances.reliability import reliability as reliability
 from lumped.tolerances.reliability_outcome import Reliability as Reliability
+from lumped.tolerances.robust_aims import MeanPlus as MeanPlus
+from lumped.tolerances.robust_aims import Quantile as Quantile
+from lumped.tolerances.robust_aims import mean_plus as mean_plus
+from lumped.tolerances.robust_aims import quantile as quantile
 from lumped.tolerances.scatter import Scatter as Scatter
 from lumped.tolerances.scatter import scatter as scatter
 from lumped.tolerances.spread import Spread as Spread

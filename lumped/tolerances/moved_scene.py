@@ -12,7 +12,7 @@ from lumped.ensembles.other_laws import Scaled
 from lumped.ensembles.variants import Over, marginals_of
 from lumped.errors import OptionError
 from lumped.tolerances.evaluated import Array, Evaluated, Failures
-from lumped.tolerances.scene import Scattered, Scene, evaluated_of, of_what
+from lumped.tolerances.scene import Scattered, Scene, scene_of
 
 __all__ = ["MovedScene"]
 
@@ -25,15 +25,11 @@ class MovedScene:
 
     Parameters
     ----------
-    what : System, Modes or OrderResponse
-        See `scene_of`.
+    what, over, analysis
+        As for `scene_of`.
     functional : functional
-    over : mapping of name to distribution, or Correlated
-        What scatters.
     design : sequence of str
         What a design consists of, m parameters.
-    analysis : str
-        With which errors begin.
     **options
         For a system: ``until``, ``parameters``, ``start`` and ``rtol``.
 
@@ -53,26 +49,21 @@ class MovedScene:
         analysis: str,
         **options: Any,
     ) -> None:
-        given = [options.get(key) for key in ("until", "parameters", "start")]
-        self.system, base = of_what(what, *given, analysis)
-        self.over, self.design, self.analysis = over, tuple(design), analysis
-        self.base = {self.system.key(name): value for name, value in (base or {}).items()}
-        self.label = str(functional)
-        names = marginals_of(self.system, over, parameters=base, analysis=analysis).names
-        self._refuse_fixed(names)
-        # places of the design among the parameters that are evaluated
-        every = (*names, *(name for name in self.design if name not in names))
-        self.count = len(names)
+        self.first = scene_of(what, over=over, of=[functional], analysis=analysis, **options)
+        self.design, self.analysis = tuple(design), analysis
+        names, system = self.first.names, self.first.system
+        self._refuse_fixed()
+        self._base = {system.key(k): value for k, value in (self.first.parameters or {}).items()}
+        self._others = [name for name in self.design if name not in names]
+        every = (*names, *self._others)
         self._places = [every.index(name) for name in self.design]
-        self._functional = evaluated_of(
-            what, every, {self.label: functional}, analysis=analysis, **options
-        )
+        self._whole = self.first.evaluated_over(every)
 
-    def _refuse_fixed(self, names: Sequence[str]) -> None:
+    def _refuse_fixed(self) -> None:
         """Refuse parameters of the design whose scatter would not follow."""
-        over: Any = self.over
+        over: Any = self.first.over
         given = over.distributions if isinstance(over, Correlated) else over
-        for name, law in zip(names, given.values(), strict=True):
+        for name, law in zip(self.first.names, given.values(), strict=True):
             if name in self.design and not isinstance(law, Scaled):
                 raise OptionError(
                     f"{self.analysis}: {name} is in `vary` and scatters, but its distribution "
@@ -82,19 +73,17 @@ class MovedScene:
 
     def at(self, design: Mapping[str, float]) -> Scene:
         """The scene at a design."""
-        base = self.base | dict(design)
-        marginals = marginals_of(self.system, self.over, parameters=base, analysis=self.analysis)
-        fixed = np.array([design[name] for name in self._others])
-        held = _Held(self._functional, fixed)
-        return Scene(self.system, self.over, marginals, held, base, self.analysis)
+        system, over, base = self.first.system, self.first.over, self._base | dict(design)
+        marginals = marginals_of(system, over, parameters=base, analysis=self.analysis)
+        held = _Held(self._whole, self._fixed(design))
+        return Scene(system, over, marginals, lambda names: held, base, self.analysis)
 
-    @property
-    def _others(self) -> list[str]:
-        """What the design has beside what scatters."""
-        return [n for n, k in zip(self.design, self._places, strict=True) if k >= self.count]
+    def _fixed(self, design: Mapping[str, float]) -> Array:
+        """Values of what the design has beside what scatters."""
+        return np.array([design[name] for name in self._others])
 
     def slopes(self, design: Mapping[str, float], u: Array) -> tuple[Array, Array, Failures]:
-        """The functional, and its derivatives by the design where the scores are held.
+        """The functional, and its derivatives by the design where the normal numbers are held.
 
         Parameters
         ----------
@@ -110,11 +99,10 @@ class MovedScene:
         failures : dict of int to str
         """
         x = self.at(design).physical(u)
-        fixed = np.array([design[name] for name in self._others])
-        values, slopes, failures = self._functional.slopes(_beside(x, fixed))
-        found = slopes[:, 0, self._places]
+        values, slopes, failures = self._whole.slopes(_beside(x, self._fixed(design)))
+        found: Array = slopes[:, 0, self._places]
         for j, (name, place) in enumerate(zip(self.design, self._places, strict=True)):
-            if place < self.count:  # a factor times the value of the design
+            if place < x.shape[1]:  # a factor times the value of the design
                 found[:, j] *= x[:, place] / design[name]
         return values[:, 0], found, failures
 
@@ -133,9 +121,9 @@ class _Held:
         values, slopes, failures = self._whole.slopes(_beside(x, self._fixed))
         return values, slopes[:, :, : x.shape[1]], failures
 
-    def curvatures(self, x: Array) -> Array:
-        found = self._whole.curvatures(np.concatenate([x, self._fixed]))
-        return found[:, : len(x), : len(x)]
+    def curvature(self, x: Array, k: int) -> Array:
+        found = self._whole.curvature(np.concatenate([x, self._fixed]), k)
+        return found[: len(x), : len(x)]
 
 
 def _beside(x: Array, fixed: Array) -> Array:

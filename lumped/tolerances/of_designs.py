@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from lumped.errors import SolverError
-from lumped.numerics.nearest_points import FURTHEST
+from lumped.numerics.nearest_points import FURTHEST, Search
 from lumped.support.text_table import amounts, listed, number
 from lumped.tolerances.evaluated import Array
-from lumped.tolerances.form import DesignPoint, first_order, form
+from lumped.tolerances.form import form, joined, points_of, searches
 from lumped.tolerances.importance import around
 from lumped.tolerances.limit import Limit
 from lumped.tolerances.moved_scene import MovedScene
@@ -65,7 +65,7 @@ class CheckedProbability:
     def __str__(self) -> str:
         aim = "" if self.most is None else f" <= {self.most:g}"
         text = f"{self.wanted}{aim}: beta {number(self.beta, 5)}, "
-        if self.sampled is None:
+        if self.sampled is None or self.sampled.interval is None:
             return f"{text}the limit is out of reach"
         low, high = self.sampled.interval
         text += (
@@ -130,15 +130,12 @@ class DesignProbability:
     def limit(self, design: Design) -> Limit:
         """The limit at a design."""
         wanted = self.wanted
-        return Limit(
-            self.scene.at(design), wanted.above, wanted.below, analysis=self.scene.analysis
-        )
+        return Limit(self.scene.at(design), wanted.above, wanted.below)
 
     def beta(self, design: Design) -> tuple[float, Array]:
         """Reliability index, and its derivatives by the design, shape (m,).
 
-        Where the limit is out of reach, this is the furthest distance that is searched, without
-        slope.
+        Where the limit is out of reach, it is taken as plane from where the search ended.
 
         Raises
         ------
@@ -146,42 +143,50 @@ class DesignProbability:
             As `form`.
         """
         if self._last is None or self._last[0] != design:
-            points = self._points(self.limit(design), 4 if self._begin is None else 1)
-            if points:
-                point = points[0]
-                self._begin = point.u
-                _, slopes, _ = self.scene.slopes(design, point.u[None])
-                sign = 1.0 if self.wanted.below is None else -1.0
-                self._last = dict(design), point.beta, point.beta_by(sign * slopes[0])
-            else:
-                self._last = dict(design), FURTHEST, np.zeros(len(self.scene.design))
+            limit = self.limit(design)
+            beta, u, steepness = self._nearest(limit, design)
+            _, slopes, _ = self.scene.slopes(design, u[None])
+            self._begin, self._last = u, (dict(design), beta, -limit.sign * slopes[0] / steepness)
         return self._last[1:]
 
-    def _points(self, limit: Limit, starts: int) -> tuple[DesignPoint, ...]:
-        """Design points; none if the limit is out of reach."""
+    def _nearest(self, limit: Limit, design: Design) -> tuple[float, Array, float]:
+        """Reliability index, the point it belongs to, and the growth of the excess there."""
+        starts = 4 if self._begin is None else 1
+        every = searches(limit, self._begin, starts)
         try:
-            return form(limit, self._begin, starts)
-        except SolverError:
+            point = points_of(limit, every)[0]
+        except SolverError as error:
             if starts == 1:
-                return self._points(limit, 4)
-            if limit.is_kept_by_median and not limit.is_crossed:
-                return ()
-            raise
+                self._begin = None
+                return self._nearest(limit, design)
+            planes = [_plane(search) for search in every if search.slope.any()]
+            if limit.is_crossed or not planes:
+                told = listed([f"{name} = {value:.6g}" for name, value in design.items()])
+                raise SolverError(f"{self.scene.analysis}: at {told}: {error}", None) from None
+            return min(planes, key=lambda plane: abs(plane[0]))
+        return point.beta, point.u, point.steepness
 
     def checked(
         self, design: Design, most: float | None, shift: float, searches: int
     ) -> CheckedProbability:
         """The probability by samples around all design points that are found from four starts."""
-        limit = self.limit(design)
-        points = self._points(limit, 4)
-        if not points:
-            return CheckedProbability(self.wanted, most, FURTHEST, 0.0, None, {}, shift, searches)
-        if self._last is not None and points[0].beta < self._last[1]:
+        beta, limit = self.beta(design)[0], self.limit(design)
+        if beta >= FURTHEST:
+            return CheckedProbability(self.wanted, most, beta, 0.0, None, {}, shift, searches)
+        points = form(limit, self._begin)
+        beta = points[0].beta
+        if beta < self.beta(design)[0]:
             self._begin, self._last = points[0].u, None  # nearer than the one that was followed
         found = around(limit, [point.u for point in points], self.wanted.runs, self.wanted.seed)
         own = dict(zip(limit.scene.names, points[0].x.tolist(), strict=True))
-        beta, plane = points[0].beta, first_order(points)
+        plane = joined(points)
         return CheckedProbability(self.wanted, most, beta, plane, found, own, shift, searches)
+
+
+def _plane(search: Search) -> tuple[float, Array, float]:
+    """Distance of the median from a limit that is plane at the end of a search."""
+    steepness = float(np.linalg.norm(search.slope))
+    return float(search.slope @ search.u - search.g) / steepness, search.u, steepness
 
 
 class DesignAim:
