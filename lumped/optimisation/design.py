@@ -54,7 +54,11 @@ class Task:
         Bounds of functionals.
     such_that : tuple of ProbabilityLimit
         Probabilities and their greatest values.
-    begin : mapping of name to float
+    at_most : tuple of (mapping, float)
+        Weighted sums beside the objective, and their greatest values.
+    told : tuple of functional
+        What is told besides, of the best design.
+    begin : mapping of str to float
         Parameters with which the search begins; those left out as in the model.
     """
 
@@ -62,7 +66,21 @@ class Task:
     weights: Mapping[Any, float]
     subject_to: Mapping[Any, Bounds]
     such_that: tuple[ProbabilityLimit, ...] = ()
+    at_most: tuple[tuple[Mapping[Any, float], float], ...] = ()
+    told: tuple[Any, ...] = ()
     begin: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def keys(self) -> list[Any]:
+        """All functionals and names, each once; without those of `such_that`."""
+        sums = [key for weights, _ in self.at_most for key in weights]
+        return list(dict.fromkeys([*self.weights, *self.subject_to, *sums, *self.told]))
+
+    @property
+    def is_scattered(self) -> bool:
+        """Whether probabilities or sums over samples are asked for."""
+        scattered = any(isinstance(key, RobustAim | Probability) for key in self.keys)
+        return scattered or bool(self.such_that)
 
 
 @dataclass(frozen=True, eq=False)

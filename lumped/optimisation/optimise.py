@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, cast, get_args
-
-import numpy as np
+from typing import Any, cast
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
@@ -15,24 +13,17 @@ from lumped.optimisation.design_problem import DesignProblem
 from lumped.optimisation.optimise_modes import best_modes
 from lumped.optimisation.optimise_orders import best_orders
 from lumped.optimisation.optimise_runs import best_runs
+from lumped.optimisation.tasks import Objective, task_of
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.simulation.functionals import Designed, Functional, Modal, Vibrating
+from lumped.simulation.functionals import Designed
 from lumped.support.arguments import checked
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
-from lumped.tolerances.probability import Probability, ProbabilityLimit
-from lumped.tolerances.robust_aims import RobustAim
+from lumped.tolerances.probability import ProbabilityLimit
 from lumped.vibration.modes import Modes
 from lumped.vibration.order_response import OrderResponse
 
-__all__ = ["Objective", "optimise"]
-
-_NEEDED = (
-    "runs are needed that are made anew for each sample. Give the system and until= instead of a "
-    "run or an orbit; modes and order responses do too."
-)
-Objective = Key | str | Mapping[Key | str, float]
-"""What is made small: a functional, or functionals and parameters with weights."""
+__all__ = ["best", "optimise"]
 
 
 @checked
@@ -139,29 +130,12 @@ def optimise(
     (SLSQP); Tu, Choi and Park, Journal of Mechanical Design 121, 1999 (reliability index as a
     constraint).
     """
-    weights = _weights(minimise)
-    known_kinds: dict[type, Any] = {
-        Trajectory: Designed,
-        PeriodicOrbit: Designed,
-        Modes: Modal,
-        OrderResponse: Vibrating,
-        System: Functional,
-    }
-    if type(run) not in known_kinds:
+    task = task_of(run, vary, minimise, subject_to, such_that)
+    if starts > 1 and task.is_scattered:
         raise OptionError(
-            f"optimise: {type(run).__name__} is nothing that can be optimised; give a run, a "
-            "motion from periodic, modes or a system."
+            f"optimise: starts = {starts}: where parameters scatter, there is one search. Begin it "
+            "with other parameters instead."
         )
-    _check_keys(run, known_kinds[type(run)], [*weights, *(subject_to or {})])
-    conditions = (
-        such_that
-        if isinstance(such_that, Sequence)
-        else [such_that]
-        if such_that is not None
-        else []
-    )
-    task = Task(vary, weights, subject_to or {}, tuple(conditions))
-    _check_scatter(run, task, starts)
     if not isinstance(run, System) and (until, parameters, start) != (None, None, None):
         raise OptionError(
             "optimise: until, parameters and start belong to a system; others have theirs."
@@ -173,8 +147,8 @@ def optimise(
         )
     if isinstance(run, Scattered):
         return best(run, task, until, parameters, start, rtol, starts)
-    bounds = cast(Mapping[Designed | str, Bounds], subject_to or {})
-    wanted = cast(dict[Designed | str, float], weights)
+    bounds = cast(Mapping[Designed | str, Bounds], task.subject_to)
+    wanted = cast(dict[Designed | str, float], dict(task.weights))
     repeats = None
     if isinstance(run, PeriodicOrbit):
         _check_free(run, vary)
@@ -182,7 +156,7 @@ def optimise(
     elif periodic and run.system.structure.states:
         repeats = repeating(run)
     problem = DesignProblem(run, vary, wanted, bounds, intervals, repeats)
-    return problem.optimum(problem.solve(list(weights.values())), wanted)
+    return problem.optimum(problem.solve(list(wanted.values())), wanted)
 
 
 def best(
@@ -206,45 +180,6 @@ def best(
     return best_runs(what, task, starts=starts, **scene)
 
 
-def _check_keys(run: object, of_kind: Any, keys: Sequence[Key | str]) -> None:
-    """Refuse functionals that belong to something else."""
-    scattered = isinstance(run, Scattered)
-    kinds = (str, of_kind, *((RobustAim, Probability) if scattered else ()))
-    for key in keys:
-        if isinstance(key, RobustAim | Probability) and not scattered:
-            raise OptionError(f"optimise: {key}: {_NEEDED}")
-        if not isinstance(key, kinds):
-            known = ", ".join(kind.__name__.lower() for kind in get_args(of_kind))
-            raise OptionError(
-                f"optimise: {key!r} is nothing that {type(run).__name__.lower()} has; known are "
-                f"{known} and names."
-            )
-
-
-def _check_scatter(run: object, task: Task, starts: int) -> None:
-    """Refuse conditions and aims of scatter where they cannot be."""
-    if task.such_that and not isinstance(run, Scattered):
-        raise OptionError(f"optimise: {task.such_that[0]}: {_NEEDED}")
-    chosen = [key for key in task.weights if isinstance(key, Probability)]
-    if chosen and (len(task.weights) > 1 or task.weights[chosen[0]] != 1):
-        raise OptionError(
-            f"optimise: {chosen[0]} has no weight among others: it is made small alone. Bound it "
-            "by such_that=, or take pareto for what it costs."
-        )
-    for key in task.subject_to:
-        if isinstance(key, Probability):
-            raise OptionError(
-                f"optimise: {key} is bounded by such_that=lumped.probability(...) <= 1e-4, not by "
-                "subject_to."
-            )
-    aims = [k for k in (*task.weights, *task.subject_to) if isinstance(k, RobustAim | Probability)]
-    if starts > 1 and (aims or task.such_that):
-        raise OptionError(
-            f"optimise: starts = {starts}: where parameters scatter, there is one search. Begin it "
-            "with other parameters instead."
-        )
-
-
 def _check_free(orbit: PeriodicOrbit, vary: Mapping[str, Bounds] | Mapping[Name, Bounds]) -> None:
     """Refuse to hold what a periodic motion determines."""
     given = {orbit.system.key(name) for name in vary}
@@ -254,15 +189,3 @@ def _check_free(orbit: PeriodicOrbit, vary: Mapping[str, Bounds] | Mapping[Name,
                 f"optimise: {name} is free at this motion, which determines it; name it in `vary`, "
                 "with the bounds in which it may be found."
             )
-
-
-def _weights(minimise: Objective) -> dict[Key | str, float]:
-    """Weights of an objective, checked."""
-    weights: dict[Key | str, float] = {}
-    weights.update(minimise if isinstance(minimise, Mapping) else {minimise: 1.0})
-    for key, weight in weights.items():
-        if not (isinstance(weight, int | float | np.number) and np.isfinite(weight)):
-            raise OptionError(f"optimise: {key} has the weight {weight}; give a finite number.")
-    if not any(weights.values()):
-        raise OptionError("optimise: nothing to minimise; give one functional or weight.")
-    return weights

@@ -61,9 +61,11 @@ class DesignSearch(Generic[K]):
         self.system = what if isinstance(what, System) else what.system
         self.base = dict(base)
         self.names, box, self.scale = varied(self.system, task.vary, theta)
+        for row, name in zip(box, self.names, strict=True):
+            row[0] = task.begin.get(name, row[0])
         self.start = box[:, 0].copy()
         self.weights, self.bounds = dict(task.weights), dict(task.subject_to)
-        self.keys = list(dict.fromkeys([*self.weights, *self.bounds]))
+        self.at_most, self.keys = task.at_most, task.keys
         self.box = box / self.scale[:, None]
         self.count = 0
         for key in self.keys:
@@ -75,7 +77,6 @@ class DesignSearch(Generic[K]):
                     )
         self.least_beta = {each.probability: each.least_beta for each in task.such_that}
         self.most = {each.probability: each.most for each in task.such_that}
-        self.shift = dict.fromkeys(self.most, 0.0)
 
         def scattered(of: RobustAim | Probability) -> MovedScene:
             return MovedScene(what, of.functional, of.over, self.names, "optimise", **scene)
@@ -86,6 +87,12 @@ class DesignSearch(Generic[K]):
             for k in [*self.keys, *self.most]
             if isinstance(k, Probability)
         }
+        self.shift = dict.fromkeys(self.probabilities, 0.0)
+
+    @property
+    def scattered(self) -> list[DesignAim | DesignProbability]:
+        """What is found by samples and design points."""
+        return [*self.aims.values(), *self.probabilities.values()]
 
     # -- numbers of a design -------------------------------------------------------------------
 
@@ -129,7 +136,9 @@ class DesignSearch(Generic[K]):
 
     def told(self, key: Any, value: float) -> float:
         """What `value` gives, as it is told: a probability instead of minus beta."""
-        return float(scipy.special.ndtr(value)) if isinstance(key, Probability) else value
+        if isinstance(key, Probability):
+            return float(scipy.special.ndtr(value + self.shift[key]))
+        return value
 
     # -- the programme -------------------------------------------------------------------------
 
@@ -142,18 +151,25 @@ class DesignSearch(Generic[K]):
         every = [row for key in self.bounds for row in self.bounded_rows(key, w)]
         for key, most in self.most.items():
             value, slope = self.value(key, w)
-            text = f"{key} = {self.told(key, value):.3g} by its design point, at most {most:g}"
+            text = f"{key} = {self.told(key, value):.3g}, at most {most:g}"
             every.append((-value - self.least_beta[key] - self.shift[key], -slope, text))
+        for weights, most in self.at_most:
+            label = " + ".join(f"{weight:g} {key}" for key, weight in weights.items())
+            every += bounded(label, *self.total(weights, w), -np.inf, most)
         values, slopes, labels = map(list, zip(*every, strict=True)) if every else ([], [], [])
         return np.array(values), np.array(slopes).reshape(-1, len(w)), labels
 
-    def objective(self, w: np.ndarray) -> tuple[float, np.ndarray]:
-        """The weighted sum and its gradient."""
+    def total(self, weights: Mapping[Any, float], w: np.ndarray) -> tuple[float, np.ndarray]:
+        """A weighted sum and its gradient."""
         total, slope = 0.0, np.zeros(len(w))
-        for key, weight in self.weights.items():
+        for key, weight in weights.items():
             value, by = self.value(key, w)
             total, slope = total + weight * value, slope + weight * by
         return total, slope
+
+    def objective(self, w: np.ndarray) -> tuple[float, np.ndarray]:
+        """What is made small, and its gradient."""
+        return self.total(self.weights, w)
 
     def solved(self) -> tuple[Solution, tuple[str, ...]]:
         """Best unknowns, checked by their own conditions of optimality, and what is active."""
@@ -163,15 +179,16 @@ class DesignSearch(Generic[K]):
             self.box,
             self.objective,
             self.rows,
-            lambda: self.count,
+            lambda: self.count + sum(each.evaluations for each in self.scattered),
             self.tolerance,
         )
 
     def confirmed(self) -> tuple[Solution, tuple[str, ...], tuple[CheckedProbability, ...]]:
         """The same, with probabilities that samples confirm.
 
-        Where an estimate by samples does not agree with a bound that holds the design, the
-        reliability index asked for is shifted by the difference of both methods.
+        Where an estimate by samples does not agree with the design point, the reliability index is
+        shifted by the difference of both methods. If this moves a bound that holds the design, it
+        is searched again.
 
         Raises
         ------
@@ -183,32 +200,35 @@ class DesignSearch(Generic[K]):
             solution, active = self.solved()
             iterations, seconds = iterations + solution.iterations, seconds + solution.seconds
             solution = replace(solution, iterations=iterations, seconds=seconds)
-            checks = tuple(self._checked(key, solution.w, searches) for key in self.probabilities)
-            off = {check.wanted: gap for check in checks if (gap := self._gap(check)) is not None}
-            if not off:
-                return solution, active, checks
-            self.shift |= off
+            checks = [self._checked(key, solution.w, searches) for key in self.probabilities]
+            moved = [self._moved(check) for check in checks]
+            if not any(moved):
+                told = (replace(check, shift=self.shift[check.wanted]) for check in checks)
+                return solution, active, tuple(told)
             self.box[:, 0] = solution.w
-        worst = next(str(check) for check in checks if check.wanted in off)
+        worst = "; ".join(str(check) for check in checks if check.most is not None)
         raise OptimisationError(
-            f"{self.system.name}: {worst}: samples do not confirm the probability. Take more "
-            "samples, probability(..., runs=), or a smaller one.",
+            f"{self.system.name}: {worst}: samples do not confirm this. Take more samples, "
+            "probability(..., runs=), or begin elsewhere.",
             "not confirmed",
         )
 
     def _checked(self, key: Probability, w: np.ndarray, searches: int) -> CheckedProbability:
         own = self.probabilities[key]
-        return own.checked(self.design(w), self.most.get(key), self.shift.get(key, 0.0), searches)
+        return own.checked(self.design(w), self.most.get(key), self.shift[key], searches)
 
-    def _gap(self, check: CheckedProbability) -> float | None:
-        """By how much beta is too large or small, if samples do not agree with its bound."""
-        if check.most is None or check.sampled is None or check.sampled.interval is None:
-            return None
+    def _moved(self, check: CheckedProbability) -> bool:
+        """Shift beta if samples do not agree; whether a bound that holds the design moves."""
+        if check.sampled is None or check.sampled.interval is None:
+            return False
         key, (low, high) = check.wanted, check.sampled.interval
-        holds = check.beta - self.least_beta[key] - self.shift[key] < _PRESSES
-        if low <= check.most and (check.most <= high or not holds):
-            return None
-        return check.beta + float(scipy.special.ndtri(check.sampled.probability))
+        before = self.shift[key]
+        if low <= scipy.special.ndtr(before - check.beta) <= high:
+            return False
+        self.shift[key] = check.beta + float(scipy.special.ndtri(check.sampled.probability))
+        if check.most is None:
+            return False
+        return check.beta - self.least_beta[key] - max(before, self.shift[key]) < _PRESSES
 
     def optimum(
         self,
@@ -221,7 +241,7 @@ class DesignSearch(Generic[K]):
         design = self.design(solution.w)
         numbers: dict[Key, float] = {
             k: self.told(k, self.value(k, solution.w)[0])
-            for k in [*self.keys, *self.most]
+            for k in dict.fromkeys([*self.keys, *self.most])
             if not isinstance(k, str)
         }
         (first, *_) = self.weights

@@ -120,10 +120,15 @@ class DesignProbability:
     wanted : Probability
     scene : MovedScene
         Of its functional.
+
+    Attributes
+    ----------
+    evaluations : int
+        Runs or analyses so far.
     """
 
     def __init__(self, wanted: Probability, scene: MovedScene) -> None:
-        self.wanted, self.scene = wanted, scene
+        self.wanted, self.scene, self.evaluations = wanted, scene, 0
         self._begin: Array | None = None
         self._last: tuple[Design, float, Array] | None = None
 
@@ -146,6 +151,7 @@ class DesignProbability:
             limit = self.limit(design)
             beta, u, steepness = self._nearest(limit, design)
             _, slopes, _ = self.scene.slopes(design, u[None])
+            self.evaluations += limit.evaluations + 1
             self._begin, self._last = u, (dict(design), beta, -limit.sign * slopes[0] / steepness)
         return self._last[1:]
 
@@ -197,10 +203,15 @@ class DesignAim:
     aim : MeanPlus or Quantile
     scene : MovedScene
         Of its functional.
+
+    Attributes
+    ----------
+    evaluations : int
+        Runs or analyses so far.
     """
 
     def __init__(self, aim: RobustAim, scene: MovedScene) -> None:
-        self.aim, self.scene = aim, scene
+        self.aim, self.scene, self.evaluations = aim, scene, 0
         self._scores: Array | None = None
         self._last: tuple[Design, float, Array] | None = None
 
@@ -217,6 +228,7 @@ class DesignAim:
                 scene = self.scene.at(design)
                 self._scores = scene.scores(self.aim.runs, self.aim.seed, "sobol")
             values, slopes, failures = self.scene.slopes(design, self._scores)
+            self.evaluations += len(values)
             for run, reason in failures.items():
                 told = [f"{name} = {value:.6g}" for name, value in design.items()]
                 raise SolverError(
