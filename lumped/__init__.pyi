@@ -10,6 +10,7 @@ from lumped import orbits as orbits
 from lumped import points as points
 from lumped import profiles as profiles
 from lumped import simulation as simulation
+from lumped import tolerances as tolerances
 from lumped import transmissions as transmissions
 from lumped import vibration as vibration
 from lumped.compiler.assemble import assemble as assemble
@@ -65,6 +66,7 @@ from lumped.timeloop.result import Trajectory as Trajectory
 from lumped.timeloop.result_files import load as load
 from lumped.tolerances.probability import probability as probability
 from lumped.tolerances.reliability import reliability as reliability
+from lumped.tolerances.scatter import scatter as scatter
 from lumped.vibration.campbell import campbell as campbell
 from lumped.vibration.modes import Modes as Modes
 from lumped.vibration.modes import modes as modes

@@ -258,12 +258,12 @@ class System(Shared, RichHtml):
     def state_matrix(self, point_inputs: Sequence[np.ndarray | float]) -> scipy.sparse.csc_array:
         """Jacobian of the right-hand side by the states; what cancels is exactly zero."""
         matrix = scipy.sparse.csc_array(self.jacobian(*point_inputs)[0].sparse())
-        matrix.data[self._cancelling] = 0.0
+        matrix.data[self.cancelling] = 0.0
         return matrix
 
     @property
     @made_once
-    def _cancelling(self) -> np.ndarray:
+    def cancelling(self) -> np.ndarray:
         """Nonzeros of the Jacobian that are nothing but rounding.
 
         Only rates of positions by speeds are looked at, which are ratios of lengths and angles:

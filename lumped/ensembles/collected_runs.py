@@ -56,8 +56,7 @@ class RunsAt:
         workers: int | None,
     ) -> None:
         watched = watching(system, of.values())
-        self._theta = fixed(watched, parameters)
-        self._made = NativeRuns(watched, names, self._theta, of, options)
+        self._made = NativeRuns(watched, names, fixed(watched, parameters), of, options)
         self._workers = workers or os.cpu_count() or 1
 
     def __call__(self, points: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
@@ -66,22 +65,12 @@ class RunsAt:
         Parameters
         ----------
         points : ndarray, shape (n, len(names))
+            Within the ranges of the parameters.
         """
-        made, p = self._made, self._made.system.structure.parameters
-        values = np.full((len(points), len(made.watched.of)), np.nan)
         if not len(points):
-            return values, {}
-        faults = {
-            int(run): text
-            for text, runs in p.outside(self._theta, made.places.tolist(), points)
-            for run in runs
-        }
-        sound = np.setdiff1d(np.arange(len(points)), list(faults))
-        found, status, _ = collected(made, points[sound], min(self._workers, len(points)))
-        values[sound] = found
-        told = failures_of(made, points[sound], found, status).texts
-        faults |= {int(sound[run]): text for run, text in told.items()}
-        return values, dict(sorted(faults.items()))
+            return np.full((0, len(self._made.watched.of)), np.nan), {}
+        values, status, _ = collected(self._made, points, min(self._workers, len(points)))
+        return values, failures_of(self._made, points, values, status).texts
 
 
 def collected(

@@ -159,7 +159,7 @@ def lognormal(median: float | str, sigma: float | str) -> Distribution:
 
 
 @checked
-def measured(samples: ArrayLike) -> Distribution:
+def measured(samples: Any) -> Distribution:
     """The distribution of samples that were measured.
 
     A smooth and rising curve goes through the means of groups of the sorted samples, over the
@@ -177,7 +177,7 @@ def measured(samples: ArrayLike) -> Distribution:
     Distribution
         For `over` of an ensemble, which refuses what does not fit the parameter.
     """
-    return Measured(np.ravel(np.asarray(samples)))
+    return Measured(np.ravel(np.asarray(samples)).tolist())
 
 
 @checked

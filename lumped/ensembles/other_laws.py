@@ -152,11 +152,11 @@ class Measured(Distribution):
     them. So normal samples give a normal distribution.
     """
 
-    samples: Sequence[Amount] | Array
+    samples: Sequence[Amount]
 
     def law(self, of: Parameter) -> Law:
         """In numbers."""
-        values = np.sort([of.value("a sample", each) for each in np.ravel(self.samples).tolist()])
+        values = np.sort([of.value("a sample", each) for each in self.samples])
         count = len(values)
         if count < _FEWEST:
             of.refuse(

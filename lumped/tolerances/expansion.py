@@ -23,6 +23,8 @@ _SPARE = 2
 """Rows for each term, at least."""
 _WORK = 1e9
 """Rows times the square of the terms, at most: some tenths of a second."""
+_FIRM = 1e-3
+"""Least eigenvalue of the products of terms over the runs, in those over the distribution."""
 _FIRST = 0.5
 """Square of the weight of derivatives before their residuals are known."""
 _WEIGHTS = 1e-3, 1e3
@@ -155,7 +157,10 @@ def fit(
     weighted by Stein's kernel of their variable, so that they leave the coefficients where the
     values alone would have them, and by the size of what the fit leaves of them. The sets of terms,
     the weights, and whether derivatives serve at all, follow from the error at runs that are left
-    out with all their rows.
+    out with all their rows. Polynomials that the runs hardly determine may be small at all runs and
+    large elsewhere, above all in the tails of normal variables. So the square of that error is
+    divided by the least eigenvalue of the products of the terms over the runs, which is one if they
+    are orthonormal there too.
 
     Parameters
     ----------
@@ -178,7 +183,9 @@ def fit(
     M. S. Eldred, K. Sargsyan: Enhancing l1-minimization estimates of polynomial chaos expansions
     using basis selection. Journal of Computational Physics 289 (2015) 18-34. Hyperbolic sets, and
     choice by leaving out runs: G. Blatman, B. Sudret, Adaptive sparse polynomial chaos expansion
-    based on least angle regression. Journal of Computational Physics 230 (2011) 2345-2367.
+    based on least angle regression. Journal of Computational Physics 230 (2011) 2345-2367. The
+    least eigenvalue: A. Cohen, M. A. Davenport, D. Leviatan, On the stability and accuracy of
+    least squares approximations. Foundations of Computational Mathematics 13 (2013) 819-834.
     """
     families, n = tuple(families), len(values)
     middle = values.mean()
@@ -196,8 +203,8 @@ def fit(
             own = slopes / scale if with_slopes and slopes is not None else None
             block = _Rows(families, z, (values - middle) / scale, own, terms)
             found += block.fits()
-    least = min(one.error for one in found)
-    alike = [one for one in found if one.error <= _ALIKE * least + _EXACT]
+    least = min(one.bound for one in found)
+    alike = [one for one in found if one.bound <= _ALIKE * least + _EXACT]
     best = min(alike, key=lambda one: one.count)
     coefficients, influence, residuals = (scale * part for part in best.solved())
     coefficients[0] += middle
@@ -227,6 +234,9 @@ class _Rows:
         terms: Terms,
     ) -> None:
         self.terms, self.slopes = terms, slopes
+        self.rates = np.column_stack(
+            [f.rates[terms.exponents[:, j]] for j, f in enumerate(families)]
+        )
         left, right = [products(families, z, terms.exponents)], [values]
         if slopes is not None:
             kernel = np.column_stack([f.weights(z[:, j]) for j, f in enumerate(families)])
@@ -250,7 +260,7 @@ class _Rows:
         found = self._nested(weights)
         if self.slopes is None or not found:
             return found
-        best = min(found, key=lambda one: one.error)
+        best = min(found, key=lambda one: one.bound)
         sizes = np.sqrt(np.mean(best.left_out**2, axis=1)) / weights
         with np.errstate(divide="ignore", invalid="ignore"):
             weights = np.clip(np.nan_to_num(sizes[0] / sizes, nan=1.0), *_WEIGHTS)
@@ -258,24 +268,26 @@ class _Rows:
 
     def _nested(self, weights: Array) -> list[_Fit]:
         """Fits with weights of the rows of a run."""
-        ends = list(self.terms.ends)
-        gram = np.tensordot(weights**2, self.grams, 1)
-        while True:
-            try:
-                factor = np.linalg.cholesky(gram[: ends[-1], : ends[-1]])
-                break
-            except np.linalg.LinAlgError:  # too many terms for these runs
-                ends.pop()
         _, m, n = self.left.shape
-        left = (self.left[: ends[-1]] * weights[:, None]).reshape(ends[-1], m * n)
-        # small beside the rows; products are faster than solving for all of them
-        q = scipy.linalg.solve_triangular(factor, np.eye(ends[-1]), lower=True) @ left
+        gram = np.tensordot(weights**2, self.grams, 1)
+        expected = n * (1.0 + self.rates[:, : m - 1] @ weights[1:] ** 2)
+        shape = gram / np.sqrt(expected[:, None] * expected)
+        firm: dict[int, float] = {}
+        for end in self.terms.ends:
+            least = scipy.linalg.eigvalsh(shape[:end, :end], subset_by_index=[0, 0]).item()
+            if least < _FIRM:
+                break
+            firm[end] = min(least, 1.0)
+        most = max(firm)
+        back = np.linalg.inv(np.linalg.cholesky(gram[:most, :most]))
+        left = (self.left[:most] * weights[:, None]).reshape(most, m * n)
+        q = back @ left
         right = self.right * weights[:, None]
         turned = q @ right.ravel()
-        q = q.reshape(ends[-1], m, n)
+        q = q.reshape(most, m, n)
         residuals, hat = right.copy(), np.zeros((n, m, m))
         found, begin = [], 0
-        for end in ends:
+        for end, least in firm.items():
             part = q[begin:end]
             residuals -= np.tensordot(turned[begin:end], part, 1)
             hat += part.transpose(2, 1, 0) @ part.transpose(2, 0, 1)
@@ -285,7 +297,8 @@ class _Rows:
             except np.linalg.LinAlgError:  # a run is met whatever its values are
                 break
             error = float(np.mean(left_out[0] ** 2))
-            found.append(_Fit(self, error, end, factor, q, turned, residuals[0].copy(), left_out))
+            own = residuals[0].copy()
+            found.append(_Fit(self, error, error / least, end, back, q, turned, own, left_out))
         return found
 
 
@@ -298,10 +311,12 @@ class _Fit:
     rows : _Rows
     error : float
         Mean square of the error at runs that are left out.
+    bound : float
+        The same, where it may be larger away from the runs.
     count : int
         Of the terms.
-    factor : ndarray
-        Cholesky's, of more terms perhaps.
+    back : ndarray
+        Inverse of Cholesky's factor of the products of the rows, of more terms perhaps.
     q : ndarray, shape (more terms, rows of a run, n)
         Orthonormal rows.
     turned : ndarray
@@ -314,17 +329,18 @@ class _Fit:
 
     rows: _Rows
     error: float
+    bound: float
     count: int
-    factor: Array
+    back: np.ndarray
     q: Array
     turned: Array
     residuals: Array
-    left_out: Array
+    left_out: np.ndarray
 
     def solved(self) -> tuple[Array, Array, Array]:
         """Coefficients, influence of runs on them, residuals of values."""
         k = self.count
         effect = np.einsum("pmn,mn->pn", self.q[:k], self.left_out)
         right = np.column_stack([self.turned[:k], effect])
-        found = scipy.linalg.solve_triangular(self.factor[:k, :k], right, lower=True, trans=1)
+        found = self.back[:k, :k].T @ right
         return found[:, 0], found[:, 1:], self.residuals

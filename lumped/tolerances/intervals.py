@@ -63,13 +63,19 @@ def quantile_of(ascending: Array, q: float) -> Quantile:
         Between 0 and 1.
     """
     n, rest = len(ascending), 0.5 * (1 - CONFIDENCE)
-    low = int(scipy.stats.binom.ppf(rest, n, q)) - 1
-    high = int(scipy.stats.binom.ppf(1 - rest, n, q))
+    low, high = _count(rest, n, q) - 1, _count(1 - rest, n, q)
     return Quantile(
         float(np.quantile(ascending, q)),
         float(ascending[low]) if low >= 0 else -math.inf,
         float(ascending[high]) if high < n else math.inf,
     )
+
+
+def _count(probability: float, n: int, q: float) -> int:
+    """Least number of n values that are below the quantile with a probability."""
+    found = math.ceil(float(scipy.special.bdtrik(probability, n, q)))
+    below = max(found - 1, 0)
+    return below if float(scipy.special.bdtr(below, n, q)) >= probability else found
 
 
 def share_of(count: int, n: int) -> Share:

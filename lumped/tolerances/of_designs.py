@@ -85,7 +85,7 @@ class CheckedAim:
 
     Attributes
     ----------
-    aim : MeanPlus or Quantile
+    aim : MeanPlusAim or QuantileAim
         What was asked for.
     value : float
         By the sample with which the design was found.
@@ -200,7 +200,7 @@ class DesignAim:
 
     Parameters
     ----------
-    aim : MeanPlus or Quantile
+    aim : MeanPlusAim or QuantileAim
     scene : MovedScene
         Of its functional.
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lumped.errors import OptionError, SolverError
 from lumped.simulation.functional_kinds import Clearance, Damping, Frequency, Modal, unit_of
 from lumped.tolerances.evaluated import Array, Failures, one_by_one
 from lumped.vibration.eigen_sensitivity import eigen_sensitivity
+from lumped.vibration.eigen_slopes import damping_slopes, hertz_slopes, second_derivatives
 from lumped.vibration.mode_designs import ModeDesigns
 from lumped.vibration.modes import Modes, modes
+from lumped.vibration.modes_of_many import ManyModes, ModesOfMany
 
 __all__ = ["OfModes", "slope_of_modes", "value_of_modes"]
 
@@ -36,7 +38,8 @@ class OfModes:
     ) -> None:
         self._begin, self._names, self._of = begin, names, dict(of)
         self._system, self._base = begin.system, begin.point.parameters
-        self._designs, count = ModeDesigns(begin), len(begin.hertz)
+        self._designs, self._analysis = ModeDesigns(begin), analysis
+        self._many, count = ModesOfMany(self._designs, names), len(begin.hertz)
         for functional in of.values():
             if isinstance(functional, Frequency | Damping) and not 0 <= functional.mode < count:
                 raise OptionError(
@@ -49,6 +52,63 @@ class OfModes:
                 raise OptionError(f"{analysis}: {functional}: give positive frequencies in Hz.")
         self.labels = tuple(of)
         self.units = tuple(unit_of(begin.system, f) for f in of.values())
+
+    def values(self, x: Array) -> tuple[Array, Failures]:
+        """Functionals of all designs."""
+        found = np.full((len(x), len(self._of)), np.nan)
+        if self._many.applies:
+            many = self._many.modes(x)
+            for k, wanted in enumerate(self._of.values()):
+                found[:, k] = _values(wanted, many.hertz, many.damping)
+        return found, self._alone(x, [found], lambda row: [self._values(self._modes(row))])
+
+    def slopes(self, x: Array) -> tuple[Array, Array, Failures]:
+        """Functionals and derivatives of all designs."""
+        found = np.full((len(x), len(self._of)), np.nan)
+        by = np.full((*found.shape, len(self._names)), np.nan)
+        if self._many.applies:
+            many = self._many.modes(x)
+            used = [_mode_of(wanted, many.hertz) for wanted in self._of.values()]
+            for k, (wanted, (mode, side)) in enumerate(zip(self._of.values(), used, strict=True)):
+                found[:, k] = _values(wanted, many.hertz, many.damping)
+                for own in np.unique(mode):
+                    mine = mode == own
+                    part = ManyModes(many.eigenvalues[mine])
+                    slopes = self._many.slopes(x[mine], part, [int(own)])
+                    through = damping_slopes if isinstance(wanted, Damping) else hertz_slopes
+                    slope = through(part.eigenvalues[:, [own]], slopes)[:, 0]
+                    by[mine, k] = side[mine, None] * slope
+        failures = self._alone(x, [found, by], self._with_slopes)
+        return found, by, failures
+
+    def curvature(self, x: Array, k: int) -> Array:
+        """Second derivatives of modes.
+
+        Raises
+        ------
+        OptionError
+            If the state matrix depends on an equilibrium, or the mode repeats.
+        """
+        wanted = [*self._of.values()][k]
+        if not self._many.applies:
+            raise OptionError(
+                f"{self._analysis}: {self.labels[k]} has no second derivatives here: these modes "
+                "depend on an operating point that follows the parameters."
+            )
+        mode, side = slope_of_modes(wanted, self._many.modes(x[None]).hertz[0])
+        value, first, second = self._many.curvatures(x, mode)
+        found = second_derivatives(value, first, second, of_damping=isinstance(wanted, Damping))
+        return side * found
+
+    def _alone(self, x: Array, found: list[Array], one: Callable[[Array], list[Array]]) -> Failures:
+        """Fill in designs that must be looked at alone."""
+        left = np.flatnonzero(
+            np.any([np.isnan(part).reshape(len(x), -1).any(axis=1) for part in found], axis=0)
+        )
+        results, failures = one_by_one(x[left], [part.shape[1:] for part in found], one)
+        for part, result in zip(found, results, strict=True):
+            part[left] = result
+        return {int(left[i]): text for i, text in failures.items()}
 
     def _modes(self, row: Array) -> Modes:
         values = self._base | dict(zip(self._names, row.tolist(), strict=True))
@@ -65,52 +125,54 @@ class OfModes:
         each = self._of.values()
         return np.array([value_of_modes(f, found.hertz, found.damping) for f in each])
 
-    def values(self, x: Array) -> tuple[Array, Failures]:
-        """Functionals of all designs."""
-        (values,), failures = one_by_one(
-            x, [(len(self._of),)], lambda row: [self._values(self._modes(row))]
-        )
-        return values, failures
-
-    def slopes(self, x: Array) -> tuple[Array, Array, Failures]:
-        """Functionals and derivatives of all designs."""
-        k, d = len(self._of), len(self._names)
-
-        def one(row: Array) -> list[Array]:
-            found = self._modes(row)
-            by = eigen_sensitivity(found, to=self._names)
-            slopes = []
-            for wanted in self._of.values():
-                mode, side = slope_of_modes(wanted, found.hertz)
-                own = by.damping if isinstance(wanted, Damping) else by.hertz
-                slopes.append(side * own[mode])
-            return [self._values(found), np.array(slopes)]
-
-        (values, slopes), failures = one_by_one(x, [(k,), (k, d)], one)
-        return values, slopes, failures
-
-    def curvature(self, x: Array, k: int) -> Array:
-        """Second derivatives of modes."""
-        raise OptionError("modes: second derivatives are not formed yet.")
+    def _with_slopes(self, row: Array) -> list[Array]:
+        found = self._modes(row)
+        by = eigen_sensitivity(found, to=self._names)
+        slopes = []
+        for wanted in self._of.values():
+            mode, side = slope_of_modes(wanted, found.hertz)
+            if mode in by.repeated:
+                raise SolverError(
+                    f"{self._system.name}: mode {mode} ({found.hertz[mode]:.6g} Hz) coincides with "
+                    "another and has no derivative.",
+                    None,
+                )
+            own = by.damping if isinstance(wanted, Damping) else by.hertz
+            slopes.append(side * own[mode])
+        return [self._values(found), np.array(slopes)]
 
 
 def value_of_modes(wanted: Modal, hertz: Array, damping: Array) -> float:
-    """A functional of natural frequencies, Hz, and damping ratios."""
-    if isinstance(wanted, Clearance):
-        return abs(_nearest(wanted, hertz)[2])
-    return float((hertz if isinstance(wanted, Frequency) else damping)[wanted.mode])
+    """A functional of natural frequencies, Hz, and damping ratios, both of shape (m,)."""
+    return float(_values(wanted, hertz[None], damping[None])[0])
 
 
 def slope_of_modes(wanted: Modal, hertz: Array) -> tuple[int, float]:
     """The mode by whose frequency, or damping ratio, a functional changes, and how fast."""
+    mode, side = _mode_of(wanted, hertz[None])
+    return int(mode[0]), float(side[0])
+
+
+def _values(wanted: Modal, hertz: Array, damping: Array) -> Array:
+    """A functional of many designs, whose modes have the shape (n, m)."""
     if isinstance(wanted, Clearance):
-        mode, number, away = _nearest(wanted, hertz)
-        return mode, math.copysign(1 / wanted.excitations[number], away)
-    return wanted.mode, 1.0
+        found: Array = np.abs(_away(wanted, hertz)).min(axis=(1, 2))
+        return found
+    return (hertz if isinstance(wanted, Frequency) else damping)[:, wanted.mode]
 
 
-def _nearest(wanted: Clearance, hertz: Array) -> tuple[int, int, float]:
-    """Mode, excitation and relative distance of the two that are nearest."""
-    away = hertz[:, None] / np.array(wanted.excitations) - 1
-    mode, number = np.unravel_index(np.abs(away).argmin(), away.shape)
-    return int(mode), int(number), float(away[mode, number])
+def _mode_of(wanted: Modal, hertz: Array) -> tuple[NDArray[np.intp], Array]:
+    """The mode by which a functional changes, and how fast, of many designs."""
+    n = len(hertz)
+    if not isinstance(wanted, Clearance):
+        return np.full(n, wanted.mode), np.ones(n)
+    away = _away(wanted, hertz).reshape(n, -1)
+    nearest = np.abs(away).argmin(axis=1)
+    mode, number = np.divmod(nearest, len(wanted.excitations))
+    return mode, np.sign(away[np.arange(n), nearest]) / np.array(wanted.excitations)[number]
+
+
+def _away(wanted: Clearance, hertz: Array) -> Array:
+    """Relative distances of modes from excitations, shape (n, modes, excitations)."""
+    found: Array = hertz[:, :, None] / np.array(wanted.excitations) - 1
+    return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,8 @@ class Family:
         Whether z is the parameter itself.
     diagonal, off : ndarray, shape (m,), (m + 1,)
         Coefficients for degrees up to m.
+    rates : ndarray, shape (m + 1,)
+        Mean squares of the derivatives of the polynomials, with Stein's kernel as a weight.
     grid, kernel : ndarray
         Values of z, and Stein's kernel of its law there.
     """
@@ -47,6 +49,7 @@ class Family:
     bounded: bool
     diagonal: Array
     off: Array
+    rates: Array
     grid: Array
     kernel: Array
 
@@ -85,6 +88,7 @@ NORMAL = Family(
     False,
     np.zeros(_MOST),
     np.sqrt(np.arange(_MOST + 1.0)),
+    np.arange(_MOST + 1.0),
     np.array([-_REACH, _REACH]),
     np.ones(2),
 )
@@ -108,7 +112,7 @@ def family_of(x: Array) -> Family:
     Parameters
     ----------
     x : ndarray, shape (n,)
-        Ascending.
+        Ascending or descending.
 
     Returns
     -------
@@ -122,6 +126,8 @@ def family_of(x: Array) -> Family:
     O. G. Ernst, A. Mugler, H.-J. Starkloff, E. Ullmann, On the convergence of generalized
     polynomial chaos expansions. ESAIM: M2AN 46 (2012) 317-339.
     """
+    if x[-1] < x[0]:
+        return family_of(x[::-1])  # the normal law has no direction
     u = standard_normal()
     lowest, low, near, beside, high, highest = np.interp((-8, -5, -1, 1, 5, 8), u, x).tolist()
     if max(low - lowest, highest - high) > _FLAT * (beside - near):
@@ -136,7 +142,9 @@ def family_of(x: Array) -> Family:
     # from the nearer end, as the sum of all is zero only up to rounding
     above = np.where(u > 0, np.cumsum(part[::-1])[::-1], -np.cumsum(part) + part) - 0.5 * part
     kernel = np.maximum(above, 0.0) * np.gradient(z) / weights
-    return Family(mean, deviation, True, diagonal, off, z, kernel)
+    found = Family(mean, deviation, True, diagonal, off, np.zeros(0), z, kernel)
+    _, slopes = found.values(z, found.most)
+    return replace(found, rates=slopes**2 @ (weights * kernel))
 
 
 def _recurrence(z: Array, weights: Array) -> tuple[Array, Array]:

@@ -14,7 +14,7 @@ from lumped.errors import OptimisationError, OptionError
 from lumped.simulation.functionals import Functional, Vibrating
 from lumped.support.arguments import checked
 
-__all__ = ["MeanPlus", "Quantile", "RobustAim", "mean_plus", "quantile"]
+__all__ = ["MeanPlusAim", "QuantileAim", "RobustAim", "mean_plus", "quantile"]
 
 _RUNS = 256
 """Runs of a sample where none are asked for: a power of two, which suits Sobol points."""
@@ -23,7 +23,7 @@ _BEYOND = 10
 
 
 @dataclass(frozen=True, eq=False)
-class MeanPlus:
+class MeanPlusAim:
     """Mean of a functional and a multiple of its standard deviation.
 
     Attributes
@@ -79,7 +79,7 @@ class MeanPlus:
 
 
 @dataclass(frozen=True, eq=False)
-class Quantile:
+class QuantileAim:
     """A quantile of a functional, estimated by all values of a sample.
 
     Attributes
@@ -102,14 +102,14 @@ class Quantile:
         return f"{100 * self.share:g} % quantile of {self.functional}"
 
     def of_sample(self, values: np.ndarray, slopes: np.ndarray) -> tuple[float, np.ndarray]:
-        """Value and derivatives; arguments and results as for `MeanPlus.of_sample`."""
+        """Value and derivatives; arguments and results as for `MeanPlusAim.of_sample`."""
         order = np.argsort(values, kind="stable")
         weights = _harrell_davis(len(values), self.share)
         slope: np.ndarray = weights @ slopes[order]
         return float(weights @ values[order]), slope
 
 
-RobustAim = MeanPlus | Quantile
+RobustAim = MeanPlusAim | QuantileAim
 """What sums up the scatter of a functional."""
 
 
@@ -128,7 +128,7 @@ def mean_plus(
     over: Any,
     runs: int = _RUNS,
     seed: int = 0,
-) -> MeanPlus:
+) -> MeanPlusAim:
     """Mean of a functional and a multiple of its standard deviation, for `optimise`.
 
     Both are those of a sample: the same points of standard normal variables for all designs, so
@@ -150,7 +150,7 @@ def mean_plus(
 
     Returns
     -------
-    MeanPlus
+    MeanPlusAim
         To be minimised or bounded.
 
     Raises
@@ -160,7 +160,7 @@ def mean_plus(
     """
     if runs < 16:
         raise OptionError(f"mean_plus: runs = {runs}: at least 16 are needed.")
-    return MeanPlus(functional, k, over, runs, seed)
+    return MeanPlusAim(functional, k, over, runs, seed)
 
 
 @checked
@@ -171,7 +171,7 @@ def quantile(
     over: Any,
     runs: int | None = None,
     seed: int = 0,
-) -> Quantile:
+) -> QuantileAim:
     """A quantile of a functional, for `optimise`.
 
     A sum of all ordered values of a sample, weighted by a beta distribution: it is continuous in
@@ -193,7 +193,7 @@ def quantile(
 
     Returns
     -------
-    Quantile
+    QuantileAim
         To be minimised or bounded.
 
     Raises
@@ -216,4 +216,4 @@ def quantile(
             f"quantile: runs = {runs}: of {least} runs {_BEYOND} are beyond the quantile of "
             f"{100 * share:g} %; give at least so many."
         )
-    return Quantile(functional, share, over, runs or max(_RUNS, least), seed)
+    return QuantileAim(functional, share, over, runs or max(_RUNS, least), seed)

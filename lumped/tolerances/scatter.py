@@ -20,7 +20,9 @@ from lumped.support.display_units import Units, chosen, display
 from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
-from lumped.tolerances.by_derivatives import ExpandedSpread, expanded
+from lumped.tolerances.by_chaos import ChaosSpread
+from lumped.tolerances.by_derivatives import by_derivatives
+from lumped.tolerances.chaos import chaos_of
 from lumped.tolerances.evaluated import Array, Failures
 from lumped.tolerances.intervals import Quantile
 from lumped.tolerances.scene import Scattered, Scene, scene_of
@@ -28,7 +30,7 @@ from lumped.tolerances.spread import SampledSpread, Spread
 
 __all__ = ["Scatter", "scatter"]
 
-_RUNS = {"samples": 1000, "derivatives": 64}
+_RUNS = {"samples": 1000, "derivatives": 64, "chaos": 200}
 _TOLD = (0.01, 0.5, 0.99)
 _MOST = 5
 """Parameters that are told of each functional."""
@@ -51,7 +53,7 @@ class Scatter(ByName, RichHtml):
         How each functional scatters, by its label.
     points, values : ndarray, shapes (n, d) and (n, k)
         Parameters and functionals of the runs that were made, nan where one has no value: the
-        sample, or the check of derivatives.
+        sample, the check of derivatives, or those to which polynomials are fitted.
     failures : dict of int to str
         Why functionals have no value, by the number of the run.
     notes : tuple of str
@@ -169,7 +171,7 @@ class Scatter(ByName, RichHtml):
         lines.append("quantiles with intervals of 95 %; share of the variance by each alone:")
         for label, own in self.spreads.items():
             most = [f"{name} {share:.3f}" for name, share in own.ranking[:_MOST]]
-            lines.append(f"{label}: {', '.join(most)}{_trust(own)}")
+            lines.append("; ".join([f"{label}: {', '.join(most)}", *filter(None, [own.trust()])]))
             if own.missing is not None and own.missing.value:
                 value, low, high = (f"{100 * part:.3g}" for part in own.missing)
                 lines.append(f"{label}: no value in {value} % ({low} to {high}) of the runs")
@@ -201,24 +203,16 @@ def _told(label: str, unit: str, found: Quantile | None) -> str:
     return f"{value} ({low} to {high})"
 
 
-def _trust(own: Spread) -> str:
-    if not isinstance(own, ExpandedSpread):
-        return ""
-    order = "second order" if own.order == 2 else "first order"
-    verdict = "to be trusted" if own.is_trusted else "not to be trusted, take method='samples'"
-    return f"; {order}, misses {100 * own.error:.2g} % of the deviation: {verdict}"
-
-
 @checked
 def scatter(
     what: Scattered,
     *,
     over: Over,
     of: Any,
-    method: Literal["samples", "derivatives"] = "samples",
+    method: Literal["samples", "derivatives", "chaos"] = "samples",
     runs: int | None = None,
     seed: int = 0,
-    sampling: Sampling = "random",
+    sampling: Sampling | None = None,
     until: float | str | None = None,
     parameters: Changes | None = None,
     start: Changes | None = None,
@@ -231,6 +225,7 @@ def scatter(
     have intervals from order statistics, shares those of Clopper and Pearson, for independent
     runs; other samplings lie closer. By derivatives: functionals are expanded about the mean, to
     second order where they have exact second derivatives; a few runs tell how much that misses.
+    By chaos: polynomials are fitted to few runs and their gradients (`lumped.tolerances.chaos`).
 
     Parameters
     ----------
@@ -243,12 +238,14 @@ def scatter(
     of : functional, iterable of functionals, or mapping of str to functional
         Of runs what `ensemble` takes; of modes `frequency`, `damping` and `clearance`; of an order
         response `order_peak` and `separation` too.
-    method : {"samples", "derivatives"}
+    method : {"samples", "derivatives", "chaos"}
         How.
     runs : int, optional
-        Number of runs; default is 1000 samples, or 64 to check derivatives.
-    seed, sampling
+        Number of runs; default is 1000 samples, 64 to check derivatives, 200 for chaos.
+    seed : int
         Of the runs, as for `ensemble`.
+    sampling : {"random", "latin", "sobol", "halton"}, optional
+        Of samples and chaos, as for `ensemble`; default is "random", for chaos "sobol".
     until, parameters, start, rtol
         For a system, as for `ensemble`.
     workers : int, optional
@@ -268,11 +265,6 @@ def scatter(
         If a distribution is out of the range of its parameter.
     SolverError
         If no run comes to its end, or there are no derivatives at the mean; it says why.
-
-    Notes
-    -----
-    E. A. Cornish, R. A. Fisher: Moments and cumulants in the specification of distributions. Revue
-    de l'Institut International de Statistique 5 (1938) 307-320.
     """
     begun = clock.perf_counter()
     wanted: Any = of if isinstance(of, Mapping | Iterable) else [of]
@@ -288,16 +280,21 @@ def scatter(
     )
     count = _RUNS[method] if runs is None else runs
     if method == "derivatives":
-        if sampling != "random":
-            raise OptionError("scatter: sampling is for samples; derivatives need none.")
+        if sampling is not None:
+            raise OptionError("scatter: sampling is for samples and chaos; derivatives need none.")
         if count < 2:
             raise OptionError(f"scatter: runs = {count}: two at least check derivatives.")
-        found = expanded(scene, count, seed)
+        found = by_derivatives(scene, count, seed)
         spreads: dict[str, Spread] = {**found.spreads}
         points, values, failures = found.points, found.values, found.failures
         notes = found.notes
+    elif method == "chaos":
+        fitted = chaos_of(scene, count, seed, sampling or "sobol", derivatives=True)
+        spreads = {label: ChaosSpread(fitted, k) for k, label in enumerate(fitted.labels)}
+        points, values, failures = fitted.points, fitted.values_of_runs, fitted.failures
+        notes = fitted.doubts
     else:
-        points = scene.draw(count, seed, sampling)
+        points = scene.draw(count, seed, sampling or "random")
         values, failures, notes = scene.values(points), scene.failures, ()
         spreads = _sampled(scene, points, values)
     seconds = clock.perf_counter() - begun

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from lumped.compiler.system import Changes, Name, System
-from lumped.ensembles.collected_runs import labelled
+from lumped.ensembles.collected_runs import fixed, labelled
 from lumped.ensembles.variants import (
     Marginals,
     Over,
@@ -19,7 +20,7 @@ from lumped.ensembles.variants import (
     variants_of,
 )
 from lumped.ensembles.watched import Collected
-from lumped.errors import OptionError
+from lumped.errors import OptionError, ParameterError
 from lumped.simulation.functional_kinds import Modal, Vibrating
 from lumped.simulation.simulate import check_options
 from lumped.support.units import in_seconds
@@ -82,6 +83,7 @@ class Scene:
         self.labels, self.units = evaluated.labels, evaluated.units
         self.failures: Failures = {}
         self.over, self.parameters = over, parameters
+        self._theta, self._places = fixed(system, parameters), system.places(self.names)
         self.marginals, self._evaluated = marginals, evaluated
         self.evaluated_over = evaluated_over
 
@@ -199,7 +201,11 @@ class Scene:
 
     def values(self, x: Array) -> Array:
         """Functionals at parameters of shape (n, d), shape (n, k); nan where one failed."""
-        found, self.failures = self._evaluated.values(self._rows(x))
+        rows = self._rows(x)
+        sound, faults = self._in_range(rows)
+        found = np.full((len(rows), len(self.labels)), np.nan)
+        found[sound], failures = self._evaluated.values(rows[sound])
+        self._failed(sound, failures, faults)
         return found
 
     def slopes(self, x: Array) -> tuple[Array, Array]:
@@ -210,7 +216,12 @@ class Scene:
         OptionError
             If a functional has no derivative.
         """
-        values, slopes, self.failures = self._evaluated.slopes(self._rows(x))
+        rows = self._rows(x)
+        sound, faults = self._in_range(rows)
+        values = np.full((len(rows), len(self.labels)), np.nan)
+        slopes = np.full((*values.shape, len(self.names)), np.nan)
+        values[sound], slopes[sound], failures = self._evaluated.slopes(rows[sound])
+        self._failed(sound, failures, faults)
         return values, slopes
 
     def curvatures(self, x: Array) -> Array:
@@ -222,12 +233,30 @@ class Scene:
             If a functional has none.
         SolverError
             If the run passes what has no second derivative.
+        ParameterError
+            If the point is out of range.
         """
         return np.array([self.curvature(x, k) for k in range(len(self.labels))])
 
     def curvature(self, x: Array, k: int) -> Array:
         """The same of functional k alone, shape (d, d)."""
-        return self._evaluated.curvature(self._rows(np.reshape(x, (1, -1)))[0], k)
+        row = self._rows(np.reshape(x, (1, -1)))
+        for text in self._in_range(row)[1].values():
+            raise ParameterError(f"{self.analysis}: {text}.")
+        return self._evaluated.curvature(row[0], k)
+
+    def _in_range(self, rows: Array) -> tuple[NDArray[np.intp], Failures]:
+        """Which parameters are in range, and what is wrong with the others."""
+        parameters = self.system.structure.parameters
+        faults: Failures = {}
+        if len(rows):
+            for text, runs in parameters.outside(self._theta, self._places, rows):
+                faults |= dict.fromkeys(runs.tolist(), text)
+        return np.setdiff1d(np.arange(len(rows)), list(faults)), faults
+
+    def _failed(self, sound: NDArray[np.intp], failures: Failures, faults: Failures) -> None:
+        told = {int(sound[i]): text for i, text in failures.items()} | faults
+        self.failures = dict(sorted(told.items()))
 
     def _rows(self, x: Array) -> Array:
         found = np.ascontiguousarray(x, dtype=float)

@@ -18,7 +18,7 @@ from lumped.tolerances.intervals import (
     share_of,
 )
 
-__all__ = ["SampledSpread", "Spread"]
+__all__ = ["SampledSpread", "Spread", "explained", "ranked_shares"]
 
 _DEGREE = 4
 """Of the polynomials in the score of one parameter that explain a functional."""
@@ -94,6 +94,10 @@ class Spread(ABC):
     def sample(self) -> Array:
         """Values that are distributed like the functional, ascending, for histograms."""
 
+    def trust(self) -> str:
+        """How far the numbers hold, in words; empty where their intervals tell it."""
+        return ""
+
 
 class SampledSpread(Spread):
     """From values of a sample.
@@ -124,9 +128,8 @@ class SampledSpread(Spread):
         self.mean = float(known.mean()) if len(known) else np.nan
         self.std = float(known.std(ddof=1)) if len(known) > 1 else np.nan
         self.skewness = float(scipy.stats.skew(known)) if self.std > 0 else np.nan
-        shares = [_explained(x[there, j], values[there]) for j in range(len(names))]
-        order = np.argsort(-np.array(shares), kind="stable")
-        self.ranking = tuple((names[j], shares[j]) for j in order)
+        shares = np.array([explained(column, values[there]) for column in x[there].T])
+        self.ranking = ranked_shares(names, shares)
 
     def _quantile(self, q: float) -> Quantile:
         if not len(self._ascending):
@@ -142,7 +145,7 @@ class SampledSpread(Spread):
         return self._ascending
 
 
-def _explained(x: Array, y: Array) -> float:
+def explained(x: Array, y: Array) -> float:
     """Share of the variance of y that a smooth function of x explains, alone.
 
     Polynomials in the standard normal score of the rank of x; with the degrees of freedom taken
@@ -158,3 +161,8 @@ def _explained(x: Array, y: Array) -> float:
     left = off - basis @ (basis.T @ off)
     rest = float(left @ left) / float(off @ off) * (n - 1) / (n - 1 - _DEGREE)
     return max(1.0 - rest, 0.0)
+
+
+def ranked_shares(names: tuple[str, ...], shares: Array) -> tuple[tuple[str, float], ...]:
+    """Parameters and their shares, the largest first."""
+    return tuple((names[j], float(shares[j])) for j in np.argsort(-shares, kind="stable"))

@@ -22,6 +22,7 @@ from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.ranking import ranked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
+from lumped.vibration.eigen_slopes import damping_slopes, hertz_slopes
 from lumped.vibration.left_vectors import left_vectors, parts
 from lumped.vibration.modes import Modes
 from lumped.vibration.repeated_eigenvalues import split_slopes
@@ -69,18 +70,12 @@ class EigenSensitivity(RichHtml):
     @property
     def hertz(self) -> Real:
         """Derivatives of the natural frequencies, Hz for each unit, shape (k, p)."""
-        values = self.modes.eigenvalues[:, None]
-        found: Real = (values.conj() * self.eigenvalues).real / np.abs(values) / (2 * np.pi)
-        return found
+        return hertz_slopes(self.modes.eigenvalues, self.eigenvalues)
 
     @property
     def damping(self) -> Real:
         """Derivatives of the damping ratios, 1 for each unit, shape (k, p)."""
-        values = self.modes.eigenvalues[:, None]
-        size = np.abs(values)
-        along: Real = (values.conj() * self.eigenvalues).real / size
-        found: Real = -self.eigenvalues.real / size + values.real * along / size**2
-        return found
+        return damping_slopes(self.modes.eigenvalues, self.eigenvalues)
 
     @property
     def relative(self) -> Real:

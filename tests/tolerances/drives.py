@@ -1,0 +1,52 @@
+"""Small drives with closed forms."""
+
+import numpy as np
+
+import lumped as lp
+from lumped.components import Fixed, Inertia, Spring, SpringDamper, Torque
+
+
+class Pair(lp.Component):
+    """Two inertias and a spring: f = sqrt(c (1/Ja + 1/Jb)) / (2 pi)."""
+
+    a: Inertia = Inertia(J=2.0)
+    s: SpringDamper = SpringDamper(c=1000.0, d=0.3)
+    b: Inertia = Inertia(J=3.0)
+
+    def connections(self):
+        yield from lp.chain(self.a, self.s, self.b)
+
+
+def pair(**changes):
+    return lp.assemble(Pair(**changes))
+
+
+def undamped_hertz(c, Ja, Jb):
+    return np.sqrt(c * (1 / Ja + 1 / Jb)) / (2 * np.pi)
+
+
+def wheel():
+    """An inertia driven by two torques: speed after one second (tau1 + tau2) / J."""
+    return lp.assemble(
+        lp.compose(
+            body=Inertia(J=4.0, w=0.0),
+            one=Torque(tau=20.0),
+            two=Torque(tau=12.0),
+            connections=lambda m: [
+                lp.connect(m.one.flange, m.body.flange_a),
+                lp.connect(m.two.flange, m.body.flange_b),
+            ],
+        )
+    )
+
+
+def pendulum_on_a_spring():
+    """An inertia on a spring to the ground: f = sqrt(c / J) / (2 pi)."""
+    return lp.assemble(
+        lp.compose(
+            body=Inertia(J=2.0),
+            spring=Spring(c=1000.0),
+            wall=Fixed(),
+            connections=lambda m: lp.chain(m.body, m.spring, m.wall),
+        )
+    )
