@@ -155,11 +155,10 @@ class Limit:
         excess, u = self._furthest if never else self._nearest
         value, far = self.bound + self.sign * excess, float(np.linalg.norm(u))
         extreme = "greatest" if never == (self.sign > 0) else "least"
-        happens = "never" if never else "always"
+        met = "nowhere" if never else "everywhere"
         return SolverError(
-            f"{self.head} {happens} happens {where}: the {extreme} value met is "
-            f"{self.amount(value)}, with {self.combination(u)}, which is {far:.3g} standard "
-            f"deviations from the median (beyond that distance along a line lies a probability of "
+            f"{self.head} is met {met} {where}: the {extreme} value found is "
+            f"{self.amount(value)}, with {self.combination(u)}, at beta = {far:.3g} (probability "
             f"{scipy.special.ndtr(-far):.2g}). Check the limit, its unit and the distributions."
         )
 

@@ -202,7 +202,7 @@ class Reliability(RichHtml):
         UnitError
             If a unit does not fit.
         """
-        head = f"{self.event}: {self.probability:.3g}"
+        head = f"{self.event}: probability {self.probability:.3g}"
         if self.levels:
             shown = display(self.label, self.unit, chosen(units, [self.label]))
             rows = np.array([(shown.value(one.value), one.probability) for one in self.levels])

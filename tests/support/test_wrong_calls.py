@@ -149,6 +149,7 @@ def test_a_text_in_place_of_a_list_of_names_gets_its_brackets(name, option, mode
         "system": system,
         "model": model,
         "modes": modes,
+        "what": modes,
         "point": lp.start_point(system),
         "run": run,
     }
@@ -180,6 +181,7 @@ def rest_for(function, first):
         "inputs": [],
         "outputs": [],
         "output": "shaft.tau",
+        "functional": lp.functionals.frequency(0),
         "speeds": [3.0],
         "to": ["motor.J"],
         "along": [1.0],
