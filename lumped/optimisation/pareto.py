@@ -12,16 +12,20 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptimisationError, OptionError
 from lumped.optimisation.aims import Aims, AimsOfProgramme, AimsOfSearch, Weights, aim_value
 from lumped.optimisation.collocated_course import repeating
-from lumped.optimisation.design import Bounds, Key, Optimum, Scattered
+from lumped.optimisation.design import Bounds, Key, Optimum, Scattered, key_unit
 from lumped.optimisation.design_problem import DesignProblem
+from lumped.optimisation.front_picture import front_picture
 from lumped.optimisation.optimise import best
 from lumped.optimisation.tasks import Objective, task_of
+from lumped.plots.draw import Backend, draw
+from lumped.plots.picture import labelled
 from lumped.simulation.functionals import Designed
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, chosen, display
 from lumped.support.progress import Progress
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import Trajectory
-from lumped.tolerances.probability import ProbabilityLimit
+from lumped.tolerances.probability import Probability, ProbabilityLimit
 from lumped.vibration.modes import Modes
 from lumped.vibration.order_response import OrderResponse
 
@@ -54,6 +58,35 @@ class Front:
         aims = [_weights(aim, self.designs[0].system) for aim in self.functionals]
         return np.array([[aim_value(design, aim) for aim in aims] for design in self.designs])
 
+    @checked
+    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+        """The second aim over the first, a probability on a logarithmic axis.
+
+        Parameters
+        ----------
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
+        """
+        system, told = self.designs[0].system, [_label(aim) for aim in self.functionals]
+        units, values, labels = chosen(units, told), self.values.copy(), []
+        for k, (aim, label) in enumerate(zip(self.functionals, told, strict=True)):
+            shown = display(label, _unit(aim, system), units)
+            values[:, k] = shown.value(values[:, k])
+            labels.append(labelled(label, shown.unit))
+        logs = [isinstance(aim, Probability) for aim in self.functionals]
+        title = f"{system.name}: {len(values)} designs"
+        picture = front_picture(title, values, (labels[0], labels[1]), (logs[0], logs[1]))
+        return draw(picture, backend, ax)
+
     def __repr__(self) -> str:
         names = list(self.designs[0].parameters)
         head = (*map(_label, self.functionals), *names, "iterations", "residual")
@@ -74,6 +107,13 @@ def _weights(aim: Objective, system: System) -> Weights:
     """Weights of an aim, with the names that a design has."""
     given: Mapping[Any, float] = aim if isinstance(aim, Mapping) else {aim: 1.0}
     return {system.key(k) if isinstance(k, str) else k: weight for k, weight in given.items()}
+
+
+def _unit(aim: Objective, system: System) -> str:
+    """Unit of an aim; a sum has none."""
+    if isinstance(aim, Mapping):
+        return "1"
+    return system.parameter_unit(aim) if isinstance(aim, str) else key_unit(system, aim)
 
 
 def _label(aim: Objective) -> str:
