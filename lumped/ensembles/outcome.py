@@ -16,6 +16,7 @@ from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Shown, Units, chosen, display
 from lumped.support.optional_packages import extra
+from lumped.support.ranking import ranks
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 
@@ -135,8 +136,8 @@ class Ensemble(ByName, RichHtml):
                 f"ensemble: {there.sum()} runs have '{label}'; for correlations three are needed. "
                 f"{self._reason()}"
             )
-        own = _ranks(values[there])
-        found = {n: _correlation(_ranks(self[n][there]), own) for n in self.names}
+        own = ranks(values[there])
+        found = {n: _correlation(ranks(self[n][there]), own) for n in self.names}
         return dict(sorted(found.items(), key=lambda item: -abs(item[1])))
 
     @checked
@@ -236,14 +237,6 @@ class Ensemble(ByName, RichHtml):
             for reason, runs in list(counts.items())[:_TOLD]
         ]
         return "\n".join([head, table(columns, rows), *reasons])
-
-
-def _ranks(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Ranks from 0 on; equal values share the mean of theirs."""
-    _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
-    ends = np.cumsum(counts)
-    ranks: NDArray[np.float64] = (ends - 0.5 * (counts + 1))[inverse]
-    return ranks
 
 
 def _correlation(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:

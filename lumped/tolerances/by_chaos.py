@@ -6,10 +6,9 @@ import numpy as np
 import scipy
 
 from lumped.tolerances.chaos import Chaos
-from lumped.tolerances.evaluated import Array
 from lumped.tolerances.intervals import CONFIDENCE, Quantile, Share, quantile_of, share_of
 from lumped.tolerances.shares import correlated
-from lumped.tolerances.spread import Spread, explained, ranked_shares
+from lumped.tolerances.spread import Spread, explained, ranked_shares, skewness_of
 
 __all__ = ["ChaosSpread"]
 
@@ -25,17 +24,16 @@ class ChaosSpread(Spread):
     """
 
     def __init__(self, chaos: Chaos, k: int) -> None:
-        one = chaos.expansions[k]
+        one, values = chaos.expansions[k], chaos.sample[:, k]
+        super().__init__(chaos.names, chaos.scene.physical(chaos.many_scores), values)
         self.label, self.unit = chaos.labels[k], chaos.units[k]
         self.mean, self.std = one.mean, float(np.sqrt(one.variance))
         self._chaos, self._q2 = chaos, one.q2
-        self._ascending = np.sort(chaos.sample[:, k])
-        self.skewness = float(scipy.stats.skew(self._ascending))
+        self.skewness = skewness_of(values)
         there = int(np.isfinite(chaos.values_of_runs[:, k]).sum())
         self.missing = share_of(chaos.runs - there, chaos.runs)
         if correlated(chaos.scene).any():
-            x = chaos.scene.physical(chaos.many_scores)
-            shares = np.array([explained(column, chaos.sample[:, k]) for column in x.T])
+            shares = np.array([explained(column, values) for column in self._x.T])
         else:
             shares = chaos.first[k]
         self.ranking = ranked_shares(chaos.names, shares)
@@ -58,10 +56,6 @@ class ChaosSpread(Spread):
             for end in (limit, limit + side * off, limit - side * off)
         )
         return Share(value.value, least.low, most.high)
-
-    def sample(self) -> Array:
-        """Values of the polynomials, with what they leave."""
-        return self._ascending
 
     def trust(self) -> str:
         """How far the polynomials hold, in words."""

@@ -44,14 +44,16 @@ class ExpandedSpread(Spread):
 
     def __init__(
         self,
+        names: tuple[str, ...],
         label: str,
         unit: str,
         moments: Moments,
         ranking: tuple[tuple[str, float], ...],
         order: int,
         check: tuple[Array, Array],
-        values: Array,
+        population: tuple[Array, Array],
     ) -> None:
+        super().__init__(names, *population)
         self.label, self.unit, self.order, self.ranking = label, unit, order, ranking
         self.mean, self.std = moments.mean, math.sqrt(moments.variance)
         self.skewness = moments.third / self.std**3 if self.std else math.nan
@@ -63,7 +65,6 @@ class ExpandedSpread(Spread):
         self.worst = float(np.abs(missed).max()) if there.any() else math.inf
         self.error = float(np.sqrt(np.mean(missed**2))) / size if size else math.nan
         self.is_trusted = self.error <= _TRUSTED
-        self._ascending = np.sort(values)
 
     def _quantile(self, q: float) -> Quantile:
         found = quantile_of(self._ascending, q)
@@ -76,10 +77,6 @@ class ExpandedSpread(Spread):
             for end in (limit, limit + off, limit - off)
         )
         return Share(value.value, least.low, most.high)
-
-    def sample(self) -> Array:
-        """Values of the expansion."""
-        return self._ascending
 
     def trust(self) -> str:
         """How far the expansion holds, in words."""
@@ -160,7 +157,9 @@ def by_derivatives(scene: Scene, runs: int, seed: int) -> ByDerivatives:
             shares = np.array([explained(column, found) for column in many.T])
         check = true[:, i], _expanded(points - means, value, slope, curvature)
         ranking = ranked_shares(scene.names, shares)
-        spreads[label] = ExpandedSpread(label, unit, moments, ranking, order, check, found)
+        spreads[label] = ExpandedSpread(
+            scene.names, label, unit, moments, ranking, order, check, (many, found)
+        )
     told = [f"first order for {listed(labels)}: {text}" for text, labels in notes.items()]
     return ByDerivatives(spreads, points, true, failures, tuple(told))
 

@@ -8,6 +8,7 @@ import numpy as np
 import scipy
 
 from lumped.errors import OptionError, ParameterError
+from lumped.support.ranking import ranks
 from lumped.support.units import plain
 from lumped.tolerances.evaluated import Array
 from lumped.tolerances.intervals import (
@@ -18,7 +19,7 @@ from lumped.tolerances.intervals import (
     share_of,
 )
 
-__all__ = ["SampledSpread", "Spread", "explained", "ranked_shares"]
+__all__ = ["SampledSpread", "Spread", "explained", "ranked_shares", "skewness_of"]
 
 _DEGREE = 4
 """Of the polynomials in the score of one parameter that explain a functional."""
@@ -47,6 +48,11 @@ class Spread(ABC):
     skewness: float
     ranking: tuple[tuple[str, float], ...]
     missing: Share | None = None
+
+    def __init__(self, names: tuple[str, ...], x: Array, values: Array) -> None:
+        """Keep a population: parameters of shape (n, d) and values of shape (n,)."""
+        self._names, self._x, self._values = names, x, values
+        self._ascending = np.sort(values)
 
     def quantile(self, q: float) -> Quantile:
         """The value that is not exceeded with a probability, and its interval.
@@ -78,21 +84,55 @@ class Spread(ABC):
         UnitError
             If a unit does not fit.
         """
+        return self._share(*self._limit(above, below))
+
+    def causes(
+        self, *, above: float | str | None = None, below: float | str | None = None
+    ) -> tuple[tuple[str, float], ...]:
+        """Parameters that decide whether the functional is beyond a limit, the strongest first.
+
+        Each with the share of the variance of this verdict (1 beyond, 0 not) that it explains
+        alone; what is left, parameters decide together.
+
+        Parameters
+        ----------
+        above, below : float or str
+            As for `share`.
+
+        Raises
+        ------
+        OptionError
+            If it is not one of both, or none or all of the population is beyond the limit.
+        UnitError
+            If a unit does not fit.
+        """
+        limit, is_above = self._limit(above, below)
+        verdict = (self._values > limit if is_above else self._values < limit).astype(float)
+        if verdict.min(initial=1.0) == verdict.max(initial=0.0):
+            raise OptionError(
+                f"scatter: causes of {self.label}: {'all' if verdict.any() else 'none'} of "
+                f"{len(verdict)} values are beyond the limit. Take a limit between them, or more "
+                "runs."
+            )
+        shares = np.array([explained(column, verdict) for column in self._x.T])
+        return ranked_shares(self._names, shares)
+
+    def sample(self) -> Array:
+        """Values that are distributed like the functional, ascending, for histograms."""
+        return self._ascending
+
+    def _limit(self, above: float | str | None, below: float | str | None) -> tuple[float, bool]:
         given = [limit for limit in (above, below) if limit is not None]
         if len(given) != 1:
-            raise OptionError(f"scatter: share of {self.label}: give above= or below=.")
-        what = f"scatter: share of {self.label}: the limit ="
-        return self._share(plain(given[0], self.unit, what, ParameterError), above is not None)
+            raise OptionError(f"scatter: {self.label}: give a limit, above= or below=.")
+        what = f"scatter: {self.label}: the limit ="
+        return plain(given[0], self.unit, what, ParameterError), above is not None
 
     @abstractmethod
     def _quantile(self, q: float) -> Quantile: ...
 
     @abstractmethod
     def _share(self, limit: float, above: bool) -> Share: ...
-
-    @abstractmethod
-    def sample(self) -> Array:
-        """Values that are distributed like the functional, ascending, for histograms."""
 
     def trust(self) -> str:
         """How far the numbers hold, in words; empty where their intervals tell it."""
@@ -124,10 +164,11 @@ class SampledSpread(Spread):
         there = np.isfinite(values)
         self.label, self.unit = label, unit
         self.missing = share_of(int((~there).sum()), len(values))
-        self._ascending = known = np.sort(values[there])
+        known = values[there]
+        super().__init__(names, x[there], known)
         self.mean = float(known.mean()) if len(known) else np.nan
         self.std = float(known.std(ddof=1)) if len(known) > 1 else np.nan
-        self.skewness = float(scipy.stats.skew(known)) if self.std > 0 else np.nan
+        self.skewness = skewness_of(known)
         shares = np.array([explained(column, values[there]) for column in x[there].T])
         self.ranking = ranked_shares(names, shares)
 
@@ -140,10 +181,6 @@ class SampledSpread(Spread):
         known = self._ascending
         return share_of(int((known > limit if above else known < limit).sum()), len(known))
 
-    def sample(self) -> Array:
-        """The values themselves."""
-        return self._ascending
-
 
 def explained(x: Array, y: Array) -> float:
     """Share of the variance of y that a smooth function of x explains, alone.
@@ -155,12 +192,19 @@ def explained(x: Array, y: Array) -> float:
     n = len(y)
     if n <= _DEGREE + 2 or not y.std() > 0:
         return np.nan
-    score = scipy.special.ndtri((scipy.stats.rankdata(x) - 0.5) / n)
+    score = scipy.special.ndtri((ranks(x) + 0.5) / n)
     basis = np.linalg.qr(np.vander(score, _DEGREE + 1))[0]
     off = y - y.mean()
     left = off - basis @ (basis.T @ off)
     rest = float(left @ left) / float(off @ off) * (n - 1) / (n - 1 - _DEGREE)
     return max(1.0 - rest, 0.0)
+
+
+def skewness_of(values: Array) -> float:
+    """Third central moment over the cube of the deviation; nan where nothing scatters."""
+    off = values - values.mean() if len(values) else values
+    deviation = float(np.sqrt(np.mean(off**2))) if len(values) else 0.0
+    return float(np.mean(off**3)) / deviation**3 if deviation else np.nan
 
 
 def ranked_shares(names: tuple[str, ...], shares: Array) -> tuple[tuple[str, float], ...]:

@@ -1,0 +1,121 @@
+"""What does a scatter study of 100 000 variants cost, against the same variants one by one?
+
+Quantiles of the peak torque of the reversing mill whose gap skids, by runs in the time loop on all
+cores, against `simulate` called for one variant after the other; natural frequencies and their
+derivatives, side by side against `modes` and `eigen_sensitivity` of each. Those one by one are some
+of the variants, their time that of all. Both ways in turn in one process, the least of three. Read
+the ratios.
+
+    python -m benchmarks.scatter
+"""
+
+import os
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+import lumped as lp
+from benchmarks.hybrid import write
+from lumped import functionals as fun
+from lumped.ensembles import scaled, truncated
+from lumped.models.reversing_mill.scenes import pulled_apart
+from lumped.models.reversing_mill.stand import RATED, SHAFTS, ClosedGap
+from lumped.tolerances.scene import scene_of
+
+RUNS, ALONE, TURNS = 100_000, 100, 3
+SCENE = {"until": 0.4, "start": dict.fromkeys(SHAFTS, RATED)}
+STIFFNESS = scaled(lp.normal(1.0, 0.03))
+SHAFT_TOLERANCES = {
+    "upper.shaft.c": STIFFNESS,
+    "upper.spindle.c": STIFFNESS,
+    "lower.spindle.c": STIFFNESS,
+}
+TOLERANCES = SHAFT_TOLERANCES | {
+    "M_s": scaled(truncated(lp.normal(1.0, 0.1), 0.75, 1.3)),
+    "upper.rolls.J": scaled(lp.uniform(0.9, 1.1)),
+    "lower.rolls.J": scaled(lp.uniform(0.9, 1.1)),
+}
+Values = Callable[[], np.ndarray]
+
+
+def least(ways: list[Values]) -> tuple[list[float], list[np.ndarray]]:
+    """Seconds and results of ways, taken in turn."""
+    seconds, found = [np.inf] * len(ways), [np.zeros(0)] * len(ways)
+    for _ in range(TURNS):
+        for i, way in enumerate(ways):
+            begin = time.perf_counter()
+            found[i] = way()
+            seconds[i] = min(seconds[i], time.perf_counter() - begin)
+    return seconds, found
+
+
+def row(what: str, together: Values, alone: Values) -> tuple[str, ...]:
+    """Seconds of all variants together, and one by one; the latter are the first of the former."""
+    (seconds, some), (found, expected) = least([together, alone])
+    error = np.abs(found[:ALONE] / expected - 1).max()
+    each = some / ALONE
+    cells = f"{seconds:.2f}", f"{each * RUNS:.0f}", f"{each * RUNS / seconds:.0f}", f"{error:.1e}"
+    return what, str(RUNS), str(os.cpu_count()), *cells
+
+
+def mill() -> tuple[str, ...]:
+    """The 0.1 %, 50 % and 99.9 % quantiles of the peak torque, with their intervals."""
+    system = lp.assemble(pulled_apart())
+    peak = fun.peak("upper.spindle.tau")
+    points = scene_of(system, over=TOLERANCES, of=[peak], **SCENE).draw(RUNS, 1)[:ALONE]
+
+    def together() -> np.ndarray:
+        found = lp.scatter(system, over=TOLERANCES, of=peak, runs=RUNS, seed=1, **SCENE)
+        quantiles = [found[str(peak)].quantile(q) for q in (0.001, 0.5, 0.999)]
+        assert all(q.low < q.value < q.high for q in quantiles)
+        return found.values[:, 0]
+
+    def alone() -> np.ndarray:
+        found = []
+        for values in points.tolist():
+            parameters = dict(zip(TOLERANCES, values, strict=True))
+            run = lp.simulate(system, parameters=parameters, method="steps", **SCENE)
+            found.append(np.abs(run["upper.spindle.tau"]).max())
+        return np.array(found)
+
+    return row("quantiles of a peak torque", together, alone)
+
+
+def frequencies() -> list[tuple[str, ...]]:
+    """A natural frequency, and its derivatives."""
+    modes = lp.modes(lp.assemble(ClosedGap()))
+    scene = scene_of(modes, over=SHAFT_TOLERANCES, of=[fun.frequency(1)])
+    points = scene.draw(RUNS, 1)
+
+    def each() -> list[lp.Modes]:
+        rows = points[:ALONE].tolist()
+        names = [dict(zip(scene.names, values, strict=True)) for values in rows]
+        return [lp.modes(modes.system, parameters=own) for own in names]
+
+    def slope(own: lp.Modes) -> float:
+        found = lp.vibration.eigen_sensitivity(own, to=scene.names).hertz[1, 0]
+        return float(found)
+
+    return [
+        row(
+            "quantiles of a natural frequency",
+            lambda: scene.values(points)[:, 0],
+            lambda: np.array([own.hertz[1] for own in each()]),
+        ),
+        row(
+            "its derivatives by three stiffnesses",
+            lambda: scene.slopes(points)[1][:, 0, 0],
+            lambda: np.array([slope(own) for own in each()]),
+        ),
+    ]
+
+
+def main() -> None:
+    """Print the table, and write it to results."""
+    head = ("what", "variants", "cores", "s", "one by one, s", "ratio", "largest difference")
+    write("scatter.csv", head, [mill(), *frequencies()])
+
+
+if __name__ == "__main__":
+    main()
