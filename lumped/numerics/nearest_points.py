@@ -21,6 +21,8 @@ _CLOSE = 1e-7
 _GOOD = 1e-3
 """The same that counts as found where rounding, or the error of runs, lets a search go no nearer.
 The distance of the point is then exact to a millionth."""
+_FLAT = 1e-12
+"""Gradient, relative to g, that is rounding."""
 _SHORTEST = 2.0**-10
 """Share of a step."""
 _LEAST = 1e-3
@@ -84,6 +86,11 @@ class Search:
         self.ended = self.ended or self.count >= _MOST
 
     @property
+    def is_flat(self) -> bool:
+        """Whether g does not change at the point, rounding apart."""
+        return bool(_norm(self.slope) <= _FLAT * abs(self.g))
+
+    @property
     def is_on_surface(self) -> bool:
         """Whether the point lies on the surface."""
         size = _norm(self.slope)
@@ -106,7 +113,7 @@ class Search:
     def _arrive(self, g: float, slope: Array) -> None:
         is_stuck = abs(g) > (1 - _LEAST) * abs(self.g) and _norm(self.next) > FURTHEST - _CLOSE
         self.u, self.g, self.slope = self.next, g, slope
-        if not slope.any() or is_stuck or self._is_within(_CLOSE):
+        if self.is_flat or is_stuck or self._is_within(_CLOSE):
             self.ended = True
             return
         if not self._find_step():

@@ -36,7 +36,8 @@ def importance_factors(title: str, factors: Sequence[tuple[str, float]]) -> Pict
     items += [
         Words(100 * abs(share), i, f"{abs(share):.1%}", 1) for i, (_, share) in enumerate(most)
     ]
-    x = Axis("importance factor, %", low=0.0, high=118.0)
+    reach = 100 * max(abs(share) for _, share in most)
+    x = Axis("importance factor, %", low=0.0, high=1.15 * reach)
     y = Axis(names=tuple(name for name, _ in most), down=True, low=-0.6, high=len(most) - 0.4)
     left = len(factors) - len(most)
     note = f"{left} more with less importance" if left else ""

@@ -195,7 +195,7 @@ def nothing_found(limit: Limit, every: Sequence[Search]) -> OptionError | Solver
             f"{limit.head}: no derivatives at the median of the parameters: {limit.reason} "
             "method='subset' needs none."
         )
-    if not any(search.slope.any() for search in known):
+    if all(search.is_flat for search in known):
         return OptionError(
             f"{limit.head} does not depend on {', '.join(limit.scene.names)} near their median: "
             "all derivatives are zero. Vary something else, or take method='subset', which needs "

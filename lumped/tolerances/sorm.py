@@ -66,17 +66,17 @@ def curved(limit: Limit, point: DesignPoint) -> Curved:
     around = scipy.linalg.null_space(point.alpha[None])
     kappa = np.linalg.eigvalsh(-around.T @ bent @ around / point.steepness)
     beta = point.beta
-    if len(kappa) and (1 + beta * kappa).min() <= 0:
-        worst = kappa[(1 + beta * kappa).argmin()]
-        raise SolverError(
-            f"{limit.head}: at the design point {limit.combination(point.u)} the limit bends "
-            f"around the median more than a sphere (1 + beta kappa = {1 + beta * worst:.3g}), so "
-            "it has no probability to second order. Take more starts, or method='subset'."
-        )
     # of the side on which the median does not lie
     sign = 1.0 if beta >= 0 else -1.0
     rare = float(scipy.special.ndtr(-abs(beta)))
     hazard = math.exp(-beta * beta / 2) / math.sqrt(2 * math.pi) / rare
+    least = min((1 + slope * kappa).min(initial=np.inf) for slope in (beta, sign * hazard))
+    if least <= 0:
+        raise SolverError(
+            f"{limit.head}: at the design point {limit.combination(point.u)} the limit bends "
+            f"around the median nearly as a sphere or more (1 + beta kappa = {least:.3g}), so it "
+            "has no probability to second order. Take method='importance' or method='subset'."
+        )
     estimates = [rare / math.sqrt(np.prod(1 + slope * kappa)) for slope in (beta, sign * hazard)]
     plain, better = (p if sign > 0 else 1 - p for p in estimates)
     return Curved(kappa, plain, better, paraboloid(beta, kappa), source)

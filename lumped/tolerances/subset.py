@@ -63,8 +63,10 @@ def subset(limit: Limit, runs: int, seed: int) -> Sampled:
     levels: list[Level] = []
     accepted, level = 1.0, -math.inf
     while True:
-        order = np.argsort(-excess, kind="stable")
-        following = min(float(excess[order[chains - 1]]), 0.0)
+        above = excess[excess > level + _RISES * abs(level)] if levels else excess
+        if not len(above) or len(levels) == _MOST:
+            raise limit.unreached(f"down to a probability of {reached:.1g}")
+        following = min(max(float(np.sort(excess)[-chains]), float(above.min())), 0.0)
         inside = excess > 0 if following == 0 else excess >= following
         share = float(inside.mean())
         spread += (1 - share) / (share * len(u)) * (1 + _correlated(inside, chains, bool(levels)))
@@ -72,10 +74,9 @@ def subset(limit: Limit, runs: int, seed: int) -> Sampled:
         levels.append(Level(limit.bound + limit.sign * following, reached, accepted))
         if following == 0:
             break
-        if len(levels) == _MOST or following - level <= _RISES * abs(following):
-            raise limit.unreached(f"down to a probability of {reached:.1g}")
         level = following
-        seeds = walk.random.permutation(np.flatnonzero(inside))[:chains]
+        known = np.flatnonzero(inside)
+        seeds = walk.random.choice(known, chains, replace=len(known) < chains)
         before, tried = walk.failed, walk.count
         u, excess, accepted = walk.chains(u[seeds], excess[seeds], level, length)
         lost = walk.failed - before

@@ -1,0 +1,303 @@
+"""Probabilities, design points and their derivatives for drives whose answer is a closed form."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import plotly.graph_objects as go
+import pytest
+import scipy
+from scipy.stats import norm
+
+import lumped as lp
+from lumped import functionals as fun
+from lumped.components import Fixed, Inertia, SpringDamper, Torque
+from lumped.ensembles import correlated, lognormal
+from lumped.errors import OptionError, ParameterError, SolverError, UnknownNameError
+
+
+def pulled():
+    """``w(1 s) = (t + 2 s) / J``, as the second torque acts twice."""
+    return lp.compose(
+        a=Inertia(J=2.0),
+        t=Torque(tau=10.0),
+        s=Torque(tau=4.0),
+        r=Torque(tau=4.0),
+        connections=lambda m: [lp.connect(x.flange, m.a.flange_a) for x in (m.t, m.s, m.r)],
+    )
+
+
+def spring_mass(d=0.0):
+    return lp.compose(
+        wall=Fixed(),
+        spring=SpringDamper(c=400.0, d=d),
+        mass=Inertia(J=1.0),
+        connections=lambda m: lp.chain(m.wall, m.spring, m.mass),
+    )
+
+
+def two_masses():
+    return lp.compose(
+        a=Inertia(J=1.0),
+        spring=SpringDamper(c=400.0, d=0.0),
+        b=Inertia(J=2.0),
+        connections=lambda m: lp.chain(m.a, m.spring, m.b),
+    )
+
+
+@pytest.fixture(scope="module")
+def pull():
+    return lp.assemble(pulled())
+
+
+@pytest.fixture(scope="module")
+def swing():
+    return lp.modes(lp.assemble(spring_mass()))
+
+
+@pytest.fixture(scope="module")
+def torsion():
+    return lp.modes(lp.assemble(two_masses()))
+
+
+MEANS, STDS = np.array([10.0, 4.0, 4.0]), np.array([1.0, 0.5, 0.3])
+TORQUES = ("t.tau", "s.tau", "r.tau")
+
+
+def normals(means=MEANS, stds=STDS):
+    return {n: lp.normal(m, s) for n, m, s in zip(TORQUES, means, stds, strict=True)}
+
+
+def test_a_speed_that_is_linear_in_normal_torques(pull):
+    found = lp.reliability(
+        pull, fun.final("a.w"), above="12 rad/s", over=normals(), until=1.0, to=["a.J"]
+    )
+    # the sum of torques over 2 kg.m2, after 1 s
+    mean, std = MEANS.sum() / 2, np.linalg.norm(STDS) / 2
+    beta = (12 - mean) / std
+    print(found)
+    print("error of beta:", found.beta / beta - 1)
+    assert found.beta == pytest.approx(beta, rel=1e-6)
+    assert found.probability == pytest.approx(norm.sf(beta), rel=1e-5)
+    at = MEANS + (24 - MEANS.sum()) * STDS**2 / (STDS @ STDS)
+    assert [*found.design_point.values()] == pytest.approx(at, rel=1e-6)
+    assert found.importance == pytest.approx(STDS**2 / (STDS @ STDS), rel=1e-5)
+    for i, name in enumerate(TORQUES):
+        by_mean, by_std = found.influence(name), found.influence(name, "deviation")
+        assert by_mean.beta == pytest.approx(-0.5 / std, rel=1e-6)
+        assert by_std.beta == pytest.approx(-beta * STDS[i] / (STDS @ STDS), rel=1e-5)
+        assert by_mean.probability == pytest.approx(norm.pdf(beta) * 0.5 / std, rel=1e-5)
+    # at the point a.w is 12, and falls with the inertia
+    by = found.influence("a.J", "value")
+    assert by.beta == pytest.approx(12 / 2 / std, rel=1e-6)
+    assert by.probability == pytest.approx(-norm.pdf(beta) * 12 / 2 / std, rel=1e-5)
+
+
+def test_both_sides_of_a_limit_make_one(pull):
+    sides = [
+        lp.reliability(pull, fun.final("a.w"), **{side: 8.5}, over=normals(), until=1.0)
+        for side in ("above", "below")
+    ]
+    assert sides[0].beta < 0 < sides[1].beta
+    assert sum(side.probability for side in sides) == pytest.approx(1, rel=1e-9)
+
+
+def test_torques_that_depend_on_each_other(pull):
+    matrix = np.array([[1, 0.6, -0.2], [0.6, 1, 0.1], [-0.2, 0.1, 1]])
+    found = lp.reliability(
+        pull, fun.final("a.w"), above=12.0, over=correlated(normals(), matrix), until=1.0
+    )
+    spread = np.sqrt(STDS @ matrix @ STDS)
+    beta = (24 - MEANS.sum()) / spread
+    assert found.beta == pytest.approx(beta, rel=1e-6)
+    at = MEANS + beta * (np.diag(STDS) @ matrix @ STDS) / spread
+    assert [*found.design_point.values()] == pytest.approx(at, rel=1e-6)
+    assert found.influence("s.tau").beta == pytest.approx(-1 / spread, rel=1e-6)
+    assert np.abs(found.importance).sum() == pytest.approx(1, rel=1e-12)
+
+
+def test_torques_that_follow_from_each_other(pull):
+    whole = correlated(normals(), np.ones((3, 3)))
+    found = lp.reliability(pull, fun.final("a.w"), above=12.0, over=whole, until=1.0, method="sorm")
+    assert found.beta == pytest.approx((24 - MEANS.sum()) / STDS.sum(), rel=1e-6)
+
+
+def test_a_frequency_of_lognormal_parameters(swing):
+    limit = 20 / (2 * np.pi) * 1.2
+    over = {"spring.c": lognormal(400.0, 0.1), "mass.J": lognormal(1.0, 0.05)}
+    beta = np.log(1.2) / np.hypot(0.05, 0.025)
+    at = np.array([400, 1]) * np.exp(np.log(1.2) * np.array([0.1**2, -(0.05**2)]) / 2 / 0.003125)
+    for method in ("form", "sorm"):
+        found = lp.reliability(swing, fun.frequency(0), above=limit, over=over, method=method)
+        print(method, found.beta / beta - 1)
+        assert found.beta == pytest.approx(beta, rel=1e-7)
+        assert [*found.design_point.values()] == pytest.approx(at, rel=1e-5)
+        assert found.importance == pytest.approx([0.8, -0.2], rel=1e-6)
+    assert found.second_order[0].curvatures == pytest.approx([0.0], abs=1e-6)
+    assert found.second_order[0].source == "second derivatives"
+
+
+def test_derivatives_are_those_of_shifted_and_stretched_distributions(torsion):
+    """Of laws that stay in their family: lognormal with a place of its own, and uniform."""
+
+    def beta(shift=0.0, wide=1.0):
+        c = scipy.stats.lognorm(0.15, loc=0, scale=400)
+        law = scipy.stats.lognorm(0.15, loc=c.mean() * (1 - wide) + shift, scale=400 * wide)
+        over = {"spring.c": law, "a.J": lp.uniform(0.8, 1.2)}
+        return lp.reliability(torsion, fun.frequency(0), above=4.8, over=over)
+
+    found = beta()
+    law = scipy.stats.lognorm(0.15, scale=400)
+    print(found)
+    assert found.means == pytest.approx([law.mean(), 1.0], rel=1e-9)
+    assert found.deviations == pytest.approx([law.std(), 0.4 / np.sqrt(12)], rel=1e-7)
+    for of, steps in (
+        ("mean", [{"shift": h} for h in (0.05, -0.05)]),
+        ("deviation", [{"wide": 1 + h / law.std()} for h in (0.05, -0.05)]),
+    ):
+        up, down = (beta(**step) for step in steps)
+        by = found.influence("spring.c", of)
+        off = by.beta / ((up.beta - down.beta) / 0.1) - 1
+        print(of, off)
+        assert abs(off) < 1e-5
+        change = (up.probability - down.probability) / 0.1
+        assert by.probability == pytest.approx(change, rel=1e-5)
+
+
+@pytest.fixture(scope="module")
+def monte_carlo():
+    """Of the two masses: share of 4 million frequencies above 5 Hz, from the closed form."""
+    random = np.random.default_rng(0)
+    z = random.standard_normal((3, 4_000_000))
+    c, a, b = (
+        400 * np.exp(0.15 * z[0]),
+        np.maximum(1 + 0.12 * z[1], 0.1),
+        np.maximum(2 + 0.4 * z[2], 0.1),
+    )
+    share = (np.sqrt(c * (1 / a + 1 / b)) > 10 * np.pi).mean()
+    return share, np.sqrt((1 - share) / share / z.shape[1])
+
+
+SCATTERED = {
+    "spring.c": lognormal(400.0, 0.15),
+    "a.J": lp.normal(1.0, 0.12),
+    "b.J": lp.normal(2.0, 0.4),
+}
+
+
+def test_second_order_meets_the_share_of_many_samples(torsion, monte_carlo):
+    share, error = monte_carlo
+    over = SCATTERED | {
+        n: lp.ensembles.truncated(SCATTERED[n], low, None)
+        for n, low in (("a.J", 0.1), ("b.J", 0.1))
+    }
+    found = {
+        method: lp.reliability(torsion, fun.frequency(0), above=5.0, over=over, method=method)
+        for method in ("form", "sorm")
+    }
+    for method, one in found.items():
+        print(method, one.probability / share - 1, "+-", error)
+    bent = found["sorm"].second_order[0]
+    print(found["sorm"])
+    assert bent.source == "second derivatives"
+    assert (np.abs(bent.curvatures) > 1e-3).all()
+    assert abs(found["sorm"].probability / share - 1) < 0.02
+    first, second = (abs(found[m].probability / share - 1) for m in ("form", "sorm"))
+    assert second < first
+    sampled = lp.reliability(
+        torsion, fun.frequency(0), above=5.0, over=over, method="importance", runs=400
+    )
+    print(sampled)
+    assert sampled.interval[0] < share < sampled.interval[1]
+    assert sampled.evaluations > 400 > sampled.gradients
+
+
+def test_a_run_is_made_level_by_level(pull):
+    over = normals()
+    beta = (24 - MEANS.sum()) / np.linalg.norm(STDS)
+    found = lp.reliability(
+        pull, fun.final("a.w"), above=12.0, over=over, until=1.0, method="subset", runs=2000, seed=2
+    )
+    print(found)
+    assert found.interval[0] < norm.sf(beta) < found.interval[1]
+    assert found.gradients == 0
+    assert not found.points
+    for action in (lambda: found.design_point, lambda: found.influence("t.tau")):
+        with pytest.raises(OptionError, match="there is no design point"):
+            action()
+    for level in found.levels:  # each level is a quantile of the closed form
+        exact = norm.sf((2 * level.value - MEANS.sum()) / np.linalg.norm(STDS))
+        assert level.probability == pytest.approx(exact, rel=4 * found.sampled.deviation)
+
+
+def test_what_is_printed_and_drawn(pull, swing):
+    common = {"over": normals(), "above": 12.0, "until": 1.0}
+    first = lp.reliability(pull, fun.final("a.w"), to=["a.J"], **common)
+    text = repr(first)
+    share = 100 * STDS**2 / (STDS @ STDS)
+    for name, part in zip(TORQUES, share, strict=True):
+        line = next(line for line in text.splitlines() if line.startswith(name))
+        assert f" {part:.1f} " in line
+        assert " N.m " in line
+    assert "final(a.w) above 12 rad/s" in text
+    assert "1 % more of" in text
+    assert "<table" in first._repr_html_()
+    with lp.display_units({"N.m": "kN.m"}):
+        assert " kN.m " in repr(first)
+    levels = lp.reliability(pull, fun.final("a.w"), method="subset", runs=100, **common)
+    assert "moves accepted" in repr(levels)
+    assert "<table" in levels._repr_html_()
+    for found, label in ((first, "importance factor, %"), (levels, "final(a.w), 1/min")):
+        figure = found.plot(units={"rad/s": "1/min"})
+        assert figure.axes[0].get_xlabel() == label
+        plt.close(figure)
+        assert isinstance(found.plot(backend="plotly"), go.Figure)
+    bars = first.plot().axes[0].patches
+    assert sorted(bar.get_width() for bar in bars) == pytest.approx(sorted(share), rel=1e-5)
+    plt.close("all")
+
+
+@pytest.mark.parametrize(
+    ("changes", "kind", "words"),
+    [
+        ({"runs": 500}, OptionError, "runs = 500 is for samples"),
+        ({"method": "importance", "runs": 5}, OptionError, "at least 100"),
+        ({"method": "subset", "starts": 3}, OptionError, "method='subset' has none"),
+        ({"method": "subset", "to": ["a.J"]}, OptionError, "to = is for derivatives"),
+        ({"starts": 0}, OptionError, "starts = 0"),
+        ({"seed": -1}, OptionError, "seed = -1"),
+        ({"to": ["t.tau"]}, OptionError, "t.tau scatters"),
+        ({"to": ["nothing"]}, UnknownNameError, "nothing"),
+        ({"until": None}, OptionError, "give until="),
+        ({"above": None}, OptionError, "above= or as below="),
+        ({"over": {"t.tau": [1.0, 2.0]}}, OptionError, "a distribution of each parameter"),
+        ({"over": {"t.tau": lp.normal(1.0, -1.0)}}, OptionError, "t.tau: std = -1 N.m must be"),
+        ({"over": {"a.J": lp.normal(1.0, 1.0)}}, ParameterError, "a.J .* greater than 0 kg.m2"),
+        ({"above": 1e3}, SolverError, "is met nowhere .* at beta = 8"),
+        ({"below": 1e3, "above": None}, SolverError, "is met everywhere"),
+        ({"method": "importance", "above": 1e3}, SolverError, "is met nowhere"),
+        ({"over": {"t.tau": lp.normal(1.0, 0.1)}, "until": 1e-9}, SolverError, "nowhere"),
+    ],
+)
+def test_wrong_calls(pull, changes, kind, words):
+    call = {"over": normals(), "above": 12.0, "until": 1.0} | changes
+    with pytest.raises(kind, match=words) as caught:
+        lp.reliability(pull, fun.final("a.w"), **call)
+    print(caught.value)
+
+
+def test_what_has_no_derivative_names_the_method_that_needs_none(pull):
+    call = {"over": normals(), "above": 12.0, "until": 1.0}
+    with pytest.raises(OptionError, match="method='subset' needs no derivatives") as caught:
+        lp.reliability(pull, fun.swing("a.w"), **call)
+    print(caught.value)
+    found = lp.reliability(pull, fun.swing("a.w"), method="subset", runs=200, **call)
+    assert found.interval[0] < norm.sf((24 - MEANS.sum()) / np.linalg.norm(STDS))
+
+
+def test_a_damping_that_depends_on_nothing(torsion):
+    with pytest.raises(OptionError, match="does not depend on a"):
+        lp.reliability(
+            torsion,
+            fun.damping(0),
+            above=0.1,
+            over={"a.J": lp.normal(1.0, 0.1)},
+        )
