@@ -11,7 +11,7 @@ from lumped.errors import SolverError
 from lumped.numerics.nearest_points import FURTHEST, Search
 from lumped.support.text_table import amounts, listed, number
 from lumped.tolerances.evaluated import Array
-from lumped.tolerances.form import form, joined, points_of, searches
+from lumped.tolerances.form import form, joined, nothing_found, searches
 from lumped.tolerances.importance import around
 from lumped.tolerances.limit import Limit
 from lumped.tolerances.moved_scene import MovedScene
@@ -140,7 +140,8 @@ class DesignProbability:
     def beta(self, design: Design) -> tuple[float, Array]:
         """Reliability index, and its derivatives by the design, shape (m,).
 
-        Where the limit is out of reach, it is taken as plane from where the search ended.
+        Where the limit is out of reach, it is taken as plane from where the search ended. Whether
+        it is smooth is looked at in `checked`.
 
         Raises
         ------
@@ -159,18 +160,17 @@ class DesignProbability:
         """Reliability index, the point it belongs to, and the growth of the excess there."""
         starts = 4 if self._begin is None else 1
         every = searches(limit, self._begin, starts)
-        try:
-            point = points_of(limit, every)[0]
-        except SolverError as error:
-            if starts == 1:
-                self._begin = None
-                return self._nearest(limit, design)
-            planes = [_plane(search) for search in every if search.slope.any()]
-            if limit.is_crossed or not planes:
-                told = listed([f"{name} = {value:.6g}" for name, value in design.items()])
-                raise SolverError(f"{self.scene.analysis}: at {told}: {error}", None) from None
-            return min(planes, key=lambda plane: abs(plane[0]))
-        return point.beta, point.u, point.steepness
+        ends = [search for search in every if search.is_found]
+        if not ends and starts == 1:
+            self._begin = None
+            return self._nearest(limit, design)
+        if not ends and not limit.is_crossed:
+            ends = [search for search in every if search.slope.any()]
+        if not ends:
+            told = listed([f"{name} = {value:.6g}" for name, value in design.items()])
+            error = nothing_found(limit, every)
+            raise SolverError(f"{self.scene.analysis}: at {told}: {error}", None)
+        return min(map(_plane, ends), key=lambda plane: abs(plane[0]))
 
     def checked(
         self, design: Design, most: float | None, shift: float, searches: int
@@ -180,9 +180,8 @@ class DesignProbability:
         if beta >= FURTHEST:
             return CheckedProbability(self.wanted, most, beta, 0.0, None, {}, shift, searches)
         points = form(limit, self._begin)
-        beta = points[0].beta
-        if beta < self.beta(design)[0]:
-            self._begin, self._last = points[0].u, None  # nearer than the one that was followed
+        if points[0].beta < beta:  # nearer than the one that was followed
+            self._begin, self._last, beta = points[0].u, None, points[0].beta
         found = around(limit, [point.u for point in points], self.wanted.runs, self.wanted.seed)
         own = dict(zip(limit.scene.names, points[0].x.tolist(), strict=True))
         plane = joined(points)
