@@ -26,6 +26,6 @@ def front_picture(
     logs : (bool, bool)
         Which axis is logarithmic.
     """
-    line = Curve(values[:, 0], values[:, 1], "designs", look(0, mark=MARKS[3]))
+    line = Curve(values[:, 0], values[:, 1], look=look(0, mark=MARKS[3]))
     x, y = (Axis(label, log=log) for label, log in zip(labels, logs, strict=True))
     return Picture(title, (Panel((line,), x, y, height=3.5),))
