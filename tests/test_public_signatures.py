@@ -44,9 +44,6 @@ TIGHTER = {
 }
 """Defaults of `rtol` that differ, each with a reason, which also stands in the docstring."""
 
-STUDIES = {"reliability", "scatter"}
-"""Their method is one of statistics, not of a run."""
-
 BRIEF: dict[str, set[str]] = {}
 """Sections that are still missing."""
 
@@ -104,8 +101,12 @@ def test_a_tighter_tolerance_has_its_reason_in_the_docstring(name):
 
 
 def test_the_method_is_that_of_a_run_everywhere():
+    studies = {
+        "reliability",
+        "scatter",
+    }  # the method of the study: its runs are those of an ensemble
     methods = {name: p for name in ALL for p in parameters(name) if p.name == "method"}
-    methods = {name: p for name, p in methods.items() if name not in STUDIES}
+    methods = {name: p for name, p in methods.items() if name not in studies}
     second = {"hessian", "hessian_product"}
     assert {"simulate", "ensemble", "gradient", "export_fmu"} | second == {*methods}
     assert {p.default for p in methods.values()} == {"auto"}

@@ -1,5 +1,4 @@
-from lumped.tolerances.chaos import Chaos as Chaos
-from lumped.tolerances.chaos import chaos as chaos
+from lumped.tolerances.chaos import PolynomialSpread as PolynomialSpread
 from lumped.tolerances.form import DesignPoint as DesignPoint
 from lumped.tolerances.intervals import Quantile as Quantile
 from lumped.tolerances.intervals import Share as Share

@@ -1,332 +1,238 @@
-"""Scatter by polynomials of the parameters, fitted to few runs and their gradients."""
+"""Scatter by polynomials of the parameters that are fitted to a few runs and their gradients."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Changes
-from lumped.ensembles.laws import Array
-from lumped.ensembles.variants import Over, Sampling
-from lumped.errors import OptionError, SolverError, nearest, shown
-from lumped.support.arguments import checked
-from lumped.support.rich_html import RichHtml
-from lumped.support.text_table import amounts, listed, number, table
+from lumped.ensembles.variants import Sampling
+from lumped.errors import OptionError, SolverError, shown
+from lumped.tolerances.evaluated import Array, Failures
 from lumped.tolerances.expansion import LEAST, Expansion, fit
+from lumped.tolerances.intervals import CONFIDENCE, Quantile, Share, quantile_of, share_of
 from lumped.tolerances.polynomials import NORMAL, Family, family_of, standard_normal
-from lumped.tolerances.scene import Scattered, Scene, scene_of
-from lumped.tolerances.shares import correlated, refuse_correlated, shares_table
+from lumped.tolerances.scene import Scene
+from lumped.tolerances.shares import correlated, refuse_correlated
+from lumped.tolerances.spread import Spread, explained, ranked_shares, skewness_of
 
-__all__ = ["Chaos", "chaos", "chaos_of"]
+__all__ = ["ByChaos", "PolynomialSpread", "by_chaos"]
 
-_SAMPLE = 2**16
-"""Points at which the polynomials are evaluated for quantiles."""
-_SEED = 0
-_GOOD = 0.9
-"""Share of the variance that must be predicted for results to be trusted."""
-_TOLD = (0.01, 0.99)
-"""Quantiles in a printed result."""
+_POINTS = 2**16
+"""Points at which polynomials are evaluated for quantiles."""
+_TRUSTED = 0.9
+"""Share of the variance that must be predicted for polynomials to be believed."""
+_WIDTH = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
+"""Standard errors in half an interval."""
 
 
 @dataclass(frozen=True, eq=False)
-class Chaos(RichHtml):
-    """Polynomials that stand for functionals of scattering parameters, and what follows.
+class _Ground:
+    """What the polynomials of all functionals of a scene share.
 
     Attributes
     ----------
-    names : tuple of str
-        Parameters that scatter, d of them.
-    labels, units : tuple of str
-        Functionals and their units, k of each.
-    expansions : tuple of Expansion
-        Polynomials of each functional.
-    points, values_of_runs : ndarray, shapes (n, d) and (n, k)
-        Parameters and functionals of the runs that were made.
-    failures : dict of int to str
-        Why runs failed, by their number; they did not serve.
     scene : Scene
-        What scatters.
+    families : tuple of Family
+        Of each parameter.
+    x, z : ndarray, shape (m, d)
+        Many points: parameters, and variables of the polynomials.
     """
 
-    names: tuple[str, ...]
-    labels: tuple[str, ...]
-    units: tuple[str, ...]
-    expansions: tuple[Expansion, ...]
-    points: Array
-    values_of_runs: Array
-    failures: dict[int, str]
     scene: Scene
+    families: tuple[Family, ...]
+    x: Array
+    z: Array
+
+
+class PolynomialSpread(Spread):
+    """From polynomials of the parameters.
+
+    Mean and deviation follow from the coefficients, and what the polynomials leave is added to the
+    variance. Quantiles and shares are those of a large sample of the polynomials, to which
+    residuals of the runs are added. Intervals follow from leaving out each run. They know nothing
+    of what no run met: with a probability of 5 %, n runs miss what concerns 3 / n of all.
+
+    Attributes
+    ----------
+    expansion : Expansion
+        The polynomials.
+    predicted : float
+        Share of the variance that is predicted for runs by fits without them, often called Q2.
+    mean_error, std_error : float
+        Standard errors of the mean and of the deviation.
+    is_trusted : bool
+        Whether at least nine tenths of the variance are predicted.
+    """
+
+    def __init__(
+        self, ground: _Ground, label: str, unit: str, expansion: Expansion, missing: Share
+    ) -> None:
+        residuals = np.random.default_rng(0).choice(expansion.residuals, _POINTS)
+        self._plain = expansion.values(ground.z)
+        names, found = ground.scene.names, self._plain + residuals
+        super().__init__(names, ground.x, found)
+        self.label, self.unit, self.missing, self.expansion = label, unit, missing, expansion
+        self._ground = ground
+        self.predicted, self.is_trusted = expansion.q2, expansion.q2 >= _TRUSTED
+        self.mean, self.std = expansion.mean, float(np.sqrt(expansion.variance))
+        self.mean_error, self.std_error = expansion.standard_errors
+        self.skewness = skewness_of(found)
+        shares, self._total = expansion.shares()
+        if correlated(ground.scene).any():
+            shares = np.array([explained(column, found) for column in ground.x.T])
+        self.ranking = ranked_shares(names, shares)
 
     @property
-    def runs(self) -> int:
-        """Runs that were made."""
-        return len(self.points)
+    def total(self) -> tuple[tuple[str, float], ...]:
+        """Parameters and the share of the variance in which each has a part, the largest first.
 
-    @property
-    def mean(self) -> Array:
-        """Means of the functionals, shape (k,)."""
-        return np.array([one.mean for one in self.expansions])
-
-    @property
-    def std(self) -> Array:
-        """Standard deviations, with what the polynomials leave, shape (k,)."""
-        return np.sqrt([one.variance for one in self.expansions])
-
-    @property
-    def standard_errors(self) -> Array:
-        """Of means and of standard deviations, from leaving out each run, shape (k, 2)."""
-        return np.array([one.standard_errors for one in self.expansions])
-
-    @property
-    def q2(self) -> Array:
-        """Share of the variance that is predicted for a run by a fit without it, shape (k,)."""
-        return np.array([one.q2 for one in self.expansions])
-
-    @property
-    def first(self) -> Array:
-        """Share of the variance that each parameter has alone, shape (k, d).
+        With `ranking`, the share of each alone, these are Sobol's indices.
 
         Raises
         ------
         OptionError
-            If parameters are correlated, so that their shares are not defined.
+            If parameters are correlated, so that these shares do not exist.
         """
-        return self._shares()[0]
+        refuse_correlated(self._ground.scene)
+        return ranked_shares(self._ground.scene.names, self._total)
 
-    @property
-    def total(self) -> Array:
-        """Share of the variance that each parameter has a part in, shape (k, d).
-
-        Raises
-        ------
-        OptionError
-            If parameters are correlated, so that their shares are not defined.
-        """
-        return self._shares()[1]
-
-    def _shares(self) -> tuple[Array, Array]:
-        refuse_correlated(self.scene)
-        pairs = [one.shares() for one in self.expansions]
-        return np.array([first for first, _ in pairs]), np.array([total for _, total in pairs])
-
-    def values(self, u: Array) -> Array:
-        """The polynomials at independent standard normal numbers (see `Scene.physical`).
+    def at(self, u: Array) -> Array:
+        """The polynomials at points.
 
         Parameters
         ----------
         u : ndarray, shape (n, d)
+            Independent standard normal numbers for the parameters (see `Scene.physical`).
 
         Returns
         -------
-        ndarray, shape (n, k)
+        ndarray, shape (n,)
         """
-        return self._at(_variables(self.scene, self._families, u))
+        return self.expansion.values(_variables(self._ground.scene, self._ground.families, u))
 
-    @property
-    def _families(self) -> tuple[Family, ...]:
-        return self.expansions[0].families
+    def _off(self, level: float) -> float:
+        return _WIDTH * self.expansion.error_near(self._ground.z, self._plain, level)
 
-    def _at(self, z: Array) -> Array:
-        return np.column_stack([one.values(z) for one in self.expansions])
+    def _quantile(self, q: float) -> Quantile:
+        found = quantile_of(self._ascending, q)
+        off = self._off(found.value)
+        return Quantile(found.value, found.low - off, found.high + off)
 
-    @cached_property
-    def _many(self) -> tuple[Array, Array]:
-        """Variables of many points, and the polynomials there."""
-        z = _variables(self.scene, self._families, self.many_scores)
-        return z, self._at(z)
-
-    @property
-    def many_scores(self) -> Array:
-        """Standard normal numbers of the sample, shape (65536, d)."""
-        return self.scene.scores(_SAMPLE, _SEED, "sobol")
-
-    @cached_property
-    def sample(self) -> Array:
-        """Functionals at many points, shape (65536, k).
-
-        What the polynomials leave is added: residuals of runs, drawn at random.
-        """
-        at = np.random.default_rng(_SEED).random(_SAMPLE)
-        left = [one.residuals[(at * len(one.residuals)).astype(int)] for one in self.expansions]
-        found: Array = self._many[1] + np.column_stack(left)
-        return found
-
-    def quantile(self, label: str, q: float | Sequence[float] | Array) -> tuple[Array, Array]:
-        """Quantiles of a functional and their standard errors, from leaving out each run.
-
-        Parameters
-        ----------
-        label : str
-            Of the functional.
-        q : float or sequence of float
-            Between 0 and 1.
-
-        Returns
-        -------
-        ndarray
-            Quantiles, one for each of `q`.
-        ndarray
-            Their standard errors.
-
-        Raises
-        ------
-        OptionError
-            If there is no such functional.
-        """
-        if label not in self.labels:
-            raise OptionError(f"chaos: there is no '{label}'. {nearest(label, self.labels)}")
-        k = self.labels.index(label)
-        z, values = self._many
-        found = np.quantile(self.sample[:, k], np.atleast_1d(q))
-        plain = np.quantile(values[:, k], np.atleast_1d(q))
-        return found, np.array([self.expansions[k].error_near(z, values[:, k], v) for v in plain])
-
-    @property
-    def doubts(self) -> tuple[str, ...]:
-        """Why results may not be trusted, and what to do; empty where nothing speaks against it."""
-        found = [
-            f"{label}: a fit without a run predicts {max(one.q2, 0.0):.0%} of the variance of such "
-            "runs. The functional jumps or has kinks within these ranges, or the runs are too "
-            'few. Take more runs, or lumped.scatter with method="samples".'
-            for label, one in zip(self.labels, self.expansions, strict=True)
-            if not one.q2 >= _GOOD
-        ]
-        if self.failures:
-            run, reason = next(iter(self.failures.items()))
-            found.append(
-                f"{len(self.failures)} of {self.runs} runs have no result; where they failed, the "
-                'polynomials go on from the others. lumped.scatter with method="samples" counts '
-                f"them. Run {run}: {reason}"
+    def _share(self, limit: float, above: bool) -> Share:
+        off = self._off(limit) * (1 if above else -1)
+        value, least, most = (
+            share_of(
+                int((self._ascending > end if above else self._ascending < end).sum()), _POINTS
             )
-        return tuple(found)
+            for end in (limit, limit + off, limit - off)
+        )
+        return Share(value.value, least.low, most.high)
 
-    def __repr__(self) -> str:
-        rows = []
-        for label, unit, one in zip(self.labels, self.units, self.expansions, strict=True):
-            (low, high), _ = self.quantile(label, _TOLD)
-            *texts, shown_unit = amounts(label, unit, one.mean, low, high)
-            off, _ = amounts(label, unit, float(np.sqrt(one.variance)), is_change=True)
-            fitted = "gradients" if one.with_slopes else "values"
-            kind = (str(one.degree), str(len(one.coefficients)), fitted, number(one.q2, 4))
-            rows.append((label, texts[0], off, *texts[1:], shown_unit, *kind))
-        quantiles = [f"{100 * q:g} %" for q in _TOLD]
-        head = ("functional", "mean", "deviation", *quantiles, "unit")
-        parts = [
-            f"polynomials of {listed(self.names)}; {self.runs} runs, {len(self.failures)} failed",
-            table((*head, "degree", "terms", "fitted to", "predicted"), rows),
-        ]
-        if not correlated(self.scene).any():
-            shares = zip(self.labels, self.first, self.total, strict=True)
-            parts.append(shares_table(self.names, list(shares)))
-        return "\n".join([*parts, *self.doubts])
+    def trust(self) -> str:
+        """How far the polynomials hold, in words."""
+        kind = "values and gradients" if self.expansion.with_slopes else "values"
+        verdict = (
+            "to be trusted"
+            if self.is_trusted
+            else "not to be trusted, since it jumps or has kinks over these ranges or the runs are "
+            "too few; take more, or method='samples'"
+        )
+        return (
+            f"degree {self.expansion.degree} from {kind}, predicts "
+            f"{100 * max(self.predicted, 0.0):.4g} % of the variance of runs left out: {verdict}"
+        )
 
 
-@checked
-def chaos(
-    what: Scattered,
-    *,
-    over: Over,
-    of: Mapping[str, Any] | Iterable[Any],
-    until: float | str | None = None,
-    parameters: Changes | None = None,
-    start: Changes | None = None,
-    runs: int = 200,
-    seed: int = 0,
-    sampling: Sampling = "sobol",
-    derivatives: bool = True,
-    rtol: float = 1e-6,
-    workers: int | None = None,
-) -> Chaos:
-    """How results scatter, by polynomials that are fitted to few runs.
+@dataclass(frozen=True, eq=False)
+class ByChaos:
+    """What polynomials gave.
 
-    For functionals that are smooth over the ranges of the parameters. Means, standard deviations
-    and shares of the parameters in the variance follow from the coefficients, quantiles from a
-    large sample of the polynomials.
+    Attributes
+    ----------
+    spreads : dict of str to PolynomialSpread
+    points, values : ndarray, shapes (n, d) and (n, k)
+        Runs to which they were fitted.
+    failures : dict of int to str
+        Why runs failed.
+    notes : tuple of str
+        What runs that failed mean.
+    """
+
+    spreads: dict[str, PolynomialSpread]
+    points: Array
+    values: Array
+    failures: Failures
+    notes: tuple[str, ...]
+
+
+def by_chaos(
+    scene: Scene, runs: int, seed: int, sampling: Sampling, *, gradients: bool = True
+) -> ByChaos:
+    """Fit polynomials of the parameters to runs, for functionals that are smooth in them.
 
     Parameters
     ----------
-    what, over, of, until, parameters, start, rtol, workers
-        As for `lumped.tolerances.scene_of`.
+    scene : Scene
     runs : int
         At least 10.
     seed, sampling
-        How they are drawn, as for `ensemble`.
-    derivatives : bool
-        Also fit the gradient of each run. It counts as many values as there are parameters. For a
-        small drive a run with its gradient takes longer than as many runs side by side; then
-        more runs without gradients are better.
-
-    Returns
-    -------
-    Chaos
+        How their parameters are drawn.
+    gradients : bool
+        Whether each run also gives its derivatives.
 
     Raises
     ------
     OptionError
-        If an option makes no sense, or a functional has no derivative.
+        If there are fewer than 10 runs, or a functional has no derivatives.
     SolverError
-        If fewer than 10 runs have a result.
+        If fewer than 10 runs have a value.
     """
-    scene = scene_of(
-        what,
-        over=over,
-        of=of,
-        until=until,
-        parameters=parameters,
-        start=start,
-        rtol=rtol,
-        workers=workers,
-        analysis="chaos",
-    )
-    return chaos_of(scene, runs, seed, sampling, derivatives)
-
-
-def chaos_of(scene: Scene, runs: int, seed: int, sampling: Sampling, derivatives: bool) -> Chaos:
-    """The same for a scene (see `chaos`)."""
     if not runs >= LEAST:
         raise OptionError(f"{scene.analysis}: runs = {shown(runs)}: at least {LEAST} are needed.")
-    together = correlated(scene)
     grid = scene.physical(np.tile(standard_normal()[:, None], len(scene.names)))
     families = tuple(
-        NORMAL if together[j] else family_of(grid[:, j]) for j in range(len(scene.names))
+        NORMAL if is_one else family_of(grid[:, j]) for j, is_one in enumerate(correlated(scene))
     )
     u = scene.scores(runs, seed, sampling)
     x, z = scene.physical(u), _variables(scene, families, u)
     slopes: NDArray[np.float64] | None = None
-    if derivatives:
+    if gradients:
         try:
             values, slopes = scene.slopes(x)
         except OptionError as error:
-            raise OptionError(f"{error} Or fit values alone, by derivatives=False.") from None
+            raise OptionError(f"{error} Or fit polynomials to values, gradients=False.") from None
         slopes = slopes @ _moved(scene, families, u)
     else:
         values = scene.values(x)
-    expansions = []
-    for k, label in enumerate(scene.labels):
+    failures = dict(scene.failures)
+    many = scene.scores(_POINTS, seed, "sobol")
+    ground = _Ground(scene, families, scene.physical(many), _variables(scene, families, many))
+    spreads = {}
+    for k, (label, unit) in enumerate(zip(scene.labels, scene.units, strict=True)):
         there = np.isfinite(values[:, k])
-        if there.sum() < LEAST:
-            reason = next(iter(scene.failures.items()), (0, "it has no value"))
+        count = int(there.sum())
+        if count < LEAST:
+            run, reason = next(iter(failures.items()), (0, "it is no number."))
             raise SolverError(
-                f"{scene.analysis}: {there.sum()} of {runs} runs have a {label}; {LEAST} are "
-                f"needed. Run {reason[0]}: {reason[1]}"
+                f"{scene.analysis}: {count} of {runs} runs have {label}; polynomials need {LEAST}. "
+                f"Run {run}: {reason}",
+                None,
             )
         own = None if slopes is None else slopes[there, k]
-        expansions.append(fit(families, z[there], values[there, k], own))
-    return Chaos(
-        scene.names,
-        scene.labels,
-        scene.units,
-        tuple(expansions),
-        x,
-        values,
-        dict(scene.failures),
-        scene,
-    )
+        found = fit(families, z[there], values[there, k], own)
+        missing = share_of(runs - count, runs)
+        spreads[label] = PolynomialSpread(ground, label, unit, found, missing)
+    notes: tuple[str, ...] = ()
+    if failures:
+        notes = (
+            f"{len(failures)} of {runs} runs have no value; there the polynomials go on from the "
+            "others. method='samples' leaves out what has no value.",
+        )
+    return ByChaos(spreads, x, values, failures, notes)
 
 
 def _variables(scene: Scene, families: Sequence[Family], u: Array) -> Array:

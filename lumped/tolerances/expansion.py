@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from lumped.ensembles.laws import Array
@@ -23,15 +22,13 @@ _SPARE = 2
 """Rows for each term, at least."""
 _WORK = 1e9
 """Rows times the square of the terms, at most: some tenths of a second."""
-_FIRM = 1e-3
-"""Least eigenvalue of the products of terms over the runs, in those over the distribution."""
 _FIRST = 0.5
 """Square of the weight of derivatives before their residuals are known."""
 _WEIGHTS = 1e-3, 1e3
 """Range of weights of derivatives."""
 _ALIKE, _EXACT = 1.02, 1e-20
 """Squares of errors that count as equal, in each other and in the variance: fewer terms win."""
-_CHUNK = 4_000_000
+_CHUNK = 500_000
 """Numbers in the memory of one evaluation."""
 _BAND = 1000
 """Points next to a quantile over which polynomials are averaged."""
@@ -123,7 +120,11 @@ class Expansion:
         """Of the sum at points, shape (n, d) to (n,)."""
         size = max(1, _CHUNK // len(self.exponents))
         found = [
-            self.coefficients @ products(self.families, z[i : i + size], self.exponents)
+            np.einsum(
+                "p,pn->n",  # a product of BLAS would wait for its threads at each chunk
+                self.coefficients,
+                products(self.families, z[i : i + size], self.exponents),
+            )
             for i in range(0, len(z), size)
         ]
         return np.concatenate(found)
@@ -159,8 +160,8 @@ def fit(
     the weights, and whether derivatives serve at all, follow from the error at runs that are left
     out with all their rows. Polynomials that the runs hardly determine may be small at all runs and
     large elsewhere, above all in the tails of normal variables. So the square of that error is
-    divided by the least eigenvalue of the products of the terms over the runs, which is one if they
-    are orthonormal there too.
+    multiplied by the mean of the inverse eigenvalues of the products of the terms over the runs,
+    by which random errors grow in the coefficients; it is one if the terms are orthonormal there.
 
     Parameters
     ----------
@@ -183,8 +184,8 @@ def fit(
     M. S. Eldred, K. Sargsyan: Enhancing l1-minimization estimates of polynomial chaos expansions
     using basis selection. Journal of Computational Physics 289 (2015) 18-34. Hyperbolic sets, and
     choice by leaving out runs: G. Blatman, B. Sudret, Adaptive sparse polynomial chaos expansion
-    based on least angle regression. Journal of Computational Physics 230 (2011) 2345-2367. The
-    least eigenvalue: A. Cohen, M. A. Davenport, D. Leviatan, On the stability and accuracy of
+    based on least angle regression. Journal of Computational Physics 230 (2011) 2345-2367.
+    Eigenvalues: A. Cohen, M. A. Davenport, D. Leviatan, On the stability and accuracy of
     least squares approximations. Foundations of Computational Mathematics 13 (2013) 819-834.
     """
     families, n = tuple(families), len(values)
@@ -272,14 +273,17 @@ class _Rows:
         gram = np.tensordot(weights**2, self.grams, 1)
         expected = n * (1.0 + self.rates[:, : m - 1] @ weights[1:] ** 2)
         shape = gram / np.sqrt(expected[:, None] * expected)
-        firm: dict[int, float] = {}
-        for end in self.terms.ends:
-            least = scipy.linalg.eigvalsh(shape[:end, :end], subset_by_index=[0, 0]).item()
-            if least < _FIRM:
+        ends = list(self.terms.ends)
+        while True:
+            try:
+                factor = np.linalg.cholesky(shape[: ends[-1], : ends[-1]])
                 break
-            firm[end] = min(least, 1.0)
-        most = max(firm)
-        back = np.linalg.inv(np.linalg.cholesky(gram[:most, :most]))
+            except np.linalg.LinAlgError:  # too many terms for these runs
+                ends.pop()
+        most = ends[-1]
+        back = np.linalg.inv(factor)
+        growth = np.cumsum((back**2).sum(axis=1)) / np.arange(1, most + 1)
+        back /= np.sqrt(expected[:most])
         left = (self.left[:most] * weights[:, None]).reshape(most, m * n)
         q = back @ left
         right = self.right * weights[:, None]
@@ -287,7 +291,7 @@ class _Rows:
         q = q.reshape(most, m, n)
         residuals, hat = right.copy(), np.zeros((n, m, m))
         found, begin = [], 0
-        for end, least in firm.items():
+        for end in ends:
             part = q[begin:end]
             residuals -= np.tensordot(turned[begin:end], part, 1)
             hat += part.transpose(2, 1, 0) @ part.transpose(2, 0, 1)
@@ -297,8 +301,9 @@ class _Rows:
             except np.linalg.LinAlgError:  # a run is met whatever its values are
                 break
             error = float(np.mean(left_out[0] ** 2))
+            bound = error * max(float(growth[end - 1]), 1.0)
             own = residuals[0].copy()
-            found.append(_Fit(self, error, error / least, end, back, q, turned, own, left_out))
+            found.append(_Fit(self, error, bound, end, back, q, turned, own, left_out))
         return found
 
 
@@ -312,7 +317,7 @@ class _Fit:
     error : float
         Mean square of the error at runs that are left out.
     bound : float
-        The same, where it may be larger away from the runs.
+        The same, with what it may grow to away from the runs.
     count : int
         Of the terms.
     back : ndarray

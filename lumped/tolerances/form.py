@@ -43,6 +43,8 @@ class DesignPoint:
         Derivatives of the excess over the limit by the parameters.
     steepness : float
         Growth of the excess over a unit of standard normal space, along `alpha`.
+    bend : float
+        ``1 + beta kappa`` with the curvature kappa of the limit along one direction: 1 for a plane.
     """
 
     beta: float
@@ -51,6 +53,7 @@ class DesignPoint:
     x: Array
     slopes: Array
     steepness: float
+    bend: float
 
     @property
     def probability(self) -> float:
@@ -80,7 +83,7 @@ def form(limit: Limit, begin: Array | None = None, starts: int = 4) -> tuple[Des
         design; default is the median.
     starts : int
         Number of searches. The second begins opposite the point that the first has found, the
-        others at random beside it.
+        others at right angles to it, in pairs.
 
     Raises
     ------
@@ -104,7 +107,7 @@ def points_of(limit: Limit, every: Sequence[Search]) -> tuple[DesignPoint, ...]:
         if any(np.linalg.norm(search.u - p.u) < _SAME * (1 + abs(p.beta)) for p in points):
             continue
         point = _design_point(limit, search)
-        if 1 + point.beta * _bend(limit, point.u) > 0:
+        if point.bend > 0:
             points.append(point)
         else:
             saddle = limit.combination(point.u)
@@ -184,7 +187,8 @@ def _design_point(limit: Limit, search: Search) -> DesignPoint:
     steepness = float(np.linalg.norm(search.slope))
     alpha = search.slope / steepness
     u = alpha * float(alpha @ search.u - search.g / steepness)
-    return DesignPoint(float(alpha @ u), u, alpha, *limit.at(u), steepness)
+    beta = float(alpha @ u)
+    return DesignPoint(beta, u, alpha, *limit.at(u), steepness, 1 + beta * _bent(limit, u))
 
 
 def nothing_found(limit: Limit, every: Sequence[Search]) -> OptionError | SolverError:
@@ -204,14 +208,14 @@ def nothing_found(limit: Limit, every: Sequence[Search]) -> OptionError | Solver
     if not limit.is_crossed:
         return limit.unreached(f"within a distance of {FURTHEST:g}")
     for search in known:
-        _bend(limit, search.u)
+        _bent(limit, search.u)
     return SolverError(
         f"{limit.head}: no design point was found in {sum(s.count for s in every)} evaluations. "
         "Take tighter rtol, or method='subset', which needs no design point."
     )
 
 
-def _bend(limit: Limit, u: Array) -> float:
+def _bent(limit: Limit, u: Array) -> float:
     """Curvature of the limit at a point, along one direction; it bends to the median if negative.
 
     Raises

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
@@ -110,11 +111,41 @@ class Limit:
         return self._seen(u, self.sign * (values[:, self.row] - self.bound)), self.sign * along
 
     def at(self, u: Array) -> tuple[Array, Array]:
-        """Parameters at a point, and the derivatives of the excess by them."""
+        """Parameters at a point, and the derivatives of the excess by them.
+
+        Raises
+        ------
+        SolverError
+            If there are none.
+        """
         x = self.scene.physical(u[None])
         _, by = self.scene.slopes(x)
+        return x[0], self._there(by, u)
+
+    def at_by_others(self, u: Array, others: Mapping[str, float]) -> Array:
+        """Derivatives of the excess at a point by parameters that do not scatter, shape (m,).
+
+        Parameters
+        ----------
+        others : mapping of str to float
+            The m parameters and their values.
+
+        Raises
+        ------
+        SolverError
+            If there are none.
+        """
+        return self._there(self.scene.slopes_by_others(self.scene.physical(u[None]), others), u)
+
+    def _there(self, by: Array, u: Array) -> Array:
         self.evaluations, self.gradients = self.evaluations + 1, self.gradients + 1
-        return x[0], self.sign * by[0, self.row]
+        if not np.isfinite(by).all():
+            raise SolverError(
+                f"{self.head} has no derivatives at its design point, {self.combination(u)}: "
+                f"{next(iter(self.scene.failures.values()), '')} method='subset' needs none."
+            )
+        found: Array = self.sign * by[0, self.row]
+        return found
 
     def curvature(self, x: Array) -> Array:
         """Second derivatives of the excess by the parameters, shape (d, d).

@@ -14,6 +14,7 @@ from lumped.ensembles.watched import Collected
 from lumped.errors import LumpedError, OptionError, UnknownNameError
 from lumped.gradients.gradient_ensemble import gradients_at
 from lumped.gradients.hessian import hessian
+from lumped.simulation.functional_kinds import Functional
 from lumped.tolerances.evaluated import Array, Failures
 
 __all__ = ["OfRuns"]
@@ -34,6 +35,8 @@ class OfRuns:
         As for `ensemble`.
     rtol : float
     workers : int or None
+    analysis : str
+        With which errors begin.
     """
 
     def __init__(
@@ -46,11 +49,12 @@ class OfRuns:
         start: Changes | None,
         rtol: float,
         workers: int | None,
+        analysis: str,
     ) -> None:
         self._system, self._names, self._of = system, names, dict(of)
         self._parameters = {system.key(k): value for k, value in (parameters or {}).items()}
         self._options: dict[str, Any] = {"until": until, "start": start, "rtol": rtol}
-        self._workers = workers
+        self._workers, self._analysis = workers, analysis
         options = RunOptions(until, start=start, rtol=rtol)
         self._runs = RunsAt(system, names, of, parameters, options, workers)
         self.labels = tuple(of)
@@ -61,7 +65,19 @@ class OfRuns:
         return self._runs(x)
 
     def slopes(self, x: Array) -> tuple[Array, Array, Failures]:
-        """Functionals and derivatives of all runs, by the adjoint."""
+        """Functionals and derivatives of all runs, by the adjoint.
+
+        Raises
+        ------
+        OptionError
+            If a functional has none.
+        """
+        for label, wanted in self._of.items():
+            if not isinstance(wanted, Functional):
+                raise OptionError(
+                    f"{self._analysis}: {label} has no derivative: numbers of events jump, and a "
+                    "swing has two extremes. Take a method of samples, or functionals.highest."
+                )
         shape = len(x), len(self._of)
         try:
             found = gradients_at(

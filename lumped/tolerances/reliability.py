@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -11,19 +12,25 @@ from lumped.compiler.system import Changes, Name
 from lumped.ensembles.variants import Over
 from lumped.errors import OptionError, SolverError
 from lumped.support.arguments import checked
-from lumped.tolerances.form import DesignPoint, joined, points_of, searches
+from lumped.tolerances.form import DesignPoint, form, joined, points_of, searches
 from lumped.tolerances.importance import around, centres
 from lumped.tolerances.limit import Limit
 from lumped.tolerances.moments import central_moments
 from lumped.tolerances.reliability_outcome import Influence, Kind, Reliability
 from lumped.tolerances.sampled import Sampled
 from lumped.tolerances.scene import Scattered, Scene, scene_of
-from lumped.tolerances.sorm import curved
+from lumped.tolerances.sorm import Curved, curved
 from lumped.tolerances.subset import subset
 
 __all__ = ["reliability"]
 
 _RUNS, _STARTS = 1000, 4
+_PLANE = 0.1
+"""Difference of ``1 + beta kappa`` from 1 up to which a limit counts as plane."""
+_CURVED = (
+    "the limit is curved beside the design point (1 + beta kappa = {:.3g} along one direction, 1 "
+    "for a plane); compare with method='sorm'"
+)
 
 Method = Literal["form", "sorm", "importance", "subset"]
 
@@ -124,6 +131,7 @@ def reliability(
     O. Ditlevsen, H. O. Madsen: Structural Reliability Methods. Wiley, 1996. Sources of the methods
     are in their modules (`lumped.tolerances.form` and those beside it).
     """
+    to = tuple(to)
     _check(method, runs, seed, starts, to)
     scene = scene_of(
         what,
@@ -138,26 +146,13 @@ def reliability(
     )
     limit = Limit(scene, above, below)
     others, (means, deviations) = scene.others(to), _moments(scene)
-    points: tuple[DesignPoint, ...] = ()
-    sampled, bent, remarks = None, [], []
-    if method == "subset":
-        sampled = subset(limit, runs or _RUNS, seed)
+    bent: tuple[Curved, ...] = ()
+    if method in ("form", "sorm"):
+        points = form(limit, starts=starts or _STARTS)
+        bent = tuple(curved(limit, point) for point in points) if method == "sorm" else ()
+        sampled = _computed(points, bent)
     else:
-        every = searches(limit, starts=starts or _STARTS)
-        if method == "importance":
-            middle = centres(limit, every)
-            try:
-                points = points_of(limit, every)
-            except SolverError as error:
-                remarks = [f"{error} (the samples lie around the nearest points that were found)"]
-            sampled = around(limit, middle, runs or _RUNS, seed)
-        else:
-            points = points_of(limit, every)
-    if method == "sorm":
-        bent = [curved(limit, point) for point in points]
-    if sampled is None:
-        each = [one.tvedt for one in bent] or None
-        sampled = Sampled.computed(joined(points, each))
+        points, sampled = _sampled(limit, method, runs or _RUNS, seed, starts or _STARTS)
     return Reliability(
         system=scene.system.name,
         event=limit.event,
@@ -173,15 +168,15 @@ def reliability(
         points=points,
         importance=_importance(limit, points),
         influences=_influences(limit, points, others, means, deviations),
-        second_order=tuple(bent),
+        second_order=bent,
         evaluations=limit.evaluations,
         gradients=limit.gradients,
-        remarks=(*remarks, *sampled.remarks),
+        remarks=sampled.remarks,
     )
 
 
 def _check(
-    method: str, runs: int | None, seed: int, starts: int | None, to: Iterable[Name]
+    method: str, runs: int | None, seed: int, starts: int | None, to: tuple[Name, ...]
 ) -> None:
     """Refuse options that belong to other methods, or make no sense."""
     is_sampled, has_points = method in ("importance", "subset"), method != "subset"
@@ -204,6 +199,36 @@ def _check(
             "reliability: to = is for derivatives at the design point, which method='subset' does "
             "not look for; take another method."
         )
+
+
+def _computed(points: tuple[DesignPoint, ...], bent: tuple[Curved, ...]) -> Sampled:
+    """Probability from design points, of a curved limit if its curvatures are known."""
+    if bent:
+        return Sampled.computed(joined(points, [one.tvedt for one in bent]))
+    bend = points[0].bend
+    remarks = () if abs(bend - 1) <= _PLANE else (_CURVED.format(bend),)
+    return Sampled.computed(joined(points), remarks)
+
+
+def _sampled(
+    limit: Limit, method: Method, runs: int, seed: int, starts: int
+) -> tuple[tuple[DesignPoint, ...], Sampled]:
+    """Design points, if there are any, and a probability from samples."""
+    points: tuple[DesignPoint, ...] = ()
+    remarks: list[str] = []
+    if method == "subset":
+        found = subset(limit, runs, seed)
+    else:
+        every = searches(limit, starts=starts)
+        middle = centres(limit, every)
+        try:
+            points = points_of(limit, every)
+        except SolverError as error:
+            remarks.append(f"{error} (the samples lie around the nearest points that were found)")
+        found = around(limit, middle, runs, seed)
+    if found.failed:
+        remarks.append(f"why one failed: {limit.reason}")
+    return points, replace(found, remarks=(*remarks, *found.remarks))
 
 
 def _moments(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
@@ -243,13 +268,7 @@ def _influences(
         ("deviation", limit.scene.names, deviations, scores * np.array(shifted)),
     ]
     if others:
-        x = np.array([point.x for point in points])
-        by = limit.sign * limit.scene.slopes_by_others(x, others)[:, limit.row]
-        limit.evaluations, limit.gradients = (
-            limit.evaluations + len(x),
-            limit.gradients + len(x),
-        )
-        own = np.array([p.beta_by(row) for p, row in zip(points, by, strict=True)])
+        own = np.array([p.beta_by(limit.at_by_others(p.u, others)) for p in points])
         tables.append(("value", tuple(others), np.abs(list(others.values())), own))
     density = np.exp([-(point.beta**2) / 2 for point in points]) / np.sqrt(2 * np.pi)
     return tuple(

@@ -61,9 +61,9 @@ class Sampled:
     levels: tuple[Level, ...] = ()
 
     @classmethod
-    def computed(cls, probability: float) -> Sampled:
+    def computed(cls, probability: float, remarks: tuple[str, ...] = ()) -> Sampled:
         """A probability that was computed without samples."""
-        return cls(probability, 0.0, None, 0.0, 0)
+        return cls(probability, 0.0, None, 0.0, 0, remarks)
 
 
 def interval(

@@ -20,9 +20,8 @@ from lumped.support.display_units import Units, chosen, display
 from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
-from lumped.tolerances.by_chaos import ChaosSpread
 from lumped.tolerances.by_derivatives import by_derivatives
-from lumped.tolerances.chaos import chaos_of
+from lumped.tolerances.chaos import by_chaos
 from lumped.tolerances.evaluated import Array, Failures
 from lumped.tolerances.intervals import Quantile
 from lumped.tolerances.scene import Scattered, Scene, scene_of
@@ -53,7 +52,7 @@ class Scatter(ByName, RichHtml):
         How each functional scatters, by its label.
     points, values : ndarray, shapes (n, d) and (n, k)
         Parameters and functionals of the runs that were made, nan where one has no value: the
-        sample, the check of derivatives, or those to which polynomials are fitted.
+        sample, the check of derivatives, or what polynomials were fitted to.
     failures : dict of int to str
         Why functionals have no value, by the number of the run.
     notes : tuple of str
@@ -213,6 +212,7 @@ def scatter(
     runs: int | None = None,
     seed: int = 0,
     sampling: Sampling | None = None,
+    gradients: bool = True,
     until: float | str | None = None,
     parameters: Changes | None = None,
     start: Changes | None = None,
@@ -225,7 +225,8 @@ def scatter(
     have intervals from order statistics, shares those of Clopper and Pearson, for independent
     runs; other samplings lie closer. By derivatives: functionals are expanded about the mean, to
     second order where they have exact second derivatives; a few runs tell how much that misses.
-    By chaos: polynomials are fitted to few runs and their gradients (`lumped.tolerances.chaos`).
+    By polynomial chaos: orthonormal polynomials of the parameters are fitted to some runs and their
+    gradients, for functionals that are smooth over the whole of their ranges.
 
     Parameters
     ----------
@@ -241,11 +242,15 @@ def scatter(
     method : {"samples", "derivatives", "chaos"}
         How.
     runs : int, optional
-        Number of runs; default is 1000 samples, 64 to check derivatives, 200 for chaos.
+        Number of runs; default is 1000 samples, 64 to check derivatives, or 200 for polynomials.
     seed : int
         Of the runs, as for `ensemble`.
     sampling : {"random", "latin", "sobol", "halton"}, optional
         Of samples and chaos, as for `ensemble`; default is "random", for chaos "sobol".
+    gradients : bool
+        Whether polynomials are fitted to the gradients of the runs too. A gradient counts as many
+        values as there are parameters. For a small drive it takes longer than as many runs
+        side by side; more runs without gradients are better there.
     until, parameters, start, rtol
         For a system, as for `ensemble`.
     workers : int, optional
@@ -279,20 +284,22 @@ def scatter(
         workers=workers,
     )
     count = _RUNS[method] if runs is None else runs
-    if method == "derivatives":
+    if not gradients and method != "chaos":
+        raise OptionError(f"scatter: gradients=False is for method='chaos', not for '{method}'.")
+    if method == "chaos":
+        fitted = by_chaos(scene, count, seed, sampling or "sobol", gradients=gradients)
+        spreads: dict[str, Spread] = {**fitted.spreads}
+        points, values, failures = fitted.points, fitted.values, fitted.failures
+        notes = fitted.notes
+    elif method == "derivatives":
         if sampling is not None:
             raise OptionError("scatter: sampling is for samples and chaos; derivatives need none.")
         if count < 2:
             raise OptionError(f"scatter: runs = {count}: two at least check derivatives.")
         found = by_derivatives(scene, count, seed)
-        spreads: dict[str, Spread] = {**found.spreads}
+        spreads = {**found.spreads}
         points, values, failures = found.points, found.values, found.failures
         notes = found.notes
-    elif method == "chaos":
-        fitted = chaos_of(scene, count, seed, sampling or "sobol", derivatives=True)
-        spreads = {label: ChaosSpread(fitted, k) for k, label in enumerate(fitted.labels)}
-        points, values, failures = fitted.points, fitted.values_of_runs, fitted.failures
-        notes = fitted.doubts
     else:
         points = scene.draw(count, seed, sampling or "random")
         values, failures, notes = scene.values(points), scene.failures, ()

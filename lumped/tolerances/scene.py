@@ -331,7 +331,7 @@ def scene_of(
         check_options(0.0, end, rtol, None, "steps", 1)
 
         def runs(names: tuple[str, ...]) -> Evaluated:
-            return OfRuns(what, names, wanted, end, parameters, start, rtol, workers)
+            return OfRuns(what, names, wanted, end, parameters, start, rtol, workers, analysis)
 
         return Scene(what, over, marginals, runs, parameters, analysis)
     if (until, parameters, start) != (None, None, None):

@@ -1,27 +1,21 @@
-"""Shares of parameters in the variance of a result."""
+"""Whether parameters have shares in a variance."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.ensembles.laws import Array
 from lumped.errors import OptionError
-from lumped.support.text_table import listed, table
+from lumped.support.text_table import listed
 from lumped.tolerances.scene import Scene
 
-__all__ = ["correlated", "refuse_correlated", "shares_table"]
-
-_MOST = 12
-"""Parameters of each functional in a table."""
+__all__ = ["correlated", "refuse_correlated"]
 
 
 def correlated(scene: Scene) -> NDArray[np.bool_]:
     """Which parameters depend on others, shape (d,)."""
-    slopes = scene.physical_slopes(np.zeros((1, len(scene.names))))[0]
-    off = (slopes != 0) & ~np.eye(len(slopes), dtype=bool)
+    mixing = scene.marginals.mixing
+    off = (mixing != 0) & ~np.eye(len(mixing), dtype=bool)
     found: NDArray[np.bool_] = off.any(axis=0) | off.any(axis=1)
     return found
 
@@ -38,27 +32,6 @@ def refuse_correlated(scene: Scene) -> None:
     if names:
         raise OptionError(
             f"{scene.analysis}: {listed(names)} are correlated, so that the variance has no share "
-            "of each. Give distributions without correlation, or take rank_correlations of "
-            "lumped.ensemble."
+            "of each. Give distributions without correlation, or take the ranking of "
+            "lumped.scatter, which is of each alone."
         )
-
-
-def shares_table(
-    names: Sequence[str], rows: Sequence[tuple[str, Array, Array]], digits: int = 3
-) -> str:
-    """Parameters by their share in the variance, the largest first.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Of the parameters.
-    rows : sequence of (str, ndarray, ndarray)
-        For each functional its label, and the shares of each parameter alone and with others.
-    """
-    lines = []
-    for label, first, total in rows:
-        order = np.argsort(-total, kind="stable")[:_MOST]
-        lines += [
-            (label, names[j], f"{first[j]:.{digits}f}", f"{total[j]:.{digits}f}") for j in order
-        ]
-    return table(("share in the variance of", "parameter", "alone", "with others"), lines)

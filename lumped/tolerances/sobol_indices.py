@@ -112,7 +112,7 @@ def sobol_indices(
     Parameters
     ----------
     what, over, of, until, parameters, start, rtol, workers
-        As for `lumped.tolerances.scene_of`; parameters that are independent.
+        As for `lumped.scatter`; parameters that are independent.
     pairs : int
         At least 16, best a power of two.
     seed : int
@@ -175,7 +175,7 @@ def indices_of(scene: Scene, pairs: int, seed: int, confidence: float) -> SobolI
         k = int(kept.argmin())
         run, reason = next(iter(scene.failures.items()), (0, "it has no value"))
         raise SolverError(
-            f"{scene.analysis}: {kept[k]} of {pairs} pairs have a {scene.labels[k]}; {_LEAST} are "
+            f"{scene.analysis}: {kept[k]} of {pairs} pairs have {scene.labels[k]}; {_LEAST} are "
             f"needed. Run {run}: {reason}"
         )
     random = np.random.default_rng(seed)

@@ -8,7 +8,15 @@ import pytest
 DOCS = Path(__file__).parents[2] / "docs"
 NAMES = (
     *("index", "start", "cheat_sheet", "conventions", "own_component", "data", "coming_from"),
-    *("compiler", "notebook", "pictures", "explorer", "analyses/starts", "analyses/torsional"),
+    *(
+        "compiler",
+        "notebook",
+        "pictures",
+        "explorer",
+        "analyses/starts",
+        "analyses/scatter",
+        "analyses/torsional",
+    ),
     *(
         f"elements/{name}"
         for name in ("engine", "elastic_coupling", "shafts", "synchronous_machine")

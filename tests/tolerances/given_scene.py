@@ -1,6 +1,7 @@
 """A scene of formulas, for studies that are tried without a drive."""
 
 from collections.abc import Callable
+from types import SimpleNamespace
 
 import numpy as np
 import scipy
@@ -27,6 +28,7 @@ class GivenScene:
         self.laws, self.formula, self.derivatives = laws, formula, slopes
         self.names = tuple(f"p{j}" for j in range(len(laws)))
         self.mixing = np.eye(len(laws)) if mixing is None else mixing
+        self.marginals = SimpleNamespace(mixing=self.mixing)
         k = formula(self.physical(np.zeros((1, len(laws))))).shape[1]
         self.labels, self.units = tuple(f"y{i}" for i in range(k)), ("1",) * k
         self.failures, self.asked = {}, []

@@ -1,0 +1,212 @@
+"""What a scatter refuses, how it reads tables, prints and draws."""
+
+import math
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped import functionals as fun
+from lumped.components import Brake, Inertia
+from lumped.ensembles.laws import Parameter
+from lumped.errors import OptionError, ParameterError, SolverError, UnitError, UnknownNameError
+from lumped.tolerances import scene_of, toleranced
+from tests.tolerances.drives import pair, wheel
+
+NORMAL = {"one.tau": lp.normal(20.0, 2.0)}
+
+
+@pytest.fixture(scope="module")
+def driven():
+    return wheel()
+
+
+@pytest.fixture(scope="module")
+def found(driven):
+    return lp.scatter(driven, over=NORMAL, of=fun.final("body.w"), until=1.0, runs=200)
+
+
+def test_wrong_calls_are_refused_by_name(driven):
+    of = fun.final("body.w")
+    calls = [
+        (
+            {"until": 1.0, "over": {"one.tau": lp.normal(20.0, -2.0)}},
+            OptionError,
+            r"scatter: one\.tau: std = -2 N\.m must be greater than zero",
+        ),
+        (
+            {"until": 1.0, "over": {"body.J": lp.normal(4.0, 1.0)}},
+            ParameterError,
+            r"body\.J .* must be greater than 0.*other values with a probability of 3\.17e-05",
+        ),
+        (
+            {"until": 1.0, "over": {"one.tau": [1.0, 2.0]}},
+            OptionError,
+            r"scatter: over = .*a distribution of each parameter is needed",
+        ),
+        ({"until": 1.0, "over": {"on.tau": lp.normal(1, 1)}}, UnknownNameError, r"one\.tau"),
+        ({"over": NORMAL}, OptionError, r"scatter: a system is simulated; give until="),
+        ({"until": 1.0, "over": NORMAL, "runs": 0}, OptionError, r"scatter: runs = 0"),
+        ({"until": 1.0, "over": NORMAL, "workers": 0}, OptionError, r"scatter: workers = 0"),
+        (
+            {"until": 1.0, "over": NORMAL, "of": fun.frequency(0)},
+            OptionError,
+            r"scatter: Frequency\(mode=0\) is nothing that a run has; known are final, peak",
+        ),
+        (
+            {"until": 1.0, "over": NORMAL, "method": "derivatives", "sampling": "sobol"},
+            OptionError,
+            r"scatter: sampling is for samples and chaos",
+        ),
+        (
+            {"until": 1.0, "over": NORMAL, "method": "derivatives", "of": fun.swing("body.w")},
+            OptionError,
+            r"scatter: .*body\.w.* has no derivative",
+        ),
+    ]
+    for given, kind, text in calls:
+        with pytest.raises(kind, match=text):
+            lp.scatter(driven, **({"of": of} | given))
+    with pytest.raises(OptionError, match=r"scatter: until, parameters and start belong to a sys"):
+        lp.scatter(
+            lp.modes(pair()), over={"s.c": lp.normal(1e3, 1.0)}, of=fun.frequency(0), until=1
+        )
+    with pytest.raises(OptionError, match=r"scatter: frequency\(1\): the modes are 0 to 0"):
+        lp.scatter(lp.modes(pair()), over={"s.c": lp.normal(1e3, 1.0)}, of=fun.frequency(1))
+
+
+def test_limits_quantiles_and_labels_are_checked(found):
+    own = found["final(body.w)"]
+    with pytest.raises(OptionError, match=r"final\(body\.w\): give a limit, above= or below="):
+        own.share()
+    with pytest.raises(UnitError, match="rad/s"):
+        own.share(above="3 N.m")
+    with pytest.raises(OptionError, match=r"quantile\(1\): a number between 0 and 1"):
+        own.quantile(1.0)
+    with pytest.raises(OptionError, match=r"causes of final\(body\.w\): none of 200 values"):
+        own.causes(above=100.0)
+    with pytest.raises(UnknownNameError, match=r"'final\(body\.v\)' was not asked for"):
+        found["final(body.v)"]
+    assert list(found) == ["final(body.w)"]
+
+
+def test_what_decides_a_verdict():
+    """Two torques of which one scatters twice as much decide a limit together."""
+    found = lp.scatter(
+        wheel(),
+        over={"one.tau": lp.normal(20.0, 2.0), "two.tau": lp.normal(12.0, 1.0)},
+        of={"w": fun.final("body.w")},
+        until=1.0,
+        runs=4000,
+    )
+    causes = dict(found["w"].causes(above=8.0))
+    # of 1 where a z1 + b z2 > 0, a^2 + b^2 = 1: variance of P(z1) = Phi(a z1 / b), over 1/4
+    expected = {
+        name: 4 * (math.asin(r * r) / (2 * math.pi))
+        for name, r in (("one.tau", 2 / math.sqrt(5)), ("two.tau", 1 / math.sqrt(5)))
+    }
+    print(causes, expected)
+    assert causes == pytest.approx(expected, abs=0.05)
+
+
+def test_all_runs_that_fail_are_an_error_and_some_are_told():
+    scene = scene_of(
+        wheel(), over={"body.J": lp.uniform(1.0, 2.0)}, of=[fun.final("body.w")], until=1.0
+    )
+    values = scene.values(np.array([[1.0], [-1.0], [2.0]]))
+    assert np.isnan(values[:, 0]).tolist() == [False, True, False]
+    assert list(scene.failures) == [1]
+    assert "body.J = -1 kg.m2" in scene.failures[1]
+    assert values[[0, 2], 0] == pytest.approx([32.0, 16.0], rel=1e-9)
+    with pytest.raises(ParameterError, match=r"body\.J = -1"):
+        scene.curvatures(np.array([-1.0]))
+
+    system = lp.assemble(
+        lp.compose(
+            body=Inertia(J=1.0, w=10.0),
+            brake=Brake(f_max=10.0, characteristic=((0.0, 0.5),), u=1.0),
+            connections=lambda m: lp.chain(m.body, m.brake),
+        )
+    )
+    over, of = {"brake.f_max": lp.uniform(8.0, 9.0)}, fun.instant("brake", "stuck")
+    with pytest.raises(SolverError, match=r"scatter: all 20 runs fail\. Run 0: .*event"):
+        lp.scatter(system, over=over, of=of, until=0.1, runs=20)
+
+
+def test_tables_of_tolerances(tmp_path):
+    file = tmp_path / "tolerances.csv"
+    file.write_text(
+        "name, nominal, tolerance, distribution\n"
+        "s.c, 1 kN.m/rad, 6 %, normal\n"
+        "a.J,, 100e3 kg.mm2, uniform\n"
+        "b.J, 3, 0.2, triangular\n"
+    )
+    table = toleranced(file)
+    laws = {
+        name: table[name].law(Parameter(name, unit, nominal))
+        for name, unit, nominal in (
+            ("s.c", "N.m/rad", 900.0),
+            ("a.J", "kg.m2", 2.0),
+            ("b.J", "kg.m2", 5.0),
+        )
+    }
+    q = np.array([0.5, 0.75])
+    # a normal tolerance is three deviations, of 0.6745 deviations in the upper quartile
+    assert laws["s.c"].quantile(q) == pytest.approx([1000.0, 1000 + 20 * 0.674489750], rel=1e-9)
+    assert laws["a.J"].quantile(q) == pytest.approx([2.0, 2.05], rel=1e-12)
+    assert laws["b.J"].quantile(q) == pytest.approx([3.0, 3.2 - 0.2 * math.sqrt(0.5)], rel=1e-12)
+    given = toleranced({"s.c": ("1 kN.m/rad", "6 %", "normal")})
+    assert given["s.c"] == table["s.c"]
+
+
+def test_wrong_tables_are_refused_by_line(tmp_path):
+    file = tmp_path / "tolerances.csv"
+    head = "name,nominal,tolerance,distribution\n"
+    for text, told in (
+        ("name,nominal,tolerance\n", "has no column distribution"),
+        (f"{head}s.c,1,2,gauss\n", r"line 2: s\.c has the distribution 'gauss'; take normal"),
+        (f"{head}s.c,1,,normal\n", r"line 2: s\.c has no tolerance"),
+        (f"{head}s.c,1,2,normal\ns.c,1,2,normal\n", r"line 3: s\.c stands twice"),
+        (head, "the table is empty"),
+    ):
+        file.write_text(text)
+        with pytest.raises(OptionError, match=told):
+            toleranced(file)
+    with pytest.raises(OptionError, match=r"nowhere\.csv cannot be read: No such file"):
+        toleranced(tmp_path / "nowhere.csv")
+    with pytest.raises(OptionError, match=r"toleranced: s\.c = 5\.0: \(nominal, tolerance, dist"):
+        toleranced({"s.c": 5.0})
+    of = toleranced({"s.c": (None, -3.0, "normal")})
+    with pytest.raises(
+        OptionError, match=r"scatter: s\.c: tolerance = -3 N\.m/rad must be greater"
+    ):
+        lp.scatter(lp.modes(pair()), over=of, of=fun.frequency(0))
+
+
+def test_results_are_shown(found):
+    text = repr(found)
+    assert "scatter of 1 functionals by 1 parameters, by samples; 200 runs" in text
+    assert "final(body.w): one.tau 0.99" in text
+    assert "final(body.w)" in found._repr_html_()
+    frame = found.to_pandas()
+    assert frame.loc["final(body.w)", "50 %"] == found["final(body.w)"].quantile(0.5).value
+    assert frame.loc["final(body.w)", "unit"] == "rad/s"
+
+
+@pytest.mark.parametrize("backend", ["matplotlib", "plotly"])
+def test_pictures(found, backend):
+    figure = found.plot(units={"rad/s": "rpm"}, backend=backend)
+    if backend == "plotly":
+        told = str(figure.to_json())
+    else:
+        histogram, shares = figure.axes
+        told = " ".join(
+            [histogram.get_xlabel(), *(t.get_text() for t in histogram.get_legend().texts)]
+        )
+        told += " ".join(label.get_text() for label in shares.get_yticklabels())
+        low, high = histogram.get_xlim()
+        middle = found["final(body.w)"].quantile(0.5).value * 30 / np.pi
+        assert low < middle < high
+    assert "rpm" in told
+    assert "50 %" in told
+    assert "one.tau" in told

@@ -1,0 +1,75 @@
+"""Scatter of order responses, against the closed form of one inertia on a shaft."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped import functionals as fun
+from lumped.components import Damper, Fixed, Inertia, SpringDamper, Torque
+from lumped.tolerances import scene_of
+
+SPEEDS = np.linspace(40.0, 80.0, 21)
+J, BIG, C, D, A, ORDER = 0.5, 50.0, 2.0e4, 6.0, 100.0, 3.0
+
+
+@pytest.fixture(scope="module")
+def response():
+    """A small inertia, excited three times a turn, on a shaft to a large one."""
+    model = lp.compose(
+        torque=Torque(tau=0.0),
+        small=Inertia(J=J),
+        shaft=SpringDamper(c=C, d=D),
+        big=Inertia(J=BIG),
+        water=Damper(d=1.0),
+        ground=Fixed(),
+        connections=lambda m: [
+            lp.connect(m.torque.flange, m.small.flange_a),
+            *lp.chain(m.small, m.shaft, m.big, m.water, m.ground),
+        ],
+    )
+    return lp.vibration.order_response(
+        lp.assemble(model),
+        speeds=SPEEDS,
+        of=["shaft.tau"],
+        excitations={"torque.tau": {ORDER: A}},
+    )
+
+
+def torques(c, d, small):
+    """Torque of the shaft at all speeds: m x'' + b x' + k x = f of two bodies."""
+    w = ORDER * SPEEDS
+    k, b = np.array([[c, -c], [-c, c]]), np.array([[d, -d], [-d, d + 1.0]])
+    found = []
+    for one in w:
+        x = np.linalg.solve(k + 1j * one * b - one**2 * np.diag([small, BIG]), [A, 0.0])
+        found.append(abs((c + 1j * one * d) * (x[1] - x[0])))
+    return np.array(found)
+
+
+def test_values_and_slopes_are_those_of_dense_solutions(response):
+    names = ("shaft.c", "shaft.d", "small.J")
+    middle = np.array([C, D, J])
+    over = {n: lp.normal(v, 0.02 * v) for n, v in zip(names, middle, strict=True)}
+    scene = scene_of(
+        response, over=over, of=[fun.order_peak("shaft.tau", measure=ORDER), fun.frequency(0)]
+    )
+    points = scene.draw(4, 2)
+    values, slopes = scene.slopes(points)
+    assert not scene.failures
+    assert np.array_equal(scene.values(points), values)
+    for point, value, slope in zip(points, values, slopes, strict=True):
+        sizes = torques(*point)
+        worst = int(sizes.argmax())
+        assert value[0] == pytest.approx(sizes[worst], rel=1e-10)
+        for j in range(3):
+            step = np.zeros(3)
+            step[j] = 1e-5 * point[j]
+            by = (torques(*(point + step))[worst] - torques(*(point - step))[worst]) / (2 * step[j])
+            assert slope[0, j] == pytest.approx(by, rel=1e-6)
+        # the water hardly matters to the frequency of the small inertia on the shaft
+        assert value[1] == pytest.approx(
+            np.sqrt(point[0] * (1 / point[2] + 1 / BIG)) / (2 * np.pi), rel=1e-4
+        )
+    found = lp.scatter(response, over=over, of=fun.order_peak("shaft.tau", measure=ORDER), runs=20)
+    peaks = [torques(*point).max() for point in found.points]
+    assert found["order_peak(shaft.tau, order 3)"].mean == pytest.approx(np.mean(peaks), rel=1e-10)
