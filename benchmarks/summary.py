@@ -172,6 +172,14 @@ def summary() -> list[tuple[str, str, str]]:
             f"{side['lanes over fastest C']} of one in C in vector registers",
         )
     )
+    scattered = rows("scatter")
+    found.append(
+        (
+            "100 000 variants: time of the processor one by one over that of a scatter",
+            "scatter",
+            "; ".join(f"{row['what']} {row['ratio']}" for row in scattered),
+        )
+    )
     share = rows("sweep")[-1]
     found.append(
         (

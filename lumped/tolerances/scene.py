@@ -344,6 +344,11 @@ def scene_of(
     marginals = marginals_of(system, over, parameters=own, analysis=analysis)
     if isinstance(what, Modes):
         what.refuse_mean(analysis)
+        if what.near is not None:
+            raise OptionError(
+                f"{analysis}: of other designs other modes may be near {what.near:g} Hz; give all "
+                "modes, lumped.modes(system)."
+            )
         _refuse_other(wanted, Modal, "modes", analysis)
     else:
         _refuse_other(wanted, Vibrating, "an order response", analysis)

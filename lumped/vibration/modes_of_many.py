@@ -98,7 +98,7 @@ class ModesOfMany:
     def slopes(self, x: Real, modes: ManyModes, wanted: list[int]) -> Complex:
         """Derivatives of eigenvalues of some modes by what varies, shape (n, len(wanted), d).
 
-        nan for modes that repeat.
+        nan for modes that repeat, and where they must be looked at alone.
         """
         n, d = len(x), x.shape[1]
         found = np.full((n, len(wanted), d), np.nan, dtype=complex)
@@ -114,7 +114,12 @@ class ModesOfMany:
                 part = self._part_with(every, value, known)
                 for number in np.unique(part):
                     mine = part == number
-                    right, left = vectors_of_many(blocks[number][known][mine], value[known][mine])
+                    try:
+                        right, left = vectors_of_many(
+                            blocks[number][known][mine], value[known][mine]
+                        )
+                    except np.linalg.LinAlgError:  # a shift is an eigenvalue to the last bit
+                        continue
                     gap = np.abs(every[number][known][mine] - value[known][mine, None])
                     alone = (gap <= _REPEATED * np.abs(value[known][mine, None])).sum(axis=1) == 1
                     by = self._contracted(own[mine], right, left, self._members[number])

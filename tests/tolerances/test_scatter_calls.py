@@ -210,3 +210,17 @@ def test_pictures(found, backend):
     assert "rpm" in told
     assert "50 %" in told
     assert "one.tau" in told
+
+
+def test_modes_that_change_their_number_or_are_some_of_all_are_told():
+    modes = lp.modes(pair())
+    # overdamped from 2 sqrt(c Jr) = 69.3 N.m.s/rad on, with Jr = 1.2 kg.m2
+    over = {"s.d": lp.uniform(60.0, 80.0)}
+    found = lp.scatter(modes, over=over, of=fun.frequency(0), runs=300)
+    lost = found.points[:, 0] > 2 * math.sqrt(1000 * 1.2)
+    assert sorted(found.failures) == np.flatnonzero(lost).tolist()
+    assert "there are 0 oscillating modes instead of 1" in repr(found)
+    assert np.isnan(found.values[:, 0]).tolist() == lost.tolist()
+    some = lp.modes(pair(), near=0.0, count=1)
+    with pytest.raises(OptionError, match="give all modes"):
+        lp.scatter(some, over=over, of=fun.frequency(0))
