@@ -14,6 +14,7 @@ NAMES = (
         "pictures",
         "explorer",
         "analyses/starts",
+        "analyses/robust",
         "analyses/scatter",
         "analyses/torsional",
     ),
