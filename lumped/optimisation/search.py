@@ -75,8 +75,9 @@ class DesignSearch(Generic[K]):
                     raise OptionError(
                         f"optimise: {key} is a parameter; its bounds belong to `vary`."
                     )
-        self.least_beta = {each.probability: each.least_beta for each in task.such_that}
-        self.most = {each.probability: each.most for each in task.such_that}
+        self.most: dict[Probability, float] = {}
+        for each in task.such_that:
+            self.most[each.probability] = min(each.most, self.most.get(each.probability, 1.0))
 
         def scattered(of: RobustAim | Probability) -> MovedScene:
             return MovedScene(what, of.functional, of.over, self.names, "optimise", **scene)
@@ -127,7 +128,7 @@ class DesignSearch(Generic[K]):
         if isinstance(key, RobustAim):
             value, by = self.aims[key].at(self.design(w))
         elif isinstance(key, Probability):
-            beta, beta_by = self.probabilities[key].beta(self.design(w))
+            beta, beta_by = self.probabilities[key].betas(self.design(w))[0]
             value, by = -beta, -beta_by
         else:
             return self.functional(key, w)
@@ -140,6 +141,10 @@ class DesignSearch(Generic[K]):
             return float(scipy.special.ndtr(value + self.shift[key]))
         return value
 
+    def least_beta(self, key: Probability) -> float:
+        """Reliability index of the greatest probability."""
+        return float(-scipy.special.ndtri(self.most[key]))
+
     # -- the programme -------------------------------------------------------------------------
 
     def bounded_rows(self, key: Any, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
@@ -150,9 +155,11 @@ class DesignSearch(Generic[K]):
         """What must not be negative, scaled, its gradients and names."""
         every = [row for key in self.bounds for row in self.bounded_rows(key, w)]
         for key, most in self.most.items():
-            value, slope = self.value(key, w)
-            text = f"{key} = {self.told(key, value):.3g}, at most {most:g}"
-            every.append((-value - self.least_beta[key] - self.shift[key], -slope, text))
+            for beta, by in self.probabilities[key].betas(self.design(w)):
+                slope = np.zeros(len(w))
+                slope[: len(self.names)] = by * self.scale
+                text = f"{key} = {self.told(key, -beta):.3g}, at most {most:g}"
+                every.append((beta - self.least_beta(key) - self.shift[key], slope, text))
         for weights, most in self.at_most:
             label = " + ".join(f"{weight:g} {key}" for key, weight in weights.items())
             every += bounded(label, *self.total(weights, w), -np.inf, most)
@@ -218,17 +225,18 @@ class DesignSearch(Generic[K]):
         return own.checked(self.design(w), self.most.get(key), self.shift[key], searches)
 
     def _moved(self, check: CheckedProbability) -> bool:
-        """Shift beta if samples do not agree; whether a bound that holds the design moves."""
+        """Shift beta if samples do not agree; whether its bound is passed now, or is too tight."""
         if check.sampled is None or check.sampled.interval is None:
             return False
         key, (low, high) = check.wanted, check.sampled.interval
         before = self.shift[key]
-        if low <= scipy.special.ndtr(before - check.beta) <= high:
-            return False
-        self.shift[key] = check.beta + float(scipy.special.ndtri(check.sampled.probability))
+        if not low <= scipy.special.ndtr(before - check.beta) <= high:
+            self.shift[key] = check.beta + float(scipy.special.ndtri(check.sampled.probability))
         if check.most is None:
             return False
-        return check.beta - self.least_beta[key] - max(before, self.shift[key]) < _PRESSES
+        room = check.beta - self.least_beta(key) - before
+        loosened = before - self.shift[key]
+        return room + loosened < -_PRESSES or (room < _PRESSES and loosened > _PRESSES)
 
     def optimum(
         self,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lumped.errors import SolverError
-from lumped.numerics.nearest_points import FURTHEST, Search
+from lumped.numerics.nearest_points import FURTHEST, Search, searched
 from lumped.support.text_table import amounts, listed, number
 from lumped.tolerances.evaluated import Array
 from lumped.tolerances.form import form, joined, nothing_found, searches
@@ -24,7 +24,12 @@ __all__ = ["CheckedAim", "CheckedProbability", "DesignAim", "DesignProbability"]
 _MORE = 4
 """How much larger than a sample is the one by which it is checked."""
 
+_SAME = 0.05
+"""Distance of two design points, relative to that from the median, below which they are one."""
+
 Design = Mapping[str, float]
+Plane = tuple[float, Array, float]
+"""Reliability index, point, and growth of the excess there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +118,7 @@ class CheckedAim:
 
 
 class DesignProbability:
-    """The reliability index of designs, each found from the design point of the last.
+    """Reliability indices of designs, found from the design points of the last one.
 
     Parameters
     ----------
@@ -129,19 +134,20 @@ class DesignProbability:
 
     def __init__(self, wanted: Probability, scene: MovedScene) -> None:
         self.wanted, self.scene, self.evaluations = wanted, scene, 0
-        self._begin: Array | None = None
-        self._last: tuple[Design, float, Array] | None = None
+        self._followed: list[Array] = []
+        self._last: tuple[Design, list[tuple[float, Array]]] | None = None
 
     def limit(self, design: Design) -> Limit:
         """The limit at a design."""
         wanted = self.wanted
         return Limit(self.scene.at(design), wanted.above, wanted.below)
 
-    def beta(self, design: Design) -> tuple[float, Array]:
-        """Reliability index, and its derivatives by the design, shape (m,).
+    def betas(self, design: Design) -> list[tuple[float, Array]]:
+        """Reliability indices, and their derivatives by the design, each of shape (m,).
 
-        Where the limit is out of reach, it is taken as plane from where the search ended. Whether
-        it is smooth is looked at in `checked`.
+        One for each design point that is followed, the least first. Where the limit is out of
+        reach, it is taken as plane from where the search ended. Whether it is smooth is looked at
+        in `checked`.
 
         Raises
         ------
@@ -150,48 +156,80 @@ class DesignProbability:
         """
         if self._last is None or self._last[0] != design:
             limit = self.limit(design)
-            beta, u, steepness = self._nearest(limit, design)
-            _, slopes, _ = self.scene.slopes(design, u[None])
-            self.evaluations += limit.evaluations + 1
-            self._begin, self._last = u, (dict(design), beta, -limit.sign * slopes[0] / steepness)
-        return self._last[1:]
+            planes = self._planes(limit, design)
+            self._followed = [u for _, u, _ in planes]
+            _, slopes, _ = self.scene.slopes(design, np.array(self._followed))
+            self.evaluations += limit.evaluations + len(planes)
+            self._last = (
+                dict(design),
+                [
+                    (beta, -limit.sign * by / steepness)
+                    for (beta, _, steepness), by in zip(planes, slopes, strict=True)
+                ],
+            )
+        return self._last[1]
 
-    def _nearest(self, limit: Limit, design: Design) -> tuple[float, Array, float]:
-        """Reliability index, the point it belongs to, and the growth of the excess there."""
-        starts = 4 if self._begin is None else 1
-        every = searches(limit, self._begin, starts)
+    def _planes(self, limit: Limit, design: Design) -> list[Plane]:
+        """The limit at the design points that are followed, or at the nearest if there is none."""
+        known = searched(limit.slopes, self._followed)
+        ends = [search for search in known if search.is_found]
+        if ends:
+            kept: list[Plane] = []
+            for plane in sorted(map(_plane, ends), key=lambda plane: plane[0]):
+                if not any(_is_same(plane[1], other) for _, other, _ in kept):
+                    kept.append(plane)
+            return kept
+        every = searches(limit)
         ends = [search for search in every if search.is_found]
-        if not ends and starts == 1:
-            self._begin = None
-            return self._nearest(limit, design)
         if not ends and not limit.is_crossed:
             ends = [search for search in every if search.slope.any()]
         if not ends:
-            told = listed([f"{name} = {value:.6g}" for name, value in design.items()])
-            error = nothing_found(limit, every)
-            raise SolverError(f"{self.scene.analysis}: at {told}: {error}", None)
-        return min(map(_plane, ends), key=lambda plane: abs(plane[0]))
+            raise self._refused(design, nothing_found(limit, every))
+        return [min(map(_plane, ends), key=lambda plane: abs(plane[0]))]
+
+    def _refused(self, design: Design, error: Exception) -> SolverError:
+        told = listed([f"{name} = {value:.6g}" for name, value in design.items()])
+        return SolverError(f"{self.scene.analysis}: at {told}: {error}", None)
 
     def checked(
         self, design: Design, most: float | None, shift: float, searches: int
     ) -> CheckedProbability:
-        """The probability by samples around all design points that are found from four starts."""
-        beta, limit = self.beta(design)[0], self.limit(design)
+        """The probability by samples around all design points that are found from four starts.
+
+        A point that is nearer than those that were followed is followed from now on.
+
+        Raises
+        ------
+        SolverError
+            If the limit has a kink at a design point, or no sample passes it.
+        """
+        (beta, _), *_ = self.betas(design)
         if beta >= FURTHEST:
             return CheckedProbability(self.wanted, most, beta, 0.0, None, {}, shift, searches)
-        points = form(limit, self._begin)
-        if points[0].beta < beta:  # nearer than the one that was followed
-            self._begin, self._last, beta = points[0].u, None, points[0].beta
-        found = around(limit, [point.u for point in points], self.wanted.runs, self.wanted.seed)
-        own = dict(zip(limit.scene.names, points[0].x.tolist(), strict=True))
-        plane = joined(points)
-        return CheckedProbability(self.wanted, most, beta, plane, found, own, shift, searches)
+        limit, wanted = self.limit(design), self.wanted
+        try:
+            points = form(limit, self._followed[0])
+            found = around(limit, [point.u for point in points], wanted.runs, wanted.seed)
+        except SolverError as error:
+            raise self._refused(design, error) from None
+        nearest = points[0]
+        if not any(_is_same(nearest.u, u) for u in self._followed):
+            self._followed.insert(0, nearest.u)
+            self._last = None
+        own = dict(zip(limit.scene.names, nearest.x.tolist(), strict=True))
+        numbers = nearest.beta, joined(points)
+        return CheckedProbability(wanted, most, *numbers, found, own, shift, searches)
 
 
-def _plane(search: Search) -> tuple[float, Array, float]:
+def _plane(search: Search) -> Plane:
     """Distance of the median from a limit that is plane at the end of a search."""
     steepness = float(np.linalg.norm(search.slope))
     return float(search.slope @ search.u - search.g) / steepness, search.u, steepness
+
+
+def _is_same(u: Array, other: Array) -> bool:
+    """Whether two design points are one."""
+    return bool(np.linalg.norm(u - other) < _SAME * (1 + np.linalg.norm(u)))
 
 
 class DesignAim:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
-import scipy
-
 from lumped.ensembles.variants import Over
 from lumped.errors import OptionError, shown
 from lumped.simulation.functionals import Functional, Vibrating
@@ -82,11 +80,6 @@ class ProbabilityLimit:
 
     probability: Probability
     most: float
-
-    @property
-    def least_beta(self) -> float:
-        """Least reliability index, that of the greatest probability."""
-        return float(-scipy.special.ndtri(self.most))
 
     def __str__(self) -> str:
         return f"{self.probability} <= {self.most:g}"

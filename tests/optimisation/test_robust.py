@@ -9,6 +9,7 @@ from lumped import distributions as dist
 from lumped import functionals as fun
 from lumped.components import Fixed, Inertia, Spring, SpringDamper, Torque
 from lumped.errors import OptimisationError, OptionError
+from lumped.numerics.sqp import sqp
 from lumped.tolerances.moved_scene import MovedScene
 from lumped.tolerances.of_designs import DesignAim, DesignProbability
 
@@ -113,7 +114,7 @@ def test_the_derivative_of_beta_is_that_of_its_closed_form():
         return (STRENGTH - a * T) / np.hypot(WEAKER, 0.1 * a * T)
 
     design = {"d": 0.055, "T": 5500.0}
-    value, slopes = DesignProbability(limit, scene).beta(design)
+    ((value, slopes),) = DesignProbability(limit, scene).betas(design)
     h = 1e-6
     for name, received in zip(names, slopes, strict=True):
         up, down = (beta(**design | {name: design[name] * (1 + side * h)}) for side in (1, -1))
@@ -216,6 +217,33 @@ def test_a_limit_that_is_no_plane_shifts_beta():
     assert found.values[passed] == pytest.approx(1e-3, rel=1e-4)
 
 
+class Between(lp.Component):
+    """A deviation within a width, about a middle."""
+
+    middle: lp.Param = lp.param("1", "middle", 0.4)
+    width: lp.Param = lp.param("1", "half width", 3.0, above=0)
+    z: lp.Param = lp.param("1", "deviation", 0.0)
+    y = lp.var("1", "square of the deviation over the width")
+
+    def equations(self):
+        yield self.y == ((self.z - self.middle) / self.width) ** 2
+
+
+def test_both_ways_to_fail_are_followed():
+    """A normal deviation is within ``+- w`` but for ``2 Phi(-w)``: the middle is its own."""
+    passed = lp.probability(fun.final("y"), above=1.0, over={"z": lp.normal(0.0, 1.0)})
+    found = lp.optimise(
+        lp.assemble(Between()),
+        until=1.0,
+        vary={"middle": (-1.0, 1.0), "width": (1.0, 6.0)},
+        minimise="width",
+        such_that=passed <= 1e-3,
+    )
+    print(found)
+    assert found.parameters["middle"] == pytest.approx(0.0, abs=1e-6)
+    assert found.parameters["width"] == pytest.approx(index(0.5e-3), abs=0.04)
+
+
 def test_a_design_that_never_fails_is_left_where_it_is():
     """The limit is out of reach at the start and at the optimum, at the least inertia."""
     found = lp.optimise(
@@ -259,6 +287,25 @@ def test_the_quantile_is_that_of_harrell_and_davis():
             for side in (1, -1)
         )
         assert slope[k] == pytest.approx((up - down) / (2 * h), rel=1e-6)
+
+
+def test_a_search_ends_where_values_of_a_quantile_change_places():
+    """Half of each of two equal normal deviations has the least quantile."""
+    a, b = scores(2, 256).T
+    aim = lp.tolerances.quantile(fun.final("y"), 0.9, over={})
+
+    def objective(w):
+        value, slope = aim.of_sample(w[0] * a + (1 - w[0]) * b, (a - b)[:, None])
+        return value, slope
+
+    def none(w):
+        return np.zeros(0), np.zeros((0, 1)), []
+
+    box = np.array([[0.3, 0.0, 1.0]])
+    found, _ = sqp("mixture", ["share"], box, objective, none, lambda: 0)
+    every = [objective([w])[0] for w in np.linspace(0.4, 0.6, 2001)]
+    assert found.objective <= min(every) * (1 + 1e-9)
+    assert found.w[0] == pytest.approx(0.5, abs=0.05)
 
 
 def test_the_softest_spring_with_a_frequency_three_deviations_above_a_limit():
