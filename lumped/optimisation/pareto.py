@@ -147,8 +147,11 @@ def pareto(
 
     Parameters
     ----------
-    run, vary, subject_to, such_that, intervals, periodic, until, parameters, start, rtol
+    run, vary, subject_to, such_that, intervals, periodic, until, parameters, start
         As for `optimise`.
+    rtol : float
+        Of runs that are made for each design, tighter than elsewhere: near an optimum a search
+        compares runs that hardly differ.
     minimise : (aim, aim)
         The two. Of a run both are functionals. Of a system, modes or an order response each is what
         `optimise` makes small: a functional, a name, a mapping of these to weights, or a
