@@ -3,9 +3,9 @@
 Peaks of both shaft torques of three masses whose inertias and stiffnesses scatter by 10 %
 (`_ensemble_tasks`, task a), and the larger of both. Errors are those of chaos against the random
 runs, over half the width of the 95 % interval that these have themselves: below 1 chaos lies
-inside, and a perfect answer does so in 95 % of cases. They are medians over five seeds. Times are
-wall times beside that of the random runs in the same process; the second table has the fit alone,
-for ten parameters. Read the ratios.
+inside, and a perfect answer does so in 95 % of cases. They are medians over three seeds. Times are
+wall times beside that of the random runs in the same process; the second table has the processor
+time of the fit alone, for ten parameters. Read the ratios.
 
     python -m benchmarks.chaos
 """
@@ -25,8 +25,8 @@ from lumped.tolerances.intervals import quantile_of
 from lumped.tolerances.polynomials import family_of, standard_normal
 
 NOMINAL = (0.5, 1.2, 3.0, 4e4, 2.5e4)
-CASES = ((100, True), (300, True), (1000, True), (300, False), (1000, False))
-SEEDS = 5
+CASES = ((100, True), (300, True), (300, False), (1000, False))
+SEEDS = 3
 LEVELS = (0.01, 0.99)
 WIDTH = 1.96
 
@@ -102,9 +102,9 @@ def fits() -> list[tuple[str, ...]]:
     for what, given in (("values and gradients", slopes), ("values", None)):
         best = np.inf
         for _ in range(5):
-            begin = time.perf_counter()
+            begin = time.process_time()
             found = fit([family] * 10, z, values, given)
-            best = min(best, time.perf_counter() - begin)
+            best = min(best, time.process_time() - begin)
         terms = str(len(found.coefficients))
         rows.append((what, str(found.degree), terms, f"{1 - found.q2:.1e}", f"{best:.2f}"))
     return rows

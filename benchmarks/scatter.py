@@ -40,25 +40,23 @@ TOLERANCES = SHAFT_TOLERANCES | {
 Values = Callable[[], np.ndarray]
 
 
-def least(ways: list[Values]) -> tuple[list[float], list[float], list[np.ndarray]]:
-    """Seconds of the clock and of the processor, and results of ways, taken in turn."""
-    clock, seconds, found = [np.inf] * len(ways), [np.inf] * len(ways), [np.zeros(0)] * len(ways)
+def least(ways: list[Values]) -> tuple[list[float], list[np.ndarray]]:
+    """Seconds of the processor and results of ways, taken in turn."""
+    seconds, found = [np.inf] * len(ways), [np.zeros(0)] * len(ways)
     for _ in range(TURNS):
         for i, way in enumerate(ways):
-            begin, own = time.perf_counter(), time.process_time()
+            begin = time.process_time()
             found[i] = way()
-            clock[i] = min(clock[i], time.perf_counter() - begin)
-            seconds[i] = min(seconds[i], time.process_time() - own)
-    return clock, seconds, found
+            seconds[i] = min(seconds[i], time.process_time() - begin)
+    return seconds, found
 
 
 def row(what: str, together: Values, alone: Values) -> tuple[str, ...]:
     """Seconds of all variants together, and one by one; the latter are the first of the former."""
-    (wall, _), (seconds, some), (found, expected) = least([together, alone])
+    (seconds, some), (found, expected) = least([together, alone])
     error = np.abs(found[:ALONE] / expected - 1).max()
     each = some / ALONE
     cells = (
-        f"{wall:.2f}",
         f"{seconds:.2f}",
         f"{each * RUNS:.0f}",
         f"{each * RUNS / seconds:.0f}",
@@ -121,7 +119,7 @@ def frequencies() -> list[tuple[str, ...]]:
 
 def main() -> None:
     """Print the table, and write it to results."""
-    head = ("what", "variants", "cores", "s", "processor, s", "one by one, processor, s")
+    head = ("what", "variants", "cores", "processor, s", "one by one, processor, s")
     head += ("ratio", "largest difference")
     write("scatter.csv", head, [mill(), *frequencies()])
 

@@ -24,6 +24,7 @@ from lumped.gradients.sensitivity import Sensitivity
 from lumped.language.component import Component
 from lumped.support.display_units import time_unit
 from lumped.timeloop.result import Trajectory
+from lumped.tolerances.scatter import Scatter
 from lumped.vibration.holzer import Holzer
 from lumped.vibration.limits import Verdict
 from lumped.vibration.modes import Modes
@@ -131,6 +132,11 @@ def _(modes: Modes) -> Column:
 @_column.register
 def _(found: Ensemble) -> Column:
     return "spread", [sparklines.spread(found[label]) for label in found.labels]
+
+
+@_column.register
+def _(found: Scatter) -> Column:
+    return "spread", [sparklines.spread(own.sample()) for own in found.spreads.values()]
 
 
 @_column.register

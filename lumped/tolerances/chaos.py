@@ -53,8 +53,9 @@ class PolynomialSpread(Spread):
 
     Mean and deviation follow from the coefficients, and what the polynomials leave is added to the
     variance. Quantiles and shares are those of a large sample of the polynomials, to which
-    residuals of the runs are added. Intervals follow from leaving out each run. They know nothing
-    of what no run met: with a probability of 5 %, n runs miss what concerns 3 / n of all.
+    residuals of runs with values nearby are added. Intervals follow from leaving out each run. They
+    know nothing of what no run met: with a probability of 5 %, n runs miss what concerns 3 / n of
+    all.
 
     Attributes
     ----------
@@ -71,9 +72,9 @@ class PolynomialSpread(Spread):
     def __init__(
         self, ground: _Ground, label: str, unit: str, expansion: Expansion, missing: Share
     ) -> None:
-        residuals = np.random.default_rng(0).choice(expansion.residuals, _POINTS)
         self._plain = expansion.values(ground.z)
-        names, found = ground.scene.names, self._plain + residuals
+        found = expansion.completed(self._plain, np.random.default_rng(0))
+        names = ground.scene.names
         super().__init__(names, ground.x, found)
         self.label, self.unit, self.missing, self.expansion = label, unit, missing, expansion
         self._ground = ground

@@ -30,6 +30,8 @@ _ALIKE, _EXACT = 1.02, 1e-20
 """Squares of errors that count as equal, in each other and in the variance: fewer terms win."""
 _CHUNK = 500_000
 """Numbers in the memory of one evaluation."""
+_NEAR = 4
+"""Runs to each side from which residuals are taken, at least; else a fiftieth of all."""
 _BAND = 1000
 """Points next to a quantile over which polynomials are averaged."""
 
@@ -47,8 +49,8 @@ class Expansion:
     coefficients : ndarray, shape (P,)
     influence : ndarray, shape (P, n)
         Change of the coefficients by each run, against the fit without it.
-    residuals : ndarray, shape (n,)
-        Values less those of the sum.
+    fitted, residuals : ndarray, shape (n,)
+        The sum in each run, and the value less it.
     q2 : float
         Share of the variance of the values that is predicted for a run by a fit without it.
     with_slopes : bool
@@ -59,6 +61,7 @@ class Expansion:
     exponents: NDArray[np.int64]
     coefficients: Array
     influence: Array
+    fitted: Array
     residuals: Array
     q2: float
     with_slopes: bool
@@ -128,6 +131,23 @@ class Expansion:
             for i in range(0, len(z), size)
         ]
         return np.concatenate(found)
+
+    def completed(self, values: Array, random: np.random.Generator) -> Array:
+        """Values of the sum with what it leaves: residuals of runs that have a value nearby.
+
+        Parameters
+        ----------
+        values : ndarray, shape (m,)
+            Of the sum.
+        random : Generator
+        """
+        order, n = np.argsort(self.fitted), len(self.fitted)
+        width = max(_NEAR, n // 50)
+        at = np.searchsorted(self.fitted[order], values)
+        at = np.abs(at + random.integers(-width, width + 1, len(values)))
+        at = np.minimum(at, 2 * (n - 1) - at)  # turned back at both ends
+        found: Array = values + self.residuals[order[at]]
+        return found
 
     def error_near(self, z: Array, values: Array, level: float) -> float:
         """Standard error of a quantile.
@@ -213,7 +233,10 @@ def fit(
     q2 = 1.0 - best.error / variance if variance > 0 else 1.0
     exponents = best.rows.terms.exponents[: best.count]
     with_slopes = best.rows.slopes is not None
-    return Expansion(families, exponents, coefficients, influence, residuals, q2, with_slopes)
+    fitted = values - residuals
+    return Expansion(
+        families, exponents, coefficients, influence, fitted, residuals, q2, with_slopes
+    )
 
 
 class _Rows:

@@ -187,7 +187,10 @@ def test_results_are_shown(found):
     text = repr(found)
     assert "scatter of 1 functionals by 1 parameters, by samples; 200 runs" in text
     assert "final(body.w): one.tau 0.99" in text
-    assert "final(body.w)" in found._repr_html_()
+    page = found._repr_html_()
+    assert "final(body.w)" in page
+    assert "spread" in page
+    assert "<svg" in page
     frame = found.to_pandas()
     assert frame.loc["final(body.w)", "50 %"] == found["final(body.w)"].quantile(0.5).value
     assert frame.loc["final(body.w)", "unit"] == "rad/s"
