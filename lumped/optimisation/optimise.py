@@ -13,7 +13,7 @@ from lumped.optimisation.design_problem import DesignProblem
 from lumped.optimisation.optimise_modes import best_modes
 from lumped.optimisation.optimise_orders import best_orders
 from lumped.optimisation.optimise_runs import best_runs
-from lumped.optimisation.tasks import Objective, task_of
+from lumped.optimisation.tasks import Objective, refuse_scene, task_of
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.simulation.functionals import Designed
 from lumped.support.arguments import checked
@@ -136,10 +136,7 @@ def optimise(
             f"optimise: starts = {starts}: where parameters scatter, there is one search. Begin it "
             "with other parameters instead."
         )
-    if not isinstance(run, System) and (until, parameters, start) != (None, None, None):
-        raise OptionError(
-            "optimise: until, parameters and start belong to a system; others have theirs."
-        )
+    refuse_scene(run, "optimise", until, parameters, start)
     if starts < 1 or (starts > 1 and not isinstance(run, System)):
         raise OptionError(
             f"optimise: starts = {starts}: at least one search is needed, and several for a system "

@@ -16,7 +16,7 @@ from lumped.optimisation.design import Bounds, Key, Optimum, Scattered, key_unit
 from lumped.optimisation.design_problem import DesignProblem
 from lumped.optimisation.front_picture import front_picture
 from lumped.optimisation.optimise import best
-from lumped.optimisation.tasks import Objective, task_of
+from lumped.optimisation.tasks import Objective, refuse_scene, task_of
 from lumped.plots.draw import Backend, draw
 from lumped.plots.picture import labelled
 from lumped.simulation.functionals import Designed
@@ -177,6 +177,7 @@ def pareto(
         raise OptionError(f"pareto: minimise = {minimise!r}; give two different functionals.")
     if count < 2:
         raise OptionError(f"pareto: count = {count}; a front has at least two designs.")
+    refuse_scene(run, "pareto", until, parameters, start)
     if isinstance(run, Scattered):
         aims: Aims = _of_designs(
             run, vary, minimise, subject_to, such_that, (until, parameters, start, rtol)

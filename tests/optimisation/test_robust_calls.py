@@ -1,7 +1,7 @@
 """Wrong calls of designs whose parameters scatter."""
 
 import pytest
-from robust_drives import BREAKS, Bar, pushed
+from robust_drives import BREAKS, Bar, oscillator, pushed
 
 import lumped as lp
 from lumped import functionals as fun
@@ -78,3 +78,14 @@ def test_a_run_that_was_made_has_no_probability():
 def test_what_cannot_be_asked_for_is_named(make, text):
     with pytest.raises(OptionError, match=text):
         make()
+
+
+def test_a_front_of_modes_has_no_end():
+    hertz = {fun.frequency(0): -1.0}
+    with pytest.raises(OptionError, match="pareto: until, parameters and start belong to a system"):
+        lp.optimisation.pareto(
+            lp.modes(oscillator()),
+            until=1.0,
+            vary={"shaft.c": (100.0, 5e3)},
+            minimise=("shaft.c", hertz),
+        )
