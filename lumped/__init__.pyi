@@ -67,6 +67,7 @@ from lumped.support.display_units import display_units as display_units
 from lumped.timeloop.result import OperatingPoint as OperatingPoint
 from lumped.timeloop.result import Trajectory as Trajectory
 from lumped.timeloop.result_files import load as load
+from lumped.tolerances.probability import probability as probability
 from lumped.tolerances.reliability import reliability as reliability
 from lumped.tolerances.scatter import scatter as scatter
 from lumped.vibration.campbell import campbell as campbell

@@ -37,6 +37,7 @@ RTOL = 1e-6
 TIGHTER = {
     "identify": 1e-8,  # near its end a search compares runs that hardly differ
     "optimise": 1e-8,
+    "pareto": 1e-8,
     "periodic": 1e-10,  # what is missing adds up over all periods that follow
     "periodic_range": 1e-10,
     "check_orders": 1e-10,

@@ -89,7 +89,7 @@ def sqp(
     )
     w = np.clip(found.x, box[:, 1], box[:, 2])
     values, slopes, labels = rows(w)
-    violation = float(max(-values.min(initial=0.0), 0.0))
+    violation = max(0.0, -float(values.min(initial=0.0)))
     if found.status != 0 or violation > 1e-6:
         worst = f"Worst violated: {labels[int(values.argmin())]}." if violation > 1e-6 else ""
         raise OptimisationError(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,10 @@ from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.support.units import amount
 from lumped.timeloop.result import Trajectory
+from lumped.tolerances.of_designs import CheckedAim, CheckedProbability
+from lumped.tolerances.probability import Probability, ProbabilityLimit
+from lumped.tolerances.robust_aims import RobustAim
+from lumped.tolerances.scene import Scattered
 from lumped.vibration.modes import Modes
 from lumped.vibration.order_response import OrderResponse
 
@@ -22,7 +27,10 @@ __all__ = [
     "Bounds",
     "Key",
     "Optimum",
+    "Scattered",
+    "Task",
     "bounds_of",
+    "key_unit",
     "room_of",
     "varied",
 ]
@@ -30,7 +38,50 @@ __all__ = [
 Bounds = tuple[float | None, float | None]
 """Lower and upper bound; None is none."""
 
-Key = Designed | Vibrating | Functional
+Key = Designed | Vibrating | Functional | RobustAim | Probability
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What `optimise` is asked for, and where it begins.
+
+    Attributes
+    ----------
+    vary : mapping of name to (low, high)
+        Parameters and their bounds.
+    weights : mapping of functional or name to float
+        What is made small.
+    subject_to : mapping of functional or name to (low, high)
+        Bounds of functionals.
+    such_that : tuple of ProbabilityLimit
+        Probabilities and their greatest values.
+    at_most : tuple of (mapping, float)
+        Weighted sums beside the objective, and their greatest values.
+    told : tuple of functional
+        What is told besides, of the best design.
+    begin : mapping of str to float
+        Parameters with which the search begins; those left out as in the model.
+    """
+
+    vary: Mapping[Any, Bounds]
+    weights: Mapping[Any, float]
+    subject_to: Mapping[Any, Bounds]
+    such_that: tuple[ProbabilityLimit, ...] = ()
+    at_most: tuple[tuple[Mapping[Any, float], float], ...] = ()
+    told: tuple[Any, ...] = ()
+    begin: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def keys(self) -> list[Any]:
+        """All functionals and names, each once; without those of `such_that`."""
+        sums = [key for weights, _ in self.at_most for key in weights]
+        return list(dict.fromkeys([*self.weights, *self.subject_to, *sums, *self.told]))
+
+    @property
+    def is_scattered(self) -> bool:
+        """Whether probabilities or sums over samples are asked for."""
+        scattered = any(isinstance(key, RobustAim | Probability) for key in self.keys)
+        return scattered or bool(self.such_that)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +108,8 @@ class Optimum(RichHtml):
         Status, iterations, evaluations, residual, violation, condition, seconds.
     others : tuple of (float, dict)
         What searches from other starts found: objective and parameters, the best first.
+    checks : tuple of CheckedProbability and CheckedAim
+        Probabilities and what sums up scatter, each with an estimate by samples of its own.
     """
 
     run: Trajectory | Modes | OrderResponse
@@ -68,6 +121,7 @@ class Optimum(RichHtml):
     error: float
     solution: Solution
     others: tuple[tuple[float, dict[str, float]], ...] = ()
+    checks: tuple[CheckedProbability | CheckedAim, ...] = ()
 
     @property
     def system(self) -> System:
@@ -81,7 +135,7 @@ class Optimum(RichHtml):
             begin, _ = amounts(name, unit, self.start[name])
             rows.append((name, begin, *amounts(name, unit, value, digits=9)))
         rows += [
-            (str(key), "", *amounts(str(key), unit_of(self.system, key), value, digits=9))
+            (str(key), "", *amounts(str(key), key_unit(self.system, key), value, digits=9))
             for key, value in self.values.items()
         ]
         rows.append(("objective", "", number(self.objective, 9), ""))
@@ -97,6 +151,7 @@ class Optimum(RichHtml):
         if self.others:
             told = ", ".join(number(objective, 9) for objective, _ in self.others[:6])
             lines.append(f"searches from other starts found {told}")
+        lines += [str(check) for check in self.checks]
         if isinstance(self.run, Trajectory):
             lines.append(f"values as in a run of their own to {self.error:.1e}")
         return "\n".join(lines)
@@ -136,6 +191,13 @@ def varied(
         box.append((start, low, high))
         scales.append(span if 0 < span < np.inf else max(finite, default=1.0))
     return names, np.array(box), np.array(scales)
+
+
+def key_unit(system: System, key: Key) -> str:
+    """Unit of what can be minimised or bounded."""
+    if isinstance(key, Probability):
+        return "1"
+    return unit_of(system, key.functional if isinstance(key, RobustAim) else key)
 
 
 def bounds_of(name: str, given: Bounds) -> tuple[float, float]:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
-from lumped.compiler.system import Name
 from lumped.errors import OptimisationError
-from lumped.optimisation.design import Bounds, Optimum
-from lumped.optimisation.spectral_search import SpectralSearch, VibratingKey
+from lumped.optimisation.design import Optimum, Task
+from lumped.optimisation.spectral_search import SpectralSearch
 from lumped.vibration.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.vibration.mode_designs import ModeDesigns
 from lumped.vibration.modes import Modes, modes
@@ -17,18 +14,11 @@ from lumped.vibration.modes import Modes, modes
 __all__ = ["best_modes"]
 
 
-def best_modes(
-    begin: Modes,
-    vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
-    weights: Mapping[VibratingKey, float],
-    subject_to: Mapping[VibratingKey, Bounds],
-) -> Optimum:
+def best_modes(begin: Modes, task: Task) -> Optimum:
     """The modal part of `optimise`: sequential quadratic programming with exact gradients."""
-    search = _ModeSearch(begin, vary, weights, subject_to)
-    solution, active = search.solved()
-    best, start, numbers = search.found(solution.w)
-    own = search.spectrum(solution.w).modes
-    return Optimum(own, best, start, solution.objective, numbers, active, 0.0, solution)
+    search = _ModeSearch(begin, task)
+    found = search.confirmed()
+    return search.optimum(search.spectrum(found[0].w).modes, *found)
 
 
 class _Sensitive:
@@ -55,15 +45,9 @@ class _Sensitive:
 
 
 class _ModeSearch(SpectralSearch):
-    def __init__(
-        self,
-        begin: Modes,
-        vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
-        weights: Mapping[VibratingKey, float],
-        subject_to: Mapping[VibratingKey, Bounds],
-    ) -> None:
+    def __init__(self, begin: Modes, task: Task) -> None:
         point = begin.point
-        super().__init__(begin.system, point.theta, point.parameters, vary, weights, subject_to)
+        super().__init__(begin, point.theta, point.parameters, task)
         self.designs = ModeDesigns(begin)
         self.last: tuple[bytes, _Sensitive] | None = None
         self.begin()

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from lumped.compiler.system import Name
 from lumped.errors import OptimisationError, OptionError
-from lumped.optimisation.design import Bounds, Optimum, bounds_of
-from lumped.optimisation.spectral_search import SpectralSearch, VibratingKey
+from lumped.numerics.nlp import Solution
+from lumped.optimisation.design import Optimum, Task, bounds_of
+from lumped.optimisation.spectral_search import SpectralSearch
 from lumped.optimisation.speed_separation import WIDEST, Apart
-from lumped.simulation.functionals import OrderPeak, Separation
+from lumped.simulation.functionals import OrderPeak, Separation, Vibrating
 from lumped.vibration.mean_spectrum import MeanSpectrum
 from lumped.vibration.order_designs import OrderDesigns
 from lumped.vibration.order_response import OrderResponse
@@ -24,44 +24,20 @@ _OVER = 1e-9
 """Share by which a limit may be exceeded at a speed that the search does not know."""
 
 
-def best_orders(
-    begin: OrderResponse,
-    vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
-    weights: Mapping[VibratingKey, float],
-    subject_to: Mapping[VibratingKey, Bounds],
-) -> Optimum:
-    """The part of `optimise` for order responses.
-
-    The limits hold at some speeds; those at which the best design exceeds them are added, until
-    there are none (exchange method: Hettich and Kortanek, SIAM Review 35 (1993) 380).
-    """
-    search = _OrderSearch(begin, vary, weights, subject_to)
-    iterations, seconds = 0, 0.0
-    while True:
-        solution, active = search.solved()
-        iterations, seconds = iterations + solution.iterations, seconds + solution.seconds
-        if not search.extended(solution.w):
-            break
-        search.box[:, 0] = solution.w
-    solution = replace(solution, iterations=iterations, seconds=seconds)
-    best, start, numbers = search.found(solution.w)
-    own = search.response(solution.w)
-    return Optimum(own, best, start, solution.objective, numbers, active, 0.0, solution)
+def best_orders(begin: OrderResponse, task: Task) -> Optimum:
+    """The part of `optimise` for order responses."""
+    search = _OrderSearch(begin, task)
+    found = search.confirmed()
+    return search.optimum(search.response(found[0].w), *found)
 
 
 class _OrderSearch(SpectralSearch):
     """With one margin more for each peak that is made small."""
 
-    def __init__(
-        self,
-        begin: OrderResponse,
-        vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
-        weights: Mapping[VibratingKey, float],
-        subject_to: Mapping[VibratingKey, Bounds],
-    ) -> None:
+    def __init__(self, begin: OrderResponse, task: Task) -> None:
         self.first, self.again = begin, OrderDesigns(begin, "optimise")
         point = begin.rotation.points[0]
-        super().__init__(begin.system, point.theta, point.parameters, vary, weights, subject_to)
+        super().__init__(begin, point.theta, point.parameters, task)
         self.again.refuse_balancing(self.names, "vary")
         self.places = self.system.places(self.names)
         self.last: tuple[bytes, OrderResponse] | None = None
@@ -86,6 +62,20 @@ class _OrderSearch(SpectralSearch):
         for wanted in self.keys:
             if isinstance(wanted, Separation):
                 self._begin_apart(wanted)
+
+    def solved(self) -> tuple[Solution, tuple[str, ...]]:
+        """Best unknowns, for which limits hold at all speeds.
+
+        The limits hold at some speeds; those at which the best design exceeds them are added, until
+        there are none (exchange method: Hettich and Kortanek, SIAM Review 35 (1993) 380).
+        """
+        iterations, seconds = 0, 0.0
+        while True:
+            solution, active = super().solved()
+            iterations, seconds = iterations + solution.iterations, seconds + solution.seconds
+            if not self.extended(solution.w):
+                return replace(solution, iterations=iterations, seconds=seconds), active
+            self.box[:, 0] = solution.w
 
     def _begin_apart(self, key: Separation) -> None:
         begin = self._least(key)
@@ -153,11 +143,11 @@ class _OrderSearch(SpectralSearch):
     def spectrum(self, w: np.ndarray) -> _Spectrum:
         return _Spectrum(self.spectra_at(w, self.first.speeds[:1])[0], self.places)
 
-    def value(self, key: VibratingKey, w: np.ndarray) -> tuple[float, np.ndarray]:
+    def functional(self, key: Vibrating, w: np.ndarray) -> tuple[float, np.ndarray]:
         if isinstance(key, Separation):
             return self._separation(key, w)
         if not isinstance(key, OrderPeak):
-            return super().value(key, w)
+            return super().functional(key, w)
         slope = np.zeros(len(w))
         if key not in self.minimised:
             return float(self._sizes(key, w).max()), slope
@@ -165,7 +155,7 @@ class _OrderSearch(SpectralSearch):
         slope[place] = size
         return float(w[place] * size), slope
 
-    def bounded_rows(self, key: VibratingKey, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
+    def bounded_rows(self, key: Any, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
         if isinstance(key, Separation):
             return [] if key in self.margin_of else self._apart(key, w, self._least(key))
         if not isinstance(key, OrderPeak):

@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, cast
 
 import numpy as np
 
-from lumped.compiler.system import Name
+from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptimisationError, OptionError
+from lumped.optimisation.aims import Aims, AimsOfProgramme, AimsOfSearch, Weights, aim_value
 from lumped.optimisation.collocated_course import repeating
-from lumped.optimisation.design import Bounds, Optimum
-from lumped.optimisation.optimise import DesignProblem
+from lumped.optimisation.design import Bounds, Key, Optimum, Scattered, key_unit
+from lumped.optimisation.design_problem import DesignProblem
+from lumped.optimisation.front_picture import front_picture
+from lumped.optimisation.optimise import best
+from lumped.optimisation.tasks import Objective, refuse_scene, task_of
+from lumped.plots.draw import Backend, draw
+from lumped.plots.picture import labelled
 from lumped.simulation.functionals import Designed
 from lumped.support.arguments import checked
+from lumped.support.display_units import Units, chosen, display
 from lumped.support.progress import Progress
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import Trajectory
+from lumped.tolerances.probability import Probability, ProbabilityLimit
+from lumped.vibration.modes import Modes
+from lumped.vibration.order_response import OrderResponse
 
 __all__ = ["Front", "pareto"]
 
@@ -29,27 +40,57 @@ _SLACK = 1e-7
 
 @dataclass(frozen=True, eq=False)
 class Front(RichHtml):
-    """Designs of which none is better in both functionals.
+    """Designs of which none is better in both aims.
 
     Attributes
     ----------
-    functionals : tuple of Designed
-        The two.
+    functionals : tuple
+        The two aims: functionals, names, or mappings of these to weights.
     designs : tuple of Optimum
         From the least of the first to the least of the second; one alone if both are least in it.
     """
 
-    functionals: tuple[Designed, Designed]
+    functionals: tuple[Objective, Objective]
     designs: tuple[Optimum, ...]
 
     @property
     def values(self) -> np.ndarray:
         """Values of both, shape (count, 2)."""
-        return np.array([[d.values[f] for f in self.functionals] for d in self.designs])
+        aims = [_weights(aim, self.designs[0].system) for aim in self.functionals]
+        return np.array([[aim_value(design, aim) for aim in aims] for design in self.designs])
+
+    @checked
+    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+        """The second aim over the first, a probability on a logarithmic axis.
+
+        Parameters
+        ----------
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
+        """
+        system, told = self.designs[0].system, [_label(aim) for aim in self.functionals]
+        units, values, labels = chosen(units, told), self.values.copy(), []
+        for k, (aim, label) in enumerate(zip(self.functionals, told, strict=True)):
+            shown = display(label, _unit(aim, system), units)
+            values[:, k] = shown.value(values[:, k])
+            labels.append(labelled(label, shown.unit))
+        logs = [isinstance(aim, Probability) for aim in self.functionals]
+        title = f"{system.name}: {len(values)} designs"
+        picture = front_picture(title, values, (labels[0], labels[1]), (logs[0], logs[1]))
+        return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
         names = list(self.designs[0].parameters)
-        head = (*(str(f) for f in self.functionals), *names, "iterations", "residual")
+        head = (*map(_label, self.functionals), *names, "iterations", "residual")
         rows = [
             (
                 *(number(v, 7) for v in values),
@@ -63,31 +104,61 @@ class Front(RichHtml):
         return text if len(rows) > 1 else f"both are least in one design\n{text}"
 
 
+def _weights(aim: Objective, system: System) -> Weights:
+    """Weights of an aim, with the names that a design has."""
+    given: Mapping[Any, float] = aim if isinstance(aim, Mapping) else {aim: 1.0}
+    return {system.key(k) if isinstance(k, str) else k: weight for k, weight in given.items()}
+
+
+def _unit(aim: Objective, system: System) -> str:
+    """Unit of an aim; a sum has none."""
+    if isinstance(aim, Mapping):
+        return "1"
+    return system.parameter_unit(aim) if isinstance(aim, str) else key_unit(system, aim)
+
+
+def _label(aim: Objective) -> str:
+    """An aim in words."""
+    if not isinstance(aim, Mapping):
+        return str(aim)
+    return " + ".join(str(k) if weight == 1 else f"{weight:g} {k}" for k, weight in aim.items())
+
+
 @checked
 def pareto(
-    run: Trajectory,
+    run: Trajectory | Modes | OrderResponse | System,
     *,
     vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
-    minimise: tuple[Designed, Designed],
-    subject_to: Mapping[Designed | str, Bounds] | None = None,
+    minimise: tuple[Objective, Objective],
+    subject_to: Mapping[Key | str, Bounds] | None = None,
+    such_that: ProbabilityLimit | Sequence[ProbabilityLimit] = (),
     count: int = 20,
     intervals: int = 50,
     periodic: bool = False,
+    until: float | str | None = None,
+    parameters: Changes | None = None,
+    start: Changes | None = None,
+    rtol: float = 1e-8,
 ) -> Front:
-    """Pareto front of two functionals.
+    """Pareto front of two aims, such as cost and probability.
 
-    The least first functional for equal steps of a bound on the second, which also finds the parts
-    of a front that are not convex. Each search begins at the design before, or, where it then
-    fails, at the least second.
+    The least first aim for equal steps of a bound on the second, which also finds the parts of a
+    front that are not convex. Each search begins at the design before, or, where it then fails, at
+    the least second. The bounds of a probability are equal steps of its reliability index.
 
     Parameters
     ----------
-    run, vary, subject_to, intervals, periodic
+    run, vary, subject_to, such_that, intervals, periodic, until, parameters, start
         As for `optimise`.
-    minimise : (Designed, Designed)
-        The two.
+    rtol : float
+        Of runs that are made for each design, tighter than elsewhere: near an optimum a search
+        compares runs that hardly differ.
+    minimise : (aim, aim)
+        The two. Of a run both are functionals. Of a system, modes or an order response each is what
+        `optimise` makes small: a functional, a name, a mapping of these to weights, or a
+        `probability`.
     count : int
-        Number of designs. Where both functionals are least in one design, that alone is the front.
+        Number of designs. Where both aims are least in one design, that alone is the front.
 
     Returns
     -------
@@ -96,53 +167,89 @@ def pareto(
     Raises
     ------
     OptionError, UnknownNameError, OptimisationError
-        As for `optimise`; if there are not two functionals, or fewer than two designs.
+        As for `optimise`; if there are not two aims, or fewer than two designs.
 
     Notes
     -----
     Miettinen, Nonlinear Multiobjective Optimization, 1999, section 3.2.
     """
-    first, second = functionals = tuple(minimise)
-    if not (isinstance(first, Designed) and isinstance(second, Designed) and first != second):
+    first, second = minimise
+    if first is second or _label(first) == _label(second):
         raise OptionError(f"pareto: minimise = {minimise!r}; give two different functionals.")
     if count < 2:
         raise OptionError(f"pareto: count = {count}; a front has at least two designs.")
-    repeats = repeating(run) if periodic and run.system.structure.states else None
-    problem = DesignProblem(
-        run, vary, dict.fromkeys(functionals, 1.0), subject_to or {}, intervals, repeats
-    )
-
-    def best(weights: tuple[float, float], begin: Optimum | None, **limits: float) -> Optimum:
-        bounds = {
-            f: limits[k]
-            for f, k in zip(functionals, ("first", "second"), strict=True)
-            if k in limits
-        }
-        solution = problem.solve(
-            list(weights), limits=bounds, begin=None if begin is None else begin.solution.w
+    refuse_scene(run, "pareto", until, parameters, start)
+    if isinstance(run, Scattered):
+        aims: Aims = _of_designs(
+            run, vary, minimise, subject_to, such_that, (until, parameters, start, rtol)
         )
-        return problem.optimum(solution, dict(zip(functionals, weights, strict=True)))
+    else:
+        aims = _of_run(run, vary, minimise, subject_to or {}, intervals, periodic)
+    name = (run if isinstance(run, System) else run.system).name
+    return Front((first, second), _designs(aims, count, name))
 
-    sizes = [problem.terms[f].scale for f in functionals]
-    alone = best((1.0, 0.0), None), best((0.0, 1.0), None)
-    # bounds are of the programme, whose functionals are those of a run only to `error`
-    least = [problem.promised(d.solution)[f] for d, f in zip(alone, functionals, strict=True)]
+
+def _of_designs(
+    run: Scattered,
+    vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
+    minimise: tuple[Objective, Objective],
+    subject_to: Mapping[Key | str, Bounds] | None,
+    such_that: ProbabilityLimit | Sequence[ProbabilityLimit],
+    scene: tuple[Any, Any, Any, float],
+) -> AimsOfSearch:
+    """Aims of what is found anew for each design."""
+    system = run if isinstance(run, System) else run.system
+    task, _ = (task_of(run, vary, aim, subject_to, such_that) for aim in minimise)
+    first, second = (_weights(aim, system) for aim in minimise)
+    varied = {system.key(name) for name in vary}
+    for key in (*first, *second):
+        if isinstance(key, str) and key not in varied:
+            raise OptionError(f"pareto: {key} is not in `vary`, so it is the same in all designs.")
+    return AimsOfSearch(lambda own: best(run, own, *scene), task, (first, second))
+
+
+def _of_run(
+    run: Trajectory,
+    vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
+    minimise: tuple[Objective, Objective],
+    subject_to: Mapping[Key | str, Bounds],
+    intervals: int,
+    periodic: bool,
+) -> AimsOfProgramme:
+    """Aims of a run with states at collocation points, or without states."""
+    first, second = minimise
+    if not (isinstance(first, Designed) and isinstance(second, Designed)):
+        raise OptionError(
+            f"pareto: minimise = {minimise!r}; give two different functionals. Aims of another "
+            "kind need a system and until=, modes or an order response."
+        )
+    repeats = repeating(run) if periodic and run.system.structure.states else None
+    weights: dict[Designed | str, float] = {first: 1.0, second: 1.0}
+    bounds = cast(Mapping[Designed | str, Bounds], subject_to)
+    problem = DesignProblem(run, vary, weights, bounds, intervals, repeats)
+    return AimsOfProgramme(problem, (first, second))
+
+
+def _designs(aims: Aims, count: int, name: str) -> tuple[Optimum, ...]:
+    """Designs of a front; one alone if both aims are least in it."""
+    alone = aims.best(0, None, {}), aims.best(1, None, {})
+    least = [aims.reached(design)[k] for k, design in enumerate(alone)]
     # among designs with the least of one, those with the least of the other
     ends = (
-        best((0.0, 1.0), alone[0], first=least[0] + _SLACK * sizes[0]),
-        best((1.0, 0.0), alone[1], second=least[1] + _SLACK * sizes[1]),
+        aims.best(1, alone[0], {0: least[0] + _SLACK * aims.sizes[0]}),
+        aims.best(0, alone[1], {1: least[1] + _SLACK * aims.sizes[1]}),
     )
-    both = [[problem.promised(end.solution)[f] for f in functionals] for end in ends]
-    apart = np.abs(np.subtract(both[0], both[1])) / sizes
+    both = [aims.reached(end) for end in ends]
+    apart = np.abs(np.subtract(both[0], both[1])) / aims.sizes
     if (apart <= _AGREE).any():  # what is least for one is least for the other
-        return Front((first, second), (ends[0],))
+        return (ends[0],)
     designs = [ends[0]]
-    with Progress(f"{run.system.name}: designs", count) as progress:
-        for bound in np.linspace(both[0][1], both[1][1], count)[1:-1]:
+    with Progress(f"{name}: designs", count) as progress:
+        for bound in np.linspace(both[0][1], both[1][1], count)[1:-1].tolist():
             try:
-                found = best((1.0, 0.0), designs[-1], second=float(bound))
+                found = aims.best(0, designs[-1], {1: bound})
             except OptimisationError:  # the other end meets the bound
-                found = best((1.0, 0.0), ends[1], second=float(bound))
+                found = aims.best(0, ends[1], {1: bound})
             designs.append(found)
             progress.at(len(designs))
-    return Front((first, second), (*designs, ends[1]))
+    return (*designs, ends[1])

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
-from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
-from lumped.numerics.nlp import Solution
-from lumped.numerics.sqp import bounded, sqp
-from lumped.optimisation.design import Bounds, Key, bounds_of, varied
+from lumped.optimisation.design import Task, bounds_of
+from lumped.optimisation.search import DesignSearch
 from lumped.simulation.functionals import Clearance, Damping, Frequency, Vibrating
+from lumped.vibration.modes import Modes
+from lumped.vibration.order_response import OrderResponse
 
-__all__ = ["SpectralSearch", "Spectrum", "VibratingKey"]
-
-VibratingKey = Vibrating | str
+__all__ = ["SpectralSearch", "Spectrum"]
 
 
 class Spectrum(Protocol):
@@ -37,34 +35,18 @@ class Spectrum(Protocol):
         """Derivatives of a damping ratio, shape (p,)."""
 
 
-class SpectralSearch:
-    """Sequential quadratic programming in scaled parameters and one margin for each clearance.
-
-    Parameters
-    ----------
-    theta : ndarray
-        Parameters at the start.
-    base : mapping of str to float
-        The same by name.
-    """
+class SpectralSearch(DesignSearch[Vibrating]):
+    """With one margin more for each clearance."""
 
     def __init__(
         self,
-        system: System,
+        what: Modes | OrderResponse,
         theta: np.ndarray,
         base: Mapping[str, float],
-        vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
-        weights: Mapping[VibratingKey, float],
-        subject_to: Mapping[VibratingKey, Bounds],
+        task: Task,
     ) -> None:
-        self.system, self.base = system, dict(base)
-        self.names, box, self.scale = varied(system, vary, theta)
-        self.start = box[:, 0]
-        self.weights, self.bounds = dict(weights), dict(subject_to)
-        self.keys = list(dict.fromkeys([*weights, *subject_to]))
+        super().__init__(what, theta, base, task)
         self.margins = [key for key in self.keys if isinstance(key, Clearance)]
-        self.box = box / self.scale[:, None]
-        self.count = 0
         self.sides: dict[Clearance, np.ndarray] = {}
 
     def spectrum(self, w: np.ndarray) -> Spectrum:
@@ -89,11 +71,7 @@ class SpectralSearch:
         """One more unknown beside the parameters."""
         self.box = np.vstack([self.box, [(first, -np.inf, np.inf)]])
 
-    def _check(self, key: VibratingKey, count: int) -> None:
-        if isinstance(key, str):
-            self.system.places([key])
-            if key in self.bounds:
-                raise OptionError(f"optimise: {key} is a parameter; its bounds belong to `vary`.")
+    def _check(self, key: Any, count: int) -> None:
         if isinstance(key, Frequency | Damping) and not 0 <= key.mode < count:
             raise OptionError(
                 f"optimise: {key}: the modes at the start are 0 to {count - 1}, counted from the "
@@ -113,17 +91,7 @@ class SpectralSearch:
         margin: np.ndarray = (self.sides[key] * away).ravel()
         return margin
 
-    def values_at(self, w: np.ndarray) -> dict[str, float]:
-        """Parameters by name."""
-        own = (w[: len(self.names)] * self.scale).tolist()
-        return self.base | dict(zip(self.names, own, strict=True))
-
-    def text(self, w: np.ndarray) -> str:
-        """What varies, in words."""
-        pairs = zip(self.names, w * self.scale, strict=False)
-        return ", ".join(f"{name} = {value:.6g}" for name, value in pairs)
-
-    def value(self, key: VibratingKey, w: np.ndarray) -> tuple[float, np.ndarray]:
+    def functional(self, key: Vibrating, w: np.ndarray) -> tuple[float, np.ndarray]:
         """A number and its gradient by the scaled unknowns."""
         slope, n = np.zeros(len(w)), len(self.names)
         if isinstance(key, Frequency):
@@ -134,26 +102,14 @@ class SpectralSearch:
             found = self.spectrum(w)
             slope[:n] = found.damping_by(key.mode) * self.scale
             return float(found.damping[key.mode]), slope
-        if isinstance(key, Clearance):
-            place = n + self.margins.index(key)
-            slope[place] = 1.0
-            return float(w[place]), slope
-        assert isinstance(key, str)
-        name = self.system.key(key)
-        if name in self.names:
-            place = self.names.index(name)
-            slope[place] = self.scale[place]
-            return float(w[place] * self.scale[place]), slope
-        return self.base[name], slope
-
-    def bounded_rows(self, key: VibratingKey, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
-        """What must not be negative for the bounds of a key."""
-        return bounded(str(key), *self.value(key, w), *bounds_of(str(key), self.bounds[key]))
+        assert isinstance(key, Clearance)
+        place = n + self.margins.index(key)
+        slope[place] = 1.0
+        return float(w[place]), slope
 
     def rows(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[str]]:
-        """What must not be negative, scaled, its gradients and names."""
-        every = [row for key in self.bounds for row in self.bounded_rows(key, w)]
-        values, slopes, labels = map(list, zip(*every, strict=True)) if every else ([], [], [])
+        """With the distance of every mode from each margin."""
+        values, slopes, labels = super().rows(w)
         n = len(self.names)
         for k, key in enumerate(self.margins):
             found = self.spectrum(w)
@@ -164,27 +120,7 @@ class SpectralSearch:
             )
             more = np.zeros((len(margin), len(w)))
             more[:, :n], more[:, n + k] = by.reshape(len(margin), n), -1.0
-            values += margin.tolist()
-            slopes += list(more)
+            values = np.append(values, margin)
+            slopes = np.vstack([slopes, more])
             labels += [str(key)] * len(margin)
-        return np.array(values), np.array(slopes).reshape(-1, len(w)), labels
-
-    def objective(self, w: np.ndarray) -> tuple[float, np.ndarray]:
-        """The weighted sum and its gradient."""
-        total, slope = 0.0, np.zeros(len(w))
-        for key, weight in self.weights.items():
-            value, by = self.value(key, w)
-            total, slope = total + weight * value, slope + weight * by
-        return total, slope
-
-    def solved(self) -> tuple[Solution, tuple[str, ...]]:
-        """Best unknowns, checked by their own conditions of optimality, and what is active."""
-        return sqp(
-            self.system.name, self.names, self.box, self.objective, self.rows, lambda: self.count
-        )
-
-    def found(self, w: np.ndarray) -> tuple[dict[str, float], dict[str, float], dict[Key, float]]:
-        """Parameters, those at the start, and all numbers."""
-        best = dict(zip(self.names, (w[: len(self.names)] * self.scale).tolist(), strict=True))
-        begin = dict(zip(self.names, self.start.tolist(), strict=True))
-        return best, begin, {k: self.value(k, w)[0] for k in self.keys if not isinstance(k, str)}
+        return values, slopes, labels

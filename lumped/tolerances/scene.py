@@ -82,10 +82,10 @@ class Scene:
         self.system, self.analysis, self.names = system, analysis, marginals.names
         self.labels, self.units = evaluated.labels, evaluated.units
         self.failures: Failures = {}
-        self._over, self._parameters = over, parameters
+        self.over, self.parameters = over, parameters
         self._theta, self._places = fixed(system, parameters), system.places(self.names)
         self.marginals, self._evaluated = marginals, evaluated
-        self._evaluated_over = evaluated_over
+        self.evaluated_over = evaluated_over
 
     def physical(self, u: Array) -> Array:
         """Parameters in SI units for independent standard normal numbers, both of shape (n, d)."""
@@ -143,7 +143,7 @@ class Scene:
                     f"{self.analysis}: {key} scatters; a derivative by its mean is given anyway. "
                     "Leave it out of `to`."
                 )
-        known = self.system.parameter_values(self._parameters)
+        known = self.system.parameter_values(self.parameters)
         return {key: known[key] for key in keys}
 
     def slopes_by_others(self, x: Array, others: Mapping[str, float]) -> Array:
@@ -163,7 +163,7 @@ class Scene:
         """
         rows, values = self._rows(x), list(others.values())
         whole = np.hstack([rows, np.broadcast_to(values, (len(rows), len(values)))])
-        evaluated = self._evaluated_over((*self.names, *others))
+        evaluated = self.evaluated_over((*self.names, *others))
         _, slopes, self.failures = evaluated.slopes(whole)
         return slopes[:, :, len(self.names) :]
 
@@ -179,11 +179,11 @@ class Scene:
         """
         return variants_of(
             self.system,
-            self._over,
+            self.over,
             runs=n,
             seed=seed,
             sampling=sampling,
-            parameters=self._parameters,
+            parameters=self.parameters,
             analysis=self.analysis,
         ).values
 

@@ -9,7 +9,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 NAMES = (
     *("index", "start", "cheat_sheet", "conventions", "own_component", "data", "coming_from"),
     *("compiler", "notebook", "pictures", "explorer", "live_page"),
-    *("analyses/starts", "analyses/scatter", "analyses/torsional"),
+    *("analyses/starts", "analyses/robust", "analyses/scatter", "analyses/torsional"),
     *(
         f"elements/{name}"
         for name in ("engine", "elastic_coupling", "shafts", "synchronous_machine")

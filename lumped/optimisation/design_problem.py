@@ -1,0 +1,251 @@
+"""The programme of one design problem: states at collocation points, functionals as terms."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+import numpy as np
+import scipy
+
+from lumped.compiler.system import Name
+from lumped.errors import OptionError
+from lumped.numerics.nlp import Programme, Rows, Solution
+from lumped.optimisation.collocated_course import Repeating, collocated, measured_well, simulated
+from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, varied
+from lumped.optimisation.discretisation import (
+    Discretisation,
+    FunctionalTerm,
+    along,
+    dt_of,
+    followed_by,
+    held_instants,
+    measured,
+    number_of,
+    smooth,
+    term,
+)
+from lumped.simulation.functional_kinds import unit_of, watching
+from lumped.simulation.functionals import Designed
+from lumped.timeloop.result import Trajectory
+
+__all__ = ["DesignProblem"]
+
+_LEAST = 1e-3
+"""Size of a functional, over that at the start, below which its error is relative to the start."""
+
+
+class DesignProblem:
+    """The programme of one design problem, solved for any weights.
+
+    Parameters
+    ----------
+    run, vary, subject_to
+        As for `optimise`.
+    weights : mapping of Designed or parameter name to float
+        What may be minimised; a negative weight asks for a functional that can be made large.
+    """
+
+    def __init__(
+        self,
+        run: Trajectory,
+        vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
+        weights: Mapping[Designed | str, float],
+        subject_to: Mapping[Designed | str, Bounds],
+        intervals: int = 50,
+        repeats: Repeating | None = None,
+    ) -> None:
+        self.run, self.system = run, run.system
+        smooth(run, "optimise")
+        self.programme = Programme(self.system.name)
+        if intervals < 1:
+            raise OptionError(f"intervals = {intervals}: at least one is needed.")
+        self.intervals, self.repeats = intervals, repeats
+        self.names, box, scale = varied(self.system, vary, run.theta)
+        parts = [self.programme.unknown(r[0], k, *r[1:]) for r, k in zip(box, scale, strict=True)]
+        self.u = ca.vertcat(*parts)
+        self.places = self.system.places(self.names)
+        theta = ca.SX(ca.DM(run.theta))
+        theta[self.places] = self.u
+        self.theta = theta
+        held_instants(self.system, self.places)
+        self.course = self._course()
+        self.terms: dict[Designed | str, FunctionalTerm] = {}
+        self.value_rows: dict[Designed | str, Rows] = {}
+        self.functionals = self._functionals([*weights, *subject_to])
+        self._quantities(subject_to)
+        for key in weights:
+            if isinstance(key, str):
+                place = self.system.places([key])[0]
+                size = abs(float(run.theta[place])) or 1.0
+                self.terms[key] = FunctionalTerm(self.theta[place], size, False)
+        for key, term_ in self.terms.items():
+            low, high = bounds_of(str(key), subject_to.get(key, (None, None)))
+            if term_.bounded and (np.isfinite(low) or weights.get(key, 0.0) < 0):
+                raise OptionError(
+                    f"optimise: {key} can be made small or bounded above, not made large or "
+                    "bounded below: that has no smooth form."
+                )
+            unit = self._unit(key)
+            self.value_rows[key] = self.programme.constrain(
+                str(key), term_.value, low, high, scale=term_.scale, unit=unit, given=True
+            )
+        self.keys = list(weights)
+        w = ca.SX.sym("weights", len(self.keys))
+        value = ca.dot(w, ca.vertcat(*(self.terms[k].value for k in self.keys)))
+        self._check_effect()
+        self.programme.ready(value, w)
+
+    def _unit(self, key: Designed | str) -> str:
+        return (
+            self.system.parameter_unit(key) if isinstance(key, str) else unit_of(self.system, key)
+        )
+
+    def _course(self) -> Discretisation:
+        if not self.system.structure.states:
+            return along(self.run, self.theta)
+        return collocated(
+            self.programme, self.run, self.theta, self.places, self.intervals, self.repeats
+        )
+
+    def _functionals(self, keys: list[Designed | str]) -> list[Designed]:
+        """Terms of all functionals, their quantities evaluated together."""
+        found = list(dict.fromkeys(k for k in keys if isinstance(k, Designed)))
+        for functional in found:
+            if watching(self.system, [functional]) is not self.system:
+                raise OptionError(
+                    f"optimise: {functional} has kinks, which the equations of a run do not "
+                    "follow. Give the system and until=, which simulates each design, or write "
+                    "lumped.ops.smooth around what has them."
+                )
+        if found:
+            y = self.course.quantities([f.name for f in found])
+            for i, functional in enumerate(found):
+                start = self.run[functional.name]
+                self.terms[functional] = term(
+                    self.programme, self.course, functional, y[i, :], start
+                )
+        return found
+
+    def _quantities(self, subject_to: Mapping[Designed | str, Bounds]) -> None:
+        """Bounds of quantities at all instants."""
+        names = [key for key in subject_to if not isinstance(key, Designed)]
+        for name in names:
+            if self.system.key(name) in self.system.parameters:
+                raise OptionError(f"optimise: {name} is a parameter; its bounds belong to `vary`.")
+        y = self.course.quantities(names) if names else None
+        for i, name in enumerate(names):
+            assert y is not None
+            low, high = bounds_of(name, subject_to[name])
+            sizes = [abs(b) for b in (low, high) if np.isfinite(b)]
+            size = max([*sizes, float(np.abs(self.run[name]).max())]) or 1.0
+            times = self.course.t if isinstance(self.course.t, np.ndarray) else None
+            unit = self.system.quantity(name).unit
+            self.programme.constrain(
+                name, y[i, :].T, low, high, scale=size, unit=unit, times=times, given=True
+            )
+
+    def _check_effect(self) -> None:
+        """Refuse parameters on which neither objective nor constraints depend."""
+        g = ca.vertcat(*self.programme.constraints)
+        symbols = ca.vertcat(*(ca.symvar(self.u[i])[0] for i in range(self.u.numel())))
+        columns = set(ca.jacobian_sparsity(g, symbols).get_triplet()[1])
+        idle = [name for i, name in enumerate(self.names) if i not in columns]
+        if idle:
+            meant = ", ".join(dict.fromkeys(row.label for row in self.programme.rows if row.given))
+            raise OptionError(
+                f"optimise: {', '.join(idle)} has no effect on {meant}. Leave it out of `vary`, "
+                "or name a quantity that depends on it."
+            )
+        self._check_objective()
+
+    def _check_objective(self) -> None:
+        """Refuse an objective that no parameter reaches through the equations."""
+        w = ca.vertcat(*self.programme.unknowns)
+        own = [row for row in self.programme.rows if not row.given]
+        kept = [i for row in own for i in range(row.first, row.first + row.count)]
+        g = ca.vertcat(*self.programme.constraints)[kept] if kept else ca.SX(0, 1)
+        links = scipy.sparse.csr_array(ca.DM(ca.jacobian_sparsity(g, w), 1).sparse())
+        label = scipy.sparse.csgraph.connected_components(links.T @ links)[1]
+        reached = set(label[: self.u.numel()].tolist())
+        for key in self.keys:
+            used = ca.jacobian_sparsity(self.terms[key].value, w).get_triplet()[1]
+            if not reached & {int(label[i]) for i in used}:
+                raise OptionError(
+                    f"optimise: {key} does not depend on {', '.join(self.names)}. Vary something "
+                    "else, or minimise something else."
+                )
+
+    def solve(
+        self,
+        weights: list[float],
+        *,
+        limits: Mapping[Designed, float] | None = None,
+        begin: np.ndarray | None = None,
+    ) -> Solution:
+        """Least weighted sum, with upper bounds of functionals besides."""
+        box = self.programme.limits.copy()
+        for key, high in (limits or {}).items():
+            row = self.value_rows[key]
+            box[row.first, 1] = min(box[row.first, 1], high / row.scale)
+        size = sum(abs(w) * self.terms[k].scale for k, w in zip(self.keys, weights, strict=True))
+        return self.programme.solve([w / size for w in weights], begin=begin, limits=box)
+
+    def optimum(self, solution: Solution, weights: Mapping[Designed | str, float]) -> Optimum:
+        """What a solution means, with the run made anew."""
+        outputs = [self.u, self.course.t, self.course.x]
+        found = ca.Function("found", [self.programme.w], [ca.SX(v) for v in outputs])(solution.w)
+        u, t = (np.asarray(v).ravel() for v in found[:2])
+        theta = self.run.theta.copy()
+        theta[self.places] = u
+        self.system.check_parameters(theta)
+        parameters = dict(zip(self.names, u.tolist(), strict=True))
+        settings = self.course.settings
+        if self.system.structure.states:
+            run = simulated(self.run, theta, t, np.asarray(found[2]), settings)
+            true = measured_well(run, self.functionals)
+            told = true
+        else:
+            run = followed_by(self.run, theta)
+            true = [measured(f, run) for f in self.functionals]
+            told = [number_of(f, run[f.name], dt_of(run)) for f in self.functionals]
+        values: dict[Key, float] = dict(zip(self.functionals, told, strict=True))
+        error = 0.0
+        promised = self.promised(solution)
+        for f, number in zip(self.functionals, true, strict=True):
+            # an epigraph variable that nothing presses down says nothing
+            if not self.terms[f].bounded or weights.get(f):
+                size = max(abs(number), _LEAST * self.terms[f].scale)
+                error = max(error, abs(promised[f] - number) / size)
+        whole = 0.0
+        for key, weight in weights.items():
+            value = theta[self.system.places([key])[0]] if isinstance(key, str) else values[key]
+            whole += weight * float(value)
+        starts = self.run.theta[self.places].tolist()
+        return Optimum(
+            run,
+            parameters,
+            dict(zip(self.names, starts, strict=True)),
+            whole,
+            values,
+            self._active(solution),
+            float(error),
+            solution,
+        )
+
+    def promised(self, solution: Solution) -> dict[Designed, float]:
+        """Functionals as the programme has them."""
+        terms = ca.vertcat(ca.SX(0, 1), *(self.terms[f].value for f in self.functionals))
+        said = np.asarray(ca.Function("said", [self.programme.w], [terms])(solution.w)).ravel()
+        return dict(zip(self.functionals, said.tolist(), strict=True))
+
+    def _active(self, solution: Solution) -> tuple[str, ...]:
+        """Names of bounds and constraints that press."""
+        found = []
+        box = self.programme.box
+        for first, name in enumerate(self.names):
+            low, high = np.abs(solution.w[first] - box[first, 1:]) <= 1e-6
+            if (low or high) and abs(solution.bounds[first]) > 1e-8:
+                found.append(f"{name} at its {'lower' if low else 'upper'} bound")
+        found += self.programme.reached(solution)
+        return tuple(dict.fromkeys(found))

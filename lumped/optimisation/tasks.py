@@ -1,0 +1,121 @@
+"""What `optimise` and `pareto` are asked for, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, get_args
+
+import numpy as np
+
+from lumped.compiler.system import Name, System
+from lumped.errors import OptionError
+from lumped.optimisation.design import Bounds, Key, Scattered, Task
+from lumped.orbits.orbit import PeriodicOrbit
+from lumped.simulation.functionals import Designed, Functional, Modal, Vibrating
+from lumped.timeloop.result import Trajectory
+from lumped.tolerances.probability import Probability, ProbabilityLimit
+from lumped.tolerances.robust_aims import RobustAim
+from lumped.vibration.modes import Modes
+from lumped.vibration.order_response import OrderResponse
+
+__all__ = ["Objective", "refuse_scene", "task_of"]
+
+Objective = Key | str | Mapping[Key | str, float]
+"""What is made small: a functional, or functionals and parameters with weights."""
+
+_KINDS: dict[type, Any] = {
+    Trajectory: Designed,
+    PeriodicOrbit: Designed,
+    Modes: Modal,
+    OrderResponse: Vibrating,
+    System: Functional,
+}
+"""What can be optimised, and its functionals."""
+_NEEDED = (
+    "runs are needed that are made anew for each sample. Give the system and until= instead of a "
+    "run or an orbit; modes and order responses do too."
+)
+
+
+def task_of(
+    run: object,
+    vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
+    minimise: Objective,
+    subject_to: Mapping[Key | str, Bounds] | None,
+    such_that: ProbabilityLimit | Sequence[ProbabilityLimit],
+) -> Task:
+    """What is asked for; arguments as for `optimise`.
+
+    Raises
+    ------
+    OptionError
+        If the run has no such functional, or weights and conditions make no sense.
+    """
+    weights = _weights(minimise)
+    if type(run) not in _KINDS:
+        raise OptionError(
+            f"optimise: {type(run).__name__} is nothing that can be optimised; give a run, a "
+            "motion from periodic, modes or a system."
+        )
+    conditions = (such_that,) if isinstance(such_that, ProbabilityLimit) else tuple(such_that)
+    task = Task(vary, weights, subject_to or {}, conditions)
+    _check_keys(run, task)
+    _check_probabilities(task)
+    return task
+
+
+def refuse_scene(run: object, analysis: str, *options: object) -> None:
+    """Refuse `until`, `parameters` and `start` beside what has its own.
+
+    Raises
+    ------
+    OptionError
+        If one is given, and the run is no system.
+    """
+    if not isinstance(run, System) and any(option is not None for option in options):
+        raise OptionError(
+            f"{analysis}: until, parameters and start belong to a system; others have theirs."
+        )
+
+
+def _check_keys(run: object, task: Task) -> None:
+    """Refuse functionals that belong to something else."""
+    of_kind = _KINDS[type(run)]
+    for key in (*task.keys, *task.such_that):
+        if isinstance(key, RobustAim | Probability | ProbabilityLimit):
+            if not isinstance(run, Scattered):
+                raise OptionError(f"optimise: {key}: {_NEEDED}")
+        elif not isinstance(key, str | of_kind):
+            known = ", ".join(kind.__name__.lower() for kind in get_args(of_kind))
+            raise OptionError(
+                f"optimise: {key!r} is nothing that {type(run).__name__.lower()} has; known are "
+                f"{known} and names."
+            )
+
+
+def _check_probabilities(task: Task) -> None:
+    """Refuse probabilities that have weights or bounds like functionals."""
+    chosen = [key for key in task.weights if isinstance(key, Probability)]
+    if chosen and (len(task.weights) > 1 or task.weights[chosen[0]] != 1):
+        raise OptionError(
+            f"optimise: {chosen[0]} has no weight among others: it is made small alone. Bound it "
+            "by such_that=, or take pareto for what it costs."
+        )
+    for key in task.subject_to:
+        if isinstance(key, Probability):
+            raise OptionError(
+                f"optimise: {key} is bounded by such_that=lumped.probability(...) <= 1e-4, not by "
+                "subject_to."
+            )
+
+
+def _weights(minimise: Objective) -> dict[Key | str, float]:
+    """Weights of an objective, checked."""
+    weights: dict[Key | str, float] = {}
+    weights.update(minimise if isinstance(minimise, Mapping) else {minimise: 1.0})
+    for key, weight in weights.items():
+        if not (isinstance(weight, int | float | np.number) and np.isfinite(weight)):
+            raise OptionError(f"optimise: {key} has the weight {weight}; give a finite number.")
+    if not any(weights.values()):
+        raise OptionError("optimise: nothing to minimise; give one functional or weight.")
+    return weights

@@ -1,0 +1,287 @@
+"""Probabilities and sample estimates of designs, with derivatives by the design."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from lumped.errors import SolverError
+from lumped.numerics.nearest_points import FURTHEST, Search, searched
+from lumped.support.text_table import amounts, listed, number
+from lumped.tolerances.evaluated import Array
+from lumped.tolerances.form import form, joined, nothing_found, searches
+from lumped.tolerances.importance import around
+from lumped.tolerances.limit import Limit
+from lumped.tolerances.moved_scene import MovedScene
+from lumped.tolerances.probability import Probability
+from lumped.tolerances.robust_aims import RobustAim
+from lumped.tolerances.sampled import Sampled
+
+__all__ = ["CheckedAim", "CheckedProbability", "DesignAim", "DesignProbability"]
+
+_MORE = 4
+"""How much larger than a sample is the one by which it is checked."""
+
+_SAME = 0.05
+"""Distance of two design points, relative to that from the median, below which they are one."""
+
+Design = Mapping[str, float]
+Plane = tuple[float, Array, float]
+"""Reliability index, point, and growth of the excess there."""
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedProbability:
+    """A probability at the best design, checked by samples.
+
+    Attributes
+    ----------
+    wanted : Probability
+        What was asked for.
+    most : float or None
+        Its greatest value; None where it was made small.
+    beta : float
+        Reliability index by the design point, the one nearest to the median.
+    first_order : float
+        Probability with the limit plane at each design point (FORM).
+    sampled : Sampled or None
+        Estimate from samples around the design points, with its interval of 95 %; None where the
+        limit is out of reach, so that the probability is less than 1e-15.
+    design_point : dict of str to float
+        The most likely combination that fails.
+    shift : float
+        By how much beta had to be greater than that of the greatest probability, because the limit
+        is no plane.
+    searches : int
+        How often the best design was searched, each time with another shift.
+    """
+
+    wanted: Probability
+    most: float | None
+    beta: float
+    first_order: float
+    sampled: Sampled | None
+    design_point: dict[str, float]
+    shift: float = 0.0
+    searches: int = 1
+
+    def __str__(self) -> str:
+        aim = "" if self.most is None else f" <= {self.most:g}"
+        text = f"{self.wanted}{aim}: beta {number(self.beta, 5)}, "
+        if self.sampled is None or self.sampled.interval is None:
+            return f"{text}the limit is out of reach"
+        low, high = self.sampled.interval
+        text += (
+            f"{self.first_order:.3g} by its design point, {self.sampled.probability:.3g} by "
+            f"{self.wanted.runs} samples ({low:.3g} to {high:.3g})"
+        )
+        if self.shift:
+            text += f"; beta shifted by {self.shift:+.3g}, searched {self.searches} times"
+        if self.sampled.failed:
+            text += f"; {self.sampled.failed} samples failed"
+        return "; ".join([text, *self.sampled.remarks])
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedAim:
+    """What sums up the scatter of a functional at the best design, by two samples.
+
+    Attributes
+    ----------
+    aim : MeanPlusAim or QuantileAim
+        What was asked for.
+    value : float
+        By the sample with which the design was found.
+    fresh : float
+        By another sample, four times as large.
+    failed : int
+        How many runs of this failed, and are left out of it.
+    unit : str
+        Of both values.
+    """
+
+    aim: RobustAim
+    value: float
+    fresh: float
+    failed: int
+    unit: str
+
+    def __str__(self) -> str:
+        *told, unit = amounts(str(self.aim.functional), self.unit, self.value, self.fresh)
+        text = (
+            f"{self.aim}: {told[0]} {unit} by {self.aim.runs} runs, {told[1]} {unit} by "
+            f"{_MORE * self.aim.runs} others"
+        )
+        return text + (f", of which {self.failed} failed" if self.failed else "")
+
+
+class DesignProbability:
+    """Reliability indices of designs, found from the design points of the last one.
+
+    Parameters
+    ----------
+    wanted : Probability
+    scene : MovedScene
+        Of its functional.
+
+    Attributes
+    ----------
+    evaluations : int
+        Runs or analyses so far.
+    """
+
+    def __init__(self, wanted: Probability, scene: MovedScene) -> None:
+        self.wanted, self.scene, self.evaluations = wanted, scene, 0
+        self._followed: list[Array] = []
+        self._last: tuple[Design, list[tuple[float, Array]]] | None = None
+
+    def limit(self, design: Design) -> Limit:
+        """The limit at a design."""
+        wanted = self.wanted
+        return Limit(self.scene.at(design), wanted.above, wanted.below)
+
+    def betas(self, design: Design) -> list[tuple[float, Array]]:
+        """Reliability indices, and their derivatives by the design, each of shape (m,).
+
+        One for each design point that is followed, the least first. Where the limit is out of
+        reach, it is taken as plane from where the search ended. Whether it is smooth is looked at
+        in `checked`.
+
+        Raises
+        ------
+        SolverError
+            As `form`.
+        """
+        if self._last is None or self._last[0] != design:
+            limit = self.limit(design)
+            planes = self._planes(limit, design)
+            self._followed = [u for _, u, _ in planes]
+            _, slopes, _ = self.scene.slopes(design, np.array(self._followed))
+            self.evaluations += limit.evaluations + len(planes)
+            self._last = (
+                dict(design),
+                [
+                    (beta, -limit.sign * by / steepness)
+                    for (beta, _, steepness), by in zip(planes, slopes, strict=True)
+                ],
+            )
+        return self._last[1]
+
+    def _planes(self, limit: Limit, design: Design) -> list[Plane]:
+        """The limit at the design points that are followed, or at the nearest if there is none."""
+        known = searched(limit.slopes, self._followed)
+        ends = [search for search in known if search.is_found]
+        if ends:
+            kept: list[Plane] = []
+            for plane in sorted(map(_plane, ends), key=lambda plane: plane[0]):
+                if not any(_is_same(plane[1], other) for _, other, _ in kept):
+                    kept.append(plane)
+            return kept
+        every = searches(limit)
+        ends = [search for search in every if search.is_found]
+        if not ends and not limit.is_crossed:
+            ends = [search for search in every if search.slope.any()]
+        if not ends:
+            raise self._refused(design, nothing_found(limit, every))
+        return [min(map(_plane, ends), key=lambda plane: abs(plane[0]))]
+
+    def _refused(self, design: Design, error: Exception) -> SolverError:
+        told = listed([f"{name} = {value:.6g}" for name, value in design.items()])
+        return SolverError(f"{self.scene.analysis}: at {told}: {error}", None)
+
+    def checked(
+        self, design: Design, most: float | None, shift: float, searches: int
+    ) -> CheckedProbability:
+        """The probability by samples around all design points that are found from four starts.
+
+        A point that is nearer than those that were followed is followed from now on.
+
+        Raises
+        ------
+        SolverError
+            If the limit has a kink at a design point, or no sample passes it.
+        """
+        (beta, _), *_ = self.betas(design)
+        if beta >= FURTHEST:
+            return CheckedProbability(self.wanted, most, beta, 0.0, None, {}, shift, searches)
+        limit, wanted = self.limit(design), self.wanted
+        try:
+            points = form(limit, self._followed[0])
+            found = around(limit, [point.u for point in points], wanted.runs, wanted.seed)
+        except SolverError as error:
+            raise self._refused(design, error) from None
+        nearest = points[0]
+        if not any(_is_same(nearest.u, u) for u in self._followed):
+            self._followed.insert(0, nearest.u)
+            self._last = None
+        own = dict(zip(limit.scene.names, nearest.x.tolist(), strict=True))
+        numbers = nearest.beta, joined(points)
+        return CheckedProbability(wanted, most, *numbers, found, own, shift, searches)
+
+
+def _plane(search: Search) -> Plane:
+    """Distance of the median from a limit that is plane at the end of a search."""
+    steepness = float(np.linalg.norm(search.slope))
+    return float(search.slope @ search.u - search.g) / steepness, search.u, steepness
+
+
+def _is_same(u: Array, other: Array) -> bool:
+    """Whether two design points are one."""
+    return bool(np.linalg.norm(u - other) < _SAME * (1 + np.linalg.norm(u)))
+
+
+class DesignAim:
+    """What sums up scatter at designs, over the same standard normal numbers for each.
+
+    Parameters
+    ----------
+    aim : MeanPlusAim or QuantileAim
+    scene : MovedScene
+        Of its functional.
+
+    Attributes
+    ----------
+    evaluations : int
+        Runs or analyses so far.
+    """
+
+    def __init__(self, aim: RobustAim, scene: MovedScene) -> None:
+        self.aim, self.scene, self.evaluations = aim, scene, 0
+        self._scores: Array | None = None
+        self._last: tuple[Design, float, Array] | None = None
+
+    def at(self, design: Design) -> tuple[float, Array]:
+        """Value, and its derivatives by the design, shape (m,).
+
+        Raises
+        ------
+        SolverError
+            If a run fails.
+        """
+        if self._last is None or self._last[0] != design:
+            if self._scores is None:
+                scene = self.scene.at(design)
+                self._scores = scene.scores(self.aim.runs, self.aim.seed, "sobol")
+            values, slopes, failures = self.scene.slopes(design, self._scores)
+            self.evaluations += len(values)
+            for run, reason in failures.items():
+                told = [f"{name} = {value:.6g}" for name, value in design.items()]
+                raise SolverError(
+                    f"{self.scene.analysis}: {self.aim}: {len(failures)} of {self.aim.runs} runs "
+                    f"fail at {listed(told)}. Run {run}: {reason}",
+                    None,
+                )
+            self._last = dict(design), *self.aim.of_sample(values, slopes)
+        return self._last[1:]
+
+    def checked(self, design: Design) -> CheckedAim:
+        """The value beside that of a fresh sample."""
+        scene = self.scene.at(design)
+        u = scene.scores(_MORE * self.aim.runs, self.aim.seed + 1, "sobol")
+        values = scene.values(scene.physical(u))[:, 0]
+        sound = values[np.isfinite(values)]
+        fresh, _ = self.aim.of_sample(sound, np.zeros((len(sound), 0)))
+        value, failed = self.at(design)[0], len(values) - len(sound)
+        return CheckedAim(self.aim, value, fresh, failed, scene.units[0])

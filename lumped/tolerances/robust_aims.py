@@ -1,0 +1,219 @@
+"""Numbers that sum up the scatter of a functional over one sample, with their derivatives."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import scipy
+
+from lumped.ensembles.variants import Over
+from lumped.errors import OptimisationError, OptionError
+from lumped.simulation.functionals import Functional, Vibrating
+from lumped.support.arguments import checked
+
+__all__ = ["MeanPlusAim", "QuantileAim", "RobustAim", "mean_plus", "quantile"]
+
+_RUNS = 256
+"""Runs of a sample where none are asked for: a power of two, which suits Sobol points."""
+_BEYOND = 10
+"""Values that a sample needs beyond a quantile."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeanPlusAim:
+    """Mean of a functional and a multiple of its standard deviation.
+
+    Attributes
+    ----------
+    functional : functional
+        What scatters.
+    k : float
+        The multiple; a negative one is meant for what shall be large.
+    over, runs, seed
+        See `mean_plus`.
+    """
+
+    functional: Functional | Vibrating
+    k: float
+    over: Over = field(repr=False)
+    runs: int
+    seed: int
+
+    def __str__(self) -> str:
+        return f"mean {'-' if self.k < 0 else '+'} {abs(self.k):g} std of {self.functional}"
+
+    def of_sample(self, values: np.ndarray, slopes: np.ndarray) -> tuple[float, np.ndarray]:
+        """Value and derivatives.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n,)
+            Of the functional.
+        slopes : ndarray, shape (n, m)
+            Their derivatives.
+
+        Returns
+        -------
+        value : float
+        slope : ndarray, shape (m,)
+
+        Raises
+        ------
+        OptimisationError
+            If the functional does not scatter: its standard deviation has a kink there.
+        """
+        n, mean = len(values), float(values.mean())
+        off = values - mean
+        std = math.sqrt(off @ off / (n - 1))
+        if not std > 0:
+            raise OptimisationError(
+                f"{self}: all {n} runs have the same value, {mean:.6g}, so the standard deviation "
+                "has no derivative. Let parameters scatter on which it depends.",
+                "no scatter",
+            )
+        slope: np.ndarray = slopes.mean(axis=0) + self.k * (off @ slopes) / ((n - 1) * std)
+        return mean + self.k * std, slope
+
+
+@dataclass(frozen=True, eq=False)
+class QuantileAim:
+    """A quantile of a functional, estimated by all values of a sample.
+
+    Attributes
+    ----------
+    functional : functional
+        What scatters.
+    share : float
+        Share of the values that are less.
+    over, runs, seed
+        See `quantile`.
+    """
+
+    functional: Functional | Vibrating
+    share: float
+    over: Over = field(repr=False)
+    runs: int
+    seed: int
+
+    def __str__(self) -> str:
+        return f"{100 * self.share:g} % quantile of {self.functional}"
+
+    def of_sample(self, values: np.ndarray, slopes: np.ndarray) -> tuple[float, np.ndarray]:
+        """Value and derivatives; arguments and results as for `MeanPlusAim.of_sample`."""
+        order = np.argsort(values, kind="stable")
+        weights = _harrell_davis(len(values), self.share)
+        slope: np.ndarray = weights @ slopes[order]
+        return float(weights @ values[order]), slope
+
+
+RobustAim = MeanPlusAim | QuantileAim
+"""What sums up the scatter of a functional."""
+
+
+def _harrell_davis(n: int, share: float) -> np.ndarray:
+    """Weights of the ordered values of a sample, shape (n,)."""
+    a, b = (n + 1) * share, (n + 1) * (1 - share)
+    found: np.ndarray = np.diff(scipy.special.betainc(a, b, np.arange(n + 1) / n))
+    return found
+
+
+@checked
+def mean_plus(
+    functional: Functional | Vibrating,
+    k: float,
+    *,
+    over: Any,
+    runs: int = _RUNS,
+    seed: int = 0,
+) -> MeanPlusAim:
+    """Mean of a functional and a multiple of its standard deviation, for `optimise`.
+
+    Both are those of a sample: the same points of standard normal variables for all designs, so
+    that derivatives are exact.
+
+    Parameters
+    ----------
+    functional : functional
+        From `lumped.functionals`.
+    k : float
+        Standard deviations that are added to the mean; a negative number takes them away, for what
+        shall be large.
+    over : mapping of name to distribution, or correlated distributions
+        What scatters, as for `ensemble`. Distributions that are `scaled` move with the design.
+    runs : int
+        Size of the sample, scrambled Sobol points.
+    seed : int
+        Of the sample.
+
+    Returns
+    -------
+    MeanPlusAim
+        To be minimised or bounded.
+
+    Raises
+    ------
+    OptionError
+        If there are fewer than 16 runs.
+    """
+    if runs < 16:
+        raise OptionError(f"mean_plus: runs = {runs}: at least 16 are needed.")
+    return MeanPlusAim(functional, k, over, runs, seed)
+
+
+@checked
+def quantile(
+    functional: Functional | Vibrating,
+    share: float,
+    *,
+    over: Any,
+    runs: int | None = None,
+    seed: int = 0,
+) -> QuantileAim:
+    """A quantile of a functional, for `optimise`.
+
+    A sum of all ordered values of a sample, weighted by a beta distribution: it is continuous in
+    the design, and has exact derivatives where no two values are equal.
+
+    Parameters
+    ----------
+    functional : functional
+        From `lumped.functionals`.
+    share : float
+        Share of the values that are less, such as 0.95.
+    over : mapping of name to distribution, or correlated distributions
+        What scatters, as for `ensemble`. Distributions that are `scaled` move with the design.
+    runs : int, optional
+        Size of the sample, scrambled Sobol points; default is 256, or as many as leave ten values
+        beyond the quantile.
+    seed : int
+        Of the sample.
+
+    Returns
+    -------
+    QuantileAim
+        To be minimised or bounded.
+
+    Raises
+    ------
+    OptionError
+        If the share is not between 0 and 1, or fewer than ten values are beyond the quantile.
+
+    Notes
+    -----
+    F. E. Harrell, C. E. Davis: A new distribution-free quantile estimator. Biometrika 69 (1982)
+    635-640.
+    """
+    if not 0 < share < 1:
+        raise OptionError(
+            f"quantile: share = {share:g}: a number greater than 0 and less than 1 is needed."
+        )
+    least = math.ceil(_BEYOND / min(share, 1 - share) - 1e-9)
+    if runs is not None and runs < least:
+        raise OptionError(
+            f"quantile: runs = {runs}: of {least} runs {_BEYOND} are beyond the quantile of "
+            f"{100 * share:g} %; give at least so many."
+        )
+    return QuantileAim(functional, share, over, runs or max(_RUNS, least), seed)
