@@ -42,7 +42,8 @@ def turning_points(
     """
     looks = Looks(run, legs, steps, name)
     samples, size = _samples(looks, rtol)
-    inner = looks.located(_turning(looks, samples, rtol * size), 1.0)
+    is_still = float(np.ptp(np.append(samples.y, samples.y_end))) <= rtol * size
+    inner = [] if is_still else looks.located(_turning(looks, samples, rtol * size), 1.0)
     found = sorted(_ends(samples, legs) + inner, key=lambda e: (e.leg, e.time))
     return _swinging(found, rtol * size)
 

@@ -120,7 +120,7 @@ def test_slips_are_named(swinging):
         turning_points(run, "spring.ta")
 
 
-@pytest.mark.parametrize("grid", [None])
+@pytest.mark.parametrize("grid", [None, 50])
 def test_rounding_does_not_turn(grid):
     """Two springs that swing alike, by other numbers: their difference is rounding."""
     model = lp.compose(
