@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import casadi as ca
 import numpy as np
 
+from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.extremes import HALVINGS, Intervals, Looks, SampledExtreme, parts_of
 from lumped.gradients.legs import Leg
 from lumped.gradients.samples import sampled
 from lumped.gradients.steps import Steps
+from lumped.support.made_once import made_once
+from lumped.timeloop.many_points import ManyPoints
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["turning_points"]
@@ -17,6 +21,9 @@ _COARSE = 1e-3
 """Part of the range of a quantity by which a step may miss the next point of the run at most."""
 _DIVISIONS = 8
 """How often steps are divided in two, at most; beyond `_COARSE` only while that helps."""
+
+_ROUNDING = 1e-12
+"""Of the terms of a quantity: swings below are rounding."""
 
 
 def turning_points(
@@ -35,7 +42,8 @@ def turning_points(
     """
     looks = Looks(run, legs, steps, name)
     samples, size = _samples(looks, rtol)
-    inner = looks.located(_turning(looks, samples, rtol * size), 1.0)
+    is_still = float(np.ptp(np.append(samples.y, samples.y_end))) <= rtol * size
+    inner = [] if is_still else looks.located(_turning(looks, samples, rtol * size), 1.0)
     found = sorted(_ends(samples, legs) + inner, key=lambda e: (e.leg, e.time))
     return _swinging(found, rtol * size)
 
@@ -44,7 +52,8 @@ def _samples(looks: Looks, rtol: float) -> tuple[Intervals, float]:
     """All parts of all steps, and the range of the quantity."""
     known = [looks.at(np.full(len(leg.t), k), leg.t)[0] for k, leg in enumerate(looks.legs)]
     looks.check(np.concatenate(known))
-    size = max(float(np.ptp(np.concatenate(known))), 1e-300)
+    floor = max(_ROUNDING * _terms(looks), 1e-300)
+    size = max(float(np.ptp(np.concatenate(known))), floor)
     origins = [np.arange(len(y) - 1) for y in known]  # to which step of the run each part belongs
     before = [np.full(len(y) - 1, np.inf) for y in known]
     for _ in range(_DIVISIONS):
@@ -68,7 +77,24 @@ def _samples(looks: Looks, rtol: float) -> tuple[Intervals, float]:
             "grid=None), or make it with a smaller rtol.",
             looks.run,
         )
-    return found, float(np.ptp(np.append(found.y, found.y_end)))
+    return found, max(float(np.ptp(np.append(found.y, found.y_end))), floor / rtol)
+
+
+@made_once
+def _by_states(system: System, name: str) -> ManyPoints:
+    """Derivatives of a quantity by the states."""
+    slopes = ca.jacobian(system.expressions([name]), system.inputs[0])
+    return ManyPoints(ca.Function("by_states", system.inputs, [ca.densify(slopes.T)]))
+
+
+def _terms(looks: Looks) -> float:
+    """Size of the terms of which a quantity consists, at the ends of the smooth parts."""
+    sizes = [0.0]
+    for leg in looks.legs:
+        (x, m), t = leg.sides(np.array([0, len(leg.t) - 1])), leg.t[[0, -1]]
+        slopes = _by_states(looks.run.system, looks.name)(x, looks.run.theta, t, m)
+        sizes.append(float(np.nan_to_num(np.abs(slopes * x)).sum(axis=1).max()))
+    return max(sizes)
 
 
 def _followed(looks: Looks, origins: list[np.ndarray]) -> tuple[Intervals, list[np.ndarray]]:

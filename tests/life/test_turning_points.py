@@ -118,3 +118,24 @@ def test_slips_are_named(swinging):
         turning_points(run, "spring.tau", rtol=2.0)
     with pytest.raises(lp.errors.UnknownNameError, match=r"spring\.ta"):
         turning_points(run, "spring.ta")
+
+
+@pytest.mark.parametrize("grid", [None, 50])
+def test_rounding_does_not_turn(grid):
+    """Two springs that swing alike, by other numbers: their difference is rounding."""
+    model = lp.compose(
+        ground=Fixed(),
+        soft=Spring(c=100.0, phi_rel=0.5),
+        light=Inertia(J=1.0),
+        stiff=Spring(c=300.0, phi_rel=0.5),
+        heavy=Inertia(J=3.0),
+        connections=lambda m: [
+            *lp.chain(m.ground, m.soft, m.light),
+            lp.connect(m.ground.flange, m.stiff.flange_a),
+            *lp.chain(m.stiff, m.heavy),
+        ],
+    )
+    run = lp.simulate(lp.assemble(model), until=10.0, grid=grid)
+    found = turning_points(run, model.soft.phi_rel - model.stiff.phi_rel)
+    assert len(found) == 2
+    assert np.abs(found).max() < 1e-9
