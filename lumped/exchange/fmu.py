@@ -18,6 +18,7 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
 from lumped.exchange.c_compiler import LARGE, Linked, compiled, own_compiler
 from lumped.exchange.c_tables import model_files
+from lumped.exchange.derivatives import derivative_functions
 from lumped.exchange.fmu_description import build_description, model_description
 from lumped.exchange.interface import Interface, uneven_clocks
 from lumped.support.arguments import checked
@@ -27,10 +28,12 @@ from lumped.timeloop.instants import Clock
 
 __all__ = ["ExportedFMU", "export_fmu"]
 
-_SOURCES = ("access.c", "clocks.c", "events.c", "faults.c", "start.c", "steps.c")
+_SOURCES = (
+    *("access.c", "clocks.c", "derivatives.c", "events.c", "faults.c", "start.c", "steps.c"),
+)
 _LICENCE = "fmi-licence.txt"
 """Of the headers of the Modelica Association."""
-_OWN = {"2.0": ("fmi2.c",), "3.0": ("fmi3.c", "fmi3_absent.c")}
+_OWN = {"2.0": ("fmi2.c",), "3.0": ("adjoint.c", "fmi3.c", "fmi3_absent.c")}
 _HEADERS = {
     "2.0": ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
     "3.0": ("fmi3.h", "fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
@@ -151,7 +154,8 @@ def export_fmu(
         system = system.without_foresight()
     interface = Interface(system, inputs, outputs, start or {})
     identifier = re.sub(r"\W", "_", system.name)
-    files, operations = model_files(interface, "{token}", rtol, method)
+    derivatives = derivative_functions(interface, reverse=version == "3.0")
+    files, operations = model_files(interface, "{token}", rtol, method, beside=derivatives)
     token = "{" + str(uuid.uuid5(uuid.NAMESPACE_OID, version + "".join(files.values()))) + "}"
     files["model.c"] = files["model.c"].replace("{token}", token, 1)
     folder = resources.files("lumped.exchange") / "c"

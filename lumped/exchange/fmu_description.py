@@ -6,8 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 from xml.etree import ElementTree as Xml
 
-import casadi as ca
-
+from lumped.exchange.dependencies import Dependencies
 from lumped.exchange.interface import Interface, Shown
 from lumped.language.declared import text_of
 from lumped.support.display_units import display
@@ -19,6 +18,8 @@ _STRUCTURED = re.compile(r"(der\()?[A-Za-z_]\w*(\[\d+\])?(\.[A-Za-z_]\w*(\[\d+\]
 _KINDS = {"model_exchange": "ModelExchange", "co_simulation": "CoSimulation"}
 _DISPLAYED = {"rad": "deg", "rad/s": "rpm"}
 """Units that people read."""
+_STARTED = ("state", "rate")
+"""Roles of what is unknown at the start without being an output."""
 
 
 def model_description(
@@ -84,7 +85,10 @@ def _kind(
         "modelIdentifier": identifier,
         f"canGetAndSet{state}": "true",
         f"canSerialize{state}": "true",
+        f"providesDirectionalDerivative{'s' if new else ''}": "true",
     }
+    if new:
+        options["providesAdjointDerivatives"] = "true"
     if kind == "co_simulation":
         options["canHandleVariableCommunicationStepSize"] = "true"
     elif new:
@@ -147,50 +151,25 @@ def _variable3(listed: Xml.Element, reference: int, shown: Shown) -> None:
 def _structure(root: Xml.Element, interface: Interface, *, new: bool) -> None:
     """Outputs, derivatives and what is computed at the start, with what they depend on."""
     structure = Xml.SubElement(root, "ModelStructure")
-    variables = interface.variables
-    known = _dependencies(interface)
+    variables, dependencies = interface.variables, Dependencies(interface)
+    running, initial = dependencies.running(), dependencies.initial()
     outputs = [r for r, v in enumerate(variables) if v.is_output]
     rates = [r for r, v in enumerate(variables) if v.role == "rate"]
-    initial = [r for r in outputs if variables[r].start is None] + rates
-    initial += [
-        r
-        for r, v in enumerate(variables)
-        if v.role == "state" and v.start is None and not v.is_output
-    ]
+    unknown = [r for r in initial if variables[r].is_output or variables[r].role in _STARTED]
     indicators = [r for r, v in enumerate(variables) if v.role == "indicator"]
     groups = [("Output", outputs), ("ContinuousStateDerivative", rates)]
-    groups += [("InitialUnknown", sorted(initial)), ("EventIndicator", indicators)]
+    groups += [("InitialUnknown", unknown), ("EventIndicator", indicators)]
     if not new:
-        groups = [("Outputs", outputs), ("Derivatives", rates)]
-        groups += [("InitialUnknowns", sorted(initial))]
+        groups = [("Outputs", outputs), ("Derivatives", rates), ("InitialUnknowns", unknown)]
     for name, references in groups:
         if not references:
             continue
         parent = structure if new else Xml.SubElement(structure, name)
         for r in references:
             facts = {"valueReference": str(r)} if new else {"index": str(r + 1)}
-            if r in known and not name.startswith("Initial"):
-                facts["dependencies"] = " ".join(str(d + (not new)) for d in known[r])
+            begins = name.startswith("Initial")
+            known = initial[r] if begins else [other for other, _ in running[r]]
+            facts["dependencies"] = " ".join(str(other + (not new)) for other in known)
+            if not begins:
+                facts["dependenciesKind"] = " ".join(kind for _, kind in running[r])
             Xml.SubElement(parent, name if new else "Unknown", facts)
-
-
-def _dependencies(interface: Interface) -> dict[int, list[int]]:
-    """Value references of states and inputs on which outputs and derivatives depend."""
-    system, variables = interface.system, interface.variables
-    x, p, _, _ = system.inputs
-    symbols = ca.vertcat(x, p)
-    states = [r for r, v in enumerate(variables) if v.role == "state"]
-    parameters = [r for r, v in enumerate(variables) if v.role in ("parameter", "input")]
-    columns = [*states, *parameters]
-    rows = [r for r, v in enumerate(variables) if v.role == "rate"]
-    rows += [r for r, v in enumerate(variables) if v.role == "output"]
-    everything = ca.vertcat(system.rates, interface.output_expressions)
-    known: dict[int, list[int]] = {r: [] for r in rows}
-    entries = ca.jacobian_sparsity(everything, symbols).get_triplet()
-    for i, j in zip(*entries, strict=True):
-        if variables[columns[j]].role != "parameter":
-            known[rows[i]].append(columns[j])
-    for r, v in enumerate(variables):
-        if v.role == "state" and v.is_output:
-            known[r] = [r]
-    return {r: sorted(found) for r, found in known.items()}

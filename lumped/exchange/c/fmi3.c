@@ -175,6 +175,33 @@ FMI3_Export fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte by
     return fmi3OK;
 }
 
+static fmi3Status derivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t n_unknowns,
+                             const fmi3ValueReference knowns[], size_t n_knowns,
+                             const fmi3Float64 seed[], size_t n_seed, fmi3Float64 sensitivity[],
+                             size_t n_sensitivity, bool reverse)
+{
+    size_t given = reverse ? n_unknowns : n_knowns, wanted = reverse ? n_knowns : n_unknowns;
+    if (n_seed != given || n_sensitivity != wanted)
+        return told3(c, unit_fail(UNIT(c), "%u factors for %u variables, room for %u derivatives "
+                                  "of %u", (unsigned)n_seed, (unsigned)given,
+                                  (unsigned)n_sensitivity, (unsigned)wanted));
+    return told3(c, (reverse ? unit_reverse : unit_forward)(UNIT(c), unknowns, n_unknowns, knowns,
+                                                            n_knowns, seed, sensitivity));
+}
+
+#define DERIVATIVE(name, reverse)                                                                  \
+    FMI3_Export fmi3Status fmi3Get##name##Derivative(                                              \
+        fmi3Instance c, const fmi3ValueReference unknowns[], size_t n_unknowns,                    \
+        const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],              \
+        size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)                            \
+    {                                                                                              \
+        return derivative(c, unknowns, n_unknowns, knowns, n_knowns, seed, n_seed, sensitivity,    \
+                          n_sensitivity, reverse);                                                 \
+    }
+
+DERIVATIVE(Directional, false)
+DERIVATIVE(Adjoint, true)
+
 /* ---- model exchange ----------------------------------------------------------------------- */
 
 FMI3_Export fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *needs_update,

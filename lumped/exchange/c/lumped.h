@@ -26,6 +26,9 @@ enum {
     END_OF_VALUES = FIRST_INDICATOR + N_MARGINS
 };
 
+/* States, parameters and the time, by which there are derivatives; rates and outputs of which. */
+enum { N_KNOWNS = N_STATES + N_PARAMETERS + 1, N_UNKNOWNS = N_STATES + N_OUTPUTS };
+
 typedef enum { INSTANTIATED, INITIALIZING, EVENTS, CONTINUOUS, STEPPING, TERMINATED } Phase;
 
 /* What happened: instant, kind (0 condition, 1 hold), number, position after. */
@@ -94,7 +97,17 @@ bool unit_step_completed(Unit *unit, bool *event);
 bool unit_watch(Unit *unit, double *z);
 bool unit_get(Unit *unit, const uint32_t *references, size_t count, double *values);
 bool unit_set(Unit *unit, const uint32_t *references, size_t count, const double *values);
+bool unit_close(Unit *unit, double *m);
 bool unit_rates(Unit *unit, double *rates);
 void unit_copy(const Unit *from, Unit *to);
+
+/* derivatives.c, adjoint.c */
+int unit_known(Unit *unit, uint32_t reference);
+int unit_unknown(Unit *unit, uint32_t reference);
+bool unit_linear(Unit *unit, double *m, double *p);
+bool unit_forward(Unit *unit, const uint32_t *unknown, size_t unknowns, const uint32_t *known,
+                  size_t knowns, const double *seed, double *sensitivity);
+bool unit_reverse(Unit *unit, const uint32_t *unknown, size_t unknowns, const uint32_t *known,
+                  size_t knowns, const double *seed, double *sensitivity);
 
 #endif
