@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from functools import cached_property
+from itertools import pairwise
 
 import casadi as ca
 import numpy as np
 import scipy.sparse
+from scipy.sparse import csr_array
 
 from lumped.exchange.interface import Interface, Shown
 
 __all__ = ["Dependencies"]
-
-Uses = scipy.sparse.csr_array
 
 
 class Dependencies:
@@ -49,71 +49,73 @@ class Dependencies:
         found: dict[int, list[tuple[int, str]]] = {
             r: [(r, "constant")] for r in _places(variables, "state") if variables[r].is_output
         }
-        whole = self._with_modes(self._direct)
+        lists = _lists(self._with_modes(self._direct))
         for i, row in enumerate(self._rows):
-            known = [int(j) for j in whole.indices[whole.indptr[i] : whole.indptr[i + 1]]]
             listed = [
                 (self._columns[j], kinds.get((i, j), "dependent"))
-                for j in known
+                for j in lists[i]
                 if variables[self._columns[j]].role != "parameter"
             ]
             found[row] = sorted(listed)
         return found
 
     def initial(self) -> dict[int, list[int]]:
-        """Known variables of each unknown at the start: time, inputs, and what has a start value."""
+        """Known variables of each unknown at the start; known are time, inputs and start values."""
         variables, switching = self._interface.variables, self._system.switching
         known = [r for r, v in enumerate(variables) if v.start is not None or v.role == "time"]
         states = _places(variables, "state")
         unknown = [r for r in (*states, *self._rows) if variables[r].start is None]
         if len(switching.first_modes) or switching.jumps:  # what meets or jumps moves other states
-            return {r: known for r in unknown}
+            return dict.fromkeys(unknown, known)
         begin = self._states_at_start()
         whole = self._with_modes(self._direct)
         count = len(states)
-        later = _union(whole[:, :count] @ begin, whole[:, count:] @ _tail(count, len(self._columns)))
+        later = _union(
+            whole[:, :count] @ begin, whole[:, count:] @ _tail(count, len(self._columns))
+        )
         found = dict(zip((*states, *self._rows), _lists(begin) + _lists(later), strict=True))
         return {r: sorted(self._columns[j] for j in found[r]) for r in unknown}
 
     @cached_property
-    def _direct(self) -> tuple[Uses, Uses]:
+    def _direct(self) -> tuple[csr_array, csr_array]:
         """Which known variables and modes the unknown ones hold."""
         return _uses(self._found, self._known), _uses(self._found, self._modes)
 
-    def _with_modes(self, direct: tuple[Uses, Uses]) -> Uses:
-        return _union(direct[0], direct[1] @ self._of_modes)
+    def _with_modes(self, direct: tuple[csr_array, csr_array]) -> csr_array:
+        return _union(direct[0], direct[1] @ self._owners @ self._decisions)
 
     @cached_property
-    def _of_modes(self) -> Uses:
-        """Which known variables decide each mode, through other modes too."""
-        structure, switching = self._system.structure, self._system.switching
-        parts: list[ca.SX] = []
-        owners: list[list[int]] = []
-        for condition in (*switching.timed, *switching.conditions):
-            parts.append(condition.argument)
-            owners.append(list(condition.modes))
-        of_conditions = {mode for owned in owners for mode in owned}
-        held = [k for k in range(self._modes.numel()) if k not in of_conditions]
-        if held:
-            needed = switching.needed()
-            parts += ca.vertsplit(needed)
-            owners += [held] * needed.numel()
-        shape = (self._modes.numel(), len(parts))
-        pairs = [(mode, k) for k, owned in enumerate(owners) for mode in owned]
-        if not pairs:
-            return Uses((shape[0], len(self._columns)), dtype=bool)
-        rows, columns = np.array(pairs).T
-        decides = Uses((np.ones(len(pairs), dtype=bool), (rows, columns)), shape=shape)
-        expressions = structure.in_states(ca.vertcat(*parts))
-        found = _only(decides @ _uses(expressions, self._known))
-        others = _only(decides @ _uses(expressions, self._modes))
+    def _owners(self) -> csr_array:
+        """Which decision sets each mode: a condition, or the last one, in which all holds share."""
+        switching = self._system.switching
+        conditions = (*switching.timed, *switching.conditions)
+        owner = np.full(self._modes.numel(), len(conditions))
+        for k, condition in enumerate(conditions):
+            owner[list(condition.modes)] = k
+        ones = np.ones(len(owner), dtype=bool)
+        shape = (len(owner), len(conditions) + 1)
+        return csr_array((ones, (np.arange(len(owner)), owner)), shape=shape)
+
+    @cached_property
+    def _decisions(self) -> csr_array:
+        """Which known variables each decision follows from, through other decisions too."""
+        switching, in_states = self._system.switching, self._system.structure.in_states
+        arguments = [c.argument for c in (*switching.timed, *switching.conditions)]
+        parts = in_states(ca.vertcat(ca.SX(0, 1), *arguments))
+        needed = in_states(switching.needed()) if len(switching.first_modes) else ca.SX(0, 1)
+
+        def uses(symbols: ca.SX) -> csr_array:
+            of_holds = _any(_uses(needed, symbols))
+            return _only(scipy.sparse.vstack([_uses(parts, symbols), of_holds], format="csr"))
+
+        found, others = uses(self._known), uses(self._modes) @ self._owners
         count = -1
         while count < found.nnz:
             count = found.nnz
             found = _union(found, others @ found)
         return found
 
-    def _states_at_start(self) -> Uses:
+    def _states_at_start(self) -> csr_array:
         """Which known variables each state in use follows from at the start."""
         interface, system = self._interface, self._system
         form, structure = interface.form, system.structure
@@ -121,7 +123,7 @@ class Dependencies:
         settable = np.flatnonzero(interface.settable_states)
         all_count = form.states.numel()
         places = np.array(structure.in_use, dtype=int)
-        own = Uses(
+        own = csr_array(
             (np.ones(len(settable), dtype=bool), (places[settable], settable)),
             shape=(all_count, width),
         )
@@ -130,15 +132,14 @@ class Dependencies:
         if len(form.columns):
             every = structure.values.states
             missed = _uses(form.miss, ca.vertcat(self._p, self._t)) @ _tail(count, width)
-            decided = _uses(form.miss, self._modes) @ self._of_modes
+            decided = _uses(form.miss, self._modes) @ self._owners @ self._decisions
             missed = _union(missed, _uses(form.miss, every) @ found)
             # a condition looks at states that follow from others
             missed = _union(missed, decided[:, count:] @ _tail(count, width))
             missed = _union(missed, decided[:, :count] @ found[places])
             solved = np.zeros((all_count, 1), dtype=bool)
             solved[form.columns] = 1
-            together = Uses(missed.sum(axis=0, dtype=bool).reshape(1, -1))
-            found = _union(found, Uses(solved) @ together)
+            found = _union(found, csr_array(solved) @ _any(missed))
         return _only(found[places])
 
     def _kinds(self) -> dict[tuple[int, int], str]:
@@ -149,7 +150,7 @@ class Dependencies:
         columns = [*range(count), *inputs]
         slopes = ca.jacobian(self._found, self._known[columns])
         rows, places = (np.array(v, dtype=int) for v in slopes.sparsity().get_triplet())
-        entries = ca.vertcat(ca.SX(0, 1), *slopes.nonzeros())
+        entries = slopes.nz[:]
         parameters = [r - 1 for r in _places(variables, "parameter")]
         tunable = [k for k in parameters if variables[k + 1].tunable]
         fixed = [k for k in parameters if not variables[k + 1].tunable]
@@ -176,28 +177,36 @@ def _places(variables: list[Shown], *roles: str) -> list[int]:
     return [r for r, v in enumerate(variables) if v.role in roles]
 
 
-def _uses(expression: ca.SX, symbols: ca.SX) -> Uses:
+def _uses(expression: ca.SX, symbols: ca.SX) -> csr_array:
     """Which symbols the entries of an expression hold."""
     rows, columns = ca.jacobian_sparsity(expression, symbols).get_triplet()
     shape = (expression.numel(), symbols.numel())
-    return Uses((np.ones(len(rows), dtype=bool), (rows, columns)), shape=shape)
+    return csr_array((np.ones(len(rows), dtype=bool), (rows, columns)), shape=shape)
 
 
-def _only(found: Uses) -> Uses:
+def _only(found: csr_array) -> csr_array:
     """In order, and no place twice."""
-    found = Uses(found)
+    found = csr_array(found)
     found.sum_duplicates()
     return found
 
 
-def _union(first: Uses, second: Uses) -> Uses:
+def _any(found: csr_array) -> csr_array:
+    """One row of what any row holds."""
+    columns = np.unique(found.indices)
+    ones, rows = np.ones(len(columns), dtype=bool), np.zeros(len(columns), dtype=int)
+    return csr_array((ones, (rows, columns)), shape=(1, found.shape[1]))
+
+
+def _union(first: csr_array, second: csr_array) -> csr_array:
     return _only(first + second)
 
 
-def _tail(first: int, width: int) -> Uses:
+def _tail(first: int, width: int) -> csr_array:
     """Rows of the identity from one on."""
-    return Uses(scipy.sparse.eye_array(width, dtype=bool, format="csr")[first:])
+    return csr_array(scipy.sparse.eye_array(width, dtype=bool, format="csr")[first:])
 
 
-def _lists(found: Uses) -> list[list[int]]:
-    return [row.tolist() for row in np.split(found.indices, found.indptr[1:-1])]
+def _lists(found: csr_array) -> list[list[int]]:
+    ends = found.indptr.tolist()
+    return [found.indices[a:b].tolist() for a, b in pairwise(ends)]
