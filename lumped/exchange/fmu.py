@@ -18,7 +18,7 @@ from lumped.exchange.c_compiler import LARGE
 from lumped.exchange.c_tables import model_files
 from lumped.exchange.derivatives import derivative_functions
 from lumped.exchange.fmu_description import build_description, model_description
-from lumped.exchange.interface import Interface, uneven_clocks
+from lumped.exchange.interface import Interface, refuse_doubles, uneven_clocks
 from lumped.exchange.platforms import libraries, platforms_of
 from lumped.support.arguments import checked
 from lumped.support.whole_files import whole_file
@@ -160,7 +160,8 @@ def export_fmu(
     if sampled:
         system = system.without_foresight()
     interface = Interface(system, inputs, outputs, start or {})
-    identifier = re.sub(r"\W", "_", system.name)
+    refuse_doubles(interface)
+    identifier = re.sub(r"\W", "_", system.name, flags=re.ASCII)
     derivatives = derivative_functions(interface, reverse=version == "3.0")
     files, operations = model_files(interface, "{token}", rtol, method, beside=derivatives)
     token = "{" + str(uuid.uuid5(uuid.NAMESPACE_OID, version + "".join(files.values()))) + "}"

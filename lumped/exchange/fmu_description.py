@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from xml.etree import ElementTree as Xml
 
 from lumped.exchange.dependencies import Dependencies
@@ -14,7 +14,10 @@ from lumped.support.known_units import measure
 
 __all__ = ["build_description", "model_description"]
 
-_STRUCTURED = re.compile(r"(der\()?[A-Za-z_]\w*(\[\d+\])?(\.[A-Za-z_]\w*(\[\d+\])?)*(,\d+)?\)?$")
+_IDENTIFIER = r"[A-Za-z_]\w*(\[\d+\])?(\.[A-Za-z_]\w*(\[\d+\])?)*"
+_STRUCTURED = re.compile(rf"{_IDENTIFIER}|der\({_IDENTIFIER}(,\d+)?\)", re.ASCII)
+_QUOTABLE = re.compile(r"[\w!#$%&()*+,./:;<>=?@\[\]^{}|~ \-'\"\\]+", re.ASCII)
+"""Grammars of the standard: a structured name, and text that is one between apostrophes."""
 _KINDS = {"model_exchange": "ModelExchange", "co_simulation": "CoSimulation"}
 _DISPLAYED = {"rad": "deg", "rad/s": "rpm"}
 """Units that people read."""
@@ -26,7 +29,7 @@ def model_description(
     interface: Interface,
     *,
     version: str,
-    kinds: Iterable[str],
+    kinds: Sequence[str],
     identifier: str,
     token: str,
     rtol: float,
@@ -34,7 +37,7 @@ def model_description(
 ) -> str:
     """Text of ``modelDescription.xml``."""
     new, variables, system = version == "3.0", interface.variables, interface.system
-    structured = all(_STRUCTURED.match(v.name) for v in variables)
+    names, convention = _names(variables)
     root = Xml.Element(
         "fmiModelDescription",
         {
@@ -43,7 +46,7 @@ def model_description(
             "instantiationToken" if new else "guid": token,
             "description": (text_of(type(system.model)) or system.name).split("\n")[0],
             "generationTool": "lumped",
-            "variableNamingConvention": "structured" if structured else "flat",
+            "variableNamingConvention": convention,
         },
     )
     if not new:
@@ -53,11 +56,12 @@ def model_description(
     _units(root, variables)
     Xml.SubElement(root, "DefaultExperiment", startTime="0", tolerance=repr(rtol))
     listed = Xml.SubElement(root, "ModelVariables")
+    described = _variable3 if new else _variable2
+    jumps = "model_exchange" in kinds and _may_jump(interface)
     for reference, shown in enumerate(variables):
-        if new:
-            _variable3(listed, reference, shown)
-        elif shown.role != "indicator":
-            _variable2(listed, reference, shown)
+        if new or shown.role != "indicator":
+            facts, values = _facts(shown, names[reference], jumps=jumps)
+            described(listed, reference, shown, facts, values)
     _structure(root, interface, new=new)
     return _written(root)
 
@@ -112,9 +116,15 @@ def _units(root: Xml.Element, variables: Sequence[Shown]) -> None:
             Xml.SubElement(element, "DisplayUnit", name=name, factor=repr(factor))
 
 
-def _facts(shown: Shown) -> tuple[dict[str, str], dict[str, str]]:
+def _may_jump(interface: Interface) -> bool:
+    """Whether events change states: what collides, sticks or is set anew."""
+    switching = interface.system.switching
+    return bool(len(switching.first_modes) or switching.jumps)
+
+
+def _facts(shown: Shown, name: str, *, jumps: bool) -> tuple[dict[str, str], dict[str, str]]:
     """Causality and the like of a variable, and what concerns its values."""
-    facts = {"name": shown.name, "description": shown.text}
+    facts = {"name": name, "description": shown.text}
     causality = {"parameter": "parameter", "input": "input", "time": "independent"}
     facts["causality"] = causality.get(shown.role, "output" if shown.is_output else "local")
     facts["variability"] = "continuous"
@@ -125,6 +135,8 @@ def _facts(shown: Shown) -> tuple[dict[str, str], dict[str, str]]:
         values["displayUnit"] = _DISPLAYED[shown.unit]
     if shown.role == "state" and shown.nominal != 1.0:
         values["nominal"] = repr(shown.nominal)
+    if shown.role == "state" and jumps:
+        values["reinit"] = "true"
     values |= {key: repr(shown.limits[key]) for key in ("min", "max") if key in shown.limits}
     if shown.start is not None:
         values["start"] = repr(shown.start)
@@ -133,16 +145,36 @@ def _facts(shown: Shown) -> tuple[dict[str, str], dict[str, str]]:
     return facts, values
 
 
-def _variable2(listed: Xml.Element, reference: int, shown: Shown) -> None:
-    facts, values = _facts(shown)
+def _names(variables: Sequence[Shown]) -> tuple[list[str], str]:
+    """Names as the standard wants them, and the convention that they follow."""
+    names = [v.name for v in variables]
+    odd = [name for name in names if not _STRUCTURED.fullmatch(name)]
+    if not all(_QUOTABLE.fullmatch(name) for name in odd):
+        return names, "flat"
+    quoted = {name: "'" + re.sub(r"(['\"\\])", r"\\\1", name) + "'" for name in odd}
+    return [quoted.get(name, name) for name in names], "structured"
+
+
+def _variable2(
+    listed: Xml.Element,
+    reference: int,
+    shown: Shown,
+    facts: dict[str, str],
+    values: dict[str, str],
+) -> None:
     element = Xml.SubElement(listed, "ScalarVariable", facts, valueReference=str(reference))
     if shown.state:
         values["derivative"] = str(shown.state + 1)
     Xml.SubElement(element, "Real", values)
 
 
-def _variable3(listed: Xml.Element, reference: int, shown: Shown) -> None:
-    facts, values = _facts(shown)
+def _variable3(
+    listed: Xml.Element,
+    reference: int,
+    shown: Shown,
+    facts: dict[str, str],
+    values: dict[str, str],
+) -> None:
     if shown.state:
         values["derivative"] = str(shown.state)
     Xml.SubElement(listed, "Float64", facts | values, valueReference=str(reference))
