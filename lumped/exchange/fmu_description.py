@@ -95,6 +95,8 @@ def _kind(
         options["providesAdjointDerivatives"] = "true"
     if kind == "co_simulation":
         options["canHandleVariableCommunicationStepSize"] = "true"
+        if new:
+            options |= {"mightReturnEarlyFromDoStep": "true", "hasEventMode": "true"}
     elif new:
         options["needsCompletedIntegratorStep"] = "true"
     element = Xml.SubElement(root, _KINDS[kind], options)

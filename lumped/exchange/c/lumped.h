@@ -29,7 +29,12 @@ enum {
 /* States, parameters and the time, by which there are derivatives; rates and outputs of which. */
 enum { N_KNOWNS = N_STATES + N_PARAMETERS + 1, N_UNKNOWNS = N_STATES + N_OUTPUTS };
 
-typedef enum { INSTANTIATED, INITIALIZING, EVENTS, CONTINUOUS, STEPPING, TERMINATED } Phase;
+/* PAUSED: at an event of co-simulation. */
+typedef enum { INSTANTIATED, INITIALIZING, EVENTS, CONTINUOUS, STEPPING, PAUSED, TERMINATED } Phase;
+
+/* An event inside a step at which co-simulation stopped; the point is that before it. The loop has
+   gone through the event, or it has to open the segment that begins there. */
+typedef enum { NOWHERE, CROSSED, DUE } Halt;
 
 /* What happened: instant, kind (0 condition, 1 hold), number, position after. */
 typedef struct {
@@ -54,6 +59,7 @@ typedef struct {
     /* co-simulation: the loop is ahead of the point, whether functions of time change at the end of
        its segment, and why it could not go on from the point */
     bool is_ahead, is_instant;
+    Halt halted;
     int64_t pending;
     int32_t changed[STORM_SIZE]; /* what changed last: holds after conditions */
     int64_t changed_count;
@@ -87,6 +93,8 @@ double unit_early(double t);
 
 /* steps.c */
 bool unit_advance(Unit *unit, double end);
+bool unit_advance_to_event(Unit *unit, double end, bool *event);
+bool unit_resume(Unit *unit, bool *moved);
 int64_t unit_loop(Unit *unit);
 
 /* access.c */
