@@ -1,9 +1,9 @@
 """What does a run of an exported unit cost, compared with `simulate`?
 
 The reversing mill skids while strip enters and leaves, within 0.12 s, and vibrates after that. The
-unit is run for co-simulation by an importer in C (``units.c``), which reads all states and two torques at each communication
-point; `simulate` records its states at the same times. Times are the best of several runs in one
-process; read the ratios.
+unit is run for co-simulation by an importer in C (``units.c``), which reads all states and two
+torques at each communication point; `simulate` records its states at the same times. Times are the
+best of several runs in one process; read the ratios.
 
     python -m benchmarks.units
 """

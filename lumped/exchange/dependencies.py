@@ -7,8 +7,7 @@ from itertools import pairwise
 
 import casadi as ca
 import numpy as np
-import scipy.sparse
-from scipy.sparse import csr_array
+import scipy
 
 from lumped.exchange.interface import Interface, Shown
 
@@ -77,15 +76,17 @@ class Dependencies:
         return {r: sorted(self._columns[j] for j in found[r]) for r in unknown}
 
     @cached_property
-    def _direct(self) -> tuple[csr_array, csr_array]:
+    def _direct(self) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
         """Which known variables and modes the unknown ones hold."""
         return _uses(self._found, self._known), _uses(self._found, self._modes)
 
-    def _with_modes(self, direct: tuple[csr_array, csr_array]) -> csr_array:
+    def _with_modes(
+        self, direct: tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]
+    ) -> scipy.sparse.csr_array:
         return _union(direct[0], direct[1] @ self._owners @ self._decisions)
 
     @cached_property
-    def _owners(self) -> csr_array:
+    def _owners(self) -> scipy.sparse.csr_array:
         """Which decision sets each mode: a condition, or the last one, in which all holds share."""
         switching = self._system.switching
         conditions = (*switching.timed, *switching.conditions)
@@ -94,17 +95,17 @@ class Dependencies:
             owner[list(condition.modes)] = k
         ones = np.ones(len(owner), dtype=bool)
         shape = (len(owner), len(conditions) + 1)
-        return csr_array((ones, (np.arange(len(owner)), owner)), shape=shape)
+        return scipy.sparse.csr_array((ones, (np.arange(len(owner)), owner)), shape=shape)
 
     @cached_property
-    def _decisions(self) -> csr_array:
+    def _decisions(self) -> scipy.sparse.csr_array:
         """Which known variables each decision follows from, through other decisions too."""
         switching, in_states = self._system.switching, self._system.structure.in_states
         arguments = [c.argument for c in (*switching.timed, *switching.conditions)]
         parts = in_states(ca.vertcat(ca.SX(0, 1), *arguments))
         needed = in_states(switching.needed()) if len(switching.first_modes) else ca.SX(0, 1)
 
-        def uses(symbols: ca.SX) -> csr_array:
+        def uses(symbols: ca.SX) -> scipy.sparse.csr_array:
             of_holds = _any(_uses(needed, symbols))
             return _only(scipy.sparse.vstack([_uses(parts, symbols), of_holds], format="csr"))
 
@@ -115,7 +116,7 @@ class Dependencies:
             found = _union(found, others @ found)
         return found
 
-    def _states_at_start(self) -> csr_array:
+    def _states_at_start(self) -> scipy.sparse.csr_array:
         """Which known variables each state in use follows from at the start."""
         interface, system = self._interface, self._system
         form, structure = interface.form, system.structure
@@ -123,7 +124,7 @@ class Dependencies:
         settable = np.flatnonzero(interface.settable_states)
         all_count = form.states.numel()
         places = np.array(structure.in_use, dtype=int)
-        own = csr_array(
+        own = scipy.sparse.csr_array(
             (np.ones(len(settable), dtype=bool), (places[settable], settable)),
             shape=(all_count, width),
         )
@@ -139,7 +140,7 @@ class Dependencies:
             missed = _union(missed, decided[:, :count] @ found[places])
             solved = np.zeros((all_count, 1), dtype=bool)
             solved[form.columns] = 1
-            found = _union(found, csr_array(solved) @ _any(missed))
+            found = _union(found, scipy.sparse.csr_array(solved) @ _any(missed))
         return _only(found[places])
 
     def _kinds(self) -> dict[tuple[int, int], str]:
@@ -177,36 +178,36 @@ def _places(variables: list[Shown], *roles: str) -> list[int]:
     return [r for r, v in enumerate(variables) if v.role in roles]
 
 
-def _uses(expression: ca.SX, symbols: ca.SX) -> csr_array:
+def _uses(expression: ca.SX, symbols: ca.SX) -> scipy.sparse.csr_array:
     """Which symbols the entries of an expression hold."""
     rows, columns = ca.jacobian_sparsity(expression, symbols).get_triplet()
     shape = (expression.numel(), symbols.numel())
-    return csr_array((np.ones(len(rows), dtype=bool), (rows, columns)), shape=shape)
+    return scipy.sparse.csr_array((np.ones(len(rows), dtype=bool), (rows, columns)), shape=shape)
 
 
-def _only(found: csr_array) -> csr_array:
+def _only(found: scipy.sparse.csr_array) -> scipy.sparse.csr_array:
     """In order, and no place twice."""
-    found = csr_array(found)
+    found = scipy.sparse.csr_array(found)
     found.sum_duplicates()
     return found
 
 
-def _any(found: csr_array) -> csr_array:
+def _any(found: scipy.sparse.csr_array) -> scipy.sparse.csr_array:
     """One row of what any row holds."""
     columns = np.unique(found.indices)
     ones, rows = np.ones(len(columns), dtype=bool), np.zeros(len(columns), dtype=int)
-    return csr_array((ones, (rows, columns)), shape=(1, found.shape[1]))
+    return scipy.sparse.csr_array((ones, (rows, columns)), shape=(1, found.shape[1]))
 
 
-def _union(first: csr_array, second: csr_array) -> csr_array:
+def _union(first: scipy.sparse.csr_array, second: scipy.sparse.csr_array) -> scipy.sparse.csr_array:
     return _only(first + second)
 
 
-def _tail(first: int, width: int) -> csr_array:
+def _tail(first: int, width: int) -> scipy.sparse.csr_array:
     """Rows of the identity from one on."""
-    return csr_array(scipy.sparse.eye_array(width, dtype=bool, format="csr")[first:])
+    return scipy.sparse.csr_array(scipy.sparse.eye_array(width, dtype=bool, format="csr")[first:])
 
 
-def _lists(found: csr_array) -> list[list[int]]:
+def _lists(found: scipy.sparse.csr_array) -> list[list[int]]:
     ends = found.indptr.tolist()
     return [found.indices[a:b].tolist() for a, b in pairwise(ends)]
