@@ -31,6 +31,7 @@ from lumped.errors import (
     OptionError,
     UnknownNameError,
 )
+from lumped.exchange.c_compiler import zig_compiler
 from lumped.exchange.interface import rate_unit
 from lumped.ops import where
 
@@ -254,15 +255,11 @@ def test_a_unit_for_several_platforms_runs_on_this_one(tmp_path):
         wall=Fixed(),
         connections=lambda m: lp.chain(m.mass, m.spring, m.wall),
     )
-    asked = ("x86_64-linux", "x86_64-windows", "aarch64-darwin")
+    begins = {"x86_64-linux": b"\x7fELF", "aarch64-darwin": b"\xcf\xfa\xed\xfe"}
+    asked = tuple(begins)
     options = {"version": "3.0", "kind": "co_simulation", "platforms": asked}
     assert lp.export_fmu(lp.assemble(model), path, **options).platforms == asked
-    assert set(fmpy.supported_platforms(str(path))) == {"linux64", "win64", "darwin64", "c-code"}
-    begins = {
-        "x86_64-linux": b"\x7fELF",
-        "x86_64-windows": b"MZ",
-        "aarch64-darwin": b"\xcf\xfa\xed\xfe",
-    }
+    assert set(fmpy.supported_platforms(str(path))) >= {"linux64", "darwin64", "c-code"}
     with zipfile.ZipFile(path) as archive:
         for name in archive.namelist():
             if name.startswith("binaries/"):
@@ -273,6 +270,24 @@ def test_a_unit_for_several_platforms_runs_on_this_one(tmp_path):
         return
     found = fmpy.simulate_fmu(str(path), stop_time=1.0, output_interval=0.1, output=["mass.w"])
     assert np.abs(found["mass.w"] - 3.0 * np.cos(2.0 * found["time"])).max() < 1e-5
+
+
+def test_sources_compile_for_windows(tmp_path):
+    """Not linked: before its first library for Windows, Zig builds a C library for a minute."""
+    pytest.importorskip("ziglang")
+    path = tmp_path / "drive.fmu"
+    lp.export_fmu(lp.assemble(Drive()), path, version="3.0")
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(tmp_path)
+    compiler = zig_compiler("x86_64-windows-gnu", "the test")
+    options = ["-std=c99", "-fvisibility=hidden", "-Wall", "-Werror", "-O1", "-c"]
+    for source in ("access.c", "fmi3.c", "model.c"):
+        call = [*compiler, *options, source, "-o", "made.obj"]
+        folder = tmp_path / "sources"
+        done = subprocess.run(call, cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        exports = b"-export:fmi3GetDirectionalDerivative" in (folder / "made.obj").read_bytes()
+        assert exports is (source == "fmi3.c")
 
 
 # -- what is refused ---------------------------------------------------------------------------
