@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -73,7 +73,13 @@ _OUTSIDE = {
 
 
 def model_files(
-    interface: Interface, token: str, rtol: float, method: str, watched: Watched | None = None
+    interface: Interface,
+    token: str,
+    rtol: float,
+    method: str,
+    *,
+    watched: Watched | None = None,
+    beside: Mapping[str, ca.Function] | None = None,
 ) -> tuple[dict[str, str], int]:
     """Text of ``loop.c``, ``loop.h``, ``model.c`` and ``model.h``, and the number of operations.
 
@@ -83,6 +89,8 @@ def model_files(
         Of co-simulation.
     watched : Watched, optional
         Functionals that the loop collects.
+    beside : mapping of str to Function, optional
+        Further functions that the interface calls.
     """
     system = interface.system
     given, lengths, fields = parts_of(system)
@@ -104,6 +112,7 @@ def model_files(
         values["run"]["watches"] = 1
     memory = Memory(lengths, values, list(functions), watch)
     functions |= _own_functions(interface)
+    functions |= {name: operations_of(f) for name, f in (beside or {}).items()}
     # the interface calls these directly
     for name in ("rates", "look", "margin", "margin_rate", "following"):
         if name not in functions:

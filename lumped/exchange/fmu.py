@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import platform
 import re
-import sys
 import time as clock
 import uuid
 import zipfile
@@ -16,10 +14,12 @@ from typing import Literal
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
-from lumped.exchange.c_compiler import LARGE, Linked, compiled, own_compiler
+from lumped.exchange.c_compiler import LARGE
 from lumped.exchange.c_tables import model_files
+from lumped.exchange.derivatives import derivative_functions
 from lumped.exchange.fmu_description import build_description, model_description
-from lumped.exchange.interface import Interface, uneven_clocks
+from lumped.exchange.interface import Interface, refuse_doubles, uneven_clocks
+from lumped.exchange.platforms import libraries, platforms_of
 from lumped.support.arguments import checked
 from lumped.support.whole_files import whole_file
 from lumped.timeloop.guards import may_be_unfit
@@ -27,10 +27,12 @@ from lumped.timeloop.instants import Clock
 
 __all__ = ["ExportedFMU", "export_fmu"]
 
-_SOURCES = ("access.c", "clocks.c", "events.c", "faults.c", "start.c", "steps.c")
+_SOURCES = (
+    *("access.c", "clocks.c", "derivatives.c", "events.c", "faults.c", "start.c", "steps.c"),
+)
 _LICENCE = "fmi-licence.txt"
 """Of the headers of the Modelica Association."""
-_OWN = {"2.0": ("fmi2.c",), "3.0": ("fmi3.c", "fmi3_absent.c")}
+_OWN = {"2.0": ("fmi2.c",), "3.0": ("adjoint.c", "fmi3.c", "fmi3_absent.c")}
 _HEADERS = {
     "2.0": ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
     "3.0": ("fmi3.h", "fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
@@ -53,8 +55,8 @@ class ExportedFMU:
         "model_exchange", "co_simulation".
     counts : dict of str to int
         Parameters, inputs, outputs, states, event indicators, operations of all functions.
-    platform : str
-        For which it is compiled; empty if there was no compiler.
+    platforms : tuple of str
+        For which it is compiled; none if there was no compiler.
     seconds : float
         Wall time.
     remarks : tuple of str
@@ -65,13 +67,14 @@ class ExportedFMU:
     version: str
     kinds: tuple[str, ...]
     counts: dict[str, int]
-    platform: str
+    platforms: tuple[str, ...]
     seconds: float
     remarks: tuple[str, ...]
 
     def __repr__(self) -> str:
         counts = ", ".join(f"{n} {what}" for what, n in self.counts.items())
-        made = f"compiled for {self.platform}" if self.platform else "sources only"
+        built = " and ".join(self.platforms)
+        made = f"compiled for {built}" if built else "sources only"
         head = f"{self.path}: FMI {self.version}, {' and '.join(self.kinds)}, {made}"
         return "\n".join([head, f"{counts}; {self.seconds:.2g} s", *self.remarks])
 
@@ -88,6 +91,7 @@ def export_fmu(
     start: Changes | None = None,
     rtol: float = 1e-6,
     method: Literal["auto", "explicit", "implicit"] = "auto",
+    platforms: Iterable[str] = (),
 ) -> ExportedFMU:
     """Write a model as an FMU for other tools.
 
@@ -95,7 +99,7 @@ def export_fmu(
     the interface. Co-simulation makes the steps of `simulate` and finds the same events; from the
     same start and at the same tolerance its states are the same to the last bit. Steps do not end
     at communication points; where an input is set, integration starts anew. The sources are
-    compiled by the compiler of this machine (``CC``, or ``cc``) if there is one.
+    compiled for `platforms`, or else by the compiler of this machine (``CC``, or ``cc``).
 
     Parameters of the model can be set before the run, and during it if no equation that holds them
     was differentiated. States can be set before the run where they follow from nothing else.
@@ -122,6 +126,10 @@ def export_fmu(
     method : {"auto", "explicit", "implicit"}
         Of co-simulation: "explicit" is DOP853, "implicit" Rodas5P, "auto" the first until the
         second pays, as "steps" of `simulate`.
+    platforms : iterable of str
+        For which to compile instead of this machine, by Zig's compiler (``lumped[cross]``):
+        "x86_64-linux", "aarch64-linux", and the same with "windows" and "darwin" (macOS); in
+        version 2.0 "linux64", "win64" and "darwin64".
 
     Returns
     -------
@@ -130,7 +138,8 @@ def export_fmu(
     Raises
     ------
     OptionError
-        If an option makes no sense, or the rate of an input would matter.
+        If an option makes no sense, the rate of an input would matter, the version knows no such
+        platform, or Zig's compiler is not installed.
     UnknownNameError
         If an input or output does not exist.
     StartError
@@ -146,12 +155,15 @@ def export_fmu(
         raise OptionError(f"export_fmu: kind = {kind!r}: choose from {', '.join(_KINDS)}.")
     if not 1e-13 <= rtol < 1:
         raise OptionError(f"export_fmu: rtol = {rtol}: it must lie between 1e-13 and 1.")
+    wanted = platforms_of(version, platforms)
     sampled = uneven_clocks(system)
     if sampled:
         system = system.without_foresight()
     interface = Interface(system, inputs, outputs, start or {})
-    identifier = re.sub(r"\W", "_", system.name)
-    files, operations = model_files(interface, "{token}", rtol, method)
+    refuse_doubles(interface)
+    identifier = re.sub(r"\W", "_", system.name, flags=re.ASCII)
+    derivatives = derivative_functions(interface, reverse=version == "3.0")
+    files, operations = model_files(interface, "{token}", rtol, method, beside=derivatives)
     token = "{" + str(uuid.uuid5(uuid.NAMESPACE_OID, version + "".join(files.values()))) + "}"
     files["model.c"] = files["model.c"].replace("{token}", token, 1)
     folder = resources.files("lumped.exchange") / "c"
@@ -170,18 +182,16 @@ def export_fmu(
     )
     if version == "3.0":
         files["buildDescription.xml"] = build_description(identifier, sources)
-    place, suffix = _platform(version)
-    compiler = own_compiler()
     level = "-O1" if operations > LARGE else "-O2"
-    linked = Linked(("-fPIC", "-fvisibility=hidden"), ("-shared",), suffix)
-    library = compiled(files, sources, compiler, level, linked) if compiler else None
+    made = libraries(files, sources, version, level, wanted)
     path = Path(path)
     with whole_file(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", described)
         for name, text in files.items():
             archive.writestr(f"sources/{name}", text)
-        if library is not None:
-            archive.writestr(f"binaries/{place}/{identifier}{suffix}", library)
+        for library in made:
+            name = f"binaries/{library.folder}/{identifier}{library.suffix}"
+            archive.writestr(name, library.content)
     roles = [v.role for v in interface.variables]
     counts = {
         "parameters": roles.count("parameter"),
@@ -191,9 +201,9 @@ def export_fmu(
         "event indicators": interface.margins,
         "operations": operations,
     }
-    remarks = _remarks(system, library is not None, sampled)
+    remarks = _remarks(system, bool(made), sampled)
     seconds = clock.perf_counter() - begin
-    built = place if library is not None else ""
+    built = tuple(library.folder for library in made)
     return ExportedFMU(path, version, kinds, counts, built, seconds, remarks)
 
 
@@ -218,16 +228,3 @@ def _remarks(system: System, compiled: bool, sampled: list[Clock]) -> tuple[str,
             "dead centre ends with an error, as states cannot change places in an FMU."
         )
     return tuple(remarks)
-
-
-def _platform(version: str) -> tuple[str, str]:
-    """Folder of the binaries of this machine, and suffix of shared libraries."""
-    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(
-        platform.machine().lower(), platform.machine().lower()
-    )
-    system, suffix = {"win32": ("windows", ".dll"), "darwin": ("darwin", ".dylib")}.get(
-        sys.platform, ("linux", ".so")
-    )
-    if version == "2.0" and machine == "x86_64":
-        return {"windows": "win64"}.get(system, f"{system}64"), suffix
-    return f"{machine}-{system}", suffix

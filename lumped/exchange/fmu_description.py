@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from xml.etree import ElementTree as Xml
 
-import casadi as ca
-
+from lumped.exchange.dependencies import Dependencies
 from lumped.exchange.interface import Interface, Shown
 from lumped.language.declared import text_of
 from lumped.support.display_units import display
@@ -15,17 +14,22 @@ from lumped.support.known_units import measure
 
 __all__ = ["build_description", "model_description"]
 
-_STRUCTURED = re.compile(r"(der\()?[A-Za-z_]\w*(\[\d+\])?(\.[A-Za-z_]\w*(\[\d+\])?)*(,\d+)?\)?$")
+_IDENTIFIER = r"[A-Za-z_]\w*(\[\d+\])?(\.[A-Za-z_]\w*(\[\d+\])?)*"
+_STRUCTURED = re.compile(rf"{_IDENTIFIER}|der\({_IDENTIFIER}(,\d+)?\)", re.ASCII)
+_QUOTABLE = re.compile(r"[\w!#$%&()*+,./:;<>=?@\[\]^{}|~ \-'\"\\]+", re.ASCII)
+"""Grammars of the standard: a structured name, and text that is one between apostrophes."""
 _KINDS = {"model_exchange": "ModelExchange", "co_simulation": "CoSimulation"}
 _DISPLAYED = {"rad": "deg", "rad/s": "rpm"}
 """Units that people read."""
+_STARTED = ("state", "rate")
+"""Roles of what is unknown at the start without being an output."""
 
 
 def model_description(
     interface: Interface,
     *,
     version: str,
-    kinds: Iterable[str],
+    kinds: Sequence[str],
     identifier: str,
     token: str,
     rtol: float,
@@ -33,7 +37,7 @@ def model_description(
 ) -> str:
     """Text of ``modelDescription.xml``."""
     new, variables, system = version == "3.0", interface.variables, interface.system
-    structured = all(_STRUCTURED.match(v.name) for v in variables)
+    names, convention = _names(variables)
     root = Xml.Element(
         "fmiModelDescription",
         {
@@ -42,7 +46,7 @@ def model_description(
             "instantiationToken" if new else "guid": token,
             "description": (text_of(type(system.model)) or system.name).split("\n")[0],
             "generationTool": "lumped",
-            "variableNamingConvention": "structured" if structured else "flat",
+            "variableNamingConvention": convention,
         },
     )
     if not new:
@@ -52,11 +56,12 @@ def model_description(
     _units(root, variables)
     Xml.SubElement(root, "DefaultExperiment", startTime="0", tolerance=repr(rtol))
     listed = Xml.SubElement(root, "ModelVariables")
+    described = _variable3 if new else _variable2
+    jumps = "model_exchange" in kinds and _may_jump(interface)
     for reference, shown in enumerate(variables):
-        if new:
-            _variable3(listed, reference, shown)
-        elif shown.role != "indicator":
-            _variable2(listed, reference, shown)
+        if new or shown.role != "indicator":
+            facts, values = _facts(shown, names[reference], jumps=jumps)
+            described(listed, reference, shown, facts, values)
     _structure(root, interface, new=new)
     return _written(root)
 
@@ -84,9 +89,14 @@ def _kind(
         "modelIdentifier": identifier,
         f"canGetAndSet{state}": "true",
         f"canSerialize{state}": "true",
+        f"providesDirectionalDerivative{'s' if new else ''}": "true",
     }
+    if new:
+        options["providesAdjointDerivatives"] = "true"
     if kind == "co_simulation":
         options["canHandleVariableCommunicationStepSize"] = "true"
+        if new:
+            options |= {"mightReturnEarlyFromDoStep": "true", "hasEventMode": "true"}
     elif new:
         options["needsCompletedIntegratorStep"] = "true"
     element = Xml.SubElement(root, _KINDS[kind], options)
@@ -108,9 +118,15 @@ def _units(root: Xml.Element, variables: Sequence[Shown]) -> None:
             Xml.SubElement(element, "DisplayUnit", name=name, factor=repr(factor))
 
 
-def _facts(shown: Shown) -> tuple[dict[str, str], dict[str, str]]:
+def _may_jump(interface: Interface) -> bool:
+    """Whether events change states: what collides, sticks or is set anew."""
+    switching = interface.system.switching
+    return bool(len(switching.first_modes) or switching.jumps)
+
+
+def _facts(shown: Shown, name: str, *, jumps: bool) -> tuple[dict[str, str], dict[str, str]]:
     """Causality and the like of a variable, and what concerns its values."""
-    facts = {"name": shown.name, "description": shown.text}
+    facts = {"name": name, "description": shown.text}
     causality = {"parameter": "parameter", "input": "input", "time": "independent"}
     facts["causality"] = causality.get(shown.role, "output" if shown.is_output else "local")
     facts["variability"] = "continuous"
@@ -121,6 +137,8 @@ def _facts(shown: Shown) -> tuple[dict[str, str], dict[str, str]]:
         values["displayUnit"] = _DISPLAYED[shown.unit]
     if shown.role == "state" and shown.nominal != 1.0:
         values["nominal"] = repr(shown.nominal)
+    if shown.role == "state" and jumps:
+        values["reinit"] = "true"
     values |= {key: repr(shown.limits[key]) for key in ("min", "max") if key in shown.limits}
     if shown.start is not None:
         values["start"] = repr(shown.start)
@@ -129,16 +147,36 @@ def _facts(shown: Shown) -> tuple[dict[str, str], dict[str, str]]:
     return facts, values
 
 
-def _variable2(listed: Xml.Element, reference: int, shown: Shown) -> None:
-    facts, values = _facts(shown)
+def _names(variables: Sequence[Shown]) -> tuple[list[str], str]:
+    """Names as the standard wants them, and the convention that they follow."""
+    names = [v.name for v in variables]
+    odd = [name for name in names if not _STRUCTURED.fullmatch(name)]
+    if not all(_QUOTABLE.fullmatch(name) for name in odd):
+        return names, "flat"
+    quoted = {name: "'" + re.sub(r"(['\"\\])", r"\\\1", name) + "'" for name in odd}
+    return [quoted.get(name, name) for name in names], "structured"
+
+
+def _variable2(
+    listed: Xml.Element,
+    reference: int,
+    shown: Shown,
+    facts: dict[str, str],
+    values: dict[str, str],
+) -> None:
     element = Xml.SubElement(listed, "ScalarVariable", facts, valueReference=str(reference))
     if shown.state:
         values["derivative"] = str(shown.state + 1)
     Xml.SubElement(element, "Real", values)
 
 
-def _variable3(listed: Xml.Element, reference: int, shown: Shown) -> None:
-    facts, values = _facts(shown)
+def _variable3(
+    listed: Xml.Element,
+    reference: int,
+    shown: Shown,
+    facts: dict[str, str],
+    values: dict[str, str],
+) -> None:
     if shown.state:
         values["derivative"] = str(shown.state)
     Xml.SubElement(listed, "Float64", facts | values, valueReference=str(reference))
@@ -147,50 +185,25 @@ def _variable3(listed: Xml.Element, reference: int, shown: Shown) -> None:
 def _structure(root: Xml.Element, interface: Interface, *, new: bool) -> None:
     """Outputs, derivatives and what is computed at the start, with what they depend on."""
     structure = Xml.SubElement(root, "ModelStructure")
-    variables = interface.variables
-    known = _dependencies(interface)
+    variables, dependencies = interface.variables, Dependencies(interface)
+    running, initial = dependencies.running(), dependencies.initial()
     outputs = [r for r, v in enumerate(variables) if v.is_output]
     rates = [r for r, v in enumerate(variables) if v.role == "rate"]
-    initial = [r for r in outputs if variables[r].start is None] + rates
-    initial += [
-        r
-        for r, v in enumerate(variables)
-        if v.role == "state" and v.start is None and not v.is_output
-    ]
+    unknown = [r for r in initial if variables[r].is_output or variables[r].role in _STARTED]
     indicators = [r for r, v in enumerate(variables) if v.role == "indicator"]
     groups = [("Output", outputs), ("ContinuousStateDerivative", rates)]
-    groups += [("InitialUnknown", sorted(initial)), ("EventIndicator", indicators)]
+    groups += [("InitialUnknown", unknown), ("EventIndicator", indicators)]
     if not new:
-        groups = [("Outputs", outputs), ("Derivatives", rates)]
-        groups += [("InitialUnknowns", sorted(initial))]
+        groups = [("Outputs", outputs), ("Derivatives", rates), ("InitialUnknowns", unknown)]
     for name, references in groups:
         if not references:
             continue
         parent = structure if new else Xml.SubElement(structure, name)
         for r in references:
             facts = {"valueReference": str(r)} if new else {"index": str(r + 1)}
-            if r in known and not name.startswith("Initial"):
-                facts["dependencies"] = " ".join(str(d + (not new)) for d in known[r])
+            begins = name.startswith("Initial")
+            known = initial[r] if begins else [other for other, _ in running[r]]
+            facts["dependencies"] = " ".join(str(other + (not new)) for other in known)
+            if not begins:
+                facts["dependenciesKind"] = " ".join(kind for _, kind in running[r])
             Xml.SubElement(parent, name if new else "Unknown", facts)
-
-
-def _dependencies(interface: Interface) -> dict[int, list[int]]:
-    """Value references of states and inputs on which outputs and derivatives depend."""
-    system, variables = interface.system, interface.variables
-    x, p, _, _ = system.inputs
-    symbols = ca.vertcat(x, p)
-    states = [r for r, v in enumerate(variables) if v.role == "state"]
-    parameters = [r for r, v in enumerate(variables) if v.role in ("parameter", "input")]
-    columns = [*states, *parameters]
-    rows = [r for r, v in enumerate(variables) if v.role == "rate"]
-    rows += [r for r, v in enumerate(variables) if v.role == "output"]
-    everything = ca.vertcat(system.rates, interface.output_expressions)
-    known: dict[int, list[int]] = {r: [] for r in rows}
-    entries = ca.jacobian_sparsity(everything, symbols).get_triplet()
-    for i, j in zip(*entries, strict=True):
-        if variables[columns[j]].role != "parameter":
-            known[rows[i]].append(columns[j])
-    for r, v in enumerate(variables):
-        if v.role == "state" and v.is_output:
-            known[r] = [r]
-    return {r: sorted(found) for r, found in known.items()}

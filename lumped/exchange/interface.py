@@ -19,7 +19,7 @@ from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.run import nominals
 from lumped.vibration.response import needing_rates
 
-__all__ = ["Interface", "Shown", "limits_of", "rate_unit", "uneven_clocks"]
+__all__ = ["Interface", "Shown", "limits_of", "rate_unit", "refuse_doubles", "uneven_clocks"]
 
 
 @dataclass(frozen=True)
@@ -193,6 +193,30 @@ class Interface:
     def margins(self) -> int:
         """Number of event indicators."""
         return int(self.system.margins.size1_out(0)) if self.system.switching else 0
+
+
+def refuse_doubles(interface: Interface) -> None:
+    """Refuse outputs whose names another variable has, for files in which names are unique.
+
+    Raises
+    ------
+    OptionError
+        If an output is a parameter or an input, or two formulas have the same text.
+    """
+    system = interface.system
+    taken = set(system.parameters)
+    for name in map(str, (*interface.output_states, *interface.outputs)):
+        if name in system.parameters:
+            kind = "an input" if name in interface.inputs else "a parameter"
+            raise OptionError(
+                f"{system.name}: '{name}' cannot be an output: it is {kind}, whose value is known. "
+                "Leave it out of the outputs."
+            )
+        if name in taken:
+            raise OptionError(
+                f"{system.name}: two outputs have the text '{name}'. Declare a variable for one."
+            )
+        taken.add(name)
 
 
 def limits_of(declared: Param) -> dict[str, float]:

@@ -12,7 +12,7 @@ import numpy as np
 from lumped.compiler.switching import Condition
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import ExportError
-from lumped.exchange.interface import Interface, Shown
+from lumped.exchange.interface import Interface, Shown, refuse_doubles
 from lumped.exchange.modelica_terms import ModelicaWriter, TextTerm, real
 from lumped.language.declared import text_of
 from lumped.support.arguments import checked
@@ -61,6 +61,7 @@ def export_modelica(
         As for `export_fmu`.
     """
     interface = Interface(system, inputs, outputs, start or {})
+    refuse_doubles(interface)
     _refuse(system)
     path = Path(path)
     write_text(path, _Text(interface).model())

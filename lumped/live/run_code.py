@@ -48,7 +48,7 @@ def run_code(
     """
     compiler = zig_compiler("wasm32-wasi", "live_page")
     interface = Interface(system, (), names, {} if start is None else start)
-    files, operations = model_files(interface, "", rtol, "auto", watched)
+    files, operations = model_files(interface, "", rtol, "auto", watched=watched)
     folder = resources.files("lumped.exchange") / "c"
     for name in (*_SOURCES, "lumped.h"):
         files[name] = (folder / name).read_text()

@@ -16,7 +16,9 @@ STEPS = {"auto": "steps", "explicit": "explicit", "implicit": "implicit"}
 class Unit:
     """A unit for co-simulation, between its start and its end."""
 
-    def __init__(self, path, *, stop, rtol=None, start_values=None):
+    def __init__(
+        self, path, *, stop, rtol=None, start_values=None, event_mode=False, early_return=False
+    ):
         facts = fmpy.read_model_description(str(path))
         self.folder = fmpy.extract(str(path))
         self.told = []
@@ -30,7 +32,11 @@ class Unit:
         }
         if self.new:
             self.fmu = fmpy.fmi3.FMU3Slave(**options)
-            self.fmu.instantiate(logMessage=lambda *message: self.told.append(message[-1]))
+            self.fmu.instantiate(
+                logMessage=lambda *message: self.told.append(message[-1]),
+                eventModeUsed=event_mode,
+                earlyReturnAllowed=early_return,
+            )
             times = {"startTime": 0.0, "stopTime": stop, "tolerance": rtol}
         else:
             self.fmu = fmpy.fmi2.FMU2Slave(**options)
@@ -46,6 +52,9 @@ class Unit:
         self.set(start_values or {})
         self.fmu.enterInitializationMode(**times)
         self.fmu.exitInitializationMode()
+        if event_mode:
+            self.fmu.updateDiscreteStates()
+            self.fmu.enterStepMode()
 
     def set(self, values):
         if values:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import specification_gear  # noqa: F401 - loads
+from bits import Unit
 from fmus import compare, fmpy, runs
 from linkages import double_rocker, four_bar, rocker_angle
 from specification import build, read
@@ -223,3 +224,76 @@ def test_a_steady_start_holds_in_the_positions_of_the_parameters_set(tmp_path, h
         assert found["lag.x"][0] == pytest.approx(min(3.0, highest), rel=1e-9), (version, kind)
         if highest < 3.0 * np.exp(-0.4):
             assert found["lag.x"] == pytest.approx(np.full(5, highest), rel=1e-6)
+
+
+def test_steps_stop_at_the_events_of_a_ball_if_they_may(tmp_path):
+    """The bounces of the closed form, told one by one; speeds before and after each."""
+    height, g, e = 1.3, 9.81, 0.8
+    system = lp.assemble(
+        lp.compose(
+            floor=translation.Stop(restitution=e),
+            mass=translation.Mass(m=1.0, s=height, v=0.0),
+            weight=translation.Force(f=-g),
+            connections=lambda m: [
+                lp.connect(m.floor.flange_b, m.mass.flange_a, m.weight.flange),
+            ],
+        )
+    )
+    path, fall = tmp_path / "ball.fmu", np.sqrt(2 * height / g)
+    lp.export_fmu(system, path, version="3.0", kind="co_simulation")
+    hits = fall * (1 + 2 * e * (1 - e ** np.arange(3)) / (1 - e))
+    names = system.state_names
+    for handled in (False, True):
+        unit = Unit(path, stop=2.0, rtol=1e-10, event_mode=handled, early_return=True)
+        found, time = [], 0.0
+        while time < 2.0:
+            event, ended, early, reached = unit.fmu.doStep(time, 2.0 - time)
+            assert not ended
+            assert event == (early and handled)
+            assert early == (reached < 2.0)
+            before = unit.get(names)
+            if event:
+                unit.fmu.enterEventMode()
+                again, ended, _, jumped, *_ = unit.fmu.updateDiscreteStates()
+                assert (again, ended, jumped) == (False, False, True)
+                unit.fmu.enterStepMode()
+            after, time = unit.get(names), reached
+            if early:
+                found.append((reached, before, after))
+        unit.close()
+        late = np.abs(np.array([t for t, *_ in found]) - hits).max()
+        print(f"{late:.1e} s")
+        assert late < 1e-8
+        place = next(i for i, n in enumerate(names) if n.endswith((".v", ".v_rel")))
+        for k, (_, before, after) in enumerate(found):
+            down = e**k * g * fall
+            expected = (down if handled else e * down, e * down)
+            assert (abs(before[place]), abs(after[place])) == pytest.approx(expected, rel=1e-7)
+
+
+def test_a_unit_that_stops_at_instants_makes_the_same_run(tmp_path):
+    """A torque that changes with the time, and FMPy in its event mode."""
+    torque = where(lp.time >= 0.5, where(lp.time >= 1.05, 0.3, -2.0), 1.0)
+    system = lp.assemble(
+        lp.compose(
+            drive=Torque(tau=torque),
+            body=Inertia(J=0.5),
+            connections=lambda m: lp.chain(m.drive, m.body),
+        )
+    )
+    path = tmp_path / "timed.fmu"
+    lp.export_fmu(system, path, version="3.0", kind="co_simulation")
+    found = fmpy.simulate_fmu(
+        str(path),
+        stop_time=1.6,
+        output_interval=0.2,
+        output=["body.w"],
+        use_event_mode=True,
+        early_return_allowed=True,
+    )
+    t = found["time"]
+    assert np.abs(instants(found) - [0.5, 1.05]).max() < 1e-12
+    expected = (
+        np.minimum(t, 0.5) - 2 * np.clip(t - 0.5, 0, 0.55) + 0.3 * np.maximum(t - 1.05, 0)
+    ) / 0.5
+    assert np.abs(found["body.w"] - expected).max() < 1e-9

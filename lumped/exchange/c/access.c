@@ -2,9 +2,10 @@
 #include <string.h>
 #include "lumped.h"
 
-/* Settings at the present states: quantities of linkages follow them. */
-static bool closed_at(Unit *unit, double *m)
+/* Settings at the present states, after the start: quantities of linkages follow the states. */
+bool unit_close(Unit *unit, double *m)
 {
+    if (!unit_start(unit)) return false;
     memcpy(m, unit->m, N_SETTINGS * sizeof(double));
     if (!kernel_close(&unit->memory.run, unit->x, unit->t, m)) {
         unit->memory.run.t = unit->t;
@@ -17,7 +18,7 @@ static bool closed_at(Unit *unit, double *m)
 bool unit_rates(Unit *unit, double *rates)
 {
     double m[N_SETTINGS + 1];
-    if (!unit_start(unit) || !closed_at(unit, m)) return false;
+    if (!unit_close(unit, m)) return false;
     model_rates(unit->x, unit->memory.run.p, unit->t, m, rates);
     return true;
 }
@@ -35,7 +36,7 @@ bool unit_get(Unit *unit, const uint32_t *references, size_t count, double *valu
     double m[N_SETTINGS + 1], rates[N_STATES + 1], outputs[N_OUTPUTS + 1];
     double z[N_MARGINS + 1];
     bool rates_known = false, outputs_known = false, z_known = false;
-    if (!unit_start(unit) || !closed_at(unit, m)) return false;
+    if (!unit_close(unit, m)) return false;
     for (size_t k = 0; k < count; k++) {
         int r = (int)references[k];
         if (references[k] >= END_OF_VALUES)
@@ -61,7 +62,7 @@ bool unit_get(Unit *unit, const uint32_t *references, size_t count, double *valu
     return true;
 }
 
-/* Parameters and inputs; states only before the run. */
+/* Parameters and inputs; states before the run, and where the importer integrates. */
 bool unit_set(Unit *unit, const uint32_t *references, size_t count, const double *values)
 {
     bool before = unit->phase == INSTANTIATED || unit->phase == INITIALIZING;
@@ -84,6 +85,9 @@ bool unit_set(Unit *unit, const uint32_t *references, size_t count, const double
             unit->given[r - FIRST_STATE] = values[k];
             unit->is_given[r - FIRST_STATE] = true;
             unit->started = false;
+        } else if (unit->phase == CONTINUOUS && references[k] >= FIRST_STATE
+                   && references[k] < FIRST_RATE) {
+            unit->x[r - FIRST_STATE] = values[k];
         } else {
             return unit_fail(unit, "the variable with value reference %d cannot be set now", r);
         }
@@ -138,7 +142,7 @@ bool unit_watch(Unit *unit, double *z)
 {
     const Plant *plant = unit->memory.run.plant;
     double m[N_SETTINGS + 1];
-    if (!unit_start(unit) || !closed_at(unit, m)) return false;
+    if (!unit_close(unit, m)) return false;
     indicators(unit, m, z);
     for (int i = 0; i < N_MARGINS; i++) {
         z[i] += unit->bias[i];

@@ -181,8 +181,7 @@ FMI2_Export fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2V
                                              size_t knowns, const fmi2Real seed[],
                                              fmi2Real sensitivity[])
 {
-    (void)unknown, (void)unknowns, (void)known, (void)knowns, (void)seed, (void)sensitivity;
-    return told(c, unit_fail(UNIT(c), "directional derivatives are not provided"));
+    return told(c, unit_forward(UNIT(c), unknown, unknowns, known, knowns, seed, sensitivity));
 }
 
 /* ---- model exchange ----------------------------------------------------------------------- */

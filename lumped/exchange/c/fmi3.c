@@ -55,9 +55,13 @@ FMI3_Export fmi3Instance fmi3InstantiateCoSimulation(
     const fmi3ValueReference required[], size_t n, fmi3InstanceEnvironment environment,
     fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback intermediate)
 {
-    (void)name, (void)resources, (void)visible, (void)logging, (void)event_mode_used;
-    (void)early_return_allowed, (void)required, (void)n, (void)intermediate;
-    return instance_of(token, false, environment, log);
+    (void)name, (void)resources, (void)visible, (void)logging;
+    (void)required, (void)n, (void)intermediate;
+    Instance *instance = instance_of(token, false, environment, log);
+    if (!instance) return NULL;
+    instance->returns_early = early_return_allowed;
+    instance->event_mode = event_mode_used;
+    return instance;
 }
 
 FMI3_Export fmi3Instance fmi3InstantiateScheduledExecution(
@@ -88,13 +92,14 @@ FMI3_Export fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean t
 FMI3_Export fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 {
     bool well = unit_start(UNIT(c));
-    UNIT(c)->phase = ((Instance *)c)->exchange ? EVENTS : STEPPING;
+    Instance *instance = c;
+    UNIT(c)->phase = instance->exchange ? EVENTS : instance->event_mode ? PAUSED : STEPPING;
     return told3(c, well);
 }
 
 FMI3_Export fmi3Status fmi3EnterEventMode(fmi3Instance c)
 {
-    UNIT(c)->phase = EVENTS;
+    UNIT(c)->phase = ((Instance *)c)->exchange ? EVENTS : PAUSED;
     UNIT(c)->settled = false;
     return fmi3OK;
 }
@@ -175,6 +180,33 @@ FMI3_Export fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte by
     return fmi3OK;
 }
 
+static fmi3Status derivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t n_unknowns,
+                             const fmi3ValueReference knowns[], size_t n_knowns,
+                             const fmi3Float64 seed[], size_t n_seed, fmi3Float64 sensitivity[],
+                             size_t n_sensitivity, bool reverse)
+{
+    size_t given = reverse ? n_unknowns : n_knowns, wanted = reverse ? n_knowns : n_unknowns;
+    if (n_seed != given || n_sensitivity != wanted)
+        return told3(c, unit_fail(UNIT(c), "%u factors for %u variables, room for %u derivatives "
+                                  "of %u", (unsigned)n_seed, (unsigned)given,
+                                  (unsigned)n_sensitivity, (unsigned)wanted));
+    return told3(c, (reverse ? unit_reverse : unit_forward)(UNIT(c), unknowns, n_unknowns, knowns,
+                                                            n_knowns, seed, sensitivity));
+}
+
+#define DERIVATIVE(name, reverse)                                                                  \
+    FMI3_Export fmi3Status fmi3Get##name##Derivative(                                              \
+        fmi3Instance c, const fmi3ValueReference unknowns[], size_t n_unknowns,                    \
+        const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],              \
+        size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)                            \
+    {                                                                                              \
+        return derivative(c, unknowns, n_unknowns, knowns, n_knowns, seed, n_seed, sensitivity,    \
+                          n_sensitivity, reverse);                                                 \
+    }
+
+DERIVATIVE(Directional, false)
+DERIVATIVE(Adjoint, true)
+
 /* ---- model exchange ----------------------------------------------------------------------- */
 
 FMI3_Export fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *needs_update,
@@ -182,7 +214,13 @@ FMI3_Export fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *nee
                                          fmi3Boolean *values_changed, fmi3Boolean *next_defined,
                                          fmi3Float64 *next)
 {
-    bool well = unit_update(UNIT(c), values_changed, next);
+    bool well = true;
+    if (((Instance *)c)->exchange) {
+        well = unit_update(UNIT(c), values_changed, next);
+    } else {
+        well = unit_resume(UNIT(c), values_changed);
+        *next = INFINITY; /* steps find their events themselves */
+    }
     *needs_update = *nominals_changed = false;
     *terminate = !well;
     *next_defined = isfinite(*next);
@@ -268,9 +306,15 @@ FMI3_Export fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 ste
                            fmi3Boolean no_set_prior, fmi3Boolean *event_needed,
                            fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *reached)
 {
-    bool well = unit_start(UNIT(c)) && unit_advance(UNIT(c), t + step);
+    const Instance *instance = c;
+    double end = t + step;
+    bool moved, event = false;
+    bool well = unit_start(UNIT(c))
+                && unit_advance_to_event(UNIT(c), end, instance->returns_early ? &event : NULL);
     (void)no_set_prior;
-    *event_needed = *early = false;
+    *event_needed = event && instance->event_mode;
+    *early = event;
+    if (event && !instance->event_mode) well = unit_resume(UNIT(c), &moved);
     *terminate = !well;
     *reached = UNIT(c)->t;
     return told3(c, well);

@@ -10,6 +10,8 @@ typedef struct {
     fmi3InstanceEnvironment environment;
     fmi3LogMessageCallback log;
     bool exchange;
+    /* of co-simulation: whether it may stop at events, and whether the importer handles them */
+    bool returns_early, event_mode;
 } Instance;
 
 #define UNIT(c) (&((Instance *)(c))->unit)

@@ -1,5 +1,5 @@
 /* Functions of the interface 3.0 for what these models do not have: variables of other types,
-   clocks, derivatives. */
+   clocks. */
 #include "fmi3.h"
 
 /* Of functions for what this model does not have. */
@@ -80,20 +80,6 @@ FMI3_Export fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueRefe
     (void)dependent, (void)elements, (void)independents, (void)others, (void)kinds, (void)n;
     return missing(c);
 }
-
-#define NO_DERIVATIVE(name)                                                                        \
-    FMI3_Export fmi3Status fmi3Get##name##Derivative(                                                     \
-        fmi3Instance c, const fmi3ValueReference unknowns[], size_t n_unknowns,                    \
-        const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],              \
-        size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)                            \
-    {                                                                                              \
-        (void)unknowns, (void)n_unknowns, (void)knowns, (void)n_knowns, (void)seed, (void)n_seed;  \
-        (void)sensitivity, (void)n_sensitivity;                                                    \
-        return missing(c);                                                                         \
-    }
-
-NO_DERIVATIVE(Directional)
-NO_DERIVATIVE(Adjoint)
 
 FMI3_Export fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return missing(c); }
 FMI3_Export fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return missing(c); }

@@ -26,7 +26,15 @@ enum {
     END_OF_VALUES = FIRST_INDICATOR + N_MARGINS
 };
 
-typedef enum { INSTANTIATED, INITIALIZING, EVENTS, CONTINUOUS, STEPPING, TERMINATED } Phase;
+/* States, parameters and the time, by which there are derivatives; rates and outputs of which. */
+enum { N_KNOWNS = N_STATES + N_PARAMETERS + 1, N_UNKNOWNS = N_STATES + N_OUTPUTS };
+
+/* PAUSED: at an event of co-simulation. */
+typedef enum { INSTANTIATED, INITIALIZING, EVENTS, CONTINUOUS, STEPPING, PAUSED, TERMINATED } Phase;
+
+/* An event inside a step at which co-simulation stopped; the point is that before it. The loop has
+   gone through the event, or it has to open the segment that begins there. */
+typedef enum { NOWHERE, CROSSED, DUE } Halt;
 
 /* What happened: instant, kind (0 condition, 1 hold), number, position after. */
 typedef struct {
@@ -51,6 +59,7 @@ typedef struct {
     /* co-simulation: the loop is ahead of the point, whether functions of time change at the end of
        its segment, and why it could not go on from the point */
     bool is_ahead, is_instant;
+    Halt halted;
     int64_t pending;
     int32_t changed[STORM_SIZE]; /* what changed last: holds after conditions */
     int64_t changed_count;
@@ -84,6 +93,8 @@ double unit_early(double t);
 
 /* steps.c */
 bool unit_advance(Unit *unit, double end);
+bool unit_advance_to_event(Unit *unit, double end, bool *event);
+bool unit_resume(Unit *unit, bool *moved);
 int64_t unit_loop(Unit *unit);
 
 /* access.c */
@@ -94,7 +105,17 @@ bool unit_step_completed(Unit *unit, bool *event);
 bool unit_watch(Unit *unit, double *z);
 bool unit_get(Unit *unit, const uint32_t *references, size_t count, double *values);
 bool unit_set(Unit *unit, const uint32_t *references, size_t count, const double *values);
+bool unit_close(Unit *unit, double *m);
 bool unit_rates(Unit *unit, double *rates);
 void unit_copy(const Unit *from, Unit *to);
+
+/* derivatives.c, adjoint.c */
+int unit_known(Unit *unit, uint32_t reference);
+int unit_unknown(Unit *unit, uint32_t reference);
+bool unit_linear(Unit *unit, double *m, double *p);
+bool unit_forward(Unit *unit, const uint32_t *unknown, size_t unknowns, const uint32_t *known,
+                  size_t knowns, const double *seed, double *sensitivity);
+bool unit_reverse(Unit *unit, const uint32_t *unknown, size_t unknowns, const uint32_t *known,
+                  size_t knowns, const double *seed, double *sensitivity);
 
 #endif

@@ -83,7 +83,18 @@ static void take(Unit *unit)
     memcpy(unit->m, unit->memory.run.m, N_SETTINGS * sizeof(double));
 }
 
-static bool reach(Unit *unit, double end)
+/* Stop before an event inside a step. */
+static bool halt(Unit *unit, Halt kind, const double *x, const double *m)
+{
+    memcpy(unit->x, x, N_STATES * sizeof(double));
+    memcpy(unit->m, m, N_SETTINGS * sizeof(double));
+    unit->t = unit->memory.run.t;
+    unit->halted = kind;
+    return true;
+}
+
+/* Go on to a time; if events are to be told, not beyond the first one after the present time. */
+static bool reach(Unit *unit, double end, bool *event)
 {
     Run *run = &unit->memory.run;
     RunOutput *output = run->output;
@@ -94,8 +105,17 @@ static bool reach(Unit *unit, double end)
     output->grid[output->grid_size - 1] = end;
     run->max_steps = run->steps + run->rejected + MOST_STEPS;
     memcpy(unit->m, run->m, N_MODES * sizeof(double));
+    double begin = unit->t + SAME * run->span;
     for (;;) {
+        int64_t room = output->most_pieces;
+        if (event) output->most_pieces = 1; /* the loop returns where a piece begins */
         int64_t why = unit_loop(unit);
+        output->most_pieces = room;
+        if (event && run->t > begin && output->rows < output->grid_size) {
+            *event = (why == FULL && run->phase == RESTART) || (why == DONE && unit->is_instant);
+            if (*event && why == FULL) return halt(unit, CROSSED, run->inner, run->instant->before);
+            if (*event) return halt(unit, DUE, run->x, run->m);
+        }
         if (output->rows == output->grid_size) {
             int64_t last = output->rows - 1;
             const double *implicit = output->implicit + last * N_IMPLICIT;
@@ -122,20 +142,49 @@ static bool reach(Unit *unit, double end)
     }
 }
 
+/* Go through the event at which a step stopped, and heed inputs; whether states jumped. */
+bool unit_resume(Unit *unit, bool *moved)
+{
+    Run *run = &unit->memory.run;
+    double x[N_STATES + 1];
+    memcpy(x, unit->x, sizeof x);
+    bool well = true, fired[N_MARGINS + 1] = {false};
+    if (unit->halted == DUE) {
+        int64_t room = run->output->most_pieces;
+        open(unit, BEGIN_SEGMENT);
+        run->output->most_pieces = 1;
+        int64_t why = unit_loop(unit);
+        run->output->most_pieces = room;
+        if (why != FULL) well = unit_fault(unit, why);
+    }
+    if (unit->halted != NOWHERE) take(unit);
+    unit->halted = NOWHERE;
+    if (well && unit->inputs_new) {
+        unit_fired(unit, fired);
+        well = unit_change(unit, fired, SAME * run->span);
+    }
+    *moved = memcmp(x, unit->x, N_STATES * sizeof(double)) != 0;
+    return well;
+}
+
 /* Advance to a time, through all events on the way. */
 bool unit_advance(Unit *unit, double end)
 {
-    bool fired[N_MARGINS + 1] = {false};
-    if (unit->inputs_new) {
-        unit_fired(unit, fired);
-        if (!unit_change(unit, fired, SAME * unit->memory.run.span)) return false;
-    }
+    return unit_advance_to_event(unit, end, NULL);
+}
+
+/* Advance to a time, or only to the first event on the way. */
+bool unit_advance_to_event(Unit *unit, double end, bool *event)
+{
+    bool moved;
+    if (event) *event = false;
+    if ((unit->halted != NOWHERE || unit->inputs_new) && !unit_resume(unit, &moved)) return false;
     if (end <= unit->t) return true;
     if (!unit->is_ahead) set_out(unit, end);
     if (unit->pending != GOES_ON) return unit_fault(unit, unit->pending);
     if (fabs(end - unit->stop) <= SAME * unit->memory.run.span) end = unit->stop;
-    if (!reach(unit, end)) return false;
-    unit->t = end;
+    if (!reach(unit, end, event)) return false;
+    if (unit->halted == NOWHERE) unit->t = end;
     unit_arm(unit);
     return true;
 }

@@ -1,0 +1,105 @@
+"""What does a run of an exported unit cost, compared with `simulate`?
+
+The reversing mill skids while strip enters and leaves, within 0.12 s, and vibrates after that. The
+unit is run for co-simulation by an importer in C (``units.c``), which reads all states and two
+torques at each communication point; `simulate` records its states at the same times. Times are the
+best of several runs in one process; read the ratios.
+
+    python -m benchmarks.units
+"""
+
+import csv
+import ctypes
+import os
+import shutil
+import subprocess
+import tempfile
+import time
+import zipfile
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+
+import lumped as lp
+from lumped.models.reversing_mill.scenes import RATED, StripGap
+from lumped.support.text_table import table
+
+RTOL, ROUNDS = 1e-6, 15
+RUNS = ((0.2, 1), (0.2, 200), (0.2, 2000), (20.0, 200), (20.0, 2000), (20.0, 20_000))
+"""Seconds of a run, and its communication points."""
+DRIVES = {"upper.drive.tau": RATED, "lower.drive.tau": 0.4 * RATED}
+OUTPUTS = ["upper.shaft.tau", "gap.tau"]
+
+
+def importer(folder: Path) -> ctypes.CDLL:
+    """The importer, compiled."""
+    compiler = os.environ.get("CC") or shutil.which("cc") or "cc"
+    headers = resources.files("lumped.exchange") / "c"
+    source, made = Path(__file__).parent / "units.c", folder / "importer.so"
+    options = ["-std=c99", "-O2", "-shared", "-fPIC", f"-I{headers}"]
+    subprocess.run([*compiler.split(), *options, "-o", made, source, "-ldl"], check=True)
+    library = ctypes.CDLL(str(made))
+    library.runs.restype = ctypes.c_double
+    return library
+
+
+def main() -> None:
+    """Print and write the table."""
+    system = lp.assemble(StripGap(enters=0.02, leaves=0.12).with_(DRIVES))
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        unit = lp.export_fmu(system, folder / "mill.fmu", kind="co_simulation", outputs=OUTPUTS)
+        with zipfile.ZipFile(unit.path) as archive:
+            archive.extractall(folder)
+        text = (folder / "modelDescription.xml").read_text()
+        token = text.split('instantiationToken="')[1].split('"')[0]
+        (binary,) = (folder / "binaries").glob("*/*")
+        library = importer(folder)
+        count = unit.counts["parameters"] + 1
+        states = range(count, count + len(system.state_names))
+        first = count + 2 * len(system.state_names)
+        listed = [*states, *range(first, first + len(OUTPUTS))]
+        called = str(binary), token, listed
+        rows = [_row(system, library, called, end, points) for end, points in RUNS]
+    header = ("run, s", "communication points", "simulate, ms", "unit, ms", "ratio", "deviation")
+    print(table(header, rows))
+    path = Path(__file__).parent / "results" / "units.csv"
+    with path.open("w", newline="") as file:
+        csv.writer(file).writerows([header, *rows])
+
+
+def _row(
+    system: lp.System,
+    library: ctypes.CDLL,
+    unit: tuple[str, str, list[int]],
+    end: float,
+    points: int,
+) -> tuple[str, ...]:
+    path, token, listed = unit
+    references, values = (ctypes.c_uint32 * len(listed))(*listed), (ctypes.c_double * len(listed))()
+    own = others = np.inf
+    for _ in range(ROUNDS):
+        begin = time.perf_counter()
+        run = lp.simulate(system, until=end, grid=points, rtol=RTOL)
+        own = min(own, time.perf_counter() - begin)
+        seconds = library.runs(
+            path.encode(),
+            token.encode(),
+            ctypes.c_double(end),
+            ctypes.c_double(RTOL),
+            points,
+            2,
+            references,
+            len(listed),
+            values,
+        )
+        others = min(others, seconds)
+    expected = run.table([*system.state_names, *OUTPUTS])[-1]
+    worst = np.max(np.abs(np.array(values) - expected) / (np.abs(expected) + 1e-3))
+    numbers = (1e3 * own, 1e3 * others, others / own)
+    return (f"{end:g}", str(points), *(f"{v:.3g}" for v in numbers), f"{worst:.0e}")
+
+
+if __name__ == "__main__":
+    main()

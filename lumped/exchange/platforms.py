@@ -1,0 +1,111 @@
+"""Shared libraries of a unit: for this machine, or for others by Zig's compiler."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from lumped.errors import OptionError
+from lumped.exchange.c_compiler import Linked, compiled, own_compiler, zig_compiler
+
+__all__ = ["Library", "libraries", "platforms_of"]
+
+_SYSTEMS = {
+    "linux": ("linux-gnu.2.17", ".so", ("-fPIC",)),
+    "windows": ("windows-gnu", ".dll", ()),
+    "darwin": ("macos", ".dylib", ("-fPIC",)),
+}
+"""Zig's target, suffix of shared libraries, options of the compiler."""
+_MACHINES = ("x86_64", "aarch64")
+_SHORT = {"x86_64-linux": "linux64", "x86_64-windows": "win64", "x86_64-darwin": "darwin64"}
+"""Names in version 2.0 of the interface, which knows no others."""
+
+
+class Library(NamedTuple):
+    """A shared library: folder of its platform, suffix of its file, its bytes."""
+
+    folder: str
+    suffix: str
+    content: bytes
+
+
+def platforms_of(version: str, asked: Iterable[str]) -> tuple[str, ...]:
+    """Names of platforms, each once, as machine and system.
+
+    Parameters
+    ----------
+    version : {"2.0", "3.0"}
+        Of the interface.
+    asked : iterable of str
+        Their names in this version.
+
+    Raises
+    ------
+    OptionError
+        If this version has no such platform.
+    """
+    known = [f"{machine}-{system}" for machine in _MACHINES for system in _SYSTEMS]
+    named = {_folder(version, name): name for name in known if version == "3.0" or name in _SHORT}
+    wanted = tuple(dict.fromkeys(asked))
+    for name in wanted:
+        if name not in named:
+            raise OptionError(
+                f"export_fmu: platforms = {wanted!r}: FMI {version} has no platform {name!r}; "
+                f"choose from {', '.join(named)}."
+            )
+    return tuple(named[name] for name in wanted)
+
+
+def libraries(
+    files: Mapping[str, str],
+    sources: Sequence[str],
+    version: str,
+    level: str,
+    platforms: Sequence[str],
+) -> list[Library]:
+    """Libraries for platforms; without any, for this machine, if it has a compiler.
+
+    Raises
+    ------
+    OptionError
+        If Zig's compiler is needed and not installed.
+    ExportError
+        If a compiler refuses the sources.
+    """
+    if platforms:
+        return [_crossed(files, sources, version, level, name) for name in platforms]
+    own, compiler = _own_platform(), own_compiler()
+    if compiler is None:
+        return []
+    made = _linked(own.partition("-")[2], ())
+    content = compiled(files, sources, compiler, level, made)
+    return [Library(_folder(version, own), made.suffix, content)]
+
+
+def _crossed(
+    files: Mapping[str, str], sources: Sequence[str], version: str, level: str, name: str
+) -> Library:
+    machine, _, system = name.partition("-")
+    compiler = zig_compiler(f"{machine}-{_SYSTEMS[system][0]}", "export_fmu(platforms=)")
+    made = _linked(system, ("-s",))
+    content = compiled(files, sources, compiler, level, made)
+    return Library(_folder(version, name), made.suffix, content)
+
+
+def _linked(system: str, more: tuple[str, ...]) -> Linked:
+    _, suffix, options = _SYSTEMS[system]
+    return Linked((*options, "-fvisibility=hidden"), ("-shared", *more), suffix)
+
+
+def _folder(version: str, name: str) -> str:
+    return _SHORT.get(name, name) if version == "2.0" else name
+
+
+def _own_platform() -> str:
+    """That of this machine."""
+    machine = platform.machine().lower()
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine)
+    system = {"win32": "windows", "darwin": "darwin"}.get(sys.platform, "linux")
+    return f"{machine}-{system}"
