@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NoReturn
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from lumped.errors import OptionError, ParameterError
 from lumped.support.units import amount, has_unit, plain
 
-__all__ = ["Amount", "Array", "Distribution", "Law", "Parameter"]
+__all__ = ["Amount", "Array", "Distribution", "Law", "Parameter", "law_of"]
 
 Array = NDArray[np.float64]
 Amount = float | str
@@ -120,12 +120,18 @@ class Law:
     at_score : callable
         Value for each number of a standard normal variable, which has the same probability, and
         its derivative by that number. Both tails keep their digits.
+    origin : (Distribution, Parameter) or None
+        From which copies make it anew.
     """
 
     quantile: Callable[[Array], Array]
     below: Callable[[float], float]
     above: Callable[[float], float]
     at_score: Callable[[Array], tuple[Array, Array]]
+    origin: tuple[Distribution, Parameter] | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return law_of, self.origin
 
 
 class Distribution(ABC):
@@ -140,3 +146,8 @@ class Distribution(ABC):
         LumpedError
             If what was given is no distribution of this parameter.
         """
+
+
+def law_of(distribution: Distribution, of: Parameter) -> Law:
+    """A distribution in numbers, which can be copied to other processes."""
+    return replace(distribution.law(of), origin=(distribution, of))

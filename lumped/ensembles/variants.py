@@ -13,7 +13,7 @@ import scipy
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.ensembles.distributions import Correlated, Paired
-from lumped.ensembles.laws import Array, Law, Parameter
+from lumped.ensembles.laws import Array, Law, Parameter, law_of
 from lumped.ensembles.other_laws import distribution_of, is_distribution
 from lumped.errors import OptionError, ParameterError, shown
 from lumped.language.quantity import Param
@@ -334,7 +334,7 @@ class _Asked:
             quantity = self.parameters.declared[self.parameters.free[place]]
             label = f"{self.analysis}: {self.system.key(name)}"
             parameter = Parameter(label, quantity.unit, float(self.theta[place]))
-            law = distribution_of(value, f"{label} =").law(parameter)
+            law = law_of(distribution_of(value, f"{label} ="), parameter)
             risk = law.below(quantity.least) + law.above(quantity.most)
             if not risk <= _RISK:
                 faults.append(

@@ -45,6 +45,15 @@ class LoadCase:
     start: Changes | OperatingPoint | None = None
     step: float | str | None = None
 
+    def __repr__(self) -> str:
+        if isinstance(self.load, Trajectory):
+            what = f"a run of {self.load.system.name}"
+        elif isinstance(self.load, System):
+            what = f"{self.load.name} up to {self.until}"
+        else:
+            what = f"{np.size(self.load)} values"
+        return f"{what}, {self.repetitions} times"
+
 
 class Loaded(NamedTuple):
     """What a load case does to a part.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -86,6 +87,10 @@ class Scene:
         self._theta, self._places = fixed(system, parameters), system.places(self.names)
         self.marginals, self._evaluated = marginals, evaluated
         self.evaluated_over = evaluated_over
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        parts = self.over, self.marginals, self.evaluated_over, self.parameters, self.analysis
+        return Scene, (self.system, *parts)
 
     def physical(self, u: Array) -> Array:
         """Parameters in SI units for independent standard normal numbers, both of shape (n, d)."""
@@ -329,10 +334,17 @@ def scene_of(
         marginals = marginals_of(what, over, parameters=parameters, analysis=analysis)
         end = in_seconds(until, "until")
         check_options(0.0, end, rtol, None, "steps", 1)
-
-        def runs(names: tuple[str, ...]) -> Evaluated:
-            return OfRuns(what, names, wanted, end, parameters, start, rtol, workers, analysis)
-
+        runs = partial(
+            OfRuns,
+            what,
+            of=wanted,
+            until=end,
+            parameters=parameters,
+            start=start,
+            rtol=rtol,
+            workers=workers,
+            analysis=analysis,
+        )
         return Scene(what, over, marginals, runs, parameters, analysis)
     if (until, parameters, start) != (None, None, None):
         raise OptionError(
@@ -352,12 +364,8 @@ def scene_of(
         _refuse_other(wanted, Modal, "modes", analysis)
     else:
         _refuse_other(wanted, Vibrating, "an order response", analysis)
-
-    def found(names: tuple[str, ...]) -> Evaluated:
-        if isinstance(what, Modes):
-            return OfModes(what, names, wanted, analysis)
-        return OfOrders(what, names, wanted, analysis)
-
+    kind: Any = OfModes if isinstance(what, Modes) else OfOrders
+    found = partial(kind, what, of=wanted, analysis=analysis)
     return Scene(system, over, marginals, found, own, analysis)
 
 
