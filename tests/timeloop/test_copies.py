@@ -293,6 +293,10 @@ def same(a, b):
         return False
     if isinstance(a, lp.System):
         return answers(a) == answers(b)
+    if isinstance(a, lp.tolerances.Scene):
+        return (
+            a.values(a.draw(5, 0, "random")).tobytes() == b.values(b.draw(5, 0, "random")).tobytes()
+        )
     if isinstance(a, lp.Component):
         return repr(a) == repr(b)
     if isinstance(a, np.ndarray):
