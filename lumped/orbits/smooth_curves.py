@@ -8,9 +8,10 @@ import casadi as ca
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from lumped.compiler.system import System
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["Curve", "Extreme", "curves", "extreme", "integral"]
+__all__ = ["Curve", "Extreme", "course", "curves", "curves_by", "extreme", "integral"]
 
 _QUINTIC = np.linalg.inv(
     [
@@ -43,7 +44,11 @@ class Extreme(NamedTuple):
 
 def curves(run: Trajectory, expression: ca.SX) -> list[Curve]:
     """A scalar expression of the states of a run, piece by piece."""
-    system = run.system
+    return curves_by(course(run.system, expression), run)
+
+
+def course(system: System, expression: ca.SX) -> ca.Function:
+    """A scalar expression of the states with its two time derivatives: (x, p, t, m)."""
     x, _, t, _ = system.inputs
 
     def rate(y: ca.SX) -> ca.SX:
@@ -52,7 +57,11 @@ def curves(run: Trajectory, expression: ca.SX) -> list[Curve]:
 
     first = rate(expression)
     every = ca.densify(ca.vertcat(expression, first, rate(first)))
-    function = ca.Function("curves", system.inputs, [every])
+    return ca.Function("curves", system.inputs, [every])
+
+
+def curves_by(function: ca.Function, run: Trajectory) -> list[Curve]:
+    """The same, by a function that `course` made."""
     found = []
     for piece in run.pieces:
         if len(piece.t) > 1:

@@ -1,0 +1,228 @@
+"""From motion to motion along a branch, and what is passed on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy
+
+from lumped.errors import ParameterError
+from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, corrected
+
+__all__ = ["TESTS", "Course", "Passed", "Segment", "followed"]
+
+_FIRST, _LEAST = 0.2, 1e-7
+"""First step over the longest; the shortest in lengths of the branch."""
+_ANGLE = 0.25
+"""By which the direction may change from motion to motion, rad."""
+_FEW, _MANY = 3, 5
+"""Newton steps up to which the next step is longer, and above which it is shorter."""
+
+
+@dataclass(frozen=True, eq=False)
+class Passed:
+    """What is passed on a branch.
+
+    Attributes
+    ----------
+    kind : str
+        What it is.
+    station : Station
+        The motion there.
+    component : str
+        What changes, at a border.
+    words : str
+        More about it.
+    """
+
+    kind: str
+    station: Station
+    component: str = ""
+    words: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Motions in the order of a branch, and what is passed at which of them.
+
+    Attributes
+    ----------
+    stations : list of Station
+        Motions.
+    passed : dict of int to Passed
+        By the number of the motion.
+    ended : str
+        Why there is no more.
+    """
+
+    stations: list[Station]
+    passed: dict[int, Passed]
+    ended: str
+
+
+class Segment:
+    """The branch between two motions, by the length along the tangent at the first."""
+
+    def __init__(self, problem: BranchProblem, a: Station, b: Station) -> None:
+        self.problem, self.a, self.b = problem, a, b
+        apart = (b.z - a.z) / a.scale
+        self.length = float(a.tangent @ apart)
+        end = b.tangent * b.scale / a.scale
+        self.curve = scipy.interpolate.CubicHermiteSpline(
+            [0.0, self.length], [0 * apart, apart], [a.tangent, end / (a.tangent @ end)]
+        )
+
+    def at(self, place: float) -> Station:
+        """The motion at a place from 0 to `length`."""
+        a = self.a
+        z = a.z + a.scale * self.curve(place)
+        guess = self.problem.guess(z, a.guess, a.guess.point.settings)
+        along = self.curve(place, 1)
+        return corrected(self.problem, guess, a.scale, a.tangent, a.matrix, along)
+
+    def with_value(self, value: float) -> Station:
+        """The motion at a value of the parameter between those of both ends."""
+        a = self.a
+
+        def missing(place: float) -> float:
+            return float(a.z[-1] + a.scale[-1] * self.curve(place)[-1] - value)
+
+        place = scipy.optimize.brentq(missing, 0.0, self.length)
+        z = a.z + a.scale * self.curve(place)
+        z[-1] = value
+        row = np.zeros(len(z))
+        row[-1] = 1.0
+        guess = self.problem.guess(z, a.guess, a.guess.point.settings)
+        return corrected(self.problem, guess, a.scale, row, a.matrix, self.curve(place, 1))
+
+    def root(self, test: Callable[[Station], float]) -> Station | None:
+        """Where a test is zero that differs in sign at the ends; None if it jumps there."""
+        known: dict[float, Station] = {0.0: self.a, self.length: self.b}
+
+        def value(place: float) -> float:
+            if place not in known:
+                known[place] = self.at(place)
+            return test(known[place])
+
+        try:
+            place = scipy.optimize.brentq(value, 0.0, self.length, xtol=1e-11, rtol=1e-13)
+        except MissedError:
+            return None
+        found = known[place] if place in known else self.at(place)
+        ends = min(abs(test(self.a)), abs(test(self.b)))
+        return found if abs(test(found)) < 1e-3 * ends or ends == 0 else None
+
+
+def _fold(station: Station) -> float:
+    return float(station.tangent[-1])
+
+
+def _doubling(station: Station) -> float:
+    k = len(station.monodromy)
+    return float(np.linalg.det(station.monodromy + np.eye(k)))
+
+
+def _torus(station: Station) -> float:
+    values = station.multipliers
+    pairs = np.triu_indices(len(values), 1)
+    return float(np.prod(values[pairs[0]] * values[pairs[1]] - 1).real)
+
+
+def _crossing(station: Station) -> float:
+    return float(np.linalg.det(np.vstack([station.matrix, station.tangent])))
+
+
+TESTS = {
+    "fold": _fold,
+    "branch point": _crossing,
+    "period doubling": _doubling,
+    "Neimark-Sacker": _torus,
+}
+"""Functions of a motion that pass zero there."""
+
+
+def followed(
+    problem: BranchProblem,
+    first: Station,
+    direction: int,
+    longest: float,
+    most: int,
+    passed: Callable[[Segment], list[Passed]],
+) -> Course:
+    """Motions from the first on, until the range of the parameter ends, or the branch.
+
+    Parameters
+    ----------
+    direction : {1, -1}
+        Along the tangent of the first or against it.
+    longest : float
+        Longest step, in lengths of the branch.
+    most : int
+        Number of motions after which it ends.
+    passed : callable
+        What is passed between two motions.
+    """
+    last = replace(first, tangent=direction * first.tangent)
+    course = Course([last], {}, "")
+    step = _FIRST * longest
+    while len(course.stations) <= most:
+        try:
+            segment = _step(problem, last, step)
+        except MissedError as fault:
+            step = 0.5 * step
+            if step < _LEAST:
+                return replace(course, ended=f"no motion near the last was found ({fault})")
+            continue
+        now, turned = segment.b, _turned(segment)
+        if turned > 2 * _ANGLE and step > 100 * _LEAST and now.events == last.events:
+            step = 0.5 * step
+            continue
+        outside = not problem.low <= now.value <= problem.high
+        if outside:
+            end = "greatest" if now.value > problem.high else "least"
+            course = replace(course, ended=f"the {end} value that was asked for is reached")
+            bound = problem.high if now.value > problem.high else problem.low
+            if abs(bound - last.value) < _LEAST * (problem.high - problem.low):
+                return course
+            segment = Segment(problem, last, segment.with_value(bound))
+            now = segment.b
+        for each in passed(segment):
+            course.passed[len(course.stations)] = each
+            course.stations.append(each.station)
+        course.stations.append(now)
+        if outside:
+            return course
+        if len(course.stations) > 5 and _is_back(first, segment):
+            return replace(course, ended="the branch is closed")
+        last = now
+        change = 0.7 if now.iterations > _MANY else 1.4 if now.iterations <= _FEW else 1.0
+        step = min(longest, step * min(change, max(0.5, _ANGLE / max(turned, 1e-9))))
+    return replace(course, ended=f"{most} motions were found; more with most=")
+
+
+def _step(problem: BranchProblem, last: Station, step: float) -> Segment:
+    try:
+        z = last.z + step * last.scale * last.tangent
+        guess = problem.guess(z, last.guess, last.guess.point.settings)
+    except ParameterError as error:
+        raise MissedError(str(error)) from None
+    now = corrected(problem, guess, last.scale, last.tangent, last.matrix, last.tangent)
+    return Segment(problem, last, now)
+
+
+def _turned(segment: Segment) -> float:
+    """Angle between the directions at both ends."""
+    a, b = segment.a, segment.b
+    end = b.tangent * b.scale / a.scale
+    return float(np.arccos(np.clip(a.tangent @ end / np.linalg.norm(end), -1, 1)))
+
+
+def _is_back(first: Station, segment: Segment) -> bool:
+    """Whether a segment passes the first motion again."""
+    a, b = segment.a, segment.b
+    from_a, from_b = ((first.z - s.z) / a.scale for s in (a, b))
+    passes = (a.tangent @ from_a) * (a.tangent @ from_b) < 0
+    near = np.linalg.norm(from_a - (a.tangent @ from_a) * a.tangent)
+    return bool(passes and near < 0.1 * segment.length)
