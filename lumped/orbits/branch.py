@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError, SolverError
+from lumped.orbits.borders import border_at_end, border_between
 from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, corrected
 from lumped.orbits.branch_result import Branch, BranchPoint
 from lumped.orbits.continuation import TESTS, Course, Passed, Segment, followed
@@ -41,8 +43,9 @@ def branch(
     start of a period, the period if nothing prescribes it, and the parameter. Derivatives are
     exact, also across events. The branch is followed to both sides of the motion.
 
-    What is passed is located: folds, branch points, period doublings and Neimark-Sacker points, by
-    functions that are zero there.
+    What is passed is located: folds, branch points, period doublings and Neimark-Sacker points by
+    functions that are zero there; borders, at which an event appears or vanishes, where the lowest
+    value of a margin touches zero. At some borders, such as that to hard impacts, branches end.
 
     Parameters
     ----------
@@ -101,11 +104,13 @@ def both_ways(
 ) -> Branch:
     """The branch to both sides of a motion."""
     back, forth = (
-        followed(problem, first, way, step, most, partial(_passed, problem)) for way in (-1, 1)
+        followed(problem, first, way, step, most, partial(_passed, problem), border_at_end)
+        for way in (-1, 1)
     )
     if forth.ended.startswith("the branch is closed"):
         back = Course(back.stations[:1], {}, forth.ended)
-    stations = [*back.stations[:0:-1], *forth.stations]
+    turned = [replace(s, tangent=-s.tangent) for s in back.stations[:0:-1]]
+    stations = [*turned, *forth.stations]
     shift = len(back.stations) - 1
     passed = {shift - i: each for i, each in back.passed.items() if i <= shift}
     passed |= {shift + i: each for i, each in forth.passed.items()}
@@ -150,16 +155,27 @@ def both_ways(
 
 def _passed(problem: BranchProblem, segment: Segment) -> list[Passed]:
     """What is passed between two motions, in order."""
-    if segment.a.events != segment.b.events:
-        return []
+    a, b = segment.a, segment.b
+    if a.events != b.events:
+        border = border_between(segment)
+        found = [border.passed]
+        if border.before.events == a.events and _apart(a, border.before):
+            found = [*_passed(problem, Segment(problem, a, border.before)), *found]
+        if _apart(border.after, b):
+            found += _passed(problem, Segment(problem, border.after, b))
+        return found
     found = []
     for kind, test in TESTS.items():
         if test(segment.a) * test(segment.b) < 0:
             station = segment.root(test)
             if station is not None and (kind != "Neimark-Sacker" or _is_torus(station)):
                 found.append(Passed(kind, station))
-    a = segment.a
     return sorted(found, key=lambda each: float(a.tangent @ ((each.station.z - a.z) / a.scale)))
+
+
+def _apart(a: Station, b: Station) -> bool:
+    """Whether one motion is ahead of another."""
+    return bool(a.tangent @ ((b.z - a.z) / a.scale) > 1e-8)
 
 
 def _is_torus(station: Station) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 
 from lumped.errors import ParameterError, SolverError
-from lumped.orbits.shooting import Guess, OrbitProblem, Shot, forward_by, refuse_rest, slopes_of
+from lumped.orbits.shooting import Guess, OrbitProblem, Shot, forward_by, refuse_beyond, refuse_rest, slopes_of
 from lumped.timeloop.result import OperatingPoint, Trajectory
 
 __all__ = ["BranchProblem", "MissedError", "Station", "corrected", "tangent_of"]
@@ -252,6 +252,7 @@ def _station(
     first = shot.run.pieces[0].x[0]
     if np.abs(first - shot.guess.point.x)[orbits.active].max() > 1e-9:
         raise MissedError("states jump at the very start of the period")
+    refuse_beyond(shot)
     z = problem.unknowns(shot.guess)
     matrix, monodromy = _slopes(problem, shot, scale)
     more = [problem.high - problem.low]
@@ -275,3 +276,4 @@ def _station(
     guess = problem.guess(z, guess, shot.settings)
     tangent = tangent_of(matrix, along / columns)
     return Station(guess, z, own, shot.run, matrix, tangent, monodromy, values, iterations)
+

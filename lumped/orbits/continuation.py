@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import scipy
@@ -15,6 +16,8 @@ __all__ = ["TESTS", "Course", "Passed", "Segment", "followed"]
 
 _FIRST, _LEAST = 0.2, 1e-7
 """First step over the longest; the shortest in lengths of the branch."""
+_NEAR = 1e-2
+"""Part of the longest step, below which the reason is looked for why there is no motion."""
 _ANGLE = 0.25
 """By which the direction may change from motion to motion, rad."""
 _FEW, _MANY = 3, 5
@@ -150,6 +153,7 @@ def followed(
     longest: float,
     most: int,
     passed: Callable[[Segment], list[Passed]],
+    at_end: Callable[[Callable[[float], Station], Station, float], Passed | None],
 ) -> Course:
     """Motions from the first on, until the range of the parameter ends, or the branch.
 
@@ -163,15 +167,25 @@ def followed(
         Number of motions after which it ends.
     passed : callable
         What is passed between two motions.
+    at_end : callable
+        The border near the last motion, by motions ahead of it up to where there is none.
     """
     last = replace(first, tangent=direction * first.tangent)
     course = Course([last], {}, "")
     step = _FIRST * longest
     while len(course.stations) <= most:
         try:
-            segment = _step(problem, last, step)
+            segment = Segment(problem, last, _ahead(problem, last, step))
         except MissedError as fault:
-            step = 0.5 * step
+            failed, step = step, 0.5 * step
+            if failed > _NEAR * longest:
+                continue
+            border = at_end(partial(_ahead, problem, last), last, failed)
+            if border is not None:
+                course.passed[len(course.stations)] = border
+                course.stations.append(border.station)
+                text = f"{border.kind} of {border.component}; no motion near was found beyond"
+                return replace(course, ended=f"{text} ({fault})")
             if step < _LEAST:
                 return replace(course, ended=f"no motion near the last was found ({fault})")
             continue
@@ -202,14 +216,14 @@ def followed(
     return replace(course, ended=f"{most} motions were found; more with most=")
 
 
-def _step(problem: BranchProblem, last: Station, step: float) -> Segment:
+def _ahead(problem: BranchProblem, last: Station, step: float) -> Station:
+    """The motion so far ahead along the tangent."""
     try:
         z = last.z + step * last.scale * last.tangent
         guess = problem.guess(z, last.guess, last.guess.point.settings)
     except ParameterError as error:
         raise MissedError(str(error)) from None
-    now = corrected(problem, guess, last.scale, last.tangent, last.matrix, last.tangent)
-    return Segment(problem, last, now)
+    return corrected(problem, guess, last.scale, last.tangent, last.matrix, last.tangent)
 
 
 def _turned(segment: Segment) -> float:

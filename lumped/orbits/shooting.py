@@ -11,6 +11,7 @@ import scipy
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, ParameterError, SolverError
+from lumped.flattening.hold_modes import PARTED
 from lumped.gradients.forward import Forward
 from lumped.gradients.steps import steps_of
 from lumped.numerics.damping import damped
@@ -27,12 +28,15 @@ __all__ = [
     "bordered",
     "closed",
     "forward_by",
+    "refuse_beyond",
     "refuse_rest",
     "shoot",
     "sizes",
     "slopes_of",
 ]
 
+_DEPTH = 1e-8
+"""Least gap at which bodies may part, m or rad, but for rounding zero."""
 _SHORTEST = 2.0**-7
 """Fraction of a Newton step below which the search gives up."""
 
@@ -139,6 +143,20 @@ def sizes(problem: OrbitProblem, x: np.ndarray) -> np.ndarray:
     least = max(1e-3, 1e-12 / problem.rtol) * nominals(problem.system)
     found: np.ndarray = np.maximum(np.abs(x).max(axis=0), least)[problem.active]
     return found
+
+
+def refuse_beyond(shot: Shot) -> None:
+    """A run that begins beyond a stop counts its gap from there, and repeats though it must not."""
+    system = shot.run.system
+    for h, first in enumerate(system.switching.first_modes.tolist()):
+        depth = -min(float(piece.settings[0, first + PARTED]) for piece in shot.run.pieces)
+        if depth > _DEPTH:
+            name, unit = system.switching.names[h], system.switching.gap_units[h]
+            raise SolverError(
+                f"{system.name}: the motion found begins {depth:.3g} {unit} beyond the stop of "
+                f"{name}. Give start values within it, and let it warm up longer.",
+                shot.run,
+            )
 
 
 def refuse_rest(problem: OrbitProblem, run: Trajectory) -> None:
@@ -338,6 +356,7 @@ def _finished(
             "phase (start values, or begin functions of time later).",
             shot.run,
         )
+    refuse_beyond(shot)
     slopes = slopes_of(problem, shot, forward)
     _, condition = _scaled(problem, shot, slopes)
     monodromy = slopes[:, : len(problem.active)]

@@ -11,7 +11,7 @@ from numpy.polynomial import Polynomial
 from lumped.compiler.system import System
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["Curve", "Extreme", "course", "curves", "curves_by", "extreme", "integral"]
+__all__ = ["Curve", "Extreme", "course", "curves", "curves_by", "extreme", "inner_lows", "integral"]
 
 _QUINTIC = np.linalg.inv(
     [
@@ -86,6 +86,23 @@ def extreme(pieces: list[Curve], sign: int) -> Extreme:
                 time = piece.t[k] + top * (piece.t[k + 1] - piece.t[k])
                 best = Extreme(float(law(top)), float(time))
     return Extreme(sign * best.value, best.time)
+
+
+def inner_lows(pieces: list[Curve]) -> list[Extreme]:
+    """The lowest points between falling and rising parts of smooth pieces."""
+    found = []
+    for piece in pieces:
+        turns = np.flatnonzero((piece.rate[:-1] < 0) & (piece.rate[1:] >= 0))
+        if not len(turns):
+            continue
+        shapes = -_shapes(piece)
+        for k in turns.tolist():
+            law = Polynomial(shapes[k])
+            inside = np.linspace(0, 1, 9)
+            top = _top(law, float(inside[np.argmax(law(inside))]))
+            time = piece.t[k] + top * (piece.t[k + 1] - piece.t[k])
+            found.append(Extreme(float(-law(top)), float(time)))
+    return found
 
 
 def _top(law: Polynomial, near: float) -> float:

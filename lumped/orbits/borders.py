@@ -1,0 +1,182 @@
+"""Borders of a branch: where what happens in a period changes, as a margin touches zero."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.orbits.branch_equations import MissedError, Station
+from lumped.orbits.continuation import Passed, Segment
+from lumped.orbits.smooth_curves import Extreme, course, curves_by, inner_lows
+from lumped.simulation.simulate import simulate
+from lumped.support.made_once import made_once
+
+__all__ = ["Border", "border_at_end", "border_between"]
+
+_FINE = 400
+"""Output intervals of a run in which the lowest points of margins are looked for."""
+_AHEAD = 0.8
+"""Part of the way to the border that is gone at once."""
+_NEAR, _TOUCHES, _CLOSE = 1e-11, 1e-6, 0.1
+"""Of its range: a margin at the border; one that touches it; one that may, where a branch ends."""
+_LEVEL = 1e-9
+"""Rate of a margin, over its range, that is as good as zero, 1/s."""
+_PROBES = 60
+"""Motions after which the search for a border ends."""
+
+
+@dataclass(frozen=True, eq=False)
+class Border:
+    """A border, and the motions next to it in the order of the branch."""
+
+    passed: Passed
+    before: Station
+    after: Station
+
+
+@dataclass(frozen=True)
+class _Margin:
+    """A margin: its row, component and kind, and what it says in words."""
+
+    row: int
+    component: str
+    kind: str
+    words: str
+
+
+def border_between(segment: Segment) -> Border:
+    """The border between two motions with different events.
+
+    It is approached from the side with fewer events, where the extreme of the margin is a smooth
+    function of the length along the branch.
+    """
+    a, b = segment.a, segment.b
+    forth = len(a.events) <= len(b.events)
+    clear, other = (a, b) if forth else (b, a)
+    ends = (0.0, segment.length) if forth else (segment.length, 0.0)
+    fewer, more = Counter(clear.events), Counter(other.events)
+    names = {event[0] for event in (more - fewer) | (fewer - more)}
+    margin = _touching(clear, names)
+    found = _approached(segment.at, clear, ends, other, margin)
+    near, beyond = found
+    if margin is None:
+        passed = Passed("border", near, ", ".join(sorted(names)))
+    else:
+        passed = Passed(margin.kind, near, margin.component, margin.words)
+    return Border(passed, *((near, beyond) if forth else (beyond, near)))
+
+
+def border_at_end(
+    along: Callable[[float], Station], last: Station, step: float
+) -> Passed | None:
+    """The border at which a branch ends, as no motion is near the last; None if there is none."""
+    margin = _touching(last, None)
+    if margin is None or _low(last, margin)[0] > _CLOSE:
+        return None
+    near, _ = _approached(along, last, (0.0, step), None, margin)
+    if _low(near, margin)[0] > _TOUCHES:
+        return None
+    return Passed(margin.kind, near, margin.component, margin.words)
+
+
+def _approached(
+    at: Callable[[float], Station],
+    clear: Station,
+    ends: tuple[float, float],
+    other: Station | None,
+    margin: _Margin | None,
+) -> tuple[Station, Station]:
+    """Motions to both sides of a border, the first of them as near to it as can be told."""
+    near, far = ends
+    width = abs(far - near)
+    known: list[tuple[float, float]] = []
+    if margin is not None:
+        known.append((near, _low(clear, margin)[0]))
+    for _ in range(_PROBES):
+        if abs(far - near) <= 1e-11 * width or (known and known[-1][1] < _NEAR):
+            break
+        place = 0.5 * (near + far)
+        if len(known) > 1:
+            (s, h), (t, g) = known[-2:]
+            root = t - g * (t - s) / (g - h) if g != h else far
+            if (root - near) * (far - root) > 0:
+                place = near + _AHEAD * (root - near)
+        try:
+            tried = at(place)
+        except MissedError:
+            far = place
+            continue
+        if tried.events == clear.events:
+            clear, near = tried, place
+            if margin is not None:
+                known.append((place, _low(tried, margin)[0]))
+        else:
+            far, other = place, tried
+    return clear, other or clear
+
+
+def _touching(station: Station, names: set[str] | None) -> _Margin | None:
+    """The margin that is nearest to zero inside the smooth parts of a motion."""
+    best: tuple[float, _Margin] | None = None
+    for margin in _margins(station.run.system):
+        if names is None or margin.component in names:
+            low = _low(station, margin)[0]
+            if np.isfinite(low) and (best is None or low < best[0]):
+                best = low, margin
+    return None if best is None else best[1]
+
+
+def _low(station: Station, margin: _Margin) -> tuple[float, float]:
+    """Lowest point of a margin inside the smooth parts, over its range, and when."""
+    system, guess = station.run.system, station.guess
+    rtol = 1e-11
+    function = _course(system, margin.row)
+    run = simulate(system, until=guess.period, start=guess.point, grid=_FINE, rtol=rtol)
+    pieces = curves_by(function, run)
+    span = max((float(np.ptp(piece.y)) for piece in pieces), default=0.0)
+    lows = inner_lows(pieces)
+    if pieces and pieces[0].rate[0] >= -_LEVEL * span and pieces[-1].rate[-1] <= _LEVEL * span:
+        lows.append(Extreme(float(pieces[0].y[0]), 0.0))
+    if not lows or not span:
+        return np.inf, 0.0
+    lowest = min(lows)
+    if not lowest.time:
+        return lowest.value / span, 0.0
+    run = simulate(system, until=lowest.time, start=guess.point, grid=None, rtol=rtol)
+    last = run.pieces[-1]
+    exact = function(last.x[-1], run.theta, lowest.time, last.settings[-1])
+    return float(exact[0]) / span, lowest.time
+
+
+@made_once
+def _course(system: System, row: int) -> ca.Function:
+    margins = system.structure.in_states(system.switching.margins[0])
+    return course(system, margins[row])
+
+
+@made_once
+def _margins(system: System) -> tuple[_Margin, ...]:
+    """All margins of a system."""
+    switching, found = system.switching, []
+    if not switching:
+        return ()
+    _ = switching.margins
+    for row, (kind, number) in enumerate(switching.rows):
+        if kind == "relation":
+            name, text = switching.relation_text(number, 1.0)
+            found.append(_Margin(row, name, "switching", text))
+            continue
+        name, has_gap = switching.names[number], bool(switching.has_gap[number])
+        if kind == "slide":
+            what = "grazing" if has_gap else "sticking"
+            words = "the gap closes for an instant" if has_gap else "the slip is zero for an instant"
+        else:
+            what = "opening" if has_gap else "slipping"
+            words = "the reaction reaches its limit for an instant"
+        found.append(_Margin(row, name, what, words))
+    return tuple(found)
