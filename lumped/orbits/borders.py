@@ -24,6 +24,8 @@ _AHEAD = 0.8
 """Part of the way to the border that is gone at once."""
 _NEAR, _TOUCHES, _CLOSE = 1e-11, 1e-6, 0.1
 """Of its range: a margin at the border; one that touches it; one that may, where a branch ends."""
+_FALLS = 0.9
+"""Part of its size before to which a probe nearer to the border brings a margin that touches."""
 _LEVEL = 1e-9
 """Rate of a margin, over its range, that is as good as zero, 1/s."""
 _PROBES = 60
@@ -64,11 +66,18 @@ def border_between(segment: Segment) -> Border:
     margin = _touching(clear, names)
     found = _approached(segment.at, clear, ends, other, margin)
     near, beyond = found
-    if margin is None:
-        passed = Passed("border", near, ", ".join(sorted(names)))
+    if margin is None or _low(near, margin)[0] > _TOUCHES:
+        passed = Passed(_named(more - fewer), near, ", ".join(sorted(names)))
     else:
         passed = Passed(margin.kind, near, margin.component, margin.words)
     return Border(passed, *((near, beyond) if forth else (beyond, near)))
+
+
+def _named(more: Counter[tuple[str, str, str]]) -> str:
+    """What a border is beyond which more happens."""
+    if any(after == "stuck" for _, _, after in more):
+        return "sticking"
+    return "slipping" if any(before == "stuck" for _, before, _ in more) else "switching"
 
 
 def border_at_end(
@@ -115,6 +124,8 @@ def _approached(
             clear, near = tried, place
             if margin is not None:
                 known.append((place, _low(tried, margin)[0]))
+                if known[-1][1] > _FALLS * known[-2][1]:
+                    margin, known = None, []  # this one does not touch zero there
         else:
             far, other = place, tried
     return clear, other or clear

@@ -162,7 +162,8 @@ def _passed(problem: BranchProblem, segment: Segment) -> list[Passed]:
         if border.before.events == a.events and _apart(a, border.before):
             found = [*_passed(problem, Segment(problem, a, border.before)), *found]
         if _apart(border.after, b):
-            found += _passed(problem, Segment(problem, border.after, b))
+            rest = _passed(problem, Segment(problem, border.after, b))
+            found += [each for each in rest if not _is_same(each, border.passed)]
         return found
     found = []
     for kind, test in TESTS.items():
@@ -176,6 +177,12 @@ def _passed(problem: BranchProblem, segment: Segment) -> list[Passed]:
 def _apart(a: Station, b: Station) -> bool:
     """Whether one motion is ahead of another."""
     return bool(a.tangent @ ((b.z - a.z) / a.scale) > 1e-8)
+
+
+def _is_same(one: Passed, other: Passed) -> bool:
+    """Whether two borders are one, at which symmetric events appear."""
+    apart = np.linalg.norm((one.station.z - other.station.z) / one.station.scale)
+    return one.component == other.component and bool(apart < 1e-8)
 
 
 def _is_torus(station: Station) -> bool:
