@@ -28,6 +28,8 @@ _FALLS = 0.9
 """Part of its size before to which a probe nearer to the border brings a margin that touches."""
 _LEVEL = 1e-9
 """Rate of a margin, over its range, that is as good as zero, 1/s."""
+_APART = 0.1
+"""Part of the way between two motions which those at a border between them may be apart."""
 _PROBES = 60
 """Motions after which the search for a border ends."""
 
@@ -56,6 +58,11 @@ def border_between(segment: Segment) -> Border:
 
     It is approached from the side with fewer events, where the extreme of the margin is a smooth
     function of the length along the branch.
+
+    Raises
+    ------
+    MissedError
+        If the motions are of different branches.
     """
     a, b = segment.a, segment.b
     forth = len(a.events) <= len(b.events)
@@ -66,6 +73,8 @@ def border_between(segment: Segment) -> Border:
     margin = _touching(clear, names)
     found = _approached(segment.at, clear, ends, other, margin)
     near, beyond = found
+    if np.linalg.norm((beyond.z - near.z) / a.scale) > _APART * segment.length:
+        raise MissedError("the motions found there are of another branch")
     if margin is None or _low(near, margin)[0] > _TOUCHES:
         passed = Passed(_named(more - fewer), near, ", ".join(sorted(names)))
     else:
@@ -80,9 +89,7 @@ def _named(more: Counter[tuple[str, str, str]]) -> str:
     return "slipping" if any(before == "stuck" for _, before, _ in more) else "switching"
 
 
-def border_at_end(
-    along: Callable[[float], Station], last: Station, step: float
-) -> Passed | None:
+def border_at_end(along: Callable[[float], Station], last: Station, step: float) -> Passed | None:
     """The border at which a branch ends, as no motion is near the last; None if there is none."""
     margin = _touching(last, None)
     if margin is None or _low(last, margin)[0] > _CLOSE:
@@ -185,7 +192,9 @@ def _margins(system: System) -> tuple[_Margin, ...]:
         name, has_gap = switching.names[number], bool(switching.has_gap[number])
         if kind == "slide":
             what = "grazing" if has_gap else "sticking"
-            words = "the gap closes for an instant" if has_gap else "the slip is zero for an instant"
+            words = (
+                "the gap closes for an instant" if has_gap else "the slip is zero for an instant"
+            )
         else:
             what = "opening" if has_gap else "slipping"
             words = "the reaction reaches its limit for an instant"

@@ -15,7 +15,7 @@ from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, 
 from lumped.orbits.branch_result import Branch, BranchPoint
 from lumped.orbits.continuation import TESTS, Course, Passed, Segment, followed
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.orbits.periodic import at_guess, of_speed
+from lumped.orbits.periodic import result_of
 from lumped.orbits.shooting import Guess, sizes
 from lumped.orbits.switching_branches import crossing_branch, doubled
 from lumped.support.arguments import checked
@@ -126,11 +126,12 @@ def both_ways(
         return found + [make(stations[-1])] * (stations[-1].value == value)
 
     def make(station: Station) -> PeriodicOrbit:
+        found = result_of(problem.orbits, station.orbit, "shooting", None, _GRID)
         if problem.follows is None:
-            return at_guess(problem.orbits, station.guess, _GRID)
+            return found
         names = problem.orbits.system.structure.parameters
         free = names.names[names.free[problem.follows]]
-        return of_speed(problem.orbits, station.guess, free, _GRID)
+        return replace(found, free={free: float(found.run.theta[problem.follows])})
 
     def turn_off(number: int, kind: str) -> Branch:
         station = stations[number]

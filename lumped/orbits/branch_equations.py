@@ -8,7 +8,16 @@ import numpy as np
 import scipy
 
 from lumped.errors import ParameterError, SolverError
-from lumped.orbits.shooting import Guess, OrbitProblem, Shot, forward_by, refuse_beyond, refuse_rest, slopes_of
+from lumped.orbits.shooting import (
+    Guess,
+    Orbit,
+    OrbitProblem,
+    Shot,
+    forward_by,
+    refuse_beyond,
+    refuse_rest,
+    slopes_of,
+)
 from lumped.timeloop.result import OperatingPoint, Trajectory
 
 __all__ = ["BranchProblem", "MissedError", "Station", "corrected", "tangent_of"]
@@ -70,6 +79,17 @@ class BranchProblem:
             return -2 * np.pi * self.turns / value**2
         return self.cycles or 0.0
 
+    def bound(self, value: float) -> float | None:
+        """The end of the range beyond which a value lies; None if it lies within."""
+        if value > self.high:
+            return self.high
+        return self.low if value < self.low else None
+
+    def reached(self, bound: float) -> str:
+        """Why a branch ends there, in words."""
+        which = "greatest" if bound == self.high else "least"
+        return f"the {which} value that was asked for is reached"
+
     def unknowns(self, guess: Guess) -> np.ndarray:
         """Active states, the period or what follows if it is unknown, the parameter."""
         theta = guess.point.theta
@@ -113,29 +133,33 @@ class Station:
         Unknowns.
     scale : ndarray, shape (m,)
         By which lengths along the branch are measured: a state counts by its size.
-    run : Trajectory
-        One period, at the steps of the solver.
     matrix : ndarray, shape (m - 1, m)
         Jacobian of what is missed, in unknowns over `scale`.
     tangent : ndarray, shape (m,)
         Direction of the branch, in unknowns over `scale`, of length one.
-    monodromy : ndarray, shape (k, k)
-        Derivatives of the active states after a period.
     multipliers : ndarray of complex
         Floquet multipliers without that of a shift in time.
-    iterations : int
-        Newton steps.
+    orbit : Orbit
+        The motion as found.
     """
 
     guess: Guess
     z: np.ndarray
     scale: np.ndarray
-    run: Trajectory
     matrix: np.ndarray
     tangent: np.ndarray
-    monodromy: np.ndarray
     multipliers: np.ndarray
-    iterations: int
+    orbit: Orbit
+
+    @property
+    def run(self) -> Trajectory:
+        """One period, at the steps of the solver."""
+        return self.orbit.run
+
+    @property
+    def monodromy(self) -> np.ndarray:
+        """Derivatives of the active states after a period, shape (k, k)."""
+        return self.orbit.monodromy
 
     @property
     def value(self) -> float:
@@ -275,5 +299,7 @@ def _station(
     # modes at the end are those in which the next period begins
     guess = problem.guess(z, guess, shot.settings)
     tangent = tangent_of(matrix, along / columns)
-    return Station(guess, z, own, shot.run, matrix, tangent, monodromy, values, iterations)
-
+    condition = float(np.linalg.cond(matrix[:, :-1]))
+    used = shot.run.statistics.evaluations
+    orbit = Orbit(guess, shot.run, monodromy, shot.residuals, condition, iterations, used)
+    return Station(guess, z, own, matrix, tangent, values, orbit)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -10,6 +11,7 @@ import numpy as np
 import scipy
 
 from lumped.errors import ParameterError
+from lumped.flattening.hold_modes import PARTED
 from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, corrected
 
 __all__ = ["TESTS", "Course", "Passed", "Segment", "followed"]
@@ -18,6 +20,8 @@ _FIRST, _LEAST = 0.2, 1e-7
 """First step over the longest; the shortest in lengths of the branch."""
 _NEAR = 1e-2
 """Part of the longest step, below which the reason is looked for why there is no motion."""
+_AT_BEGIN = 1e-2
+"""Part of the period within which an event may pass its begin."""
 _ANGLE = 0.25
 """By which the direction may change from motion to motion, rad."""
 _FEW, _MANY = 3, 5
@@ -174,11 +178,27 @@ def followed(
     course = Course([last], {}, "")
     step = _FIRST * longest
     while len(course.stations) <= most:
+        bound = None
         try:
             segment = Segment(problem, last, _ahead(problem, last, step))
+            turned = _turned(segment)
+            if turned > 2 * _ANGLE and segment.b.events == last.events and step > 100 * _LEAST:
+                step = 0.5 * step
+                continue
+            bound = problem.bound(segment.b.value)
+            if bound is not None:
+                if abs(bound - last.value) < _LEAST * (problem.high - problem.low):
+                    return replace(course, ended=problem.reached(bound))
+                segment = Segment(problem, last, segment.with_value(bound))
+            between = passed(segment)
         except MissedError as fault:
             failed, step = step, 0.5 * step
             if failed > _NEAR * longest:
+                continue
+            beyond = _past_begin(problem, last, failed)
+            if beyond is not None:
+                course.stations.append(beyond)
+                last, step = beyond, _FIRST * longest
                 continue
             border = at_end(partial(_ahead, problem, last), last, failed)
             if border is not None:
@@ -189,29 +209,18 @@ def followed(
             if step < _LEAST:
                 return replace(course, ended=f"no motion near the last was found ({fault})")
             continue
-        now, turned = segment.b, _turned(segment)
-        if turned > 2 * _ANGLE and step > 100 * _LEAST and now.events == last.events:
-            step = 0.5 * step
-            continue
-        outside = not problem.low <= now.value <= problem.high
-        if outside:
-            end = "greatest" if now.value > problem.high else "least"
-            course = replace(course, ended=f"the {end} value that was asked for is reached")
-            bound = problem.high if now.value > problem.high else problem.low
-            if abs(bound - last.value) < _LEAST * (problem.high - problem.low):
-                return course
-            segment = Segment(problem, last, segment.with_value(bound))
-            now = segment.b
-        for each in passed(segment):
+        for each in between:
             course.passed[len(course.stations)] = each
             course.stations.append(each.station)
+        now = segment.b
         course.stations.append(now)
-        if outside:
-            return course
+        if bound is not None:
+            return replace(course, ended=problem.reached(bound))
         if len(course.stations) > 5 and _is_back(first, segment):
             return replace(course, ended="the branch is closed")
         last = now
-        change = 0.7 if now.iterations > _MANY else 1.4 if now.iterations <= _FEW else 1.0
+        count = now.orbit.iterations
+        change = 0.7 if count > _MANY else 1.4 if count <= _FEW else 1.0
         step = min(longest, step * min(change, max(0.5, _ANGLE / max(turned, 1e-9))))
     return replace(course, ended=f"{most} motions were found; more with most=")
 
@@ -224,6 +233,36 @@ def _ahead(problem: BranchProblem, last: Station, step: float) -> Station:
     except ParameterError as error:
         raise MissedError(str(error)) from None
     return corrected(problem, guess, last.scale, last.tangent, last.matrix, last.tangent)
+
+
+def _past_begin(problem: BranchProblem, last: Station, step: float) -> Station | None:
+    """The motion ahead if an event passes the begin of the period, where states jump with it."""
+    active, period, pieces = problem.orbits.active, last.guess.period, last.run.pieces
+    system, theta = last.run.system, last.run.theta
+    begins = []  # states beside the event, on its other side, and into which direction of time
+    if len(pieces) > 1 and pieces[0].t[-1] < _AT_BEGIN * period:
+        begins.append((pieces[1], 0, 0.0, 1.0))
+    if len(pieces) > 1 and pieces[-1].t[0] > (1 - _AT_BEGIN) * period:
+        begins.append((pieces[-2], -1, 1.0, -1.0))
+    row = np.zeros(len(last.z))
+    row[-1] = 1.0
+    along = row * np.copysign(1.0, last.tangent[-1])
+    for (piece, i, turns, way), aside in itertools.product(begins, (1e-4, 1e-3, 1e-2)):
+        modes = piece.settings[i].copy()
+        modes[system.switching.first_modes + PARTED] = 0.0
+        rate = np.asarray(system.rhs(piece.x[i], theta, piece.t[i], modes)).ravel()
+        x = piece.x[i] - turns * problem.orbits.advance + way * aside * period * rate
+        for times in (1, 8, 64, 512):
+            z = last.z + times * step * last.scale * last.tangent
+            z[: len(active)] = x[active]
+            try:
+                guess = problem.guess(z, last.guess, modes)
+                found = corrected(problem, guess, last.scale, row, None, along)
+            except (MissedError, ParameterError):
+                continue
+            if found.events == last.events:
+                return found
+    return None
 
 
 def _turned(segment: Segment) -> float:
