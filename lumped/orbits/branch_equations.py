@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 
 from lumped.errors import ParameterError, SolverError
 from lumped.orbits.shooting import (
@@ -223,7 +222,7 @@ def corrected(
             if not fresh and missed > _SLOW * before:
                 matrix, fresh = _slopes(problem, shot, scale)[0], True
             before = missed
-            step = scipy.linalg.solve(np.vstack([matrix, row]), right)
+            step = np.linalg.solve(np.vstack([matrix, row]), right)
             if not np.isfinite(step).all() or np.abs(step).max() > 1.0:
                 break
             z = z + step * scale
@@ -234,7 +233,7 @@ def corrected(
             fresh = False
     except ParameterError as error:
         raise MissedError(str(error)) from None
-    except scipy.linalg.LinAlgError:
+    except np.linalg.LinAlgError:
         raise MissedError("the equations are singular") from None
     except SolverError as error:
         raise MissedError(str(error).partition(": ")[2] or str(error)) from None
@@ -243,7 +242,7 @@ def corrected(
 
 def tangent_of(matrix: np.ndarray, along: np.ndarray) -> np.ndarray:
     """Direction of the branch from the Jacobian there, of length one, not against another."""
-    rows = scipy.linalg.svd(matrix)[2]
+    rows = np.linalg.svd(matrix)[2]
     found: np.ndarray = rows[-1] * (1 if rows[-1] @ along >= 0 else -1)
     return found
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 import scipy
@@ -20,6 +20,8 @@ _FIRST, _LEAST = 0.2, 1e-7
 """First step over the longest; the shortest in lengths of the branch."""
 _NEAR = 1e-2
 """Part of the longest step, below which the reason is looked for why there is no motion."""
+_FURTHER = 2.0
+"""Lengths of a segment up to which its cubic tells what is beyond."""
 _AT_BEGIN = 1e-2
 """Part of the period within which an event may pass its begin."""
 _ANGLE = 0.25
@@ -80,6 +82,14 @@ class Segment:
         self.curve = scipy.interpolate.CubicHermiteSpline(
             [0.0, self.length], [0 * apart, apart], [a.tangent, end / (a.tangent @ end)]
         )
+
+    @cached_property
+    def matrix(self) -> np.ndarray:
+        """The Jacobian at the first motion, in the scale of the second."""
+        k = len(self.a.monodromy)
+        found: np.ndarray = self.a.matrix * (self.b.scale / self.a.scale)
+        found[:k] *= (self.a.scale / self.b.scale)[:k, None]
+        return found
 
     def at(self, place: float) -> Station:
         """The motion at a place from 0 to `length`."""
@@ -177,10 +187,11 @@ def followed(
     last = replace(first, tangent=direction * first.tangent)
     course = Course([last], {}, "")
     step = _FIRST * longest
+    before: Segment | None = None
     while len(course.stations) <= most:
         bound = None
         try:
-            segment = Segment(problem, last, _ahead(problem, last, step))
+            segment = Segment(problem, last, _ahead(problem, last, before, step))
             turned = _turned(segment)
             if turned > 2 * _ANGLE and segment.b.events == last.events and step > 100 * _LEAST:
                 step = 0.5 * step
@@ -198,9 +209,9 @@ def followed(
             beyond = _past_begin(problem, last, failed)
             if beyond is not None:
                 course.stations.append(beyond)
-                last, step = beyond, _FIRST * longest
+                last, before, step = beyond, None, _FIRST * longest
                 continue
-            border = at_end(partial(_ahead, problem, last), last, failed)
+            border = at_end(partial(_ahead, problem, last, None), last, failed)
             if border is not None:
                 course.passed[len(course.stations)] = border
                 course.stations.append(border.station)
@@ -218,21 +229,30 @@ def followed(
             return replace(course, ended=problem.reached(bound))
         if len(course.stations) > 5 and _is_back(first, segment):
             return replace(course, ended="the branch is closed")
-        last = now
+        last, before = now, segment if now.events == last.events else None
         count = now.orbit.iterations
         change = 0.7 if count > _MANY else 1.4 if count <= _FEW else 1.0
         step = min(longest, step * min(change, max(0.5, _ANGLE / max(turned, 1e-9))))
     return replace(course, ended=f"{most} motions were found; more with most=")
 
 
-def _ahead(problem: BranchProblem, last: Station, step: float) -> Station:
-    """The motion so far ahead along the tangent."""
+def _ahead(
+    problem: BranchProblem, last: Station, before: Segment | None, step: float
+) -> Station:
+    """The motion so far ahead, guessed along the tangent or on the cubic of the segment before."""
+    z, matrix = last.z + step * last.scale * last.tangent, last.matrix
+    if before is not None and step < _FURTHER * before.length:
+        a = before.a
+        place = before.length + step * float(a.tangent @ (last.tangent * last.scale / a.scale))
+        z = a.z + a.scale * before.curve(place)
+        k = len(last.monodromy)
+        matrix = matrix.copy()
+        matrix[:k] += (step / before.length) * (matrix - before.matrix)[:k]
     try:
-        z = last.z + step * last.scale * last.tangent
         guess = problem.guess(z, last.guess, last.guess.point.settings)
     except ParameterError as error:
         raise MissedError(str(error)) from None
-    return corrected(problem, guess, last.scale, last.tangent, last.matrix, last.tangent)
+    return corrected(problem, guess, last.scale, last.tangent, matrix, last.tangent)
 
 
 def _past_begin(problem: BranchProblem, last: Station, step: float) -> Station | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 import scipy
@@ -133,9 +133,14 @@ class Shot:
         missed = (self.end - guess.point.x - problem.advance)[active]
         self.size = sizes(problem, self.run.x)
         self.residuals: np.ndarray = missed / self.size
-        self.rate = np.asarray(
-            system.rhs(self.end, self.run.theta, guess.period, self.settings)
-        ).ravel()[active]
+        self.active = active
+
+    @cached_property
+    def rate(self) -> np.ndarray:
+        """Derivatives of the active states at the end."""
+        point = self.end, self.run.theta, self.guess.period, self.settings
+        found: np.ndarray = np.asarray(self.run.system.rhs(*point)).ravel()[self.active]
+        return found
 
 
 def sizes(problem: OrbitProblem, x: np.ndarray) -> np.ndarray:
