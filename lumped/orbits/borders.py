@@ -22,12 +22,14 @@ _FINE = 400
 """Output intervals of a run in which the lowest points of margins are looked for."""
 _AHEAD = 0.8
 """Part of the way to the border that is gone at once."""
-_NEAR, _TOUCHES, _CLOSE = 1e-11, 1e-6, 0.1
+_NEAR, _TOUCHES, _CLOSE = 1e-10, 1e-6, 0.1
 """Of its range: a margin at the border; one that touches it; one that may, where a branch ends."""
 _FALLS = 0.9
 """Part of its size before to which a probe nearer to the border brings a margin that touches."""
 _LEVEL = 1e-9
 """Rate of a margin, over its range, that is as good as zero, 1/s."""
+_BESIDE = (1e-6, 1e-4, 1e-2)
+"""Parts of the way at which the other side of a border is looked for."""
 _APART = 0.1
 """Part of the way between two motions which those at a border between them may be apart."""
 _PROBES = 60
@@ -109,33 +111,53 @@ def _approached(
 ) -> tuple[Station, Station]:
     """Motions to both sides of a border, the first of them as near to it as can be told."""
     near, far = ends
-    width = abs(far - near)
+    width = far - near
     known: list[tuple[float, float]] = []
     if margin is not None:
         known.append((near, _low(clear, margin)[0]))
+    expected, ahead = far, _AHEAD
     for _ in range(_PROBES):
-        if abs(far - near) <= 1e-11 * width or (known and known[-1][1] < _NEAR):
+        if abs(far - near) <= 1e-11 * abs(width) or (known and known[-1][1] < _NEAR):
             break
         place = 0.5 * (near + far)
         if len(known) > 1:
             (s, h), (t, g) = known[-2:]
             root = t - g * (t - s) / (g - h) if g != h else far
             if (root - near) * (far - root) > 0:
-                place = near + _AHEAD * (root - near)
+                wrong, expected = abs(root - expected) / abs(root - near), root
+                ahead = max(_AHEAD, 1 - max(1e-3, 2 * wrong))
+                place = near + ahead * (root - near)
         try:
             tried = at(place)
         except MissedError:
             far = place
             continue
-        if tried.events == clear.events:
-            clear, near = tried, place
-            if margin is not None:
-                known.append((place, _low(tried, margin)[0]))
-                if known[-1][1] > _FALLS * known[-2][1]:
-                    margin, known = None, []  # this one does not touch zero there
-        else:
+        if tried.events != clear.events:
             far, other = place, tried
-    return clear, other or clear
+            continue
+        clear, near = tried, place
+        if margin is not None:
+            known.append((place, _low(tried, margin)[0]))
+            if known[-1][1] > _FALLS * known[-2][1]:
+                margin, known = None, []  # this one does not touch zero there
+    return clear, _beyond(at, clear, near, far, width) or other or clear
+
+
+def _beyond(
+    at: Callable[[float], Station], clear: Station, near: float, far: float, width: float
+) -> Station | None:
+    """The motion next to a border on its other side; None if none is found nearer than before."""
+    for part in _BESIDE:
+        place = near + part * width
+        if abs(place - near) >= abs(far - near):
+            return None
+        try:
+            tried = at(place)
+        except MissedError:
+            continue
+        if tried.events != clear.events:
+            return tried
+    return None
 
 
 def _touching(station: Station, names: set[str] | None) -> _Margin | None:

@@ -78,6 +78,8 @@ class Segment:
         self.problem, self.a, self.b = problem, a, b
         apart = (b.z - a.z) / a.scale
         self.length = float(a.tangent @ apart)
+        if not self.length > 0:
+            raise MissedError("no motion is found ahead")
         end = b.tangent * b.scale / a.scale
         self.curve = scipy.interpolate.CubicHermiteSpline(
             [0.0, self.length], [0 * apart, apart], [a.tangent, end / (a.tangent @ end)]
