@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -26,6 +26,8 @@ _NEAR, _TOUCHES, _CLOSE = 1e-10, 1e-6, 0.1
 """Of its range: a margin at the border; one that touches it; one that may, where a branch ends."""
 _FALLS = 0.9
 """Part of its size before to which a probe nearer to the border brings a margin that touches."""
+_ZERO = 1e-7
+"""Of its range: a margin that is zero at the end of a smooth part."""
 _LEVEL = 1e-9
 """Rate of a margin, over its range, that is as good as zero, 1/s."""
 _BESIDE = (1e-6, 1e-4, 1e-2)
@@ -47,12 +49,16 @@ class Border:
 
 @dataclass(frozen=True)
 class _Margin:
-    """A margin: its row, component and kind, and what it says in words."""
+    """A margin: its row, component and kind, and what it says in words.
+
+    It touches zero, or crosses it at a rate that becomes zero.
+    """
 
     row: int
     component: str
     kind: str
     words: str
+    crosses: bool = False
 
 
 def border_between(segment: Segment) -> Border:
@@ -77,7 +83,7 @@ def border_between(segment: Segment) -> Border:
     near, beyond = found
     if np.linalg.norm((beyond.z - near.z) / a.scale) > _APART * segment.length:
         raise MissedError("the motions found there are of another branch")
-    if margin is None or _low(near, margin)[0] > _TOUCHES:
+    if margin is None or _low(near, margin) > _TOUCHES:
         passed = Passed(_named(more - fewer), near, ", ".join(sorted(names)))
     else:
         passed = Passed(margin.kind, near, margin.component, margin.words)
@@ -93,13 +99,14 @@ def _named(more: Counter[tuple[str, str, str]]) -> str:
 
 def border_at_end(along: Callable[[float], Station], last: Station, step: float) -> Passed | None:
     """The border at which a branch ends, as no motion is near the last; None if there is none."""
-    margin = _touching(last, None)
-    if margin is None or _low(last, margin)[0] > _CLOSE:
-        return None
-    near, _ = _approached(along, last, (0.0, step), None, margin)
-    if _low(near, margin)[0] > _TOUCHES:
-        return None
-    return Passed(margin.kind, near, margin.component, margin.words)
+    for crosses in (False, True):
+        margin = _touching(last, None, crosses)
+        if margin is None or _low(last, margin) > _CLOSE:
+            continue
+        near, _ = _approached(along, last, (0.0, step), None, margin)
+        if _low(near, margin) <= _TOUCHES:
+            return Passed(margin.kind, near, margin.component, margin.words)
+    return None
 
 
 def _approached(
@@ -114,7 +121,7 @@ def _approached(
     width = far - near
     known: list[tuple[float, float]] = []
     if margin is not None:
-        known.append((near, _low(clear, margin)[0]))
+        known.append((near, _low(clear, margin)))
     expected, ahead = far, _AHEAD
     for _ in range(_PROBES):
         if abs(far - near) <= 1e-11 * abs(width) or (known and known[-1][1] < _NEAR):
@@ -137,7 +144,7 @@ def _approached(
             continue
         clear, near = tried, place
         if margin is not None:
-            known.append((place, _low(tried, margin)[0]))
+            known.append((place, _low(tried, margin)))
             if known[-1][1] > _FALLS * known[-2][1]:
                 margin, known = None, []  # this one does not touch zero there
     return clear, _beyond(at, clear, near, far, width) or other or clear
@@ -160,37 +167,47 @@ def _beyond(
     return None
 
 
-def _touching(station: Station, names: set[str] | None) -> _Margin | None:
-    """The margin that is nearest to zero inside the smooth parts of a motion."""
+def _touching(station: Station, names: set[str] | None, crosses: bool = False) -> _Margin | None:
+    """The margin that is nearest to touching zero, or to crossing it at no rate."""
     best: tuple[float, _Margin] | None = None
     for margin in _margins(station.run.system):
         if names is None or margin.component in names:
-            low = _low(station, margin)[0]
+            margin = replace(margin, crosses=crosses)
+            low = _low(station, margin)
             if np.isfinite(low) and (best is None or low < best[0]):
                 best = low, margin
     return None if best is None else best[1]
 
 
-def _low(station: Station, margin: _Margin) -> tuple[float, float]:
-    """Lowest point of a margin inside the smooth parts, over its range, and when."""
+def _low(station: Station, margin: _Margin) -> float:
+    """What is zero at a border, linear in the parameter near it; infinite if there is nothing.
+
+    The lowest point of a margin inside the smooth parts, over its range, or the square of its rate
+    where it crosses zero, over that range and the period.
+    """
     system, guess = station.run.system, station.guess
     rtol = 1e-11
     function = _course(system, margin.row)
     run = simulate(system, until=guess.period, start=guess.point, grid=_FINE, rtol=rtol)
     pieces = curves_by(function, run)
     span = max((float(np.ptp(piece.y)) for piece in pieces), default=0.0)
+    if not span:
+        return np.inf
+    if margin.crosses:
+        rates = [piece.rate[-1] for piece in pieces[:-1] if abs(piece.y[-1]) < _ZERO * span]
+        return min(((float(rate) * guess.period / span) ** 2 for rate in rates), default=np.inf)
     lows = inner_lows(pieces)
-    if pieces and pieces[0].rate[0] >= -_LEVEL * span and pieces[-1].rate[-1] <= _LEVEL * span:
+    if pieces[0].rate[0] >= -_LEVEL * span and pieces[-1].rate[-1] <= _LEVEL * span:
         lows.append(Extreme(float(pieces[0].y[0]), 0.0))
-    if not lows or not span:
-        return np.inf, 0.0
+    if not lows:
+        return np.inf
     lowest = min(lows)
     if not lowest.time:
-        return lowest.value / span, 0.0
+        return lowest.value / span
     run = simulate(system, until=lowest.time, start=guess.point, grid=None, rtol=rtol)
     last = run.pieces[-1]
     exact = function(last.x[-1], run.theta, lowest.time, last.settings[-1])
-    return float(exact[0]) / span, lowest.time
+    return float(exact[0]) / span
 
 
 @made_once

@@ -165,6 +165,13 @@ class Station:
         """The parameter."""
         return float(self.z[-1])
 
+    def in_scale(self, scale: np.ndarray) -> np.ndarray:
+        """The Jacobian in unknowns over another scale."""
+        k = len(self.monodromy)
+        found: np.ndarray = self.matrix * (scale / self.scale)
+        found[:k] *= (self.scale / scale)[:k, None]
+        return found
+
     @property
     def events(self) -> tuple[tuple[str, str, str], ...]:
         """What happens in a period, begun anywhere: component, mode before and after."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 import scipy
@@ -85,21 +85,21 @@ class Segment:
             [0.0, self.length], [0 * apart, apart], [a.tangent, end / (a.tangent @ end)]
         )
 
-    @cached_property
-    def matrix(self) -> np.ndarray:
-        """The Jacobian at the first motion, in the scale of the second."""
-        k = len(self.a.monodromy)
-        found: np.ndarray = self.a.matrix * (self.b.scale / self.a.scale)
-        found[:k] *= (self.a.scale / self.b.scale)[:k, None]
-        return found
-
     def at(self, place: float) -> Station:
         """The motion at a place from 0 to `length`."""
         a = self.a
         z = a.z + a.scale * self.curve(place)
         guess = self.problem.guess(z, a.guess, a.guess.point.settings)
-        along = self.curve(place, 1)
-        return corrected(self.problem, guess, a.scale, a.tangent, a.matrix, along)
+        along, matrix = self.curve(place, 1), a.matrix
+        if a.events == self.b.events:
+            matrix = a.matrix + place / self.length * self.change(a.scale)
+        return corrected(self.problem, guess, a.scale, a.tangent, matrix, along)
+
+    def change(self, scale: np.ndarray) -> np.ndarray:
+        """By how much the Jacobian changes from end to end, the row of the phase aside."""
+        found: np.ndarray = self.b.in_scale(scale) - self.a.in_scale(scale)
+        found[len(self.a.monodromy) :] = 0.0
+        return found
 
     def with_value(self, value: float) -> Station:
         """The motion at a value of the parameter between those of both ends."""
@@ -126,7 +126,7 @@ class Segment:
             return test(known[place])
 
         try:
-            place = scipy.optimize.brentq(value, 0.0, self.length, xtol=1e-11, rtol=1e-13)
+            place = scipy.optimize.brentq(value, 0.0, self.length, xtol=1e-10, rtol=1e-13)
         except MissedError:
             return None
         found = known[place] if place in known else self.at(place)
@@ -238,18 +238,14 @@ def followed(
     return replace(course, ended=f"{most} motions were found; more with most=")
 
 
-def _ahead(
-    problem: BranchProblem, last: Station, before: Segment | None, step: float
-) -> Station:
+def _ahead(problem: BranchProblem, last: Station, before: Segment | None, step: float) -> Station:
     """The motion so far ahead, guessed along the tangent or on the cubic of the segment before."""
     z, matrix = last.z + step * last.scale * last.tangent, last.matrix
     if before is not None and step < _FURTHER * before.length:
         a = before.a
         place = before.length + step * float(a.tangent @ (last.tangent * last.scale / a.scale))
         z = a.z + a.scale * before.curve(place)
-        k = len(last.monodromy)
-        matrix = matrix.copy()
-        matrix[:k] += (step / before.length) * (matrix - before.matrix)[:k]
+        matrix = matrix + step / before.length * before.change(last.scale)
     try:
         guess = problem.guess(z, last.guess, last.guess.point.settings)
     except ParameterError as error:
