@@ -34,6 +34,7 @@ class Mesh(lp.Component):
     tau: lp.Var = lp.var("N.m", "torque on flange b")
 
     def equations(self):
+        """As a spring and damper, with play."""
         yield self.twist == self.flange_b.phi - self.flange_a.phi
         yield self.w_rel == lp.der(self.twist)
         stiffness = self.c * (1 + self.share * cos(self.W * lp.time))
@@ -80,6 +81,7 @@ def begun(system: lp.System) -> lp.orbits.PeriodicOrbit:
 
 
 def main() -> None:
+    """Cost over the longest step."""
     system = gears()
     orbit = begun(system)
     rows = []
@@ -87,9 +89,7 @@ def main() -> None:
         best, branch = np.inf, None
         for _ in range(3):
             begin = time.perf_counter()
-            branch = lp.orbits.branch(
-                orbit, over="mesh.W", between=(LOW, HIGH), turns=1, step=step
-            )
+            branch = lp.orbits.branch(orbit, over="mesh.W", between=(LOW, HIGH), turns=1, step=step)
             best = min(best, time.perf_counter() - begin)
         count = len(branch.values)
         passed = ", ".join(f"{p.kind} {p.value:.2f}" for p in branch.points)

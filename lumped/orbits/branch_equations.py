@@ -19,7 +19,7 @@ from lumped.orbits.shooting import (
 )
 from lumped.timeloop.result import OperatingPoint, Trajectory
 
-__all__ = ["BranchProblem", "MissedError", "Station", "corrected", "tangent_of"]
+__all__ = ["BranchProblem", "MissedError", "Station", "corrected", "in_phase", "tangent_of"]
 
 _ITERATIONS = 9
 """Newton steps after which a point is given up."""
@@ -245,6 +245,17 @@ def corrected(
     except SolverError as error:
         raise MissedError(str(error).partition(": ")[2] or str(error)) from None
     raise MissedError("Newton's method does not converge")
+
+
+def in_phase(station: Station, z: np.ndarray) -> np.ndarray:
+    """Unknowns near those of a motion, with its phase."""
+    k = len(station.monodromy)
+    row, apart = station.guess.phase * station.scale[:k], (z - station.z)[:k] / station.scale[:k]
+    if not row.any():
+        return z
+    found = z.copy()
+    found[:k] -= station.scale[:k] * row * (row @ apart) / (row @ row)
+    return found
 
 
 def tangent_of(matrix: np.ndarray, along: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ import scipy
 
 from lumped.errors import ParameterError
 from lumped.flattening.hold_modes import PARTED
-from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, corrected
+from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, corrected, in_phase
 
 __all__ = ["TESTS", "Course", "Passed", "Segment", "followed"]
 
@@ -88,7 +88,7 @@ class Segment:
     def at(self, place: float) -> Station:
         """The motion at a place from 0 to `length`."""
         a = self.a
-        z = a.z + a.scale * self.curve(place)
+        z = in_phase(a, a.z + a.scale * self.curve(place))
         guess = self.problem.guess(z, a.guess, a.guess.point.settings)
         along, matrix = self.curve(place, 1), a.matrix
         if a.events == self.b.events:
@@ -244,7 +244,7 @@ def _ahead(problem: BranchProblem, last: Station, before: Segment | None, step: 
     if before is not None and step < _FURTHER * before.length:
         a = before.a
         place = before.length + step * float(a.tangent @ (last.tangent * last.scale / a.scale))
-        z = a.z + a.scale * before.curve(place)
+        z = in_phase(last, a.z + a.scale * before.curve(place))
         matrix = matrix + step / before.length * before.change(last.scale)
     try:
         guess = problem.guess(z, last.guess, last.guess.point.settings)
