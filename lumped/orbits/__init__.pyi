@@ -1,3 +1,6 @@
+from lumped.orbits.branch import branch as branch
+from lumped.orbits.branch_result import Branch as Branch
+from lumped.orbits.branch_result import BranchPoint as BranchPoint
 from lumped.orbits.flywheel import Flywheel as Flywheel
 from lumped.orbits.flywheel import flywheel as flywheel
 from lumped.orbits.orbit import PeriodicOrbit as PeriodicOrbit

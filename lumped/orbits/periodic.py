@@ -29,7 +29,7 @@ from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.order_response import OrderResponse
 
-__all__ = ["again", "at_guess", "of_speed", "periodic", "turning_problem"]
+__all__ = ["again", "at_guess", "of_speed", "periodic", "result_of", "turning_problem"]
 
 
 @checked
@@ -170,7 +170,7 @@ def periodic(
         if not names:
             orbit = closed(problem, first)
             orbit = replace(orbit, iterations=steps, evaluations=orbit.evaluations + evaluations)
-            return _result(problem, orbit, search, used, grid)
+            return result_of(problem, orbit, search, used, grid)
     if names:
         return of_speed(problem, replace(first, period=wanted), names[0], grid)
     return at_guess(problem, first, grid)
@@ -195,7 +195,7 @@ def _wanted(
 def of_speed(problem: OrbitProblem, guess: Guess, free: str, grid: int) -> PeriodicOrbit:
     """The motion of the period of a guess, which determines a parameter, by shooting."""
     (place,) = problem.system.places([free])
-    found = _result(
+    found = result_of(
         problem, shoot(replace(problem, parameter=place), guess), "shooting", None, grid
     )
     return replace(found, free={free: float(found.run.theta[place])})
@@ -252,7 +252,7 @@ def _from_response(
 
 def at_guess(problem: OrbitProblem, guess: Guess, grid: int) -> PeriodicOrbit:
     """The motion near a guess, by shooting."""
-    return _result(problem, shoot(problem, guess), "shooting", None, grid)
+    return result_of(problem, shoot(problem, guess), "shooting", None, grid)
 
 
 def again(orbit: PeriodicOrbit, guess: Guess) -> PeriodicOrbit:
@@ -261,9 +261,10 @@ def again(orbit: PeriodicOrbit, guess: Guess) -> PeriodicOrbit:
     return at_guess(orbit.problem, guess, grid)
 
 
-def _result(
+def result_of(
     problem: OrbitProblem, orbit: Orbit, search: str, used: int | None, grid: int
 ) -> PeriodicOrbit:
+    """What was found, with a run over its period, as a result."""
     system, active, names = problem.system, problem.active, problem.system.state_names
     T, point = orbit.guess.period, orbit.guess.point
     run = simulate(system, until=T, start=point, grid=grid, rtol=problem.rtol)

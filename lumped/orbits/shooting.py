@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 import scipy
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, ParameterError, SolverError
+from lumped.flattening.hold_modes import PARTED
 from lumped.gradients.forward import Forward
 from lumped.gradients.steps import steps_of
 from lumped.numerics.damping import damped
@@ -23,13 +24,19 @@ __all__ = [
     "Guess",
     "Orbit",
     "OrbitProblem",
+    "Shot",
     "bordered",
     "closed",
+    "forward_by",
+    "refuse_beyond",
     "refuse_rest",
     "shoot",
     "sizes",
+    "slopes_of",
 ]
 
+_DEPTH = 1e-8
+"""Least gap at which bodies may part, m or rad, but for rounding zero."""
 _SHORTEST = 2.0**-7
 """Fraction of a Newton step below which the search gives up."""
 
@@ -106,7 +113,7 @@ class Orbit:
     evaluations: int
 
 
-class _Shot:
+class Shot:
     """A run over one period and what it misses."""
 
     def __init__(self, problem: OrbitProblem, guess: Guess) -> None:
@@ -126,9 +133,14 @@ class _Shot:
         missed = (self.end - guess.point.x - problem.advance)[active]
         self.size = sizes(problem, self.run.x)
         self.residuals: np.ndarray = missed / self.size
-        self.rate = np.asarray(
-            system.rhs(self.end, self.run.theta, guess.period, self.settings)
-        ).ravel()[active]
+        self.active = active
+
+    @cached_property
+    def rate(self) -> np.ndarray:
+        """Derivatives of the active states at the end."""
+        point = self.end, self.run.theta, self.guess.period, self.settings
+        found: np.ndarray = np.asarray(self.run.system.rhs(*point)).ravel()[self.active]
+        return found
 
 
 def sizes(problem: OrbitProblem, x: np.ndarray) -> np.ndarray:
@@ -136,6 +148,20 @@ def sizes(problem: OrbitProblem, x: np.ndarray) -> np.ndarray:
     least = max(1e-3, 1e-12 / problem.rtol) * nominals(problem.system)
     found: np.ndarray = np.maximum(np.abs(x).max(axis=0), least)[problem.active]
     return found
+
+
+def refuse_beyond(shot: Shot) -> None:
+    """A run that begins beyond a stop counts its gap from there, and repeats though it must not."""
+    system = shot.run.system
+    for h, first in enumerate(system.switching.first_modes.tolist()):
+        depth = -min(float(piece.settings[0, first + PARTED]) for piece in shot.run.pieces)
+        if depth > _DEPTH:
+            name, unit = system.switching.names[h], system.switching.gap_units[h]
+            raise SolverError(
+                f"{system.name}: the motion found begins {depth:.3g} {unit} beyond the stop of "
+                f"{name}. Give start values within it, and let it warm up longer.",
+                shot.run,
+            )
 
 
 def refuse_rest(problem: OrbitProblem, run: Trajectory) -> None:
@@ -168,16 +194,16 @@ def shoot(problem: OrbitProblem, guess: Guess) -> Orbit:
         If it does not converge, or motions beside the one found are periodic too.
     """
     forward = _forward(problem, guess)
-    shot = _Shot(problem, guess)
+    shot = Shot(problem, guess)
     evaluations = shot.run.statistics.evaluations
     for iteration in range(problem.iterations + 1):
         if np.abs(shot.residuals).max(initial=0.0) <= problem.rtol:
             return _finished(problem, shot, forward, iteration, evaluations)
         if iteration == problem.iterations:
             break
-        slopes = _slopes(problem, shot, forward)
+        slopes = slopes_of(problem, shot, forward)
         step, change = _newton_step(problem, shot, slopes, forward)
-        tried: list[_Shot] = []
+        tried: list[Shot] = []
         trial = partial(_tried, problem, shot, step, change, tried)
         better = damped(trial, float(np.linalg.norm(shot.residuals)), _SHORTEST)
         evaluations += sum(one.run.statistics.evaluations for one in tried)
@@ -188,7 +214,7 @@ def shoot(problem: OrbitProblem, guess: Guess) -> Orbit:
             amplified = problem.rtol * np.abs(own).max()
             if np.abs(shot.residuals).max() <= amplified:
                 return _finished(problem, shot, forward, iteration, evaluations)
-            shot = _Shot(problem, _moved(problem, shot, shot.end - problem.advance, 0.0))
+            shot = Shot(problem, _moved(problem, shot, shot.end - problem.advance, 0.0))
             evaluations += shot.run.statistics.evaluations
     raise _refusal(problem, shot)
 
@@ -196,7 +222,7 @@ def shoot(problem: OrbitProblem, guess: Guess) -> Orbit:
 def closed(problem: OrbitProblem, guess: Guess) -> Orbit:
     """The period that begins at a guess, as it is."""
     forward = _forward(problem, guess)
-    shot = _Shot(problem, guess)
+    shot = Shot(problem, guess)
     return _finished(problem, shot, forward, 0, shot.run.statistics.evaluations)
 
 
@@ -210,29 +236,31 @@ def bordered(problem: OrbitProblem, orbit: Orbit, rate: np.ndarray) -> np.ndarra
 
 
 def _forward(problem: OrbitProblem, guess: Guess) -> Forward:
-    """Sensitivity equations by start states and unknown parameter, with a count of their own.
+    """Sensitivity equations by start states and unknown parameter, with a count of their own."""
+    places = () if problem.parameter is None else (problem.parameter,)
+    return forward_by(problem, places, guess.point.theta)
 
-    The parameter counts in units of the power of two near its value.
+
+def forward_by(problem: OrbitProblem, places: tuple[int, ...], theta: np.ndarray) -> Forward:
+    """Sensitivity equations by start states and parameters, with a count of their own.
+
+    A parameter counts in units of the power of two near its value.
     """
-    unit = 1.0
-    if problem.parameter is not None:
-        unit = float(2.0 ** np.rint(np.log2(abs(guess.point.theta[problem.parameter]) or 1.0)))
-    made = _made_forward(problem.system, len(problem.active), problem.rtol, problem.parameter, unit)
-    return copy(made)
+    units = tuple(float(2.0 ** np.rint(np.log2(abs(theta[i]) or 1.0))) for i in places)
+    return copy(_made_forward(problem.system, len(problem.active), problem.rtol, places, units))
 
 
 @made_once
 def _made_forward(
-    system: System, varied: int, rtol: float, parameter: int | None, unit: float
+    system: System, varied: int, rtol: float, places: tuple[int, ...], units: tuple[float, ...]
 ) -> Forward:
-    seed = np.zeros((system.inputs[1].numel(), varied + (parameter is not None)))
-    if parameter is not None:
-        seed[parameter, varied] = unit
+    seed = np.zeros((system.inputs[1].numel(), varied + len(places)))
+    seed[list(places), varied + np.arange(len(places))] = units
     return Forward(steps_of(system, ()), seed, rtol)
 
 
-def _slopes(problem: OrbitProblem, shot: _Shot, forward: Forward) -> np.ndarray:
-    """Derivatives of the active states after a period, by them and by an unknown parameter."""
+def slopes_of(problem: OrbitProblem, shot: Shot, forward: Forward) -> np.ndarray:
+    """Derivatives of the active states after a period, by them and by unknown parameters."""
     S = np.eye(len(problem.system.structure.states))[:, problem.active]
     S = np.hstack([S, np.zeros((len(S), forward.k - S.shape[1]))])
     courses, _ = forward.sensitivities(shot.run, S)
@@ -240,7 +268,7 @@ def _slopes(problem: OrbitProblem, shot: _Shot, forward: Forward) -> np.ndarray:
     return found
 
 
-def _moved(problem: OrbitProblem, shot: _Shot, x: np.ndarray, change: float) -> Guess:
+def _moved(problem: OrbitProblem, shot: Shot, x: np.ndarray, change: float) -> Guess:
     """A new guess, in the modes in which the last run ended; period or parameter changed too."""
     old, period = shot.guess.point, shot.guess.period
     count = len(old.settings) - len(old.system.structure.implicit)
@@ -257,19 +285,19 @@ def _moved(problem: OrbitProblem, shot: _Shot, x: np.ndarray, change: float) -> 
 
 def _tried(
     problem: OrbitProblem,
-    shot: _Shot,
+    shot: Shot,
     step: np.ndarray,
     change: float,
-    tried: list[_Shot],
+    tried: list[Shot],
     part: float,
-) -> tuple[_Shot | None, float]:
+) -> tuple[Shot | None, float]:
     """What a part of a step leads to, also noted in a list, and how far that misses."""
     if problem.parameter is None and not 0.3 < 1 + part * change / shot.guess.period < 3:
         return None, np.inf
     x = shot.guess.point.x.copy()
     x[problem.active] += part * step
     try:
-        found = _Shot(problem, _moved(problem, shot, x, part * change))
+        found = Shot(problem, _moved(problem, shot, x, part * change))
     except (SolverError, ParameterError):
         return None, np.inf
     tried.append(found)
@@ -277,7 +305,7 @@ def _tried(
 
 
 def _newton_step(
-    problem: OrbitProblem, shot: _Shot, slopes: np.ndarray, forward: Forward
+    problem: OrbitProblem, shot: Shot, slopes: np.ndarray, forward: Forward
 ) -> tuple[np.ndarray, float]:
     """Changes of the active states and of the period or the parameter."""
     k, size = len(problem.active), shot.size
@@ -290,7 +318,7 @@ def _newton_step(
     return found[:k] * size, float(found[k] * unit)
 
 
-def _scaled(problem: OrbitProblem, shot: _Shot, slopes: np.ndarray) -> tuple[np.ndarray, float]:
+def _scaled(problem: OrbitProblem, shot: Shot, slopes: np.ndarray) -> tuple[np.ndarray, float]:
     """Jacobian in states over their size and the other unknown over its own, and its condition."""
     k, size = len(problem.active), shot.size
     matrix = (slopes[:, :k] - np.eye(k)) * size / size[:, None]
@@ -311,7 +339,7 @@ def _scaled(problem: OrbitProblem, shot: _Shot, slopes: np.ndarray) -> tuple[np.
     return matrix, float(values[0] / values[-1])
 
 
-def _refuse_singular(problem: OrbitProblem, shot: _Shot, shares: np.ndarray) -> None:
+def _refuse_singular(problem: OrbitProblem, shot: Shot, shares: np.ndarray) -> None:
     names = [problem.system.state_names[i] for i in problem.active]
     moved = [names[i] for i in np.argsort(-shares) if shares[i] > 0.1 * shares.max()]
     raise SolverError(
@@ -324,7 +352,7 @@ def _refuse_singular(problem: OrbitProblem, shot: _Shot, shares: np.ndarray) -> 
 
 
 def _finished(
-    problem: OrbitProblem, shot: _Shot, forward: Forward, iterations: int, evaluations: int
+    problem: OrbitProblem, shot: Shot, forward: Forward, iterations: int, evaluations: int
 ) -> Orbit:
     first = shot.run.pieces[0].x[0]
     if np.abs(first - shot.guess.point.x)[problem.active].max(initial=0.0) > 1e-9:
@@ -333,7 +361,8 @@ def _finished(
             "phase (start values, or begin functions of time later).",
             shot.run,
         )
-    slopes = _slopes(problem, shot, forward)
+    refuse_beyond(shot)
+    slopes = slopes_of(problem, shot, forward)
     _, condition = _scaled(problem, shot, slopes)
     monodromy = slopes[:, : len(problem.active)]
     evaluations += forward.evaluations
@@ -341,7 +370,7 @@ def _finished(
     return Orbit(shot.guess, shot.run, monodromy, shot.residuals, condition, *cost)
 
 
-def _refusal(problem: OrbitProblem, shot: _Shot) -> SolverError:
+def _refusal(problem: OrbitProblem, shot: Shot) -> SolverError:
     worst = int(np.argmax(np.abs(shot.residuals)))
     number = int(problem.active[worst])
     name = problem.system.state_names[number]

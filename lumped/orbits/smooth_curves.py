@@ -8,9 +8,10 @@ import casadi as ca
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from lumped.compiler.system import System
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["Curve", "Extreme", "curves", "extreme", "integral"]
+__all__ = ["Curve", "Extreme", "course", "curves", "curves_by", "extreme", "inner_lows", "integral"]
 
 _QUINTIC = np.linalg.inv(
     [
@@ -43,7 +44,11 @@ class Extreme(NamedTuple):
 
 def curves(run: Trajectory, expression: ca.SX) -> list[Curve]:
     """A scalar expression of the states of a run, piece by piece."""
-    system = run.system
+    return curves_by(course(run.system, expression), run)
+
+
+def course(system: System, expression: ca.SX) -> ca.Function:
+    """A scalar expression of the states with its two time derivatives: (x, p, t, m)."""
     x, _, t, _ = system.inputs
 
     def rate(y: ca.SX) -> ca.SX:
@@ -52,7 +57,11 @@ def curves(run: Trajectory, expression: ca.SX) -> list[Curve]:
 
     first = rate(expression)
     every = ca.densify(ca.vertcat(expression, first, rate(first)))
-    function = ca.Function("curves", system.inputs, [every])
+    return ca.Function("curves", system.inputs, [every])
+
+
+def curves_by(function: ca.Function, run: Trajectory) -> list[Curve]:
+    """The same, by a function that `course` made."""
     found = []
     for piece in run.pieces:
         if len(piece.t) > 1:
@@ -77,6 +86,23 @@ def extreme(pieces: list[Curve], sign: int) -> Extreme:
                 time = piece.t[k] + top * (piece.t[k + 1] - piece.t[k])
                 best = Extreme(float(law(top)), float(time))
     return Extreme(sign * best.value, best.time)
+
+
+def inner_lows(pieces: list[Curve]) -> list[Extreme]:
+    """The lowest points between falling and rising parts of smooth pieces."""
+    found = []
+    for piece in pieces:
+        turns = np.flatnonzero((piece.rate[:-1] < 0) & (piece.rate[1:] >= 0))
+        if not len(turns):
+            continue
+        shapes = -_shapes(piece)
+        for k in turns.tolist():
+            law = Polynomial(shapes[k])
+            inside = np.linspace(0, 1, 9)
+            top = _top(law, float(inside[np.argmax(law(inside))]))
+            time = piece.t[k] + top * (piece.t[k + 1] - piece.t[k])
+            found.append(Extreme(float(-law(top)), float(time)))
+    return found
 
 
 def _top(law: Polynomial, near: float) -> float:

@@ -1,0 +1,241 @@
+"""Borders of a branch: where what happens in a period changes, as a margin touches zero."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.orbits.branch_equations import MissedError, Station
+from lumped.orbits.continuation import Passed, Segment
+from lumped.orbits.smooth_curves import Extreme, course, curves_by, inner_lows
+from lumped.simulation.simulate import simulate
+from lumped.support.made_once import made_once
+
+__all__ = ["Border", "border_at_end", "border_between"]
+
+_FINE = 400
+"""Output intervals of a run in which the lowest points of margins are looked for."""
+_AHEAD = 0.8
+"""Part of the way to the border that is gone at once."""
+_NEAR, _TOUCHES, _CLOSE = 1e-10, 1e-6, 0.1
+"""Of its range: a margin at the border; one that touches it; one that may, where a branch ends."""
+_FALLS = 0.9
+"""Part of its size before to which a probe nearer to the border brings a margin that touches."""
+_ZERO = 1e-7
+"""Of its range: a margin that is zero at the end of a smooth part."""
+_LEVEL = 1e-9
+"""Rate of a margin, over its range, that is as good as zero, 1/s."""
+_BESIDE = (1e-6, 1e-4, 1e-2)
+"""Parts of the way at which the other side of a border is looked for."""
+_APART = 0.1
+"""Part of the way between two motions which those at a border between them may be apart."""
+_PROBES = 60
+"""Motions after which the search for a border ends."""
+
+
+@dataclass(frozen=True, eq=False)
+class Border:
+    """A border, and the motions next to it in the order of the branch."""
+
+    passed: Passed
+    before: Station
+    after: Station
+
+
+@dataclass(frozen=True)
+class _Margin:
+    """A margin: its row, component and kind, and what it says in words.
+
+    It touches zero, or crosses it at a rate that becomes zero.
+    """
+
+    row: int
+    component: str
+    kind: str
+    words: str
+    crosses: bool = False
+
+
+def border_between(segment: Segment) -> Border:
+    """The border between two motions with different events.
+
+    It is approached from the side with fewer events, where the extreme of the margin is a smooth
+    function of the length along the branch.
+
+    Raises
+    ------
+    MissedError
+        If the motions are of different branches.
+    """
+    a, b = segment.a, segment.b
+    forth = len(a.events) <= len(b.events)
+    clear, other = (a, b) if forth else (b, a)
+    ends = (0.0, segment.length) if forth else (segment.length, 0.0)
+    fewer, more = Counter(clear.events), Counter(other.events)
+    names = {event[0] for event in (more - fewer) | (fewer - more)}
+    margin = _touching(clear, names)
+    found = _approached(segment.at, clear, ends, other, margin)
+    near, beyond = found
+    if np.linalg.norm((beyond.z - near.z) / a.scale) > _APART * segment.length:
+        raise MissedError("the motions found there are of another branch")
+    if margin is None or _low(near, margin) > _TOUCHES:
+        passed = Passed(_named(more - fewer), near, ", ".join(sorted(names)))
+    else:
+        passed = Passed(margin.kind, near, margin.component, margin.words)
+    return Border(passed, *((near, beyond) if forth else (beyond, near)))
+
+
+def _named(more: Counter[tuple[str, str, str]]) -> str:
+    """What a border is beyond which more happens."""
+    if any(after == "stuck" for _, _, after in more):
+        return "sticking"
+    return "slipping" if any(before == "stuck" for _, before, _ in more) else "switching"
+
+
+def border_at_end(along: Callable[[float], Station], last: Station, step: float) -> Passed | None:
+    """The border at which a branch ends, as no motion is near the last; None if there is none."""
+    for crosses in (False, True):
+        margin = _touching(last, None, crosses)
+        if margin is None or _low(last, margin) > _CLOSE:
+            continue
+        near, _ = _approached(along, last, (0.0, step), None, margin)
+        if _low(near, margin) <= _TOUCHES:
+            return Passed(margin.kind, near, margin.component, margin.words)
+    return None
+
+
+def _approached(
+    at: Callable[[float], Station],
+    clear: Station,
+    ends: tuple[float, float],
+    other: Station | None,
+    margin: _Margin | None,
+) -> tuple[Station, Station]:
+    """Motions to both sides of a border, the first of them as near to it as can be told."""
+    near, far = ends
+    width = far - near
+    known: list[tuple[float, float]] = []
+    if margin is not None:
+        known.append((near, _low(clear, margin)))
+    expected, ahead = far, _AHEAD
+    for _ in range(_PROBES):
+        if abs(far - near) <= 1e-11 * abs(width) or (known and known[-1][1] < _NEAR):
+            break
+        place = 0.5 * (near + far)
+        if len(known) > 1:
+            (s, h), (t, g) = known[-2:]
+            root = t - g * (t - s) / (g - h) if g != h else far
+            if (root - near) * (far - root) > 0:
+                wrong, expected = abs(root - expected) / abs(root - near), root
+                ahead = max(_AHEAD, 1 - max(1e-3, 2 * wrong))
+                place = near + ahead * (root - near)
+        try:
+            tried = at(place)
+        except MissedError:
+            far = place
+            continue
+        if tried.events != clear.events:
+            far, other = place, tried
+            continue
+        clear, near = tried, place
+        if margin is not None:
+            known.append((place, _low(tried, margin)))
+            if known[-1][1] > _FALLS * known[-2][1]:
+                margin, known = None, []  # this one does not touch zero there
+    return clear, _beyond(at, clear, near, far, width) or other or clear
+
+
+def _beyond(
+    at: Callable[[float], Station], clear: Station, near: float, far: float, width: float
+) -> Station | None:
+    """The motion next to a border on its other side; None if none is found nearer than before."""
+    for part in _BESIDE:
+        place = near + part * width
+        if abs(place - near) >= abs(far - near):
+            return None
+        try:
+            tried = at(place)
+        except MissedError:
+            continue
+        if tried.events != clear.events:
+            return tried
+    return None
+
+
+def _touching(station: Station, names: set[str] | None, crosses: bool = False) -> _Margin | None:
+    """The margin that is nearest to touching zero, or to crossing it at no rate."""
+    best: tuple[float, _Margin] | None = None
+    for margin in _margins(station.run.system):
+        if names is None or margin.component in names:
+            margin = replace(margin, crosses=crosses)
+            low = _low(station, margin)
+            if np.isfinite(low) and (best is None or low < best[0]):
+                best = low, margin
+    return None if best is None else best[1]
+
+
+def _low(station: Station, margin: _Margin) -> float:
+    """What is zero at a border, linear in the parameter near it; infinite if there is nothing.
+
+    The lowest point of a margin inside the smooth parts, over its range, or the square of its rate
+    where it crosses zero, over that range and the period.
+    """
+    system, guess = station.run.system, station.guess
+    rtol = 1e-11
+    function = _course(system, margin.row)
+    run = simulate(system, until=guess.period, start=guess.point, grid=_FINE, rtol=rtol)
+    pieces = curves_by(function, run)
+    span = max((float(np.ptp(piece.y)) for piece in pieces), default=0.0)
+    if not span:
+        return np.inf
+    if margin.crosses:
+        rates = [piece.rate[-1] for piece in pieces[:-1] if abs(piece.y[-1]) < _ZERO * span]
+        return min(((float(rate) * guess.period / span) ** 2 for rate in rates), default=np.inf)
+    lows = inner_lows(pieces)
+    if pieces[0].rate[0] >= -_LEVEL * span and pieces[-1].rate[-1] <= _LEVEL * span:
+        lows.append(Extreme(float(pieces[0].y[0]), 0.0))
+    if not lows:
+        return np.inf
+    lowest = min(lows)
+    if not lowest.time:
+        return lowest.value / span
+    run = simulate(system, until=lowest.time, start=guess.point, grid=None, rtol=rtol)
+    last = run.pieces[-1]
+    exact = function(last.x[-1], run.theta, lowest.time, last.settings[-1])
+    return float(exact[0]) / span
+
+
+@made_once
+def _course(system: System, row: int) -> ca.Function:
+    margins = system.structure.in_states(system.switching.margins[0])
+    return course(system, margins[row])
+
+
+@made_once
+def _margins(system: System) -> tuple[_Margin, ...]:
+    """All margins of a system."""
+    switching, found = system.switching, []
+    if not switching:
+        return ()
+    _ = switching.margins
+    for row, (kind, number) in enumerate(switching.rows):
+        if kind == "relation":
+            name, text = switching.relation_text(number, 1.0)
+            found.append(_Margin(row, name, "switching", text))
+            continue
+        name, has_gap = switching.names[number], bool(switching.has_gap[number])
+        if kind == "slide":
+            what = "grazing" if has_gap else "sticking"
+            words = (
+                "the gap closes for an instant" if has_gap else "the slip is zero for an instant"
+            )
+        else:
+            what = "opening" if has_gap else "slipping"
+            words = "the reaction reaches its limit for an instant"
+        found.append(_Margin(row, name, what, words))
+    return tuple(found)

@@ -1,0 +1,280 @@
+"""Branches of periodic motions over a parameter."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from lumped.compiler.system import Name
+from lumped.errors import OptionError, SolverError
+from lumped.orbits.borders import border_at_end, border_between
+from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, corrected
+from lumped.orbits.branch_result import Branch, BranchPoint
+from lumped.orbits.continuation import TESTS, Course, Passed, Segment, followed
+from lumped.orbits.orbit import PeriodicOrbit
+from lumped.orbits.periodic import result_of
+from lumped.orbits.shooting import Guess, sizes
+from lumped.orbits.switching_branches import crossing_branch, doubled
+from lumped.support.arguments import checked
+
+__all__ = ["branch"]
+
+_GRID = 200
+"""Output intervals of the motions."""
+
+
+@checked
+def branch(
+    orbit: PeriodicOrbit,
+    *,
+    over: Name,
+    between: tuple[float, float],
+    turns: float | None = None,
+    step: float = 0.05,
+    most: int = 1000,
+) -> Branch:
+    """Follow a periodic motion while a parameter changes, around folds, stable or not.
+
+    Pseudo-arclength continuation of the shooting equations (Keller 1977; Allgower and Georg,
+    Introduction to Numerical Continuation Methods, 2003, ch. 6): unknown are the states at the
+    start of a period, the period if nothing prescribes it, and the parameter. Derivatives are
+    exact, also across events. The branch is followed to both sides of the motion.
+
+    What is passed is located: folds, branch points, period doublings and Neimark-Sacker points by
+    functions that are zero there; borders, at which an event appears or vanishes, where the lowest
+    value of a margin touches zero. At some borders, such as that to hard impacts, branches end.
+
+    Parameters
+    ----------
+    orbit : PeriodicOrbit
+        From `periodic`; a motion at a parameter within the range.
+    over : name
+        The parameter.
+    between : tuple of float
+        Its least and greatest value, SI.
+    turns : float, optional
+        The parameter is the speed of what functions of time prescribe, rad/s, and the period so
+        many turns of it, ``2 pi turns / speed``. Of an `orbit` whose period is a parameter, that
+        may be the one to change without this.
+    step : float
+        Longest step, as part of the range of the parameter and of the size of the states.
+    most : int
+        Motions to each side after which it ends.
+
+    Returns
+    -------
+    Branch
+
+    Raises
+    ------
+    OptionError
+        If the motion lies outside the range, is no orbit over `turns`, determines the parameter, or
+        options make no sense.
+    UnknownNameError
+        If `over` is no parameter that can be changed.
+    SolverError
+        If the motion cannot be found again.
+    """
+    problem = _problem(orbit, over, between, turns)
+    _check(step, most)
+    guess = orbit.found.guess
+    size = sizes(orbit.problem, orbit.run.x)
+    more = [problem.high - problem.low]
+    if problem.extra:
+        more.insert(0, abs(problem.unknowns(guess)[-2]) or 1.0)
+    scale = np.concatenate([np.sqrt(len(size)) * size, more])
+    row = np.zeros(len(scale))
+    row[-1] = 1.0
+    try:
+        first = corrected(problem, guess, scale, row, None, row)
+    except MissedError as fault:
+        raise SolverError(
+            f"{orbit.system.name}: the motion to begin with was not found again at rtol = "
+            f"{orbit.problem.rtol:g}: {fault}. Let periodic find it with tighter rtol.",
+            orbit.run,
+        ) from None
+    return both_ways(problem, first, over=orbit.system.key(over), step=step, most=most)
+
+
+def both_ways(
+    problem: BranchProblem, first: Station, *, over: str, step: float, most: int
+) -> Branch:
+    """The branch to both sides of a motion."""
+    back, forth = (
+        followed(problem, first, way, step, most, partial(_passed, problem), border_at_end)
+        for way in (-1, 1)
+    )
+    if forth.ended.startswith("the branch is closed"):
+        back = Course(back.stations[:1], {}, forth.ended)
+    turned = [replace(s, tangent=-s.tangent) for s in back.stations[:0:-1]]
+    stations = [*turned, *forth.stations]
+    shift = len(back.stations) - 1
+    passed = {shift - i: each for i, each in back.passed.items() if i <= shift}
+    passed |= {shift + i: each for i, each in forth.passed.items()}
+    points = [_point(passed[i], i) for i in sorted(passed)]
+
+    def at(value: float) -> list[PeriodicOrbit]:
+        found = []
+        for a, b in itertools.pairwise(stations):
+            if (a.value - value) * (b.value - value) < 0:
+                found.append(make(Segment(problem, a, b).with_value(value)))
+            elif a.value == value:
+                found.append(make(a))
+        return found + [make(stations[-1])] * (stations[-1].value == value)
+
+    def make(station: Station) -> PeriodicOrbit:
+        found = result_of(problem.orbits, station.orbit, "shooting", None, _GRID)
+        if problem.follows is None:
+            return found
+        names = problem.orbits.system.structure.parameters
+        free = names.names[names.free[problem.follows]]
+        return replace(found, free={free: float(found.run.theta[problem.follows])})
+
+    def turn_off(number: int, kind: str) -> Branch:
+        station = stations[number]
+        crossing = doubled if kind == "period doubling" else crossing_branch
+        other, start = crossing(problem, station)
+        return both_ways(other, start, over=over, step=step, most=most)
+
+    return Branch(
+        problem.orbits.system,
+        over,
+        np.array([s.value for s in stations]),
+        np.array([s.guess.period for s in stations]),
+        np.array([s.multipliers for s in stations]),
+        tuple(points),
+        (back.ended, forth.ended),
+        tuple(s.run for s in stations),
+        lambda number: make(stations[number]),
+        at,
+        turn_off,
+    )
+
+
+def _passed(problem: BranchProblem, segment: Segment) -> list[Passed]:
+    """What is passed between two motions, in order."""
+    a, b = segment.a, segment.b
+    if a.events != b.events:
+        border = border_between(segment)
+        found = [border.passed]
+        if border.before.events == a.events and _apart(a, border.before):
+            found = [*_passed(problem, Segment(problem, a, border.before)), *found]
+        if _apart(border.after, b):
+            rest = _passed(problem, Segment(problem, border.after, b))
+            found += [each for each in rest if not _is_same(each, border.passed)]
+        return found
+    found = []
+    for kind, test in TESTS.items():
+        if test(segment.a) * test(segment.b) < 0:
+            station = segment.root(test)
+            if station is not None and (kind != "Neimark-Sacker" or _is_torus(station)):
+                found.append(Passed(kind, station))
+    return sorted(found, key=lambda each: float(a.tangent @ ((each.station.z - a.z) / a.scale)))
+
+
+def _apart(a: Station, b: Station) -> bool:
+    """Whether one motion is ahead of another."""
+    return bool(a.tangent @ ((b.z - a.z) / a.scale) > 1e-8)
+
+
+def _is_same(one: Passed, other: Passed) -> bool:
+    """Whether two borders are one, at which symmetric events appear."""
+    apart = np.linalg.norm((one.station.z - other.station.z) / one.station.scale)
+    return one.component == other.component and bool(apart < 1e-8)
+
+
+def _is_torus(station: Station) -> bool:
+    """Whether a pair of multipliers on the unit circle is not real."""
+    values = station.multipliers
+    nearest = values[np.argmin(np.abs(np.abs(values) - 1))]
+    return bool(abs(nearest.imag) > 1e-6)
+
+
+def _point(passed: Passed, number: int) -> BranchPoint:
+    station, kind = passed.station, passed.kind
+    values = station.multipliers
+    target = {"fold": 1.0, "branch point": 1.0, "period doubling": -1.0}
+    if kind in target:
+        multiplier = values[np.argmin(np.abs(values - target[kind]))]
+    elif kind == "Neimark-Sacker":
+        multiplier = values[np.argmin(np.abs(np.abs(values) - 1))]
+    else:
+        multiplier = values[0] if len(values) else 0.0
+    return BranchPoint(
+        kind,
+        station.value,
+        station.guess.period,
+        number,
+        complex(multiplier),
+        passed.component,
+        passed.words,
+    )
+
+
+def _problem(
+    orbit: PeriodicOrbit, over: Name, between: tuple[float, float], turns: float | None
+) -> BranchProblem:
+    system, name = orbit.system, orbit.system.key(over)
+    if name in orbit.free:
+        raise OptionError(
+            f"branch: this motion determines {name}, so that its period stays; take one without "
+            "free=, whose period then changes along the branch."
+        )
+    (place,) = system.places([name])
+    low, high = (float(v) for v in between)
+    value = float(orbit.found.guess.point.theta[place])
+    unit = system.parameter_unit(name)
+    if not (np.isfinite([low, high]).all() and low < high):
+        raise OptionError(f"branch: between = ({low:g}, {high:g}) {unit}: least, then greatest.")
+    slack = 1e-9 * (high - low)
+    if not low - slack <= value <= high + slack:
+        raise OptionError(
+            f"branch: the motion to begin with has {name} = {value:.9g} {unit}, outside of between "
+            f"= ({low:g}, {high:g}); find one there first: periodic(parameters={{'{name}': ...}})."
+        )
+    follows = None
+    if orbit.free:
+        (follows,) = system.places(list(orbit.free))
+    if turns is not None:
+        wanted = 2 * np.pi * turns / value if value else np.inf
+        if orbit.problem.free or not abs(wanted / orbit.period - 1) < 1e-9:
+            raise OptionError(
+                f"branch: turns = {turns:g} of {name} = {value:.9g} {unit} take {wanted:.9g} s, "
+                f"but the period of the motion is {orbit.period:.9g} s"
+                + (", which nothing prescribes" if orbit.problem.free else "")
+                + "; that is no period of it."
+            )
+    cycles = 1.0 if orbit.problem.clock == place else None
+    problem = BranchProblem(orbit.problem, place, follows, turns, cycles, low, high)
+    if turns is None and cycles is None and not orbit.problem.free:
+        _refuse_other_period(problem, orbit.found.guess, name)
+    return problem
+
+
+def _refuse_other_period(problem: BranchProblem, guess: Guess, name: str) -> None:
+    """The period must stay one of the functions of time while the parameter changes."""
+    point, rhs = guess.point, problem.orbits.system.rhs
+
+    def jump(theta: np.ndarray) -> np.ndarray:
+        ends = [np.asarray(rhs(point.x, theta, t, point.settings)) for t in (0.0, guess.period)]
+        found: np.ndarray = np.abs(ends[1] - ends[0]) / (1e-300 + np.abs(ends).max())
+        return found
+
+    theta = point.theta.copy()
+    theta[problem.place] += 1e-3 * (problem.high - problem.low)
+    if jump(point.theta).max() < 1e-9 and jump(theta).max() > 1e-7:
+        raise OptionError(
+            f"branch: {guess.period:.9g} s is a period of the functions of time for {name} as it "
+            f"is, not while it changes. If it is their speed, give turns=; if their period, find "
+            f"the motion by periodic(period='{name}')."
+        )
+
+
+def _check(step: float, most: int) -> None:
+    if not 0 < step <= 1:
+        raise OptionError(f"branch: step = {step!r}: a part between 0 and 1 is needed.")
+    if most < 1:
+        raise OptionError(f"branch: most = {most!r}: at least one motion.")

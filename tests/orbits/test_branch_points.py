@@ -1,0 +1,227 @@
+"""What branches of periodic motions pass, against closed forms and an independent calculation."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import fsolve
+from scipy.special import ellipk
+
+import lumped as lp
+from lumped.ops import cos, where
+from tests.orbits.test_orbit_range import JR, K1, C, Hardening
+
+G, W = 9.81, 2 * np.pi
+
+
+class Ball(lp.Component):
+    """Ball above a plate at ``A cos(W t)``."""
+
+    h: lp.Var = lp.var("m", "gap")
+    v: lp.Var = lp.var("m/s", "its rate", state="prefer")
+    f: lp.Var = lp.var("N", "reaction of the plate, downwards")
+    A: lp.Param = lp.param("m", "amplitude of the plate", 0.3)
+    e: lp.Param = lp.param("1", "restitution", 0.6)
+
+    def equations(self):
+        yield self.v == lp.der(self.h)
+        yield lp.der(self.v) == -G + self.A * W**2 * cos(W * lp.time) - self.f
+        yield lp.hold(self.f, self.v, gap=self.h, restitution=self.e)
+
+
+@pytest.fixture(scope="module")
+def bouncing():
+    """One bounce in each period; instant and speeds by hand, as for its multipliers."""
+    e, A = 0.6, 0.3
+    up = G / 2
+    phase = np.arcsin(-up * (1 - e) / (1 + e) / (A * W))
+    flown = 1.0 - (phase / W) % 1.0
+    begin = {"h": A * np.cos(phase) + up * flown - G / 2 * flown**2 - A, "v": up - G * flown}
+    orbit = lp.periodic(lp.assemble(Ball()), period=1.0, start=begin, warm_up=0)
+    return lp.orbits.branch(orbit, over="A", between=(0.1, 0.45))
+
+
+def test_a_bouncing_ball_turns_and_doubles_its_period_where_calculated_by_hand(bouncing):
+    """Multipliers: z^2 - (1 + e^2 + (1 + e)^2 a / g) z + e^2 (Guckenheimer and Holmes, 1983, 2.4).
+
+    One is 1 where the acceleration `a` of the plate is zero at the impact, and -1 where it is
+    -2 g (1 + e^2) / (1 + e)^2; the speed of the plate is that which restores what an impact takes.
+    """
+    e = 0.6
+    across = G / 2 * (1 - e) / (1 + e) / W
+    along = 2 * G * (1 + e**2) / (1 + e) ** 2 / W**2
+    (fold,), (doubling,) = bouncing.named("fold"), bouncing.named("period doubling")
+    errors = [fold.value / across - 1, doubling.value / np.hypot(across, along) - 1]
+    print(errors)
+    assert np.abs(errors).max() < 1e-9
+    assert doubling.multiplier == pytest.approx(-1, abs=1e-8)
+    assert len(bouncing.points) == 2
+
+
+def test_a_ball_settles_to_bounces_of_two_heights_on_the_branch_that_crosses(bouncing):
+    (doubling,) = bouncing.named("period doubling")
+    other = bouncing.switch(doubling)
+    assert other.periods == pytest.approx(2.0)
+    A = doubling.value + 0.01
+    orbit = next(orbit for orbit in other.at(A) if orbit.stable)
+    # the map from impact to impact: phase and speed upwards, by hand, from two others
+    phase, up = np.arcsin(-G / 2 * 0.25 / (A * W)) + 0.1, G / 2
+    heights = []
+    for _ in range(2000):
+
+        def above(t, phase=phase, up=up):
+            start = A * np.cos(phase)
+            return start + up * t - G / 2 * t**2 - A * np.cos(phase + W * t)
+
+        low, high = 0.3, 2 * up / G + 0.3
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if above(middle) > 0 else (low, middle)
+        down, phase = up - G * low, phase + W * low
+        plate = -A * W * np.sin(phase)
+        up = plate + 0.6 * (plate - down)
+        heights.append(up)
+    wanted = sorted(heights[-2:])
+    assert wanted[1] - wanted[0] > 0.1
+    impacts = [event.time for event in orbit.run.events if event.loss]
+    plates = [-A * W * np.sin(W * t) for t in impacts]
+    found = sorted(
+        plate + float(np.interp(t + 1e-9, orbit.run.t, orbit["v"]))
+        for t, plate in zip(impacts, plates, strict=True)
+    )
+    print(found, wanted)
+    assert found == pytest.approx(wanted, abs=1e-5)
+
+
+def test_a_switch_to_a_branch_that_crosses_is_the_root_of_the_parameter():
+    """``x' = mu x - x^3`` beside ``y' = cos(t) - y``: x is zero, or the root of mu."""
+
+    class Fork(lp.Component):
+        x: lp.Var = lp.var("1", "forks")
+        y: lp.Var = lp.var("1", "driven")
+        mu: lp.Param = lp.param("1", "parameter", -1.0)
+
+        def equations(self):
+            yield lp.der(self.x) == self.mu * self.x - self.x**3
+            yield lp.der(self.y) == cos(lp.time) - self.y
+
+    orbit = lp.periodic(lp.assemble(Fork()), period=2 * np.pi, warm_up=60)
+    branch = lp.orbits.branch(orbit, over="mu", between=(-1, 1))
+    (point,) = branch.points
+    assert point.kind == "branch point"
+    assert abs(point.value) < 1e-8
+    assert (branch.stable == (branch.values <= 1e-7)).all()
+    other = branch.switch(point)
+    assert other["x"].highest ** 2 == pytest.approx(other.values, abs=1e-8)
+    assert other.values.max() == 1.0
+
+
+def test_a_torus_begins_where_a_spiral_ceases_to_fade():
+    """A spiral with rates ``mu +- j w`` beside a driven state: its multipliers, exactly."""
+    w = 0.37
+
+    class Spiral(lp.Component):
+        a: lp.Var = lp.var("1", "first")
+        b: lp.Var = lp.var("1", "second")
+        y: lp.Var = lp.var("1", "driven")
+        mu: lp.Param = lp.param("1/s", "growth", -0.5)
+
+        def equations(self):
+            square = self.a**2 + self.b**2
+            yield lp.der(self.a) == (self.mu - square) * self.a - w * self.b
+            yield lp.der(self.b) == (self.mu - square) * self.b + w * self.a
+            yield lp.der(self.y) == cos(lp.time) - self.y
+
+    orbit = lp.periodic(lp.assemble(Spiral()), period=2 * np.pi, warm_up=100)
+    branch = lp.orbits.branch(orbit, over="mu", between=(-0.5, 0.25))
+    (point,) = branch.points
+    assert point.kind == "Neimark-Sacker"
+    assert abs(point.value) < 1e-8
+    exact = np.exp(2 * np.pi * 1j * w)
+    assert abs(point.multiplier.real - exact.real) < 1e-8
+    assert abs(abs(point.multiplier.imag) - exact.imag) < 1e-8
+
+
+class Held(lp.Component):
+    """Free vibration ``x'' = -f(x)`` whose energy is brought to E, in N, m and kg."""
+
+    cubic: float = 0.0
+    x: lp.Var = lp.var("m", "position", start=1.0)
+    v: lp.Var = lp.var("m/s", "its rate")
+    E: lp.Param = lp.param("J", "energy", 0.5)
+    play: lp.Param = lp.param("m", "half the play", 0.0)
+
+    def equations(self):
+        yield lp.der(self.x) == self.v
+        over = where(
+            self.x > self.play,
+            self.x - self.play,
+            where(self.x < -self.play, self.x + self.play, 0.0),
+        )
+        if self.cubic:
+            over = self.x
+        energy = 0.5 * self.v**2 + 0.5 * over**2 + 0.25 * self.cubic * over**4
+        force = over + self.cubic * over**3
+        yield lp.der(self.v) == -force - 0.2 * (energy - self.E) * self.v
+
+
+def test_the_backbone_of_a_cubic_spring_is_its_elliptic_integral():
+    """Period 4 K(m) / sqrt(1 + k A^2), m = k A^2 / (2 (1 + k A^2)), E = A^2 / 2 + k A^4 / 4."""
+    k = 0.8
+    orbit = lp.periodic(lp.assemble(Held(cubic=k)), near=6.0, warm_up=200)
+    branch = lp.orbits.branch(orbit, over="E", between=(0.05, 3.0))
+    square = (-1 + np.sqrt(1 + 4 * k * branch.values)) / k
+    wanted = 4 * ellipk(k * square / (2 * (1 + k * square))) / np.sqrt(1 + k * square)
+    errors = branch.periods / wanted - 1, branch["x"].amplitude / np.sqrt(square) - 1
+    print([f"{np.abs(error).max():.1e}" for error in errors])
+    assert np.abs(errors[0]).max() < 1e-8
+    assert np.abs(errors[1]).max() < 1e-7
+    assert branch.values.min() == 0.05
+    assert branch.values.max() == 3.0
+
+
+def test_the_backbone_of_a_play_is_its_closed_form():
+    """Half a vibration on each flank, and twice the way through the play at the full speed."""
+    b = 0.3
+    orbit = lp.periodic(lp.assemble(Held(play=b)), near=8.0, warm_up=200)
+    branch = lp.orbits.branch(orbit, over="E", between=(0.05, 3.0))
+    speed = np.sqrt(2 * branch.values)
+    errors = (
+        branch.periods / (2 * np.pi + 4 * b / speed) - 1,
+        branch["x"].amplitude / (b + speed) - 1,
+    )
+    print([f"{np.abs(error).max():.1e}" for error in errors])
+    assert np.abs(errors).max() < 1e-8
+    assert not branch.points
+
+
+def test_folds_of_a_softening_spring_agree_with_an_own_calculation():
+    """Shooting with variational equations by scipy, and a multiplier that is one."""
+    k3, P = -2.0e5, 80.0
+    system = lp.assemble(Hardening(k3=k3, P=P, c=0.5 * C))
+    n = 15.0
+    orbit = lp.periodic(system, period=2 * np.pi / n, parameters={"n": n}, warm_up=30)
+    branch = lp.orbits.branch(orbit, over="n", between=(n, 30.0), turns=1)
+    folds = branch.named("fold")
+    assert len(folds) == 2
+
+    def missing(z):
+        w = 2 * z[2]
+
+        def rates(t, y):
+            stiffness = (K1 + 3 * k3 * y[0] ** 2) / JR
+            load = P * np.cos(w * t) - 0.5 * C * y[1] - K1 * y[0] - k3 * y[0] ** 3
+            a, b = y[2:4], y[4:6]
+            return [y[1], load / JR, *b, *(-stiffness * a - 0.5 * C / JR * b)]
+
+        begin = [z[0], z[1], 1, 0, 0, 1]
+        end = solve_ivp(rates, (0, 2 * np.pi / w), begin, "DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
+        monodromy = end[2:].reshape(2, 2) - np.eye(2)
+        return [100 * (end[0] - z[0]), end[1] - z[1], np.linalg.det(monodromy)]
+
+    for fold in folds:
+        motion = branch.orbit(fold.number)
+        guess = [*(motion.run.x[0] * 1.001), fold.value * 1.0001]
+        found = fsolve(missing, guess, xtol=1e-11, epsfcn=1e-13)
+        print(fold.value / found[2] - 1)
+        assert np.abs(missing(found)).max() < 1e-8
+        assert fold.value == pytest.approx(found[2], rel=1e-8)
