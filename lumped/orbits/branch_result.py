@@ -40,7 +40,7 @@ class BranchPoint:
     ----------
     kind : str
         "fold", "branch point", "period doubling", "Neimark-Sacker", or a border: "grazing",
-        "sticking", "slipping", "switching".
+        "opening", "sticking", "slipping", "switching".
     value : float
         The parameter there.
     period : float
