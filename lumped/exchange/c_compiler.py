@@ -90,7 +90,5 @@ def _call(command: list[str], folder: str) -> str:
     except OSError as error:
         raise ExportError(f"the C compiler cannot be run: {error}") from None
     if done.returncode:
-        raise ExportError(
-            f"{command[0]} refuses the sources:\n{done.stderr.strip()[:2000]}"
-        )
+        raise ExportError(f"{command[0]} refuses the sources:\n{done.stderr.strip()[:2000]}")
     return done.stdout

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -116,29 +116,7 @@ def both_ways(
     passed |= {shift + i: each for i, each in forth.passed.items()}
     points = [_point(passed[i], i) for i in sorted(passed)]
 
-    def at(value: float) -> list[PeriodicOrbit]:
-        found = []
-        for a, b in itertools.pairwise(stations):
-            if (a.value - value) * (b.value - value) < 0:
-                found.append(make(Segment(problem, a, b).with_value(value)))
-            elif a.value == value:
-                found.append(make(a))
-        return found + [make(stations[-1])] * (stations[-1].value == value)
-
-    def make(station: Station) -> PeriodicOrbit:
-        found = result_of(problem.orbits, station.orbit, "shooting", None, _GRID)
-        if problem.follows is None:
-            return found
-        names = problem.orbits.system.structure.parameters
-        free = names.names[names.free[problem.follows]]
-        return replace(found, free={free: float(found.run.theta[problem.follows])})
-
-    def turn_off(number: int, kind: str) -> Branch:
-        station = stations[number]
-        crossing = doubled if kind == "period doubling" else crossing_branch
-        other, start = crossing(problem, station)
-        return both_ways(other, start, over=over, step=step, most=most)
-
+    motions = _Motions(problem, tuple(stations), over, step, most)
     return Branch(
         problem.orbits.system,
         over,
@@ -148,10 +126,48 @@ def both_ways(
         tuple(points),
         (back.ended, forth.ended),
         tuple(s.run for s in stations),
-        lambda number: make(stations[number]),
-        at,
-        turn_off,
+        motions.orbit,
+        motions.at,
+        motions.turn_off,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Motions:
+    """What was followed, from which whole motions and other branches are made."""
+
+    problem: BranchProblem
+    stations: tuple[Station, ...]
+    over: str
+    step: float
+    most: int
+
+    def orbit(self, number: int) -> PeriodicOrbit:
+        return self._made(self.stations[number])
+
+    def at(self, value: float) -> list[PeriodicOrbit]:
+        found = []
+        for a, b in itertools.pairwise(self.stations):
+            if (a.value - value) * (b.value - value) < 0:
+                found.append(self._made(Segment(self.problem, a, b).with_value(value)))
+            elif a.value == value:
+                found.append(self._made(a))
+        last = self.stations[-1]
+        return found + [self._made(last)] * (last.value == value)
+
+    def _made(self, station: Station) -> PeriodicOrbit:
+        problem = self.problem
+        found = result_of(problem.orbits, station.orbit, "shooting", None, _GRID)
+        if problem.follows is None:
+            return found
+        names = problem.orbits.system.structure.parameters
+        free = names.names[names.free[problem.follows]]
+        return replace(found, free={free: float(found.run.theta[problem.follows])})
+
+    def turn_off(self, number: int, kind: str) -> Branch:
+        crossing = doubled if kind == "period doubling" else crossing_branch
+        other, start = crossing(self.problem, self.stations[number])
+        return both_ways(other, start, over=self.over, step=self.step, most=self.most)
 
 
 def _passed(problem: BranchProblem, segment: Segment) -> list[Passed]:

@@ -46,6 +46,19 @@ class Rotor(lp.Component):
         yield self.J * lp.der(self.w) == 4.0 - self.w + sin(self.phi)
 
 
+class Swinging(lp.Component):
+    """A hardening spring and a force that repeats."""
+
+    n = lp.param("rad/s", "frequency of the force", 0.9, above=0)
+    x = lp.var("1", "deflection")
+    v = lp.var("1/s", "speed")
+
+    def equations(self):
+        yield lp.der(self.x) == self.v
+        force = 0.3 * sin(self.n * lp.time)
+        yield lp.der(self.v) == force - 0.1 * self.v - self.x - self.x**3
+
+
 class Drive(lp.Component):
     """Two bodies on a shaft, one held by dry friction, under a torque that jumps."""
 
@@ -129,6 +142,8 @@ def made():
     limit = lp.vibration.Limit("shaft.tau", 10.0)
     lines = lp.vibration.sine_triangle_lines(450.0)
     orbit = lp.periodic(lp.assemble(Rotor()), turn={"phi": 2 * np.pi}, warm_up=5.0)
+    swings = lp.periodic(lp.assemble(Swinging()), period=2 * np.pi / 0.9, warm_up=300.0)
+    branch = lp.orbits.branch(swings, over="n", between=(0.9, 1.9), turns=1)
     shaken = lp.simulate(lp.assemble(composed()), until=2 * np.pi / 5, grid=40)
     pull, vary = fun.rms("drive.flange.tau"), {"spring.c": (1.0, 1000.0)}
     at_rest = lp.start_point(
@@ -214,6 +229,8 @@ def made():
         diagram,
         diagram.critical[0],
         orbit,
+        branch,
+        branch.points[0],
         orbit.sensitivity(of=["w"], to=["J"]),
         lp.orbits.flywheel(orbit, inertia="J", speed="w", irregularity=0.02),
         lp.vibration.Order(1, 0.5, 0.1),
