@@ -53,10 +53,21 @@ def build(source, folder, *options):
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
-    """All pages; test_gallery.py runs the notebooks."""
+    """All pages, built once for all workers; test_gallery.py runs the notebooks."""
+    base = tmp_path_factory.getbasetemp()
+    place = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "site"
+    ended = place / "ended"
+    try:
+        place.mkdir()
+    except FileExistsError:
+        wait_until(ended.exists, 300.0)
+        return place / "pages"
     # what is not executed does not say its language
     unexecuted = "-Dnb_execution_mode=off", "-Dsuppress_warnings=ref.python,myst-nb.lexer"
-    return build(DOCS, tmp_path_factory.mktemp("site"), *unexecuted)
+    try:
+        return build(DOCS, place / "pages", *unexecuted)
+    finally:
+        ended.touch()
 
 
 def test_every_page_is_built(site):
