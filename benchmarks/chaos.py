@@ -21,9 +21,9 @@ import lumped as lp
 from benchmarks._ensemble_tasks import tasks
 from benchmarks.hybrid import write
 from lumped.support.text_table import table
-from lumped.tolerances.expansion import fit
+from lumped.tolerances.expansions.expansion import fit
+from lumped.tolerances.expansions.polynomials import family_of, standard_normal
 from lumped.tolerances.intervals import quantile_of
-from lumped.tolerances.polynomials import family_of, standard_normal
 
 NOMINAL = (0.5, 1.2, 3.0, 4e4, 2.5e4)
 CASES = ((100, True), (300, True), (300, False), (1000, False))

@@ -16,7 +16,7 @@ from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Shown, Units, chosen, display
 from lumped.support.optional_packages import extra
-from lumped.support.ranking import ranks
+from lumped.support.ranking import quantiles, ranks
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 
@@ -104,10 +104,10 @@ class Ensemble(ByName, RichHtml):
             If no run has this result.
         """
         values = self[label]
-        there = values[np.isfinite(values)]
+        there = values[~np.isnan(values)]
         if not len(there):
             raise OptionError(f"ensemble: no run has '{label}'. {self._reason()}")
-        return np.quantile(there, q)
+        return quantiles(there, q)
 
     def rank_correlations(self, label: str) -> dict[str, float]:
         """How strongly a result goes with what was varied: 1 or -1 if it follows one alone.
@@ -130,7 +130,7 @@ class Ensemble(ByName, RichHtml):
             If fewer than three runs have this result.
         """
         values = self[label]
-        there = np.isfinite(values)
+        there = ~np.isnan(values)
         if there.sum() < 3:
             raise OptionError(
                 f"ensemble: {there.sum()} runs have '{label}'; for correlations three are needed. "
@@ -220,10 +220,11 @@ class Ensemble(ByName, RichHtml):
         rows = []
         units = self._units()
         for label in self.labels:
-            good = self[label][np.isfinite(self[label])]
+            good = self[label][~np.isnan(self[label])]
             spread = good if len(good) else np.array([np.nan])
-            deviation = spread.std(ddof=1) if len(spread) > 1 else np.nan
-            middle = float(np.median(spread))
+            known = len(spread) > 1 and np.isfinite(spread).all()
+            deviation = spread.std(ddof=1) if known else np.nan
+            middle = float(quantiles(spread, 0.5))
             told = (spread.min(), middle, spread.max(), spread.mean())
             *texts, unit = amounts(label, units[label], *told)
             off, _ = amounts(label, units[label], deviation, is_change=True)

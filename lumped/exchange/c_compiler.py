@@ -90,5 +90,6 @@ def _call(command: list[str], folder: str) -> str:
     except OSError as error:
         raise ExportError(f"the C compiler cannot be run: {error}") from None
     if done.returncode:
-        raise ExportError(f"{command[0]} refuses the sources:\n{done.stderr.strip()[:2000]}")
+        name = "Zig's compiler" if "ziglang" in command else command[0]
+        raise ExportError(f"{name} refuses the sources:\n{done.stderr.strip()[:2000]}")
     return done.stdout

@@ -237,6 +237,12 @@ class SmoothParts:
         values = np.array([turn.value for turn in turns])
         slack = 10 * self.rtol * float(np.abs(values).max())
         damage, slopes = damage_slopes(values, functional.law, slack)
+        if np.isinf(damage):
+            raise SolverError(
+                f"{self.run.system.name}: {functional} is infinite: the mean of a cycle reaches "
+                "the ultimate strength, and the part breaks at once. Lower the load, or the scale.",
+                self.run,
+            )
         places = np.flatnonzero(slopes.any(axis=0)).tolist()
         owed = self._turned([turns[k] for k in places], name, ends=True)
         ways = []

@@ -139,7 +139,7 @@ def fit_sn_curve(
     """
     if not 0 < confidence < 1:
         raise OptionError(f"fit_sn_curve: confidence = {confidence:g} must be between 0 and 1.")
-    found = checked_points(tests, "tests", unit)
+    found = checked_points(tests, "tests", unit, "fit_sn_curve")
     amplitudes, cycles = np.array(found).reshape(-1, 2).T
     if len(found) < 3 or len(set(amplitudes.tolist())) < 2:
         raise OptionError(

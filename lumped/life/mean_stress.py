@@ -8,40 +8,14 @@ für Maschinenbauteile (Haigh diagram with the mean-stress sensitivity M).
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from lumped.errors import OptionError
 from lumped.kernel.cycles import FKM, GERBER, GOODMAN, SMITH_WATSON_TOPPER, WALKER
 from lumped.support.arguments import checked
 from lumped.support.units import plain
+from lumped.timeloop.cycle_count import MeanStress
 
 __all__ = ["MeanStress", "fkm", "gerber", "goodman", "smith_watson_topper", "walker"]
-
-_WORDS = {
-    GOODMAN: "Goodman, ultimate strength {:g} Pa",
-    GERBER: "Gerber, ultimate strength {:g} Pa",
-    SMITH_WATSON_TOPPER: "Smith, Watson and Topper",
-    WALKER: "Walker, exponent {:g}",
-    FKM: "FKM, mean-stress sensitivity {:g}",
-}
-
-
-class MeanStress(NamedTuple):
-    """How the mean of a cycle counts.
-
-    Attributes
-    ----------
-    kind : int
-        Which rule (see `lumped.kernel.cycles`).
-    number : float
-        What belongs to it: ultimate strength, Pa, exponent, or sensitivity.
-    """
-
-    kind: int
-    number: float
-
-    def __str__(self) -> str:
-        return _WORDS[self.kind].format(self.number)
 
 
 @checked

@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumped.errors import OptionError, shown
-from lumped.life.mean_stress import MeanStress
 from lumped.support.arguments import checked
 from lumped.support.units import plain
-from lumped.timeloop.cycle_count import DamageLaw, damage_of_cycles
+from lumped.timeloop.cycle_count import DamageLaw, MeanStress, damage_of_cycles
 
 __all__ = ["Below", "SNCurve", "checked_points"]
 
@@ -162,7 +161,7 @@ class SNCurve:
     def law(self, mean_stress: MeanStress | None = None, scale: float = 1.0) -> DamageLaw:
         """The curve as the count of cycles takes it."""
         rows = tuple(tuple(row) for row in self.table.tolist())
-        return DamageLaw(rows, self.extends_down, mean_stress or (0, 0.0), scale)
+        return DamageLaw(rows, self.extends_down, mean_stress or MeanStress(), scale)
 
     @checked
     def damage(self, amplitudes: ArrayLike) -> Real:
@@ -186,16 +185,18 @@ class SNCurve:
         return found[:, 0].reshape(given.shape)
 
 
-def _positive(name: str, value: Any, unit: str) -> float:
-    found = plain(value, unit, f"SNCurve: {name} =", OptionError)
+def _positive(name: str, value: Any, unit: str, what: str = "SNCurve") -> float:
+    found = plain(value, unit, f"{what}: {name} =", OptionError)
     if not 0 < found < math.inf:
         kind = "" if unit == "1" else f" {unit}"
-        raise OptionError(f"SNCurve: {name} = {found:g}{kind} must be positive and finite.")
+        raise OptionError(f"{what}: {name} = {found:g}{kind} must be positive and finite.")
     return found
 
 
-def checked_points(given: Sequence[Point], name: str, unit: str) -> tuple[tuple[float, float], ...]:
-    """Amplitudes in a unit, and cycles to failure.
+def checked_points(
+    given: Sequence[Point], name: str, unit: str, what: str = "SNCurve"
+) -> tuple[tuple[float, float], ...]:
+    """Amplitudes in a unit, and cycles to failure; errors begin with `what`.
 
     Raises
     ------
@@ -210,11 +211,12 @@ def checked_points(given: Sequence[Point], name: str, unit: str) -> tuple[tuple[
             amplitude, cycles = point
         except (TypeError, ValueError):
             raise OptionError(
-                f"SNCurve: {name}[{i}] = {shown(point)}: an amplitude and its cycles to failure "
+                f"{what}: {name}[{i}] = {shown(point)}: an amplitude and its cycles to failure "
                 "are needed."
             ) from None
         where = f"{name}[{i}]"
-        found.append((_positive(where, amplitude, unit), _positive(f"{where}[1]", cycles, "1")))
+        own = _positive(where, amplitude, unit, what), _positive(f"{where}[1]", cycles, "1", what)
+        found.append(own)
     return tuple(found)
 
 

@@ -116,8 +116,6 @@ def live_page(
         raise OptionError(f"live_page: until = {until!r} s: a positive, finite time is needed.")
     if not 1 <= grid <= _MOST_ROWS:
         raise OptionError(f"live_page: grid = {grid}: choose 1 to {_MOST_ROWS} intervals.")
-    if uneven_clocks(system):
-        system = system.without_foresight()
     if isinstance(start, OperatingPoint):
         if start.system is not system or start.time:
             raise OptionError(
@@ -132,6 +130,8 @@ def live_page(
         changed = start.parameters
     else:
         changed = {system.key(name): value for name, value in (parameters or {}).items()}
+    if uneven_clocks(system):
+        system = system.without_foresight()
     theta = system.theta(changed)
     base = {name: float(theta[system.places([name])[0]]) for name in changed}
     names = [
@@ -146,7 +146,7 @@ def live_page(
     wanted = watched_numbers(system, names, numbers)
     system = watching(system, wanted.values())
     watched = Watched(system, wanted, 0.0, end)
-    code = run_code(system, names, watched, start, rtol)
+    code = run_code(system, names, watched, start, rtol, grid)
     options: dict[str, Any] = {"until": end, "start": start, "rtol": rtol, "method": "steps"}
     first = simulate(system, parameters=parameters, grid=grid, **options)
     texts = _told(system, theta)

@@ -3,7 +3,7 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const place = id => document.getElementById(id);
 const values = data.parameters.map(p => p.value);
-const sliders = [];
+const sliders = [], SHOWN = 12;
 let loop, model = null, shown = null, isDue = false;
 
 function bytes(text) {
@@ -13,23 +13,24 @@ function bytes(text) {
 /* One run with the present values; rows are those that it reached. */
 function computed() {
   loop.reset();
-  const found = {fault: "", events: [], numbers: [], t: [], columns: data.quantities.map(() => [])};
+  const found = {fault: "", eventCount: 0, events: [], numbers: [], t: [], columns: data.quantities.map(() => [])};
   for (let i = 0; i < values.length; i++)
-    if (!loop.set(i, values[i])) return {...found, fault: words()};
+    if (!loop.set(i, values[i])) return {...found, fault: "There is no run: " + words()};
   const begin = performance.now();
-  const count = loop.run(0, data.until, data.grid);
+  const count = loop.run(0, data.until);
   found.milliseconds = performance.now() - begin;
   const width = data.quantities.length + 1;
   const rows = new Float64Array(loop.memory.buffer, loop.rows(), count * width);
   found.t = Float64Array.from({length: count}, (_, k) => rows[k * width]);
   found.columns = data.quantities.map((_, i) =>
     Float64Array.from({length: count}, (_, k) => rows[k * width + 1 + i]));
-  const noted = new Float64Array(loop.memory.buffer, loop.noted(), 4 * loop.event_count());
+  found.eventCount = loop.event_count();
+  const noted = new Float64Array(loop.memory.buffer, loop.noted(), 4 * loop.noted_count());
   for (let k = 0; k < noted.length; k += 4) {
     const named = data.events[noted[k + 1]][noted[k + 2]];
     found.events.push({t: noted[k], name: named.name, after: named.words[noted[k + 3]] || ""});
   }
-  if (count <= data.grid) return {...found, fault: words()};
+  if (count <= data.grid) return {...found, fault: "The run ends early: " + words()};
   const most = Math.max(0, ...data.numbers.flatMap(r => r.places), ...data.ranges.flatMap(r => [r.high, r.low]));
   const taken = new Float64Array(loop.memory.buffer, loop.taken(), most + 1);
   found.numbers = data.numbers.map(rule => reading(rule, taken));
@@ -68,8 +69,8 @@ function tell(found) {
     rowOf(numbers, [rule.text, text]);
   });
   events.replaceChildren();
-  for (const event of found.events.slice(0, 12)) rowOf(events, [event.name + ": " + event.after, told(event.t, 6) + " s"]);
-  if (found.events.length > 12) rowOf(events, [found.events.length - 12 + " more", ""]);
+  for (const event of found.events.slice(0, SHOWN)) rowOf(events, [event.name + ": " + event.after, told(event.t, 6) + " s"]);
+  if (found.eventCount > SHOWN) rowOf(events, [found.eventCount - SHOWN + " more", ""]);
   if (!found.events.length) rowOf(events, ["none", ""]);
   for (const [part, text] of Object.entries(data.parts)) {
     const drawn = document.getElementById("s-value of " + part)?.querySelector("text");
@@ -81,7 +82,7 @@ function tell(found) {
 function show() {
   isDue = false;
   const begin = performance.now(), found = computed();
-  place("fault").textContent = found.fault ? "The run ends early: " + found.fault : "";
+  place("fault").textContent = found.fault;
   shown = found;
   tell(found);
   draw();

@@ -24,6 +24,7 @@ def run_code(
     watched: Watched,
     start: Changes | OperatingPoint | None,
     rtol: float,
+    grid: int,
 ) -> bytes:
     """The time loop, the functions of a system and what the page calls.
 
@@ -38,6 +39,8 @@ def run_code(
         Start values, or states.
     rtol : float
         Relative tolerance.
+    grid : int
+        Intervals of the curves.
 
     Raises
     ------
@@ -52,13 +55,13 @@ def run_code(
     folder = resources.files("lumped.exchange") / "c"
     for name in (*_SOURCES, "lumped.h"):
         files[name] = (folder / name).read_text()
-    files["shown.h"] = _shown(interface, names, watched)
+    files["shown.h"] = _shown(interface, names, watched, grid)
     level = "-O1" if operations > LARGE else "-O2"
     return compiled(files, ("loop.c", "model.c", *_SOURCES), compiler, level, _MADE)
 
 
-def _shown(interface: Interface, names: Sequence[str], watched: Watched) -> str:
-    """Where the values of the curves are found."""
+def _shown(interface: Interface, names: Sequence[str], watched: Watched, grid: int) -> str:
+    """Sizes of the results, and where the values of the curves are found."""
     states = interface.system.state_names
     places = [
         f"FIRST_STATE + {states.index(name)}"
@@ -67,6 +70,6 @@ def _shown(interface: Interface, names: Sequence[str], watched: Watched) -> str:
         for name in names
     ]
     return (
-        f"enum {{ N_SHOWN = {len(names)}, N_TAKEN = {watched.width} }};\n"
+        f"enum {{ N_SHOWN = {len(names)}, N_TAKEN = {watched.width}, N_ROWS = {grid + 1} }};\n"
         f"static const uint32_t shown_references[] = {{{', '.join(places)}}};\n"
     )

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.orbits.branch_equations import MissedError, Station
+from lumped.orbits.branch_equations import CLOSELY, MissedError, Station
 from lumped.orbits.continuation import Passed, Segment
 from lumped.orbits.smooth_curves import Extreme, course, curves_by, inner_lows
 from lumped.simulation.simulate import simulate
@@ -18,8 +18,6 @@ from lumped.support.made_once import made_once
 
 __all__ = ["Border", "border_at_end", "border_between"]
 
-_FINE = 400
-"""Output intervals of a run in which the lowest points of margins are looked for."""
 _AHEAD = 0.8
 """Part of the way to the border that is gone at once."""
 _NEAR, _TOUCHES, _CLOSE = 1e-10, 1e-6, 0.1
@@ -186,10 +184,8 @@ def _low(station: Station, margin: _Margin) -> float:
     where it crosses zero, over that range and the period.
     """
     system, guess = station.run.system, station.guess
-    rtol = 1e-11
     function = _course(system, margin.row)
-    run = simulate(system, until=guess.period, start=guess.point, grid=_FINE, rtol=rtol)
-    pieces = curves_by(function, run)
+    pieces = curves_by(function, station.closely)
     span = max((float(np.ptp(piece.y)) for piece in pieces), default=0.0)
     if not span:
         return np.inf
@@ -204,7 +200,7 @@ def _low(station: Station, margin: _Margin) -> float:
     lowest = min(lows)
     if not lowest.time:
         return lowest.value / span
-    run = simulate(system, until=lowest.time, start=guess.point, grid=None, rtol=rtol)
+    run = simulate(system, until=lowest.time, start=guess.point, grid=None, rtol=CLOSELY)
     last = run.pieces[-1]
     exact = function(last.x[-1], run.theta, lowest.time, last.settings[-1])
     return float(exact[0]) / span

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -17,9 +18,18 @@ from lumped.orbits.shooting import (
     refuse_rest,
     slopes_of,
 )
+from lumped.simulation.simulate import simulate
 from lumped.timeloop.result import OperatingPoint, Trajectory
 
-__all__ = ["BranchProblem", "MissedError", "Station", "corrected", "in_phase", "tangent_of"]
+__all__ = [
+    "CLOSELY",
+    "BranchProblem",
+    "MissedError",
+    "Station",
+    "corrected",
+    "in_phase",
+    "tangent_of",
+]
 
 _ITERATIONS = 9
 """Newton steps after which a point is given up."""
@@ -27,6 +37,10 @@ _SLOW = 0.3
 """Part to which a step reduces what is missed with derivatives that are good enough."""
 _ROUNDING = 1e-13
 """Relative size of steps that rounding leaves."""
+
+
+_FINE, CLOSELY = 400, 1e-11
+"""Output intervals and tolerance of a run in which the lowest points of margins are looked for."""
 
 
 class MissedError(SolverError):
@@ -154,6 +168,14 @@ class Station:
     def run(self) -> Trajectory:
         """One period, at the steps of the solver."""
         return self.orbit.run
+
+    @cached_property
+    def closely(self) -> Trajectory:
+        """One period at many points, for what happens between steps."""
+        guess = self.guess
+        return simulate(
+            self.run.system, until=guess.period, start=guess.point, grid=_FINE, rtol=CLOSELY
+        )
 
     @property
     def monodromy(self) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 
 from lumped.plots.picture import Axis, Bars, Curve, Item, Level, Panel, Picture, Words, labelled
 from lumped.plots.style import COLOURS, GREY, LINES, MARKS, ZERO, Look, look
+from lumped.support.ranking import quantiles
 
 __all__ = [
     "histograms",
@@ -41,16 +42,17 @@ def histograms(title: str, results: Mapping[str, tuple[str, np.ndarray]]) -> Pic
     """
     panels = []
     for label, (unit, values) in results.items():
-        known = values[np.isfinite(values)]
+        known, every = values[np.isfinite(values)], values[~np.isnan(values)]
         items: list[Item] = []
         if len(known):
             counts, edges = np.histogram(known, bins=min(80, max(10, len(known) // 50)))
             width = float(edges[1] - edges[0])
             items.append(Bars((edges[1:] + edges[:-1]) / 2, counts, COLOURS["sky"], width=width))
             for q, dash in ((0.001, LINES[2]), (0.5, LINES[0]), (0.999, LINES[1])):
-                at = float(np.quantile(known, q))
-                line = Look(COLOURS["vermilion"], dash)
-                items.append(Level(at, upright=True, label=f"{100 * q:g} %: {at:.4g}", look=line))
+                at = float(quantiles(every, q))
+                if np.isfinite(at):
+                    line, told = Look(COLOURS["vermilion"], dash), f"{100 * q:g} %: {at:.4g}"
+                    items.append(Level(at, upright=True, label=told, look=line))
         axis = Axis(labelled(label, unit))
         panels.append(Panel(tuple(items), axis, Axis("runs", low=0.0)))
     return Picture(title, tuple(panels))

@@ -32,9 +32,10 @@ def spreads_picture(title: str, results: Mapping[str, Row]) -> Picture:
     panels: list[Panel] = []
     for label, (unit, values, quantiles, ranking) in results.items():
         items: list[Item] = []
-        if len(values):
-            bins = min(60, max(10, int(np.sqrt(len(values)))))
-            counts, edges = np.histogram(values, bins=bins, density=True)
+        known = values[np.isfinite(values)]
+        if len(known):
+            bins = min(60, max(10, int(np.sqrt(len(known)))))
+            counts, edges = np.histogram(known, bins=bins, density=True)
             width = float(edges[1] - edges[0])
             items.append(Bars((edges[1:] + edges[:-1]) / 2, counts, COLOURS["sky"], width=width))
         for (q, value, low, high), dash in zip(
@@ -44,7 +45,8 @@ def spreads_picture(title: str, results: Mapping[str, Row]) -> Picture:
                 items.append(Band(low, high, COLOURS["orange"]))
             told = f"{100 * q:g} %: {value:.4g}"
             look = Look(COLOURS["vermilion"], dash)
-            items.append(Level(value, upright=True, label=told, look=look))
+            if np.isfinite(value):
+                items.append(Level(value, upright=True, label=told, look=look))
         panels.append(Panel(tuple(items), Axis(labelled(label, unit)), Axis("density", low=0.0)))
         panels.append(_shares(ranking))
     return Picture(title, tuple(panels), columns=2)

@@ -32,7 +32,7 @@ from lumped.simulation.functional_kinds import (
     Vibrating,
 )
 from lumped.support.arguments import checked
-from lumped.timeloop.cycle_count import DamageLaw
+from lumped.timeloop.cycle_count import DamageLaw, MeanStress
 
 __all__ = [
     "At",
@@ -371,7 +371,7 @@ def impulse(component: str, *, number: int | None = 0) -> Impact:
 class Curve(Protocol):
     """How much damage a cycle does, as an S-N curve says it."""
 
-    def law(self, mean_stress: tuple[int, float] | None, scale: float) -> DamageLaw:
+    def law(self, mean_stress: MeanStress | None, scale: float) -> DamageLaw:
         """The numbers of the curve."""
         ...
 
@@ -382,7 +382,7 @@ def damage(
     curve: Curve,
     *,
     scale: float = 1.0,
-    mean_stress: tuple[int, float] | None = None,
+    mean_stress: MeanStress | None = None,
 ) -> Damage:
     """Share of life that the cycles of a load take in a run, 1 being failure.
 

@@ -1,14 +1,16 @@
-"""Order of relative sensitivities, and ranks of values."""
+"""Order of relative sensitivities, ranks and quantiles of values."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lumped.errors import OptionError
 
-__all__ = ["ranked", "ranks"]
+__all__ = ["quantiles", "ranked", "ranks"]
 
 
 def ranked(
@@ -33,3 +35,19 @@ def ranks(values: np.ndarray) -> np.ndarray:
     ends = np.cumsum(counts)
     found: np.ndarray = (ends - 0.5 * (counts + 1))[inverse]
     return found
+
+
+def quantiles(values: np.ndarray, q: ArrayLike) -> Any:
+    """Quantiles, linear between two values; between a number and infinity it is infinity.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Numbers or infinity.
+    q : array_like
+        Between 0 and 1.
+    """
+    at: Any = q
+    with np.errstate(invalid="ignore"):
+        found = np.quantile(values, at)
+    return np.where(np.isnan(found), np.quantile(values, at, method="higher"), found)[()]

@@ -21,16 +21,34 @@ from lumped.kernel.cycles import (
     Count,
 )
 
-__all__ = ["Counted", "DamageLaw", "count_cycles", "count_record", "damage_of_cycles"]
+__all__ = ["Counted", "DamageLaw", "MeanStress", "count_cycles", "count_record", "damage_of_cycles"]
 
 _RULES = {
-    NO_MEAN: "",
-    GOODMAN: "Goodman {:.6g}",
-    GERBER: "Gerber {:.6g}",
+    NO_MEAN: "no effect of means",
+    GOODMAN: "Goodman, ultimate strength {:.6g} Pa",
+    GERBER: "Gerber, ultimate strength {:.6g} Pa",
     SMITH_WATSON_TOPPER: "Smith, Watson and Topper",
-    WALKER: "Walker {:.6g}",
-    FKM: "FKM {:.6g}",
+    WALKER: "Walker, exponent {:.6g}",
+    FKM: "FKM, mean-stress sensitivity {:.6g}",
 }
+
+
+class MeanStress(NamedTuple):
+    """How the mean of a cycle counts.
+
+    Attributes
+    ----------
+    kind : int
+        Which rule (see `lumped.kernel.cycles`).
+    number : float
+        What belongs to it: ultimate strength, Pa, exponent, or sensitivity.
+    """
+
+    kind: int = NO_MEAN
+    number: float = 0.0
+
+    def __str__(self) -> str:
+        return _RULES[self.kind].format(self.number)
 
 
 class DamageLaw(NamedTuple):
@@ -42,24 +60,22 @@ class DamageLaw(NamedTuple):
         Amplitude, damage of a cycle there, and slope up to the next row, ascending.
     extends_down : bool
         Whether the law of the first row holds below it; otherwise there is no damage.
-    mean_stress : (int, float)
-        How means count and the number that belongs to it (see `lumped.kernel.cycles`).
+    mean_stress : MeanStress
+        How means count.
     scale : float
         Stress for each unit of the load.
     """
 
     rows: tuple[tuple[float, float, float], ...] = ()
     extends_down: bool = False
-    mean_stress: tuple[int, float] = (0, 0.0)
+    mean_stress: MeanStress = MeanStress()
     scale: float = 1.0
 
     def __str__(self) -> str:
         slopes = "/".join(f"{slope:.6g}" for _, _, slope in self.rows)
         amplitude, share, _ = self.rows[0]
         text = f"{1 / share:.6g} cycles at {amplitude:.6g}, slope {slopes}"
-        kind, number = self.mean_stress
-        words = _RULES[kind].format(number)
-        return f"{text}, {words}" if words else text
+        return text if self.mean_stress.kind == NO_MEAN else f"{text}, {self.mean_stress}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,8 +117,8 @@ def count_record(laws: Sequence[DamageLaw], depth: int) -> Count:
     count.row[1:] = np.cumsum([len(law.rows) for law in laws])
     count.curve = np.array([row for law in laws for row in law.rows], dtype=float).ravel()
     count.extends_down[:] = [law.extends_down for law in laws]
-    count.mean_stress[:] = [law.mean_stress[0] for law in laws]
-    count.mean_number[:] = [law.mean_stress[1] for law in laws]
+    count.mean_stress[:] = [law.mean_stress.kind for law in laws]
+    count.mean_number[:] = [law.mean_stress.number for law in laws]
     return count
 
 

@@ -1,5 +1,6 @@
-from lumped.tolerances.chaos import PolynomialSpread as PolynomialSpread
-from lumped.tolerances.form import DesignPoint as DesignPoint
+from lumped.tolerances.expansions.chaos import PolynomialSpread as PolynomialSpread
+from lumped.tolerances.failure.form import DesignPoint as DesignPoint
+from lumped.tolerances.failure.reliability_outcome import Reliability as Reliability
 from lumped.tolerances.intervals import Quantile as Quantile
 from lumped.tolerances.intervals import Share as Share
 from lumped.tolerances.of_designs import CheckedAim as CheckedAim
@@ -8,7 +9,6 @@ from lumped.tolerances.probability import Probability as Probability
 from lumped.tolerances.probability import ProbabilityLimit as ProbabilityLimit
 from lumped.tolerances.probability import probability as probability
 from lumped.tolerances.reliability import reliability as reliability
-from lumped.tolerances.reliability_outcome import Reliability as Reliability
 from lumped.tolerances.robust_aims import MeanPlusAim as MeanPlusAim
 from lumped.tolerances.robust_aims import QuantileAim as QuantileAim
 from lumped.tolerances.robust_aims import mean_plus as mean_plus

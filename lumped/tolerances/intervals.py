@@ -5,16 +5,18 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
 import scipy
 
 from lumped.errors import OptionError
+from lumped.support.ranking import quantiles
 from lumped.tolerances.evaluated import Array
 
-__all__ = ["CONFIDENCE", "Quantile", "Share", "probability_of", "quantile_of", "share_of"]
+__all__ = ["CONFIDENCE", "SCORE", "Quantile", "Share", "probability_of", "quantile_of", "share_of"]
 
 CONFIDENCE = 0.95
 """Probability with which an interval has the true value inside."""
+SCORE = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
+"""Standard errors in half such an interval."""
 
 
 class Quantile(NamedTuple):
@@ -65,7 +67,7 @@ def quantile_of(ascending: Array, q: float) -> Quantile:
     n, rest = len(ascending), 0.5 * (1 - CONFIDENCE)
     low, high = _count(rest, n, q) - 1, _count(1 - rest, n, q)
     return Quantile(
-        float(np.quantile(ascending, q)),
+        float(quantiles(ascending, q)),
         float(ascending[low]) if low >= 0 else -math.inf,
         float(ascending[high]) if high < n else math.inf,
     )

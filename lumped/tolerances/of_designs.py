@@ -11,21 +11,18 @@ from lumped.errors import SolverError
 from lumped.numerics.nearest_points import FURTHEST, Search, searched
 from lumped.support.text_table import amounts, listed, number
 from lumped.tolerances.evaluated import Array
-from lumped.tolerances.form import form, joined, nothing_found, searches
-from lumped.tolerances.importance import around
-from lumped.tolerances.limit import Limit
+from lumped.tolerances.failure.form import form, is_same, joined, nothing_found, searches
+from lumped.tolerances.failure.importance import around
+from lumped.tolerances.failure.limit import Limit
+from lumped.tolerances.failure.sampled import Sampled
 from lumped.tolerances.moved_scene import MovedScene
 from lumped.tolerances.probability import Probability
 from lumped.tolerances.robust_aims import RobustAim
-from lumped.tolerances.sampled import Sampled
 
 __all__ = ["CheckedAim", "CheckedProbability", "DesignAim", "DesignProbability"]
 
 _MORE = 4
 """How much larger than a sample is the one by which it is checked."""
-
-_SAME = 0.05
-"""Distance of two design points, relative to that from the median, below which they are one."""
 
 Design = Mapping[str, float]
 Plane = tuple[float, Array, float]
@@ -176,7 +173,7 @@ class DesignProbability:
         if ends:
             kept: list[Plane] = []
             for plane in sorted(map(_plane, ends), key=lambda plane: plane[0]):
-                if not any(_is_same(plane[1], other) for _, other, _ in kept):
+                if not any(is_same(plane[1], other) for _, other, _ in kept):
                     kept.append(plane)
             return kept
         every = searches(limit)
@@ -213,7 +210,7 @@ class DesignProbability:
         except SolverError as error:
             raise self._refused(design, error) from None
         nearest = points[0]
-        if not any(_is_same(nearest.u, u) for u in self._followed):
+        if not any(is_same(nearest.u, u) for u in self._followed):
             self._followed.insert(0, nearest.u)
             self._last = None
         own = dict(zip(limit.scene.names, nearest.x.tolist(), strict=True))
@@ -225,11 +222,6 @@ def _plane(search: Search) -> Plane:
     """Distance of the median from a limit that is plane at the end of a search."""
     steepness = float(np.linalg.norm(search.slope))
     return float(search.slope @ search.u - search.g) / steepness, search.u, steepness
-
-
-def _is_same(u: Array, other: Array) -> bool:
-    """Whether two design points are one."""
-    return bool(np.linalg.norm(u - other) < _SAME * (1 + np.linalg.norm(u)))
 
 
 class DesignAim:

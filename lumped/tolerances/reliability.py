@@ -12,15 +12,15 @@ from lumped.compiler.system import Changes, Name
 from lumped.ensembles.variants import Over
 from lumped.errors import OptionError, SolverError
 from lumped.support.arguments import checked
-from lumped.tolerances.form import DesignPoint, form, joined, points_of, searches
-from lumped.tolerances.importance import around, centres
-from lumped.tolerances.limit import Limit
-from lumped.tolerances.moments import central_moments
-from lumped.tolerances.reliability_outcome import Influence, Kind, Reliability
-from lumped.tolerances.sampled import Sampled
+from lumped.tolerances.expansions.moments import central_moments
+from lumped.tolerances.failure.form import DesignPoint, form, joined, points_of, searches
+from lumped.tolerances.failure.importance import around, centres
+from lumped.tolerances.failure.limit import Limit
+from lumped.tolerances.failure.reliability_outcome import Influence, Kind, Reliability
+from lumped.tolerances.failure.sampled import Sampled
+from lumped.tolerances.failure.sorm import Curved, curved
+from lumped.tolerances.failure.subset import subset
 from lumped.tolerances.scene import Scattered, Scene, scene_of
-from lumped.tolerances.sorm import Curved, curved
-from lumped.tolerances.subset import subset
 
 __all__ = ["reliability"]
 
@@ -129,7 +129,7 @@ def reliability(
     Notes
     -----
     O. Ditlevsen, H. O. Madsen: Structural Reliability Methods. Wiley, 1996. Sources of the methods
-    are in their modules (`lumped.tolerances.form` and those beside it).
+    are in their modules (`lumped.tolerances.failure.form` and those beside it).
     """
     to = tuple(to)
     _check(method, runs, seed, starts, to)

@@ -20,9 +20,9 @@ from lumped.support.display_units import Units, chosen, display
 from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
-from lumped.tolerances.by_derivatives import by_derivatives
-from lumped.tolerances.chaos import by_chaos
 from lumped.tolerances.evaluated import Array, Failures
+from lumped.tolerances.expansions.by_derivatives import by_derivatives
+from lumped.tolerances.expansions.chaos import by_chaos
 from lumped.tolerances.intervals import Quantile
 from lumped.tolerances.scene import Scattered, Scene, scene_of
 from lumped.tolerances.spread import SampledSpread, Spread
@@ -169,8 +169,10 @@ class Scatter(ByName, RichHtml):
         ]
         lines.append("quantiles with intervals of 95 %; share of the variance by each alone:")
         for label, own in self.spreads.items():
-            most = [f"{name} {share:.3f}" for name, share in own.ranking[:_MOST]]
-            lines.append("; ".join([f"{label}: {', '.join(most)}", *filter(None, [own.trust()])]))
+            known = [(name, share) for name, share in own.ranking if np.isfinite(share)]
+            most = ", ".join(f"{name} {share:.3f}" for name, share in known[:_MOST])
+            told = most or "there is no variance that could be shared"
+            lines.append("; ".join([f"{label}: {told}", *filter(None, [own.trust()])]))
             if own.missing is not None and own.missing.value:
                 value, low, high = (f"{100 * part:.3g}" for part in own.missing)
                 lines.append(f"{label}: no value in {value} % ({low} to {high}) of the runs")
@@ -317,7 +319,7 @@ def _sampled(scene: Scene, points: Array, values: Array) -> dict[str, Spread]:
     SolverError
         If none has a value.
     """
-    if not np.isfinite(values).any():
+    if np.isnan(values).all():
         first, text = next(iter(scene.failures.items()))
         raise SolverError(f"scatter: all {len(values)} runs fail. Run {first}: {text}", None)
     return {

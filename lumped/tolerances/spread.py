@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 import numpy as np
 import scipy
 
-from lumped.errors import OptionError, ParameterError
+from lumped.errors import OptionError, ParameterError, SolverError
 from lumped.support.ranking import ranks
 from lumped.support.units import plain
 from lumped.tolerances.evaluated import Array
@@ -19,7 +19,14 @@ from lumped.tolerances.intervals import (
     share_of,
 )
 
-__all__ = ["SampledSpread", "Spread", "explained", "ranked_shares", "skewness_of"]
+__all__ = [
+    "SampledSpread",
+    "Spread",
+    "explained",
+    "ranked_shares",
+    "refuse_infinite",
+    "skewness_of",
+]
 
 _DEGREE = 4
 """Of the polynomials in the score of one parameter that explain a functional."""
@@ -146,7 +153,8 @@ class SampledSpread(Spread):
     ----------
     label, unit : str
     values : ndarray, shape (n,)
-        nan where there is none.
+        nan where there is none; infinity is a value, such as the damage of a part that breaks at
+        once.
     x : ndarray, shape (n, d)
         Parameters.
     names : tuple of str
@@ -161,15 +169,16 @@ class SampledSpread(Spread):
         x: Array,
         names: tuple[str, ...],
     ) -> None:
-        there = np.isfinite(values)
+        there = ~np.isnan(values)
         self.label, self.unit = label, unit
         self.missing = share_of(int((~there).sum()), len(values))
         known = values[there]
         super().__init__(names, x[there], known)
         self.mean = float(known.mean()) if len(known) else np.nan
-        self.std = float(known.std(ddof=1)) if len(known) > 1 else np.nan
-        self.skewness = skewness_of(known)
-        shares = np.array([explained(column, values[there]) for column in x[there].T])
+        is_finite = bool(np.isfinite(known).all())
+        self.std = float(known.std(ddof=1)) if len(known) > 1 and is_finite else np.nan
+        self.skewness = skewness_of(known) if is_finite else np.nan
+        shares = np.array([explained(column, known) for column in x[there].T])
         self.ranking = ranked_shares(names, shares)
 
     def _quantile(self, q: float) -> Quantile:
@@ -190,7 +199,7 @@ def explained(x: Array, y: Array) -> float:
     Sobol index of such a function.
     """
     n = len(y)
-    if n <= _DEGREE + 2 or not y.std() > 0:
+    if n <= _DEGREE + 2 or not np.isfinite(y).all() or not y.std() > 0:
         return np.nan
     score = scipy.special.ndtri((ranks(x) + 0.5) / n)
     basis = np.linalg.qr(np.vander(score, _DEGREE + 1))[0]
@@ -210,3 +219,20 @@ def skewness_of(values: Array) -> float:
 def ranked_shares(names: tuple[str, ...], shares: Array) -> tuple[tuple[str, float], ...]:
     """Parameters and their shares, the largest first."""
     return tuple((names[j], float(shares[j])) for j in np.argsort(-shares, kind="stable"))
+
+
+def refuse_infinite(analysis: str, label: str, values: Array) -> None:
+    """Refuse values through which no smooth function goes.
+
+    Raises
+    ------
+    SolverError
+        If some are infinite.
+    """
+    count = int(np.isinf(values).sum())
+    if count:
+        raise SolverError(
+            f"{analysis}: {label} is infinite in {count} of {len(values)} runs, as the damage of a "
+            "part that breaks at once, so it is not smooth. Take method='samples'.",
+            None,
+        )

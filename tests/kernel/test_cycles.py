@@ -11,7 +11,7 @@ import lumped as lp
 from lumped.code.to_c import as_c
 from lumped.kernel import engine
 from lumped.kernel.cycles import count_all
-from lumped.timeloop.cycle_count import DamageLaw, count_cycles, damage_of_cycles
+from lumped.timeloop.cycle_count import DamageLaw, MeanStress, count_cycles, damage_of_cycles
 
 ROWS = ((40.0, 1e-7, 9.0), (60.0, 1e-7 * 1.5**9, 5.0), (100.0, 1e-7 * 1.5**9 * (5 / 3) ** 5, 3.0))
 MEANS = {
@@ -22,6 +22,7 @@ MEANS = {
     "Walker": (4, 0.65),
     "FKM": (5, 0.3),
 }
+MEANS = {rule: MeanStress(*given) for rule, given in MEANS.items()}
 
 
 def by_three_points(load):

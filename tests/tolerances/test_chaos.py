@@ -11,7 +11,7 @@ import lumped as lp
 from benchmarks._ensemble_tasks import tasks
 from lumped import functionals as fun
 from lumped.errors import OptionError, SolverError
-from lumped.tolerances.chaos import by_chaos
+from lumped.tolerances.expansions.chaos import by_chaos
 from tests.tolerances.drives import pair, pendulum_on_a_spring, wheel
 from tests.tolerances.given_scene import (
     ISHIGAMI_FIRST,

@@ -5,8 +5,14 @@ import pytest
 import scipy
 from scipy.stats import qmc
 
-from lumped.tolerances.expansion import _Rows, fit
-from lumped.tolerances.polynomials import NORMAL, Terms, family_of, products, standard_normal
+from lumped.tolerances.expansions.expansion import _Rows, fit
+from lumped.tolerances.expansions.polynomials import (
+    NORMAL,
+    Terms,
+    family_of,
+    products,
+    standard_normal,
+)
 
 UNIFORM = family_of(np.sqrt(3) * (2 * scipy.special.ndtr(standard_normal()) - 1))
 RANDOM = np.random.default_rng(7)

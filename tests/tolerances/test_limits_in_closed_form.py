@@ -7,11 +7,11 @@ from scipy.stats import chi2, norm
 
 from lumped.errors import LumpedError, OptionError, SolverError
 from lumped.numerics.nearest_points import searched
-from lumped.tolerances.form import form, joined, points_of, searches
-from lumped.tolerances.importance import around, centres
-from lumped.tolerances.limit import Limit
-from lumped.tolerances.sorm import curved, paraboloid
-from lumped.tolerances.subset import subset
+from lumped.tolerances.failure.form import form, joined, points_of, searches
+from lumped.tolerances.failure.importance import around, centres
+from lumped.tolerances.failure.limit import Limit
+from lumped.tolerances.failure.sorm import curved, paraboloid
+from lumped.tolerances.failure.subset import subset
 
 
 class Numbers:

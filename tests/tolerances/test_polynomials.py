@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy
 
-from lumped.tolerances.polynomials import (
+from lumped.tolerances.expansions.polynomials import (
     NORMAL,
     Terms,
     family_of,

@@ -4,10 +4,10 @@
 
 #define EXPORT(name) __attribute__((export_name(#name)))
 
-enum { MOST_EVENTS = 1000, MOST_ROWS = 20001, COLUMNS = 1 + N_SHOWN };
+enum { MOST_EVENTS = 1000, COLUMNS = 1 + N_SHOWN };
 
 static Unit unit;
-static double rows[MOST_ROWS * COLUMNS], taken[N_TAKEN + 1], noted[MOST_EVENTS][4];
+static double rows[N_ROWS * COLUMNS], taken[N_TAKEN + 1], noted[MOST_EVENTS][4];
 static double found[N_SHOWN + 1];
 static Events events;
 
@@ -16,6 +16,7 @@ EXPORT(rows) double *live_rows(void) { return rows; }
 EXPORT(taken) double *live_taken(void) { return taken; }
 EXPORT(noted) double *live_noted(void) { return &noted[0][0]; }
 EXPORT(event_count) int event_count(void) { return events.count; }
+EXPORT(noted_count) int noted_count(void) { return events.count < events.most ? events.count : events.most; }
 EXPORT(message) const char *message(void) { return unit.message; }
 EXPORT(reached) double reached(void) { return unit.t; }
 
@@ -42,9 +43,9 @@ static bool record(double *row)
 }
 
 /* Make the run; gives the number of rows that were reached, all of them if it is whole. */
-EXPORT(run) int run(double begin, double end, int intervals)
+EXPORT(run) int run(double begin, double end)
 {
-    int k = 0;
+    int k = 0, intervals = N_ROWS - 1;
     unit_experiment(&unit, false, 0.0, begin, true, end);
     unit.phase = INITIALIZING;
     if (!unit_start(&unit)) return 0;

@@ -36,7 +36,8 @@ typedef enum { INSTANTIATED, INITIALIZING, EVENTS, CONTINUOUS, STEPPING, PAUSED,
    gone through the event, or it has to open the segment that begins there. */
 typedef enum { NOWHERE, CROSSED, DUE } Halt;
 
-/* What happened: instant, kind (0 condition, 1 hold), number, position after. */
+/* What happened: how much, and of the first ones the instant, kind (0 condition, 1 hold), number and
+   position after. */
 typedef struct {
     int count, most;
     double (*row)[4];

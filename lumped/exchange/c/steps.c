@@ -6,8 +6,8 @@ enum { STEPS_IN_RUN = 1000, FOLLOWED = 16, LOOKS = 4000 };
 
 static void note(Events *events, double t, const int64_t *change)
 {
-    if (!events || events->count >= events->most) return;
-    double *row = events->row[events->count++];
+    if (!events || events->count++ >= events->most) return;
+    double *row = events->row[events->count - 1];
     row[0] = t;
     row[1] = (double)change[0];
     row[2] = (double)change[1];

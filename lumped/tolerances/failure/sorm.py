@@ -11,8 +11,8 @@ import numpy as np
 import scipy
 
 from lumped.errors import OptionError, SolverError
-from lumped.tolerances.form import DesignPoint
-from lumped.tolerances.limit import Array, Limit
+from lumped.tolerances.failure.form import DesignPoint
+from lumped.tolerances.failure.limit import Array, Limit
 
 __all__ = ["Curved", "curved", "paraboloid"]
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-__all__ = ["Level", "Sampled", "interval"]
+from lumped.tolerances.intervals import SCORE
 
-_SCORE = 1.959963984540054
-"""Of a normal variable, between minus and plus which 95 % lie."""
+__all__ = ["Level", "Sampled", "interval"]
 
 
 @dataclass(frozen=True)
@@ -80,7 +79,7 @@ def interval(
     is_rare : bool
         Whether it is the event that was estimated.
     """
-    wide = math.exp(_SCORE * deviation)
+    wide = math.exp(SCORE * deviation)
     low, high = rare / wide, min(rare * wide, 1.0)
     if is_rare:
         return rare, deviation, (low, min(high + unknown, 1.0))

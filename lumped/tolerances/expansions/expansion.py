@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.ensembles.laws import Array
-from lumped.tolerances.polynomials import Family, Terms, products, slopes_of_products
+from lumped.tolerances.expansions.polynomials import Family, Terms, products, slopes_of_products
 
 __all__ = ["LEAST", "Expansion", "fit"]
 

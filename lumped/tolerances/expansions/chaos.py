@@ -6,18 +6,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from lumped.ensembles.variants import Sampling
 from lumped.errors import OptionError, SolverError, shown
 from lumped.tolerances.evaluated import Array, Failures
-from lumped.tolerances.expansion import LEAST, Expansion, fit
-from lumped.tolerances.intervals import CONFIDENCE, Quantile, Share, quantile_of, share_of
-from lumped.tolerances.polynomials import NORMAL, Family, family_of, standard_normal
+from lumped.tolerances.expansions.expansion import LEAST, Expansion, fit
+from lumped.tolerances.expansions.polynomials import NORMAL, Family, family_of, standard_normal
+from lumped.tolerances.intervals import SCORE, Quantile, Share, quantile_of, share_of
 from lumped.tolerances.scene import Scene
 from lumped.tolerances.shares import correlated, refuse_correlated
-from lumped.tolerances.spread import Spread, explained, ranked_shares, skewness_of
+from lumped.tolerances.spread import Spread, explained, ranked_shares, refuse_infinite, skewness_of
 
 __all__ = ["ByChaos", "PolynomialSpread", "by_chaos"]
 
@@ -25,8 +24,6 @@ _POINTS = 2**16
 """Points at which polynomials are evaluated for quantiles."""
 _TRUSTED = 0.9
 """Share of the variance that must be predicted for polynomials to be believed."""
-_WIDTH = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
-"""Standard errors in half an interval."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +113,7 @@ class PolynomialSpread(Spread):
         return self.expansion.values(_variables(self._ground.scene, self._ground.families, u))
 
     def _off(self, level: float) -> float:
-        return _WIDTH * self.expansion.error_near(self._ground.z, self._plain, level)
+        return SCORE * self.expansion.error_near(self._ground.z, self._plain, level)
 
     def _quantile(self, q: float) -> Quantile:
         found = quantile_of(self._ascending, q)
@@ -214,6 +211,7 @@ def by_chaos(
     ground = _Ground(scene, families, scene.physical(many), _variables(scene, families, many))
     spreads = {}
     for k, (label, unit) in enumerate(zip(scene.labels, scene.units, strict=True)):
+        refuse_infinite(scene.analysis, label, values[:, k])
         there = np.isfinite(values[:, k])
         count = int(there.sum())
         if count < LEAST:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.errors import OptionError, SolverError
-from lumped.tolerances.limit import Array, Limit
-from lumped.tolerances.sampled import Level, Sampled, interval
+from lumped.tolerances.failure.limit import Array, Limit
+from lumped.tolerances.failure.sampled import Level, Sampled, interval
 
 __all__ = ["subset"]
 

@@ -12,9 +12,9 @@ import scipy
 
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.nearest_points import FURTHEST, Search, searched
-from lumped.tolerances.limit import Array, Limit
+from lumped.tolerances.failure.limit import Array, Limit
 
-__all__ = ["DesignPoint", "form", "joined", "nothing_found", "points_of", "searches"]
+__all__ = ["DesignPoint", "form", "is_same", "joined", "nothing_found", "points_of", "searches"]
 
 _NEAR = (1e-2, 1e-4)
 """Distances from a design point at which the normal is compared with itself."""
@@ -104,7 +104,7 @@ def points_of(limit: Limit, every: Sequence[Search]) -> tuple[DesignPoint, ...]:
     points: list[DesignPoint] = []
     saddle = ""
     for search in sorted(found, key=lambda search: float(np.linalg.norm(search.u))):
-        if any(np.linalg.norm(search.u - p.u) < _SAME * (1 + abs(p.beta)) for p in points):
+        if any(is_same(p.u, search.u) for p in points):
             continue
         point = _design_point(limit, search)
         if point.bend > 0:
@@ -118,6 +118,11 @@ def points_of(limit: Limit, every: Sequence[Search]) -> tuple[DesignPoint, ...]:
             "or method='subset'."
         )
     return tuple(points)
+
+
+def is_same(u: Array, other: Array) -> bool:
+    """Whether two design points are one."""
+    return bool(np.linalg.norm(u - other) < _SAME * (1 + np.linalg.norm(u)))
 
 
 def searches(limit: Limit, begin: Array | None = None, starts: int = 4) -> list[Search]:

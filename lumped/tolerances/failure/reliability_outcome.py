@@ -18,9 +18,9 @@ from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
-from lumped.tolerances.form import DesignPoint
-from lumped.tolerances.sampled import Level, Sampled
-from lumped.tolerances.sorm import Curved
+from lumped.tolerances.failure.form import DesignPoint
+from lumped.tolerances.failure.sampled import Level, Sampled
+from lumped.tolerances.failure.sorm import Curved
 
 __all__ = ["Influence", "Kind", "Reliability"]
 

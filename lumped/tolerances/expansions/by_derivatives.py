@@ -10,10 +10,10 @@ import numpy as np
 from lumped.errors import OptionError, SolverError
 from lumped.support.text_table import listed
 from lumped.tolerances.evaluated import Array, Failures
+from lumped.tolerances.expansions.moments import Moments, central_moments, quadratic_moments
 from lumped.tolerances.intervals import Quantile, Share, quantile_of, share_of
-from lumped.tolerances.moments import Moments, central_moments, quadratic_moments
 from lumped.tolerances.scene import Scene
-from lumped.tolerances.spread import Spread, explained, ranked_shares
+from lumped.tolerances.spread import Spread, explained, ranked_shares, refuse_infinite
 
 __all__ = ["ByDerivatives", "ExpandedSpread", "by_derivatives"]
 
@@ -155,6 +155,7 @@ def by_derivatives(scene: Scene, runs: int, seed: int) -> ByDerivatives:
             off = found - found.mean()
             moments = Moments(float(found.mean()), float(off @ off) / len(off), np.mean(off**3))
             shares = np.array([explained(column, found) for column in many.T])
+        refuse_infinite(scene.analysis, label, true[:, i])
         check = true[:, i], _expanded(points - means, value, slope, curvature)
         ranking = ranked_shares(scene.names, shares)
         spreads[label] = ExpandedSpread(

@@ -9,9 +9,9 @@ import scipy
 
 from lumped.errors import SolverError
 from lumped.numerics.nearest_points import Search
-from lumped.tolerances.form import nothing_found
-from lumped.tolerances.limit import Array, Limit
-from lumped.tolerances.sampled import Sampled, interval
+from lumped.tolerances.failure.form import nothing_found
+from lumped.tolerances.failure.limit import Array, Limit
+from lumped.tolerances.failure.sampled import Sampled, interval
 
 __all__ = ["around", "centres"]
 

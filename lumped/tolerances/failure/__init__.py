@@ -1,0 +1,1 @@
+"""How likely a limit is exceeded: design points, curvature, samples."""
