@@ -14,13 +14,14 @@ from collections.abc import Iterator, Mapping
 
 from lumped import Component, Expr, Input, Output, Param, Var, der, param, time, var, when
 from lumped.language.expression import Compare, Number
+from lumped.language.program import Question
 from lumped.language.switch import Item
 from lumped.ops import where
 
-__all__ = ["SampleHold", "SampledPI"]
+__all__ = ["Clocked", "SampleHold", "SampledPI"]
 
 
-class _Clocked(Component):
+class Clocked(Component):
     """What changes at the instants ``start_time + k T_s`` only."""
 
     T_s: Param = param("s", "sampling time", above=0)
@@ -32,13 +33,15 @@ class _Clocked(Component):
         """Whether a sample is due: true at its instant, before anything has changed."""
         return time > self.start_time + self.count * self.T_s
 
-    def _counted(self, changes: Mapping[Expr, Number]) -> Iterator[Item]:
-        """Equations of the clock, and states that change at each sample."""
+    def _counted(
+        self, changes: Mapping[Expr, Number], question: Question | None = None
+    ) -> Iterator[Item]:
+        """Equations of the clock, states that change at each sample, and what a program is asked."""
         yield der(self.count) == 0
-        yield when(self.due, {self.count: self.count + 1, **changes})
+        yield when(self.due, {self.count: self.count + 1, **changes}, question=question)
 
 
-class _Sampled(_Clocked):
+class _Sampled(Clocked):
     """Output that is computed at instants and held in between."""
 
     held: Var = var("1", "output since the last sample", state="always")

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import casadi as ca
 import numpy as np
@@ -20,11 +21,14 @@ from lumped.flattening.flatten import Group
 from lumped.flattening.template import Jump, Relation, Template
 from lumped.language.lowering import has_steps
 from lumped.language.pieces import Pieces
+from lumped.language.program import Program
 from lumped.reduction.evaluation import Values
 from lumped.reduction.incidence import Occurrence
 from lumped.support.made_once import Shared, made_once
 
 __all__ = ["Condition", "Switching", "is_even"]
+
+_T = TypeVar("_T")
 
 _SHARP, _COARSE = 1e-12, 1e-10
 """Relative tolerances of conditions and of limits of reactions, far above rounding."""
@@ -32,13 +36,37 @@ _SHARP, _COARSE = 1e-12, 1e-10
 
 @dataclass(frozen=True, eq=False)
 class _Jumps:
-    """State changes of one `when`: mode of its condition, nodes, signs, places in the values."""
+    """State changes of one `when`.
+
+    Attributes
+    ----------
+    name : str
+        Its component.
+    mode : int
+        Mode of its condition.
+    nodes, signs : list of int, list of float
+        Nodes that change.
+    first, width : int
+        Their new values among those of all, and with what a program is told.
+    program : Program or None
+        What is asked.
+    answers, answer_signs : list of int, list of float
+        Nodes that take what it answers.
+    """
 
     name: str
     mode: int
     nodes: list[int]
     signs: list[float]
     first: int
+    width: int
+    program: Program | None
+    answers: list[int]
+    answer_signs: list[float]
+
+    def filled(self, held: list[_T], other: _T) -> list[_T]:
+        """What belongs to the nodes, for all of its values."""
+        return held + [other] * (self.width - len(held))
 
 
 @dataclass(frozen=True, eq=False)
@@ -295,9 +323,18 @@ class Switching(Shared):
         return result if result.columns() == count else ca.repmat(result, 1, count)
 
     def _jump(self, group: Group, i: int, jump: Jump, name: str, mode: int, first: int) -> _Jumps:
+        nodes, signs = self._changed(group, i, jump, name, jump.targets)
+        answers = self._changed(group, i, jump, name, jump.answers)
+        place = mode + jump.mode
+        return _Jumps(name, place, nodes, signs, first, len(jump.values), jump.program, *answers)
+
+    def _changed(
+        self, group: Group, i: int, jump: Jump, name: str, unknowns: list[int]
+    ) -> tuple[list[int], list[float]]:
+        """Nodes of states that a jump changes, and their signs."""
         reduced = self._values.reduced
         nodes, signs = [], []
-        for local in jump.targets:
+        for local in unknowns:
             unknown = int(group.unknowns[i, local])
             node = reduced.node(unknown)
             if node is None or node not in reduced.states:
@@ -309,7 +346,7 @@ class Switching(Shared):
                 )
             nodes.append(node)
             signs.append(float(reduced.aliases.signs[unknown]))
-        return _Jumps(name, mode + jump.mode, nodes, signs, first)
+        return nodes, signs
 
     def relation_text(self, number: int, mode: float) -> tuple[str, str]:
         """Component of a condition, and what its mode or the number of its piece says in words."""

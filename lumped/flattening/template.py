@@ -25,6 +25,7 @@ from lumped.language.expression import Compare, Expr, Piecewise, Ref, text
 from lumped.language.lowering import Branches, Plain, has_steps, lower
 from lumped.language.pieces import Pieces
 from lumped.language.quantity import Param
+from lumped.language.program import Program
 from lumped.language.switch import Hold, Single, When
 
 __all__ = [
@@ -190,12 +191,30 @@ class Stick:
 
 @dataclass(frozen=True, eq=False)
 class Jump:
-    """A lowered `When`: mode of its condition, local unknowns, new values, condition in words."""
+    """A lowered `When`.
+
+    Attributes
+    ----------
+    mode : int
+        Mode of its condition.
+    targets : list of int
+        Local unknowns that change.
+    values : list of SX
+        Their new values, then those that a program is told.
+    condition : str
+        The condition in words.
+    program : Program or None
+        What is asked.
+    answers : list of int
+        Local unknowns that take its answers.
+    """
 
     mode: int
     targets: list[int]
     values: list[ca.SX]
     condition: str
+    program: Program | None
+    answers: list[int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -350,9 +369,15 @@ class Template:
 
     def _jump(self, item: When, lowered: Lowered) -> None:
         mode = self._condition(item.condition, lowered)
-        targets = [self._key_of[lowered(ref).element_hash()][0] for ref, _ in item.changes]
-        values = [lowered(value) for _, value in item.changes]
-        self.jumps.append(Jump(mode, targets, values, repr(item.condition)))
+        asked = item.question
+        told, answers = ((), ()) if asked is None else (asked.values, asked.answers)
+        program = None if asked is None else asked.program
+        values = [lowered(value) for value in (*(value for _, value in item.changes), *told)]
+        targets, taken = (
+            [self._key_of[lowered(ref).element_hash()][0] for ref in refs]
+            for refs in ((ref for ref, _ in item.changes), answers)
+        )
+        self.jumps.append(Jump(mode, targets, values, repr(item.condition), program, taken))
 
     def _condition(self, condition: Compare, lowered: Lowered) -> int:
         mode = self.mode(condition, lowered(condition.greater), lowered(condition.less))

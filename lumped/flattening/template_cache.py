@@ -9,6 +9,7 @@ from lumped.flattening.template import Measure, Place, Template
 from lumped.language.component import Component
 from lumped.language.expression import Compare, Equation, Expr
 from lumped.language.formula import content_of_expression
+from lumped.language.program import Question
 from lumped.language.switch import Hold, Single, When
 
 __all__ = ["content_of", "template_of"]
@@ -59,6 +60,9 @@ def content_of(what: object, place: Place) -> Hashable:
     if isinstance(what, Hold | When):
         parts = (getattr(what, field.name) for field in fields(what))
         return (type(what), *(content_of(part, place) for part in parts))
+    if isinstance(what, Question):
+        parts = (content_of(part, place) for part in (what.values, what.answers))
+        return (Question, what.program.content, *parts)
     if what is None:
         return None
     raise TypeError(what)

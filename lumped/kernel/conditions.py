@@ -7,7 +7,7 @@ from lumped.kernel.plant import Plant
 from lumped.kernel.rounds import may_change
 from lumped.kernel.run import InstantSearch, Look, Run
 
-__all__ = ["jump", "set_by_sides", "slack", "turn", "turn_wrong"]
+__all__ = ["jump", "must_ask", "set_by_sides", "slack", "turn", "turn_wrong"]
 
 _EQUAL, _LEAST = 1e-12, 1e-13
 """Difference of sides that are equal, relative to them, and at least."""
@@ -101,6 +101,23 @@ def turn_wrong(run: Run, seen: Look) -> bool:
     for i in range(may_change(instant.condition_rounds, count)):
         k = wrong[i]
         turn(plant, instant.m, k, seen.greater[k] - seen.less[k])
+    return True
+
+
+@kernel
+def must_ask(run: Run) -> bool:
+    """Whether a program must answer before states change; notes for which jump."""
+    plant, instant = run.plant, run.instant
+    first = 0
+    for k in range(plant.jumps):
+        rank = plant.jump_asks[k]
+        if rank == 0 or instant.was_true[k] or instant.was_asked[k]:
+            continue
+        if instant.m[plant.jump_setting[k]] > 0.5 and (first == 0 or rank < first):
+            first, instant.asking = rank, k
+    if first == 0:
+        return False
+    instant.was_asked[instant.asking] = 1
     return True
 
 

@@ -21,6 +21,7 @@ from lumped.kernel.run import (
     OPEN_CROSSING,
     OPEN_SEGMENT,
     RESTART,
+    SETTLING,
     STEPPING,
     STORM,
     STORM_SIZE,
@@ -67,9 +68,11 @@ def _note_changes(run: Run) -> None:
 @kernel
 def _settle(run: Run) -> int:
     """Go on with the positions and states just after an instant."""
+    run.phase = SETTLING
     status = find_positions(run)
     if status != GOES_ON:
         return status
+    run.phase = run.next_phase
     _note_changes(run)
     for i in range(run.plant.settings):
         run.m[i] = run.instant.m[i]
@@ -102,7 +105,7 @@ def _begin_segment(run: Run) -> int:
     for i in range(run.timed):
         run.m[run.timed_setting[i]] = run.timed_values[k * run.timed + i]
     run.instant.fired_count = 0
-    run.phase = OPEN_SEGMENT
+    run.next_phase = OPEN_SEGMENT
     if k > 0 and must_jump(run):
         return JUMPS
     return _settle(run)
@@ -117,7 +120,7 @@ def _cross(run: Run) -> int:
     record_edge(run)
     for i in range(run.plant.settings):
         run.instant.before[i] = run.m[i]
-    run.phase = OPEN_CROSSING
+    run.next_phase = OPEN_CROSSING
     return _settle(run)
 
 
@@ -167,6 +170,8 @@ def until_steps(run: Run) -> int:
             status = _open_segment(run)
         elif run.phase == CROSS:
             status = _cross(run)
+        elif run.phase == SETTLING:
+            status = _settle(run)
         elif run.phase == OPEN_CROSSING:
             status = _open_crossing(run)
         elif run.phase == LEAVE_SEGMENT:

@@ -99,10 +99,12 @@ class Plant(Record):
     use_hold: Integers
     use_state: Integers
 
-    # jumps of states: setting of the condition, its number (or -1), and from `jump_begin[k]` on
-    # the states that change (or -1), with their signs
+    # jumps of states: setting of the condition, its number (or -1), the rank among those
+    # before which a program is asked (or 0), and from `jump_begin[k]` on the states that change
+    # (or -1), with their signs
     jump_setting: Integers
     jump_condition: Integers
+    jump_asks: Integers
     jump_begin: Integers
     jump_state: Integers
     jump_sign: Numbers

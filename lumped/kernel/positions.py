@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.flattening.hold_modes import BACKWARD, COMPLIANCE, FORWARD, PARTED, STUCK
-from lumped.kernel.conditions import jump, set_by_sides, turn, turn_wrong
+from lumped.kernel.conditions import jump, must_ask, set_by_sides, turn, turn_wrong
 from lumped.kernel.holds import (
     STANDSTILL,
     TOUCHING,
@@ -24,7 +24,7 @@ from lumped.kernel.impacts import HAS_COLLIDED, NO_ANSWER, collide, halt
 from lumped.kernel.linkages import close
 from lumped.kernel.plant import CONDITION, FREE, LOWER, SLIDE, UPPER, Plant
 from lumped.kernel.rounds import begin_rounds, may_change
-from lumped.kernel.run import GOES_ON, INSIDE, NO_FIT, NOT_CLOSED, InstantSearch, Look, Run
+from lumped.kernel.run import ASKS, GOES_ON, INSIDE, NO_FIT, NOT_CLOSED, InstantSearch, Look, Run
 from lumped.kernel.sharing import share, watch_redundancy
 
 __all__ = ["begin", "calm_positions", "find_positions"]
@@ -281,6 +281,7 @@ def _prepare(run: Run) -> None:
     instant.prepared_at = run.t
     for k in range(plant.jumps):
         instant.was_true[k] = instant.before[plant.jump_setting[k]] > 0.5
+        instant.was_asked[k] = 0
     instant.has_moved = 0
     instant.fastest = 0.0
     instant.least_reserve = -_NO_ROOM
@@ -295,7 +296,11 @@ def _fit(run: Run, may_collide: bool) -> int:
     seen = instant.seen
     for _ in range(40 + 20 * (plant.holds + plant.conditions + plant.jumps)):
         share(run, instant.x, instant.m)
-        if turn_wrong(run, seen) or jump(run, seen) or _engage(run, seen):
+        if turn_wrong(run, seen):
+            continue
+        if must_ask(run):
+            return ASKS
+        if jump(run, seen) or _engage(run, seen):
             continue
         if may_collide:
             collided = collide(run, seen)
@@ -329,18 +334,22 @@ def find_positions(run: Run) -> int:
 
     Takes the states and settings of the run, with functions of time as they are from now on, and
     from `instant` the settings before and the margins that fired. The results are in `instant`; of
-    the run only implicit quantities change.
+    the run only implicit quantities change. After ASKS it goes on with the answers that stand in
+    the states of `instant`.
     """
-    plant = run.plant
-    if not close(run, run.x, run.t, run.m):
-        return NOT_CLOSED
-    _prepare(run)
+    plant, instant = run.plant, run.instant
+    if not instant.is_waiting:
+        if not close(run, run.x, run.t, run.m):
+            return NOT_CLOSED
+        _prepare(run)
     if plant.conditions + plant.holds + plant.jumps > 0:
-        _flip(run)
+        if not instant.is_waiting:
+            _flip(run)
         status = _fit(run, True)
+        instant.is_waiting = status == ASKS
         if status != GOES_ON:
             return status
-    if not close(run, run.instant.x, run.t, run.instant.m):
+    if not close(run, instant.x, run.t, instant.m):
         return NOT_CLOSED
     return GOES_ON
 

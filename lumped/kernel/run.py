@@ -34,15 +34,16 @@ MOST_JUMP = 1e-9
 """Jump of a prescribed motion, relative and absolute, that is rounding."""
 
 (GOES_ON, DONE, FULL, UNFIT, NOT_FINITE, GIVEN_UP, TOO_MANY, STORM, NEEDS_MATRIX) = range(9)
-(NO_FIT, NOT_CLOSED, JUMPS, INSIDE, NO_START) = range(9, 14)
+(NO_FIT, NOT_CLOSED, JUMPS, INSIDE, NO_START, ASKS) = range(9, 15)
 """Why the loop returns. UNFIT: another state must lead. NEEDS_MATRIX: an implicit step is due and
 has no matrix yet. NO_FIT: no positions fit. NOT_CLOSED: a linkage cannot be closed. JUMPS: a body
 would have to follow a jump. INSIDE: a body starts inside another. NO_START: the start must be
-searched for."""
+searched for. ASKS: a program must answer."""
 
 (BEGIN_SEGMENT, OPEN_SEGMENT, RESTART, STEPPING, CROSS, OPEN_CROSSING, LEAVE_SEGMENT) = range(7)
-WAITING = 7
-"""Where a run goes on. WAITING: in an accepted step in which more times may be wanted."""
+WAITING, SETTLING = 7, 8
+"""Where a run goes on. WAITING: in an accepted step in which more times may be wanted. SETTLING:
+at an instant at which positions are being found."""
 
 
 class Look(Record):
@@ -120,6 +121,11 @@ class InstantSearch(Record):
     is_exempt: Annotated[Integers, "conditions"]
     has_jumped: Annotated[Integers, "conditions"]
     was_true: Annotated[Integers, "jumps"]
+
+    # whether a program is to answer now, and the jump for which; jumps for which one was asked
+    is_waiting: int
+    asking: int
+    was_asked: Annotated[Integers, "jumps"]
 
     # holds that stuck before, come to a standstill now, are struck by an impact; energy lost in it,
     # its impulse
@@ -297,8 +303,9 @@ class Run(Record):
     timed_setting: Integers
     timed_values: Numbers
 
-    # progress
+    # progress: where it goes on, and where after positions are found
     phase: int
+    next_phase: int
     segment: int
     t: float
     end: float

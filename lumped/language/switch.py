@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from lumped.errors import EquationError, shown
 from lumped.language.expression import Compare, Equation, Expr, Number, Ref, as_expr, der
+from lumped.language.program import Question
 
 __all__ = ["Hold", "Item", "Single", "When", "hold", "when"]
 
@@ -43,6 +44,7 @@ class When:
 
     condition: Compare
     changes: tuple[tuple[Ref, Expr], ...]
+    question: Question | None = None
 
 
 Single = Equation | Hold | When
@@ -141,7 +143,9 @@ def hold(
     )
 
 
-def when(condition: Compare, changes: Mapping[Expr, Number]) -> When:
+def when(
+    condition: Compare, changes: Mapping[Expr, Number], *, question: Question | None = None
+) -> When:
     """Change states at the instant when a condition becomes true.
 
     The new values are computed from the values just before. A condition that is true from the
@@ -153,6 +157,8 @@ def when(condition: Compare, changes: Mapping[Expr, Number]) -> When:
         For example ``self.s <= 0``.
     changes : mapping of quantity to expression
         States and their new values.
+    question : Question, optional
+        What a program is asked then (see `lumped.language.program`).
 
     Returns
     -------
@@ -178,4 +184,4 @@ def when(condition: Compare, changes: Mapping[Expr, Number]) -> When:
         pairs.append((target, as_expr(value)))
     if not pairs:
         raise EquationError(f"when({condition!r}, ...): no changes are given.")
-    return When(condition, tuple(pairs))
+    return When(condition, tuple(pairs), question)

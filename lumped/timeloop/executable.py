@@ -12,7 +12,6 @@ import numpy as np
 from lumped.code.functions import compiled_functions, known_functions
 from lumped.code.operations import Operations, operations_of
 from lumped.code.prepared import prepared
-from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
 from lumped.kernel import engine
 from lumped.kernel.linkages import DIRECTIONS
@@ -23,6 +22,7 @@ from lumped.support.made_once import made_once
 from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.kept_run import KeptRun, made_run, remember
 from lumped.timeloop.output_room import OutputRoom
+from lumped.timeloop.programs import asking_ranks
 from lumped.timeloop.taylor_series import TaylorSeries
 
 __all__ = [
@@ -361,7 +361,7 @@ def parts_of(system: System) -> Parts:
         "use_state": _integers(uses[1]),
         "any_demand": np.random.default_rng(4).uniform(0.5, 1.5, len(s.names)),
         "any_direction": _any_direction(implicit),
-        **_tables(s, system.structure.states),
+        **_tables(system),
     }
     return Parts(functions, sizes, fields)
 
@@ -379,14 +379,16 @@ def _integers(values: Any) -> np.ndarray:
     return np.ascontiguousarray(values, dtype=np.int64)
 
 
-def _tables(s: Switching, states: list[int]) -> dict[str, Any]:
+def _tables(system: System) -> dict[str, Any]:
     """Conditions, holds, jumps and margins as tables."""
-    place = {node: i for i, node in enumerate(states)}
+    s = system.switching
+    place = {node: i for i, node in enumerate(system.structure.states)}
     pieces = [condition.pieces for condition in s.conditions]
     counts = [0 if p is None else p.count * p.width for p in pieces]
     relations = s.relation_modes.tolist()
-    begins = np.cumsum([0, *(len(jump.nodes) for jump in s.jumps)])
-    signs = [sign for jump in s.jumps for sign in jump.signs]
+    begins = np.cumsum([0, *(jump.width for jump in s.jumps)])
+    signs = [sign for jump in s.jumps for sign in jump.filled(jump.signs, 0.0)]
+    changed = [node for jump in s.jumps for node in jump.filled(jump.nodes, -1)]
     kinds = ("relation", "upper", "lower", "slide")
     integers = {
         "condition_setting": s.relation_modes,
@@ -407,8 +409,9 @@ def _tables(s: Switching, states: list[int]) -> dict[str, Any]:
         "jump_condition": [
             relations.index(jump.mode) if jump.mode in relations else -1 for jump in s.jumps
         ],
+        "jump_asks": asking_ranks(system),
         "jump_begin": begins,
-        "jump_state": [place.get(node, -1) for jump in s.jumps for node in jump.nodes],
+        "jump_state": [place.get(node, -1) for node in changed],
         "margin_kind": [kinds.index(kind) for kind, _ in s.rows],
         "margin_number": [number for _, number in s.rows],
     }

@@ -23,6 +23,7 @@ from lumped.support.text_table import amounts, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.event import Change, Event
 from lumped.timeloop.left_out_states import PointOfRun, on_both_sides, with_left_out
+from lumped.timeloop.programs import Told
 from lumped.timeloop.quantity_values import quantity_along
 from lumped.timeloop.result_files import Saved, computed, pictured, saved, state_names
 
@@ -185,6 +186,8 @@ class OperatingPoint(Named):
     again : callable or None
         Makes the same point of the system with the states that were left out; None where there are
         none, or nobody knows them.
+    told : dict of int to ndarray
+        What programs were told on the way (see `Trajectory`).
     """
 
     system: System
@@ -198,6 +201,7 @@ class OperatingPoint(Named):
     residual: float | None = None
     lost: tuple[str, ...] = ()
     again: Callable[[System], OperatingPoint] | None = None
+    told: Told = field(default_factory=dict)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -302,6 +306,9 @@ class Trajectory(Named):
     again : callable or None
         Makes the same run with the states that were left out, at some times and on both sides of
         its own jumps; None where there are none, or nobody can.
+    told : dict of int to ndarray, shape (samples, 1 + values)
+        Instants at which programs were asked, s, and what they were told, by the number of the
+        jump; with it a run that goes on from here brings them to where they were.
     """
 
     system: System
@@ -311,6 +318,7 @@ class Trajectory(Named):
     statistics: Statistics
     certificate: Any = None
     again: Callable[[np.ndarray], Trajectory] | None = None
+    told: Told = field(default_factory=dict)
     _known: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -421,6 +429,7 @@ class Trajectory(Named):
             self.theta,
             piece.settings[k].copy(),
             again=again,
+            told={k: rows[rows[:, 0] <= found] for k, rows in self.told.items()},
         )
 
     @checked

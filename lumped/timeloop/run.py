@@ -12,6 +12,7 @@ from lumped.support.made_once import made_once
 from lumped.timeloop.event import Event
 from lumped.timeloop.guards import jump_fault
 from lumped.timeloop.instants import instants
+from lumped.timeloop.programs import Answers
 from lumped.timeloop.recorder import Recorder, scale
 from lumped.timeloop.result import OperatingPoint, Piece, Statistics, Trajectory
 
@@ -52,6 +53,7 @@ class Simulation:
         self.steps = self.rejected = self.evaluations = 0
         self.seconds, self.implicit_from = 0.0, math.inf
         self.atol = np.zeros(0)
+        self.answers = Answers(self.system, point.told)
         hits = point.collisions
         self.events = [
             Event(self.begin, c.component, "hold", c.before, c.after, c.loss) for c in hits
@@ -92,6 +94,7 @@ class Simulation:
                 self._small(pieces),
                 self.implicit_from,
             ),
+            told=self.answers.told,
         )
 
     def _small(self, pieces: tuple[Piece, ...]) -> tuple[str, ...]:

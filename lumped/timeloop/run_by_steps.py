@@ -11,6 +11,7 @@ import numpy as np
 from lumped.errors import SolverError
 from lumped.kernel import engine
 from lumped.kernel.run import (
+    ASKS,
     BEGIN_SEGMENT,
     DONE,
     FULL,
@@ -108,6 +109,12 @@ class RunBySteps(Simulation):
             With what was computed so far.
         """
         self._begin()
+        with self.answers:
+            self._loop()
+        self.output.finish(self._run.x, self._run.m)
+        self._executable.take_back(self._kept)
+
+    def _loop(self) -> None:
         while True:
             run = self._run
             begun = clock.perf_counter()
@@ -124,13 +131,13 @@ class RunBySteps(Simulation):
                 break
             if why == NEEDS_MATRIX:
                 self._executable.add_matrix(run)
+            elif why == ASKS:
+                self._ask()
             elif why == UNFIT:
                 self._change_states()
             elif why != FULL:
                 self._fail(why)
             self._run.pause = self._pause()
-        self.output.finish(run.x, run.m)
-        self._executable.take_back(self._kept)
 
     # -- into the loop -----------------------------------------------------------------------
 
@@ -290,6 +297,13 @@ class RunBySteps(Simulation):
         kept = self._with_options(None, run.segment, RESTART, t)
         self._stand(kept, lead.x, lead.settings)
         self._run.changed[:], self._run.changed_count = ring, changes
+
+    def _ask(self) -> None:
+        """Let a program answer."""
+        try:
+            self.answers.give(self._run)
+        except SolverError as error:
+            self.refuse(str(error))
 
     def _fail(self, why: int) -> None:
         """Stop with what was computed so far."""

@@ -1,0 +1,204 @@
+"""Controllers and other parts from units of FMI, asked at samples."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+from lumped import Component, Input, Output, der, param, var
+from lumped.components.control.sampled import Clocked
+from lumped.errors import DeclarationError, shown
+from lumped.exchange.imported_unit import Description, UnitProgram, described
+from lumped.exchange.unit_quantities import Signal
+from lumped.language.declared import place_of, values_of
+from lumped.language.expression import Expr
+from lumped.language.program import Program, question
+from lumped.language.switch import Item
+
+__all__ = ["from_fmu"]
+
+_SOLVED = 1e-10
+"""Relative tolerance of what a unit solves by itself."""
+
+
+def from_fmu(
+    path: str | Path,
+    *,
+    kind: Literal["co_simulation", "model_exchange"] | None = None,
+    units: Mapping[str, str] | None = None,
+    **values: Any,
+) -> Component:
+    """A component that a unit of FMI 2.0 or 3.0 computes, such as a controller of another tool.
+
+    At ``start_time + k T_s`` the unit goes on by `T_s` with the inputs of the sample before, takes
+    the inputs of now, and gives its outputs, which are held until the next sample. Its events are
+    dealt with between. The states of a unit for model exchange are integrated by CVode. Values that
+    enter and leave are in SI units; what the file defines otherwise is converted. Inputs, outputs
+    and parameters have the names of the file; where these are no names in Python, other characters
+    become ``_``, so that ``axis.k[1]`` is ``axis_k_1``. Elements of an array are numbered from 1.
+    Texts are not exchanged.
+
+    The unit runs in a process of its own. If its binary crashes, the run ends with an error and
+    keeps what was computed. Whatever needs equations of all parts, such as derivatives of runs,
+    periodic motions and exports, is refused.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, with a binary for this machine.
+    kind : {"co_simulation", "model_exchange"}, optional
+        How it is run; the first that it has unless given.
+    units : mapping of str to str
+        Units of variables, by their names in the file, where it does not define them.
+    **values
+        As for any component: inputs, parameters, and `T_s`, s, which is the step that the file
+        asks for unless given.
+
+    Returns
+    -------
+    Component
+
+    Raises
+    ------
+    DeclarationError
+        If the file is no such unit, has no binary for this machine, has clocks, or does not define
+        a unit.
+    UnknownNameError
+        If it has no such input or parameter.
+    OptionError
+        If FMPy is not installed.
+
+    Notes
+    -----
+    Source: Functional Mock-up Interface 2.0.5 and 3.0.2. Needs FMPy (``lumped[fmi]``).
+    """
+    unit = described(path, kind, units or {}, _SOLVED)
+    return _class_of(_Source(unit, kind, tuple(sorted((units or {}).items()))))(**values)
+
+
+class _Source:
+    """Which unit, and how; equal if the file and all else are the same."""
+
+    def __init__(
+        self, unit: Description, kind: str | None, units: tuple[tuple[str, str], ...]
+    ) -> None:
+        self.unit = unit
+        self.given = str(unit.path), kind, units
+        self._all = *self.given, unit.path.stat().st_mtime_ns
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Source) and self._all == other._all
+
+    def __hash__(self) -> int:
+        return hash(self._all)
+
+
+class _Unit(Clocked):
+    """What components of units have.
+
+    Attributes
+    ----------
+    source : _Source
+        The unit.
+    inputs, outputs, numbers : list of str
+        Names of inputs, outputs and parameters, one for each value.
+    choices : dict of str to str
+        Names of parameters that are fixed in a model, and their names in the file.
+    """
+
+    _source: ClassVar[_Source]
+    _inputs: ClassVar[Sequence[str]]
+    _outputs: ClassVar[Sequence[str]]
+    _numbers: ClassVar[Sequence[str]]
+    _choices: ClassVar[Mapping[str, str]]
+
+    def equations(self) -> Iterator[Item]:
+        for name in self._outputs:
+            yield der(getattr(self, _held(name))) == 0
+            yield getattr(self, name) == getattr(self, _held(name))
+        fixed = tuple((old, getattr(self, new)) for new, old in self._choices.items())
+        told: list[Expr] = [self.count, self.start_time + self.count * self.T_s]
+        told += [getattr(self, name) for name in (*self._numbers, *self._inputs)]
+        answers = [getattr(self, _held(name)) for name in self._outputs]
+        yield from self._counted({}, question(_program(self._source, fixed), told, answers))
+
+    def __reduce_ex__(self, protocol: Any) -> tuple[Any, ...]:
+        return _again, (self._source.given, dict(values_of(self)), place_of(self))
+
+
+def _again(given: tuple[str, Any, Any], values: dict[str, Any], place: Any) -> Component:
+    """The component in another process."""
+    path, kind, units = given
+    made = from_fmu(path, kind=kind, units=dict(units), **values)
+    object.__setattr__(made, "_place", place)
+    return made
+
+
+@lru_cache(100)
+def _program(source: _Source, fixed: tuple[tuple[str, Any], ...]) -> Program:
+    return UnitProgram(source.unit, dict(fixed))
+
+
+def _held(name: str) -> str:
+    return f"held_{name}"
+
+
+@lru_cache(100)
+def _class_of(source: _Source) -> type[_Unit]:
+    """The class of components of a unit."""
+    unit = source.unit
+    names = _Names()
+    inputs = [(name, s, i) for s in unit.inputs for i, name in names.of(s)]
+    outputs = [(name, s, i) for s in unit.outputs for i, name in names.of(s)]
+    numbers = [(name, s, i) for s in unit.parameters for i, name in names.of(s)]
+    choices = {names.plain(old): old for old in unit.fixed}
+    members: dict[str, Any] = {
+        "__doc__": f"{unit.text or unit.name}\n\nA unit of FMI, {unit.path.name}, by {unit.kind.replace('_', ' ')}.",
+        "__module__": __name__,
+        "__annotations__": {new: type(unit.fixed[old][2]) for new, old in choices.items()},
+        "T_s": param("s", "sampling time", unit.step, above=0),
+        "_source": source,
+        "_inputs": [name for name, *_ in inputs],
+        "_outputs": [name for name, *_ in outputs],
+        "_numbers": [name for name, *_ in numbers],
+        "_choices": choices,
+    }
+    members |= {name: Input(s.unit, s.text or s.name) for name, s, _ in inputs}
+    members |= {name: Output(s.unit, s.text or s.name) for name, s, _ in outputs}
+    for name, s, i in outputs:
+        start = s.start[i] if s.start else 0.0
+        members[_held(name)] = var(s.unit, f"{name} since the last sample", start, state="always")
+    for name, s, i in numbers:
+        start = s.start[i] if s.start else None
+        members[name] = param(s.unit, s.text or s.name, start, min=s.least, max=s.largest)
+    members |= {new: unit.fixed[old][2] for new, old in choices.items()}
+    return type(_identifier(unit.name), (_Unit,), members)
+
+
+class _Names:
+    """Names of variables in Python, each once."""
+
+    def __init__(self) -> None:
+        self._taken = {*dir(_Unit), "symbol"}
+
+    def of(self, signal: Signal) -> list[tuple[int, str]]:
+        """Places and names of the values of a signal."""
+        if signal.variable[2] == 1:
+            return [(0, self.plain(signal.name))]
+        return [(i, self.plain(f"{signal.name}_{i + 1}")) for i in range(signal.size)]
+
+    def plain(self, name: str) -> str:
+        """A name that no other has."""
+        found = _identifier(name)
+        while found in self._taken:
+            found += "_"
+        self._taken |= {found, _held(found)}
+        return found
+
+
+def _identifier(name: str) -> str:
+    found = re.sub(r"\W+", "_", name).strip("_") or "unit"
+    return f"n{found}" if found[0].isdigit() else found

@@ -1,0 +1,343 @@
+"""A unit of FMI in a process of its own, so that a crash of its binary ends nothing else.
+
+It is run as a script: it gets orders through its input and answers through its output. It imports
+nothing of lumped, so that it starts quickly.
+
+Source: Functional Mock-up Interface 2.0.5, sections 3.2 and 4.2; 3.0.2, sections 3 and 4.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import pickle
+import struct
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any, BinaryIO
+
+Variable = tuple[int, str, int]
+"""Value reference, type and number of values."""
+
+_MOST_UPDATES = 1000
+"""Rounds of an event after which it counts as endless."""
+
+
+class EndError(Exception):
+    """The unit ends the simulation, or cannot go on."""
+
+
+class _Unit:
+    """What units of all versions and kinds have.
+
+    Parameters
+    ----------
+    facts : dict
+        From `lumped.exchange.imported_unit`: folder, version, kind, identifier, token, tolerance,
+        and variables.
+    tell : callable
+        Takes messages of the unit.
+    """
+
+    def __init__(self, facts: dict[str, Any], tell: Callable[[str], None]) -> None:
+        self.facts, self.version, self.t = facts, facts["version"], 0.0
+        self._tell, self._is_begun, self._next_event = tell, False, math.inf
+        name = "FMU3" if self.version == 3 else "FMU2"
+        self.unit = getattr(self._module(), name + self._kind)(
+            guid=facts["token"],
+            modelIdentifier=facts["identifier"],
+            unzipDirectory=facts["folder"],
+            instanceName=facts["name"],
+        )
+
+    _kind = ""
+
+    def _module(self) -> Any:
+        if self.version == 3:
+            from fmpy import fmi3
+
+            return fmi3
+        from fmpy import fmi2
+
+        return fmi2
+
+    def _instantiate(self) -> None:
+        raise NotImplementedError
+
+    def _log(self, status: int, text: bytes | None) -> None:
+        if status > 0 and text:
+            self._tell(text.decode("utf-8", "replace").strip())
+
+    def begin(self, t: float, parameters: Sequence[float], inputs: Sequence[float]) -> list[float]:
+        """Begin anew at a time; gives the outputs."""
+        if self._is_begun:
+            self.unit.reset()
+        else:
+            self._instantiate()
+            self._is_begun = True
+        self.t, tolerance = t, self.facts["tolerance"]
+        for reference, kind, value in self.facts["fixed"]:
+            getattr(self.unit, "set" + _stored(kind, self.version))([reference], [value])
+        self.set(self.facts["parameters"], parameters)
+        if self.version == 3:
+            self.unit.enterInitializationMode(tolerance=tolerance, startTime=t)
+        else:
+            self.unit.setupExperiment(tolerance=tolerance, startTime=t)
+            self.unit.enterInitializationMode()
+        self.set(self.facts["inputs"], inputs)
+        self.unit.exitInitializationMode()
+        return self._begun()
+
+    def _begun(self) -> list[float]:
+        return self.outputs()
+
+    def go_on(self, to: float, inputs: Sequence[float]) -> list[float]:
+        """Go to a time with the inputs as they are, then take new ones; gives the outputs."""
+        raise NotImplementedError
+
+    def outputs(self) -> list[float]:
+        """Values of the outputs."""
+        return self.get(self.facts["outputs"])
+
+    def set(self, variables: Sequence[Variable], values: Sequence[float]) -> None:
+        """Set variables."""
+        groups: dict[str, tuple[list[int], list[Any]]] = {}
+        place = 0
+        for reference, kind, count in variables:
+            references, own = groups.setdefault(kind, ([], []))
+            references.append(reference)
+            own += [_given(kind, value) for value in values[place : place + count]]
+            place += count
+        for kind, (references, own) in groups.items():
+            getattr(self.unit, "set" + _stored(kind, self.version))(references, own)
+
+    def get(self, variables: Sequence[Variable]) -> list[float]:
+        """Values of variables."""
+        found: list[float] = []
+        for reference, kind, count in variables:
+            read = getattr(self.unit, "get" + _stored(kind, self.version))
+            own = read([reference], count) if self.version == 3 else read([reference])
+            found += [float(value) for value in own]
+        return found
+
+    def _update(self) -> None:
+        """Bring an event to its end."""
+        read = self.unit.updateDiscreteStates if self.version == 3 else self.unit.newDiscreteStates
+        for _ in range(_MOST_UPDATES):
+            again, ends, _, _, has_next, following = read()
+            if ends:
+                raise EndError("it asks to end the simulation")
+            self._next_event = following if has_next else math.inf
+            if not again:
+                return
+        raise EndError(f"its event does not end within {_MOST_UPDATES} updates")
+
+
+class _Slave(_Unit):
+    """Co-simulation."""
+
+    _kind = "Slave"
+
+    def _instantiate(self) -> None:
+        if self.version == 2:
+            self.unit.instantiate(callbacks=_callbacks(self._log))
+            return
+
+        def told(environment: Any, status: int, category: Any, message: bytes | None) -> None:
+            self._log(status, message)
+
+        self.unit.instantiate(
+            eventModeUsed=self.facts["has_events"],
+            earlyReturnAllowed=self.facts["has_events"],
+            logMessage=told,
+        )
+
+    def _begun(self) -> list[float]:
+        if not self.facts["has_events"]:
+            return self.outputs()
+        self._update()
+        found = self.outputs()
+        self.unit.enterStepMode()
+        return found
+
+    def go_on(self, to: float, inputs: Sequence[float]) -> list[float]:
+        if self.version == 2:
+            self.unit.doStep(self.t, to - self.t)
+            self.t = to
+        else:
+            self._step_to(to)
+        if self.facts["has_events"]:
+            self.unit.enterEventMode()
+            self.set(self.facts["inputs"], inputs)
+            self._update()
+            found = self.outputs()
+            self.unit.enterStepMode()
+            return found
+        self.set(self.facts["inputs"], inputs)
+        return self.outputs()
+
+    def _step_to(self, to: float) -> None:
+        while self.t < to:
+            end = min(to, self._next_event)
+            if end > self.t:
+                event, ends, early, last = self.unit.doStep(self.t, end - self.t)
+                if ends:
+                    raise EndError("it asks to end the simulation")
+                if early and not event and last <= self.t:
+                    raise EndError("it returned early without an event and without a step")
+                self.t = last if early else end
+            else:
+                event = True
+            if self.t < to and self.facts["has_events"] and (event or self.t >= self._next_event):
+                self.unit.enterEventMode()
+                self._update()
+                self.unit.enterStepMode()
+
+
+class _Model(_Unit):
+    """Model exchange: its states are integrated here, by CVode."""
+
+    _kind = "Model"
+
+    def _instantiate(self) -> None:
+        if self.version == 2:
+            self.unit.instantiate(callbacks=_callbacks(self._log))
+            return
+
+        def told(environment: Any, status: int, category: Any, message: bytes | None) -> None:
+            self._log(status, message)
+
+        self.unit.instantiate(logMessage=told)
+
+    def _begun(self) -> list[float]:
+        self._update()
+        self.unit.enterContinuousTimeMode()
+        from fmpy.sundials import CVodeSolver
+
+        unit = self.unit
+        self._solver = CVodeSolver(
+            nx=self.facts["states"],
+            nz=self.facts["indicators"],
+            get_x=unit.getContinuousStates,
+            set_x=unit.setContinuousStates,
+            get_dx=unit.getContinuousStateDerivatives if self.version == 3 else unit.getDerivatives,
+            get_z=unit.getEventIndicators,
+            get_nominals=unit.getNominalsOfContinuousStates,
+            set_time=unit.setTime,
+            input=_HeldInputs(),
+            startTime=self.t,
+            relativeTolerance=self.facts["tolerance"],
+            maxNumSteps=100_000,
+        )
+        return self.outputs()
+
+    def go_on(self, to: float, inputs: Sequence[float]) -> list[float]:
+        while self.t < to:
+            end = min(to, self._next_event)
+            is_event = end <= self.t
+            if not is_event:
+                is_event, _, self.t = self._solver.step(self.t, end)
+                self.unit.setTime(self.t)
+            if self.facts["tells_steps"]:
+                is_step_event, ends = self.unit.completedIntegratorStep()
+                if ends:
+                    raise EndError("it asks to end the simulation")
+                is_event = is_event or is_step_event
+            if self.t < to and (is_event or self.t >= self._next_event):
+                self._event(None)
+        self.t = to
+        return self._event(inputs)
+
+    def _event(self, inputs: Sequence[float] | None) -> list[float]:
+        self.unit.enterEventMode()
+        if inputs is not None:
+            self.set(self.facts["inputs"], inputs)
+        self._update()
+        self.unit.enterContinuousTimeMode()
+        self._solver.reset(self.t)
+        return [] if inputs is None else self.outputs()
+
+
+class _HeldInputs:
+    """Inputs stay as they are between samples."""
+
+    def apply(self, time: float) -> None:
+        """Nothing changes."""
+
+
+def _stored(kind: str, version: int) -> str:
+    """Type by which values of another are set and read."""
+    if kind != "Enumeration":
+        return kind
+    return "Int64" if version == 3 else "Integer"
+
+
+def _given(kind: str, value: float) -> Any:
+    """A number as a unit takes it."""
+    if kind in ("Real", "Float64", "Float32"):
+        return value
+    return value > 0.5 if kind == "Boolean" else round(value)
+
+
+def _callbacks(log: Callable[[int, bytes | None], None]) -> Any:
+    """Callbacks of version 2; a library of FMPy fills the arguments of messages in."""
+    from ctypes import byref
+
+    from fmpy import calloc, free
+    from fmpy.fmi2 import (
+        fmi2CallbackAllocateMemoryTYPE,
+        fmi2CallbackFreeMemoryTYPE,
+        fmi2CallbackFunctions,
+        fmi2CallbackLoggerTYPE,
+    )
+    from fmpy.logging import addLoggerProxy
+
+    def told(environment: Any, name: Any, status: int, category: Any, message: Any) -> None:
+        log(status, message)
+
+    made = fmi2CallbackFunctions()
+    made.logger = fmi2CallbackLoggerTYPE(told)
+    made.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
+    made.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
+    addLoggerProxy(byref(made))
+    return made
+
+
+def read(stream: BinaryIO) -> Any:
+    """The next message; None where there are no more."""
+    head = stream.read(4)
+    if len(head) < 4:
+        return None
+    data = stream.read(struct.unpack("<I", head)[0])
+    return pickle.loads(data)
+
+
+def write(stream: BinaryIO, message: Any) -> None:
+    """Send a message."""
+    data = pickle.dumps(message)
+    stream.write(struct.pack("<I", len(data)) + data)
+    stream.flush()
+
+
+def _serve() -> None:
+    """Do what is ordered until there are no more orders."""
+    orders = sys.stdin.buffer
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what the unit prints shall not stand among the answers
+    facts = read(orders)
+    said: list[str] = []
+    unit: _Unit | None = None
+    while facts is not None and (order := read(orders)) is not None:
+        said.clear()
+        try:
+            if unit is None:
+                unit = (_Model if facts["kind"] == "model_exchange" else _Slave)(facts, said.append)
+            t, parameters, inputs = order
+            found = unit.go_on(t, inputs) if parameters is None else unit.begin(*order)
+            write(answers, (found, said))
+        except Exception as fault:
+            write(answers, (str(fault) or type(fault).__name__, said))
+
+
+if __name__ == "__main__":
+    _serve()

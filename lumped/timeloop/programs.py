@@ -1,0 +1,146 @@
+"""Programs that runs ask at instants: their order at one instant, and their answers."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Self
+
+import casadi as ca
+import networkx as nx
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.errors import OptionError, SolverError
+from lumped.kernel.run import Run
+from lumped.language.program import Session
+from lumped.support.made_once import made_once
+
+__all__ = ["Answers", "Told", "asking_ranks", "programs_of", "refuse_programs"]
+
+Told = dict[int, np.ndarray]
+"""Instants, s, and what a program was told at each, by the number of the jump."""
+
+
+def programs_of(system: System) -> dict[str, str]:
+    """Components that ask programs, and what these are."""
+    jumps = system.switching.jumps
+    return {jump.name: jump.program.text for jump in jumps if jump.program is not None}
+
+
+def refuse_programs(system: System, what: str) -> None:
+    """Refuse what needs equations of everything.
+
+    Raises
+    ------
+    OptionError
+        If the system asks programs.
+    """
+    for name, text in programs_of(system).items():
+        raise OptionError(
+            f"{system.name}: {what} needs equations of all parts, but {name} asks {text}, which "
+            "only answers. Put a component with equations in its place, such as SampledPI."
+        )
+
+
+@made_once
+def asking_ranks(system: System) -> list[int]:
+    """Order in which programs are asked at one instant, from 1; 0 for jumps without any.
+
+    One that needs what another answers comes later. In a ring the first that was declared is asked
+    first, so it has the answer of the sample before.
+    """
+    jumps, structure = system.switching.jumps, system.structure
+    asked = [k for k, jump in enumerate(jumps) if jump.program is not None]
+    ranks = [0] * len(jumps)
+    if not asked:
+        return ranks
+    values, x = structure.in_states(system.switching.values), system.inputs[0]
+    rows, columns = (np.array(v) for v in ca.jacobian_sparsity(values, x).get_triplet())
+    place = {node: i for i, node in enumerate(structure.states)}
+    needs = nx.DiGraph()
+    needs.add_nodes_from(asked)
+    for k in asked:
+        told = range(jumps[k].first + len(jumps[k].nodes), jumps[k].first + jumps[k].width)
+        used = set(columns[np.isin(rows, told)].tolist())
+        needs.add_edges_from(
+            (other, k)
+            for other in asked
+            if other != k and any(place.get(node) in used for node in jumps[other].answers)
+        )
+    rings = nx.condensation(needs)
+    order = nx.lexicographical_topological_sort(rings, lambda ring: min(rings.nodes[ring]["members"]))
+    members = [k for ring in order for k in sorted(rings.nodes[ring]["members"])]
+    for rank, k in enumerate(members, 1):
+        ranks[k] = rank
+    return ranks
+
+
+class Answers:
+    """What programs answer in a run, or in runs one after the other.
+
+    Parameters
+    ----------
+    system : System
+        What asks them.
+    told : dict
+        What they were told before; they are told it again before the first question.
+
+    Attributes
+    ----------
+    told : dict
+        The same, with what they were told since.
+    """
+
+    def __init__(self, system: System, told: Told) -> None:
+        self._system, self._before = system, told
+        self._sessions: dict[int, Session] = {}
+        self._since: dict[int, list[np.ndarray]] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, fault: object, trace: TracebackType | None
+    ) -> None:
+        for session in self._sessions.values():
+            session.end()
+        self._sessions.clear()
+
+    def give(self, run: Run) -> None:
+        """Ask the program whose turn it is, and set the states that take its answers.
+
+        Raises
+        ------
+        SolverError
+            If it does not answer.
+        """
+        number = int(run.instant.asking)
+        jump = self._system.switching.jumps[number]
+        first = jump.first + len(jump.nodes)
+        values = run.instant.seen.jumped[first : jump.first + jump.width].copy()
+        assert jump.program is not None
+        try:
+            if number not in self._sessions:
+                self._sessions[number] = jump.program.begin()
+                for row in self._before.get(number, np.zeros((0, 1))):
+                    self._sessions[number].answer(row[1:])
+            answers = self._sessions[number].answer(values)
+        except SolverError as error:
+            raise SolverError(
+                f"at t = {run.t:.9g} s {jump.name} asks {jump.program.text}: {error}"
+            ) from None
+        place = {node: i for i, node in enumerate(self._system.structure.states)}
+        for node, sign, answer in zip(jump.answers, jump.answer_signs, answers, strict=True):
+            if node in place:
+                run.instant.x[place[node]] = sign * answer
+        self._since.setdefault(number, []).append(np.append(run.t, values))
+
+    @property
+    def told(self) -> Told:
+        """Instants and what programs were told, in this run and before."""
+        since = {k: np.array(rows) for k, rows in self._since.items()}
+        before = {k: rows for k, rows in self._before.items() if k not in since}
+        return before | {
+            k: np.concatenate([self._before[k], rows]) if k in self._before else rows
+            for k, rows in since.items()
+        }
