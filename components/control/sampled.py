@@ -12,26 +12,38 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from lumped import Component, Expr, Input, Output, Param, Var, der, param, time, var, when
+from lumped import Component, Equation, Expr, Input, Output, Param, Var, der, param, time, var, when
 from lumped.language.expression import Compare, Number
 from lumped.language.program import Question
 from lumped.language.switch import Item
-from lumped.ops import where
+from lumped.ops import interpolate, where
 
 __all__ = ["Clocked", "SampleHold", "SampledPI"]
 
 
+_ROUNDING = 1e-9
+"""Part of a sample within which a run begins at its instant."""
+
+
 class Clocked(Component):
-    """What changes at the instants ``start_time + k T_s`` only."""
+    """What changes at the instants ``start_time + k T_s`` only.
+
+    A run that begins later has its first sample at the next of these instants.
+    """
 
     T_s: Param = param("s", "sampling time", above=0)
     start_time: Param = param("s", "first sample", 0.0)
-    count: Var = var("1", "number of the next sample, from 0", state="always")
+    count: Var = var("1", "number of the next sample", state="always")
 
     @property
     def due(self) -> Compare:
         """Whether a sample is due: true at its instant, before anything has changed."""
         return time > self.start_time + self.count * self.T_s
+
+    def initial_equations(self) -> Iterator[Equation]:
+        passed = (time - self.start_time) / self.T_s - _ROUNDING
+        begun = passed + interpolate(-passed, [0, 1], [0, 1], period=1)
+        yield self.count == where(time > self.start_time, begun, 0)
 
     def _counted(
         self, changes: Mapping[Expr, Number], question: Question | None = None

@@ -18,9 +18,10 @@ from lumped.errors import LumpedError
 from lumped.kernel import engine
 from lumped.kernel.many_runs.lane_records import WAITING
 from lumped.kernel.many_runs.variants import Queue
-from lumped.kernel.run import DONE, FULL, NEEDS_MATRIX, NO_START, UNFIT, Run
+from lumped.kernel.run import ASKS, DONE, FULL, NEEDS_MATRIX, NO_START, UNFIT, Run
 from lumped.simulation.simulate import simulate
 from lumped.support.optional_packages import extra
+from lumped.timeloop.programs import Answers
 
 __all__ = ["Batch", "NativeRuns"]
 
@@ -144,7 +145,7 @@ class _Worker:
             slot.queue = self._queue
         if runs.has_lanes:
             self._lanes = runs.new_lanes(self._slots)
-        self._others = OtherLeads(runs.led)
+        self._others, self._answers = OtherLeads(runs.led), Answers()
 
     def stop(self) -> None:
         """Let the loop return at its next step."""
@@ -165,6 +166,15 @@ class _Worker:
             slot.steps, slot.rejected = steps, rejected
             slot.is_begun = 0
         self._queue.next = 0
+        with self._answers:
+            self._go_through(values)
+        functionals = runs.watched.values(found)
+        beyond = (status == DONE) & runs.watched.outside(found)
+        status[beyond], functionals[beyond] = OUTSIDE, np.nan
+        return Batch(functionals, status, steps, rejected)
+
+    def _go_through(self, values: np.ndarray) -> None:
+        runs, count = self._runs, len(values)
         if runs.are_instants_same and runs.is_start_direct:
             self._go(count)
         else:
@@ -172,10 +182,6 @@ class _Worker:
                 if runs.is_stopped:
                     break
                 self._go_alone(k, values[k])
-        functionals = runs.watched.values(found)
-        beyond = (status == DONE) & runs.watched.outside(found)
-        status[beyond], functionals[beyond] = OUTSIDE, np.nan
-        return Batch(functionals, status, steps, rejected)
 
     def _go(self, end: int) -> None:
         """Run variants up to one."""
@@ -195,7 +201,10 @@ class _Worker:
             if why == NEEDS_MATRIX:
                 self._runs.add_matrix(slot.run)
             elif why == UNFIT:
-                self._others.finish(self._runs.system, slot)
+                self._others.finish(self._runs.system, slot, self._answers)
+                slot.is_begun = 0
+            elif why == ASKS and not self._answers.given(self._runs.system, slot.run):
+                slot.status[slot.number] = ASKS
                 slot.is_begun = 0
 
     def _go_alone(self, k: int, values: np.ndarray) -> None:

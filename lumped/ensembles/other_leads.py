@@ -10,8 +10,9 @@ from lumped.ensembles.run_records import RunRecords
 from lumped.errors import LumpedError
 from lumped.kernel import engine
 from lumped.kernel.many_runs.variants import Queue, Variants
-from lumped.kernel.run import NEEDS_MATRIX, RESTART, UNFIT
+from lumped.kernel.run import ASKS, NEEDS_MATRIX, RESTART, UNFIT
 from lumped.timeloop.leading_states import exchanged
+from lumped.timeloop.programs import Answers
 
 __all__ = ["AloneRecords", "OtherLeads"]
 
@@ -44,17 +45,17 @@ class OtherLeads:
         """The runs."""
         return list(self._slots.values())
 
-    def finish(self, system: System, slot: Variants) -> None:
+    def finish(self, system: System, slot: Variants, answers: Answers) -> None:
         """Bring a variant to its end in which another state must lead now.
 
         It keeps the status `UNFIT` if no choice of states determines its position.
         """
         try:
-            self._finish(system, slot)
+            self._finish(system, slot, answers)
         except LumpedError:
             slot.status[slot.number] = UNFIT
 
-    def _finish(self, system: System, slot: Variants) -> None:
+    def _finish(self, system: System, slot: Variants, answers: Answers) -> None:
         run, theta = slot.run, slot.run.p[: slot.parameters].copy()
         edges, values = run.edges, run.timed_values
         if slot.clocks.count:
@@ -80,8 +81,11 @@ class OtherLeads:
                 own.run.is_implicit = 1
             slot, run = own, own.run
             why = engine.call("variants", slot)
-            while why == NEEDS_MATRIX:
-                records.add_matrix(run)
+            while why in (NEEDS_MATRIX, ASKS):
+                if why == NEEDS_MATRIX:
+                    records.add_matrix(run)
+                else:
+                    answers.give(system, run)
                 why = engine.call("variants", slot)
 
 

@@ -31,6 +31,7 @@ from lumped.timeloop.holds import hold_words
 from lumped.timeloop.instants import Instants, clocks, instants, modes_at
 from lumped.timeloop.kept_run import remember
 from lumped.timeloop.moved_clocks import moved_clocks
+from lumped.timeloop.programs import programs_of
 from lumped.timeloop.recorder import scale
 from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.run import nominals
@@ -241,6 +242,7 @@ class RunRecords:
         """Whether runs go side by side; the model decides, so it is the same every time."""
         plant = self._code.plant
         fits = 0 < plant.states <= _MOST_STATES and not plant.implicit
+        fits = fits and not programs_of(self.system)
         return fits and self.options.method != "implicit" and engine.is_compiled()
 
     def _set_instants(self, run: Run, found: Instants) -> None:

@@ -279,30 +279,25 @@ class _UnitSession(Session):
         self._next = 0
 
     def answer(self, values: np.ndarray) -> np.ndarray:
+        """Outputs at a sample; one that does not follow the last begins anew."""
         unit, number = self._unit, round(float(values[0]))
         middle = 2 + sum(signal.size for signal in unit.parameters)
-        inputs = _to_unit(unit.inputs, values[middle:])
-        if number == 0:
+        inputs, parameters = _to_unit(unit.inputs, values[middle:]), None
+        if self._process is None or not self._process.is_alive or number != self._next:
+            self._take()
             parameters = _to_unit(unit.parameters, values[2:middle])
-            if self._process is None or unit.facts["is_alone"]:
-                self._take()
-            assert self._process is not None
-            found = self._process.ask(float(values[1]), parameters, inputs)
-        elif number != self._next or self._process is None:
-            raise SolverError(
-                f"its sample {number} is due, but it has not come through those before. Begin the "
-                "run before its first sample, or go on from a run by start=run.point(...)."
-            )
-        else:
-            found = self._process.ask(float(values[1]), None, inputs)
+        assert self._process is not None
+        found = self._process.ask(float(values[1]), parameters, inputs)
         self._next = number + 1
         return _from_unit(unit.outputs, found)
 
     def _take(self) -> None:
         """Take a process that is idle, or begin one."""
-        if self._process is not None:
-            self._process.stop()
-        alone = self._unit.facts["is_alone"]
+        alone, process = self._unit.facts["is_alone"], self._process
+        if process is not None and process.is_alive and not alone:
+            return
+        if process is not None:
+            process.stop()
         self._process = self._idle.pop() if self._idle and not alone else None
         if self._process is None:
             self._process = _Process(self._unit, self._fixed)

@@ -15,6 +15,7 @@ from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.language.quantity import Param
 from lumped.points.start import StartForm, fixed_start, start_form, start_point
 from lumped.timeloop.instants import Clock, clocks
+from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.run import nominals
 from lumped.vibration.response import needing_rates
@@ -73,7 +74,7 @@ class Interface:
     Raises
     ------
     OptionError
-        If the rate of an input would matter.
+        If the rate of an input would matter, or the system asks programs.
     UnknownNameError
         If a name is unknown.
     """
@@ -85,6 +86,7 @@ class Interface:
         outputs: Iterable[Name],
         start: Changes | OperatingPoint,
     ) -> None:
+        refuse_programs(system, "an exported model")
         self.system = system
         self.inputs = self._inputs([system.key(name) for name in inputs])
         asked = [system.key(name) for name in outputs]

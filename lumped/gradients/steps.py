@@ -11,6 +11,7 @@ from lumped.gradients.step_code import StepCode
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
 from lumped.timeloop.many_points import ManyPoints
+from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.run import nominals
 
 __all__ = ["Steps", "steps_of"]
@@ -56,4 +57,5 @@ class Steps(StepCode):
 @made_once
 def steps_of(system: System, products: tuple[tuple[str, ...], ...]) -> Steps:
     """Steps of a system."""
+    refuse_programs(system, "a derivative of a run")
     return Steps(system, products)

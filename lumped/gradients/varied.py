@@ -9,6 +9,7 @@ import numpy as np
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
 from lumped.points.start import by_name, start_slopes
+from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.result import Trajectory
 
 __all__ = [
@@ -51,8 +52,9 @@ def sources(
     Raises
     ------
     OptionError
-        If a name is nothing that can be varied.
+        If a name is nothing that can be varied, or the system asks programs.
     """
+    refuse_programs(system, "a derivative of a run")
     tree, reduced = system.structure.tree, system.structure.reduced
     given = [*system.structure.flat.given, *(tree.unknown(name) for name in by_name(start))]
     nodes = {reduced.node(unknown): unknown for unknown in given}

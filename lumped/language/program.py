@@ -21,8 +21,8 @@ class Session(ABC):
     def answer(self, values: np.ndarray) -> np.ndarray:
         """Answers to a question.
 
-        Questions of a run come in order of time. A question that is the first of a run says so by
-        its values, such as the number of a sample.
+        Questions of a run come in order of time. That another run begins shows in their values,
+        such as the number of a sample.
 
         Raises
         ------

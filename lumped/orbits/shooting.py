@@ -17,6 +17,7 @@ from lumped.gradients.steps import steps_of
 from lumped.numerics.damping import damped
 from lumped.simulation.simulate import simulate
 from lumped.support.made_once import made_once
+from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.result import OperatingPoint, Trajectory
 from lumped.timeloop.run import nominals
 
@@ -73,6 +74,9 @@ class OrbitProblem:
     iterations: int
     clock: int | None = None
     parameter: int | None = None
+
+    def __post_init__(self) -> None:
+        refuse_programs(self.system, "a periodic motion")
 
 
 @dataclass(frozen=True, eq=False)

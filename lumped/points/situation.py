@@ -12,11 +12,12 @@ from lumped.points.borders import at_borders, bent, border_text, is_law, sides
 from lumped.support.made_once import made_once
 from lumped.support.text_table import listed
 from lumped.timeloop.holds import hold_words
+from lumped.timeloop.programs import programs_of
 from lumped.timeloop.result import OperatingPoint
 
 __all__ = ["one_sided", "situation"]
 
-_ORDER = ("open", "closed", "stuck", "sliding", "released")
+_ORDER = ("open", "closed", "stuck", "sliding", "released", "held")
 _STRONGEST = ("closed", "stuck", "sliding", "open", "released")
 """Which of several holds of a component names its situation."""
 _SAID = {"forward": "sliding", "backward": "sliding", "free": "released"}
@@ -27,9 +28,9 @@ def situation(point: OperatingPoint) -> str:
 
     A linearisation holds as long as that does not change. Open is a contact with a gap, and a
     component whose torque or force does not depend on the states there though it has other pieces
-    in which it may.
+    in which it may. Held are the answers of programs, which stay as they are between samples.
     """
-    words = _holds(point)
+    words = _holds(point) | dict.fromkeys(programs_of(point.system), "held")
     for name in _without_effect(point):
         words.setdefault(name, "open")
     named = defaultdict(list)

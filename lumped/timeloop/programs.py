@@ -38,7 +38,7 @@ def refuse_programs(system: System, what: str) -> None:
     for name, text in programs_of(system).items():
         raise OptionError(
             f"{system.name}: {what} needs equations of all parts, but {name} asks {text}, which "
-            "only answers. Put a component with equations in its place, such as SampledPI."
+            "only answers. Put a component with equations in its place."
         )
 
 
@@ -76,23 +76,16 @@ def asking_ranks(system: System) -> list[int]:
 
 
 class Answers:
-    """What programs answer in a run, or in runs one after the other.
+    """What programs answer in a run, or in runs of one thread one after the other.
 
     Parameters
     ----------
-    system : System
-        What asks them.
-    told : dict
+    told : dict, optional
         What they were told before; they are told it again before the first question.
-
-    Attributes
-    ----------
-    told : dict
-        The same, with what they were told since.
     """
 
-    def __init__(self, system: System, told: Told) -> None:
-        self._system, self._before = system, told
+    def __init__(self, told: Told | None = None) -> None:
+        self._before = told or {}
         self._sessions: dict[int, Session] = {}
         self._since: dict[int, list[np.ndarray]] = {}
 
@@ -106,8 +99,20 @@ class Answers:
             session.end()
         self._sessions.clear()
 
-    def give(self, run: Run) -> None:
+    def give(self, system: System, run: Run) -> np.ndarray:
         """Ask the program whose turn it is, and set the states that take its answers.
+
+        Parameters
+        ----------
+        system : System
+            What runs.
+        run : Run
+            Waits for the answers.
+
+        Returns
+        -------
+        ndarray
+            The instant, and what the program was told.
 
         Raises
         ------
@@ -115,32 +120,44 @@ class Answers:
             If it does not answer.
         """
         number = int(run.instant.asking)
-        jump = self._system.switching.jumps[number]
+        jump = system.switching.jumps[number]
         first = jump.first + len(jump.nodes)
         values = run.instant.seen.jumped[first : jump.first + jump.width].copy()
         assert jump.program is not None
         try:
             if number not in self._sessions:
                 self._sessions[number] = jump.program.begin()
-                for row in self._before.get(number, np.zeros((0, 1))):
+                for row in self._before.get(number, ()):
                     self._sessions[number].answer(row[1:])
             answers = self._sessions[number].answer(values)
         except SolverError as error:
             raise SolverError(
                 f"at t = {run.t:.9g} s {jump.name} asks {jump.program.text}: {error}"
             ) from None
-        place = {node: i for i, node in enumerate(self._system.structure.states)}
+        place = {node: i for i, node in enumerate(system.structure.states)}
         for node, sign, answer in zip(jump.answers, jump.answer_signs, answers, strict=True):
             if node in place:
                 run.instant.x[place[node]] = sign * answer
-        self._since.setdefault(number, []).append(np.append(run.t, values))
+        return np.append(run.t, values)
+
+    def given(self, system: System, run: Run) -> bool:
+        """Whether the program answers, as `give`."""
+        try:
+            self.give(system, run)
+        except SolverError:
+            return False
+        return True
+
+    def note(self, system: System, run: Run) -> None:
+        """As `give`; what the program was told is kept."""
+        number = int(run.instant.asking)
+        self._since.setdefault(number, []).append(self.give(system, run))
 
     @property
     def told(self) -> Told:
         """Instants and what programs were told, in this run and before."""
-        since = {k: np.array(rows) for k, rows in self._since.items()}
-        before = {k: rows for k, rows in self._before.items() if k not in since}
-        return before | {
-            k: np.concatenate([self._before[k], rows]) if k in self._before else rows
-            for k, rows in since.items()
-        }
+        found = dict(self._before)
+        for number, rows in self._since.items():
+            before = [self._before[number]] if number in self._before else []
+            found[number] = np.concatenate([*before, np.array(rows)])
+        return found

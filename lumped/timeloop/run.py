@@ -53,7 +53,7 @@ class Simulation:
         self.steps = self.rejected = self.evaluations = 0
         self.seconds, self.implicit_from = 0.0, math.inf
         self.atol = np.zeros(0)
-        self.answers = Answers(self.system, point.told)
+        self.answers = Answers(point.told)
         hits = point.collisions
         self.events = [
             Event(self.begin, c.component, "hold", c.before, c.after, c.loss) for c in hits

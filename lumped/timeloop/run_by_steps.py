@@ -301,7 +301,7 @@ class RunBySteps(Simulation):
     def _ask(self) -> None:
         """Let a program answer."""
         try:
-            self.answers.give(self._run)
+            self.answers.note(self.system, self._run)
         except SolverError as error:
             self.refuse(str(error))
 

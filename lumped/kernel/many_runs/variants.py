@@ -15,6 +15,7 @@ from lumped.kernel.observe import begin_watch, end_watch, observe, observe_event
 from lumped.kernel.plant import Function
 from lumped.kernel.positions import begin
 from lumped.kernel.run import (
+    ASKS,
     BEGIN_SEGMENT,
     DONE,
     FULL,
@@ -288,7 +289,7 @@ def until_steps_of(variants: Variants) -> int:
                 status = advance(run)
                 if status == GOES_ON:
                     continue
-        if status == FULL or status == NEEDS_MATRIX or status == UNFIT:
+        if status == FULL or status == NEEDS_MATRIX or status == UNFIT or status == ASKS:
             return status
         _end_variant(variants, status)
 
@@ -296,7 +297,7 @@ def until_steps_of(variants: Variants) -> int:
 @kernel
 def after_attempt(variants: Variants, status: int) -> int:
     """Go on after an attempt that gave a status; as `until_steps_of`."""
-    if status == FULL or status == NEEDS_MATRIX or status == UNFIT:
+    if status == FULL or status == NEEDS_MATRIX or status == UNFIT or status == ASKS:
         return status
     if status != GOES_ON:
         _end_variant(variants, status)
