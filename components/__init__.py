@@ -40,6 +40,7 @@ from lumped.components.control.controllers import (
     SquareRootController,
     Sum,
 )
+from lumped.components.control.fmu import from_fmu
 from lumped.components.control.linear_blocks import (
     LinearBlock,
     SampledLinearBlock,
@@ -348,6 +349,7 @@ __all__ = [
     "VoltageSource",
     "Weight",
     "WoundFieldMachine",
+    "from_fmu",
     "from_opentorsion",
     "from_ross",
     "standard_parameters",

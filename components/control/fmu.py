@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 from lumped import Component, Input, Output, der, param, var
 from lumped.components.control.sampled import Clocked
-from lumped.errors import DeclarationError, shown
-from lumped.exchange.imported_unit import Description, UnitProgram, described
+from lumped.errors import OptionError
+from lumped.exchange.imported_unit import UnitProgram
+from lumped.exchange.unit_description import described
 from lumped.exchange.unit_quantities import Signal
 from lumped.language.declared import place_of, values_of
 from lumped.language.expression import Expr
@@ -20,15 +21,14 @@ from lumped.language.switch import Item
 
 __all__ = ["from_fmu"]
 
-_SOLVED = 1e-10
-"""Relative tolerance of what a unit solves by itself."""
-
 
 def from_fmu(
     path: str | Path,
     *,
     kind: Literal["co_simulation", "model_exchange"] | None = None,
+    outputs: Iterable[str] = (),
     units: Mapping[str, str] | None = None,
+    rtol: float = 1e-10,
     **values: Any,
 ) -> Component:
     """A component that a unit of FMI 2.0 or 3.0 computes, such as a controller of another tool.
@@ -51,8 +51,12 @@ def from_fmu(
         The file, with a binary for this machine.
     kind : {"co_simulation", "model_exchange"}, optional
         How it is run; the first that it has unless given.
+    outputs : iterable of str
+        Variables, by their names in the file, that are outputs beside those that it calls so.
     units : mapping of str to str
         Units of variables, by their names in the file, where it does not define them.
+    rtol : float
+        Relative tolerance with which the unit solves its own equations.
     **values
         As for any component: inputs, parameters, and `T_s`, s, which is the step that the file
         asks for unless given.
@@ -69,25 +73,32 @@ def from_fmu(
     UnknownNameError
         If it has no such input or parameter.
     OptionError
-        If FMPy is not installed.
+        If FMPy is not installed, or `rtol` makes no sense.
 
     Notes
     -----
     Source: Functional Mock-up Interface 2.0.5 and 3.0.2. Needs FMPy (``lumped[fmi]``).
     """
-    unit = described(path, kind, units or {}, _SOLVED)
-    return _class_of(_Source(unit, kind, tuple(sorted((units or {}).items()))))(**values)
+    if not 1e-14 <= rtol < 1:
+        raise OptionError(f"from_fmu: rtol = {rtol!r}: it must lie between 1e-14 and 1.")
+    given = str(path), kind, tuple(outputs), tuple(sorted((units or {}).items())), rtol
+    return _class_of(_Source(*given))(**values)
 
 
 class _Source:
     """Which unit, and how; equal if the file and all else are the same."""
 
     def __init__(
-        self, unit: Description, kind: str | None, units: tuple[tuple[str, str], ...]
+        self,
+        path: str,
+        kind: str | None,
+        outputs: tuple[str, ...],
+        units: tuple[tuple[str, str], ...],
+        rtol: float,
     ) -> None:
-        self.unit = unit
-        self.given = str(unit.path), kind, units
-        self._all = *self.given, unit.path.stat().st_mtime_ns
+        self.unit = described(path, kind, outputs, dict(units), rtol)
+        self.given = str(self.unit.path), kind, outputs, units, rtol
+        self._all = *self.given, self.unit.content
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, _Source) and self._all == other._all
@@ -129,10 +140,10 @@ class _Unit(Clocked):
         return _again, (self._source.given, dict(values_of(self)), place_of(self))
 
 
-def _again(given: tuple[str, Any, Any], values: dict[str, Any], place: Any) -> Component:
+def _again(given: tuple[Any, ...], values: dict[str, Any], place: Any) -> Component:
     """The component in another process."""
-    path, kind, units = given
-    made = from_fmu(path, kind=kind, units=dict(units), **values)
+    path, kind, outputs, units, rtol = given
+    made = from_fmu(path, kind=kind, outputs=outputs, units=dict(units), rtol=rtol, **values)
     object.__setattr__(made, "_place", place)
     return made
 
@@ -156,7 +167,7 @@ def _class_of(source: _Source) -> type[_Unit]:
     numbers = [(name, s, i) for s in unit.parameters for i, name in names.of(s)]
     choices = {names.plain(old): old for old in unit.fixed}
     members: dict[str, Any] = {
-        "__doc__": f"{unit.text or unit.name}\n\nA unit of FMI, {unit.path.name}, by {unit.kind.replace('_', ' ')}.",
+        "__doc__": f"{unit.text or unit.name}\n\nA unit of FMI, {unit.path.name}.",
         "__module__": __name__,
         "__annotations__": {new: type(unit.fixed[old][2]) for new, old in choices.items()},
         "T_s": param("s", "sampling time", unit.step, above=0),
@@ -169,11 +180,11 @@ def _class_of(source: _Source) -> type[_Unit]:
     members |= {name: Input(s.unit, s.text or s.name) for name, s, _ in inputs}
     members |= {name: Output(s.unit, s.text or s.name) for name, s, _ in outputs}
     for name, s, i in outputs:
-        start = s.start[i] if s.start else 0.0
-        members[_held(name)] = var(s.unit, f"{name} since the last sample", start, state="always")
+        first = s.start[i] if s.start else 0.0
+        members[_held(name)] = var(s.unit, f"{name} since the last sample", first, state="always")
     for name, s, i in numbers:
-        start = s.start[i] if s.start else None
-        members[name] = param(s.unit, s.text or s.name, start, min=s.least, max=s.largest)
+        default = s.start[i] if s.start else None
+        members[name] = param(s.unit, s.text or s.name, default, min=s.least, max=s.largest)
     members |= {new: unit.fixed[old][2] for new, old in choices.items()}
     return type(_identifier(unit.name), (_Unit,), members)
 

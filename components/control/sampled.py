@@ -48,7 +48,7 @@ class Clocked(Component):
     def _counted(
         self, changes: Mapping[Expr, Number], question: Question | None = None
     ) -> Iterator[Item]:
-        """Equations of the clock, states that change at each sample, and what a program is asked."""
+        """The clock: states that change at each sample, and what a program is asked."""
         yield der(self.count) == 0
         yield when(self.due, {self.count: self.count + 1, **changes}, question=question)
 

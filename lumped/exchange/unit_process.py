@@ -11,14 +11,16 @@ from __future__ import annotations
 import math
 import os
 import pickle
+import signal
 import struct
 import sys
 from collections.abc import Callable, Sequence
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 Variable = tuple[int, str, int]
 """Value reference, type and number of values."""
 
+_SIGNALS = ("parameters", "inputs", "outputs")
 _MOST_UPDATES = 1000
 """Rounds of an event after which it counts as endless."""
 
@@ -33,8 +35,8 @@ class _Unit:
     Parameters
     ----------
     facts : dict
-        From `lumped.exchange.imported_unit`: folder, version, kind, identifier, token, tolerance,
-        and variables.
+        Folder, version, kind, identifier, token, tolerance, and variables of the unit
+        (`lumped.exchange.unit_description`).
     tell : callable
         Takes messages of the unit.
     """
@@ -42,6 +44,7 @@ class _Unit:
     def __init__(self, facts: dict[str, Any], tell: Callable[[str], None]) -> None:
         self.facts, self.version, self.t = facts, facts["version"], 0.0
         self._tell, self._is_begun, self._next_event = tell, False, math.inf
+        self._groups = {which: _grouped(facts[which]) for which in _SIGNALS}
         name = "FMU3" if self.version == 3 else "FMU2"
         self.unit = getattr(self._module(), name + self._kind)(
             guid=facts["token"],
@@ -78,13 +81,13 @@ class _Unit:
         self.t, tolerance = t, self.facts["tolerance"]
         for reference, kind, value in self.facts["fixed"]:
             getattr(self.unit, "set" + _stored(kind, self.version))([reference], [value])
-        self.set(self.facts["parameters"], parameters)
+        self.set("parameters", parameters)
         if self.version == 3:
             self.unit.enterInitializationMode(tolerance=tolerance, startTime=t)
         else:
             self.unit.setupExperiment(tolerance=tolerance, startTime=t)
             self.unit.enterInitializationMode()
-        self.set(self.facts["inputs"], inputs)
+        self.set("inputs", inputs)
         self.unit.exitInitializationMode()
         return self._begun()
 
@@ -95,29 +98,20 @@ class _Unit:
         """Go to a time with the inputs as they are, then take new ones; gives the outputs."""
         raise NotImplementedError
 
-    def outputs(self) -> list[float]:
-        """Values of the outputs."""
-        return self.get(self.facts["outputs"])
-
-    def set(self, variables: Sequence[Variable], values: Sequence[float]) -> None:
-        """Set variables."""
-        groups: dict[str, tuple[list[int], list[Any]]] = {}
-        place = 0
-        for reference, kind, count in variables:
-            references, own = groups.setdefault(kind, ([], []))
-            references.append(reference)
-            own += [_given(kind, value) for value in values[place : place + count]]
-            place += count
-        for kind, (references, own) in groups.items():
+    def set(self, which: str, values: Sequence[float]) -> None:
+        """Set parameters or inputs."""
+        for kind, references, places in self._groups[which]:
+            own = [_given(kind, values[k]) for k in places]
             getattr(self.unit, "set" + _stored(kind, self.version))(references, own)
 
-    def get(self, variables: Sequence[Variable]) -> list[float]:
-        """Values of variables."""
-        found: list[float] = []
-        for reference, kind, count in variables:
+    def outputs(self) -> list[float]:
+        """Values of the outputs."""
+        found = [0.0] * sum(count for *_, count in self.facts["outputs"])
+        for kind, references, places in self._groups["outputs"]:
             read = getattr(self.unit, "get" + _stored(kind, self.version))
-            own = read([reference], count) if self.version == 3 else read([reference])
-            found += [float(value) for value in own]
+            own = read(references, len(places)) if self.version == 3 else read(references)
+            for k, value in zip(places, own, strict=True):
+                found[k] = float(value)
         return found
 
     def _update(self) -> None:
@@ -168,12 +162,12 @@ class _Slave(_Unit):
             self._step_to(to)
         if self.facts["has_events"]:
             self.unit.enterEventMode()
-            self.set(self.facts["inputs"], inputs)
+            self.set("inputs", inputs)
             self._update()
             found = self.outputs()
             self.unit.enterStepMode()
             return found
-        self.set(self.facts["inputs"], inputs)
+        self.set("inputs", inputs)
         return self.outputs()
 
     def _step_to(self, to: float) -> None:
@@ -251,11 +245,23 @@ class _Model(_Unit):
     def _event(self, inputs: Sequence[float] | None) -> list[float]:
         self.unit.enterEventMode()
         if inputs is not None:
-            self.set(self.facts["inputs"], inputs)
+            self.set("inputs", inputs)
         self._update()
         self.unit.enterContinuousTimeMode()
         self._solver.reset(self.t)
         return [] if inputs is None else self.outputs()
+
+
+def _grouped(variables: Sequence[Variable]) -> list[tuple[str, list[int], list[int]]]:
+    """Variables of each type: the type, their references, and the places of their values."""
+    groups: dict[str, tuple[list[int], list[int]]] = {}
+    place = 0
+    for reference, kind, count in variables:
+        references, places = groups.setdefault(kind, ([], []))
+        references.append(reference)
+        places += range(place, place + count)
+        place += count
+    return [(kind, *held) for kind, held in groups.items()]
 
 
 class _HeldInputs:
@@ -303,7 +309,7 @@ def _callbacks(log: Callable[[int, bytes | None], None]) -> Any:
     return made
 
 
-def read(stream: BinaryIO) -> Any:
+def read(stream: IO[bytes]) -> Any:
     """The next message; None where there are no more."""
     head = stream.read(4)
     if len(head) < 4:
@@ -312,7 +318,7 @@ def read(stream: BinaryIO) -> Any:
     return pickle.loads(data)
 
 
-def write(stream: BinaryIO, message: Any) -> None:
+def write(stream: IO[bytes], message: Any) -> None:
     """Send a message."""
     data = pickle.dumps(message)
     stream.write(struct.pack("<I", len(data)) + data)
@@ -321,6 +327,7 @@ def write(stream: BinaryIO, message: Any) -> None:
 
 def _serve() -> None:
     """Do what is ordered until there are no more orders."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the program that asks decides
     orders = sys.stdin.buffer
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what the unit prints shall not stand among the answers

@@ -24,8 +24,8 @@ from lumped.language.derivatives import along, partials
 from lumped.language.expression import Compare, Expr, Piecewise, Ref, text
 from lumped.language.lowering import Branches, Plain, has_steps, lower
 from lumped.language.pieces import Pieces
-from lumped.language.quantity import Param
 from lumped.language.program import Program
+from lumped.language.quantity import Param
 from lumped.language.switch import Hold, Single, When
 
 __all__ = [

@@ -68,7 +68,9 @@ def asking_ranks(system: System) -> list[int]:
             if other != k and any(place.get(node) in used for node in jumps[other].answers)
         )
     rings = nx.condensation(needs)
-    order = nx.lexicographical_topological_sort(rings, lambda ring: min(rings.nodes[ring]["members"]))
+    order = nx.lexicographical_topological_sort(
+        rings, lambda ring: min(rings.nodes[ring]["members"])
+    )
     members = [k for ring in order for k in sorted(rings.nodes[ring]["members"])]
     for rank, k in enumerate(members, 1):
         ranks[k] = rank

@@ -1,0 +1,144 @@
+"""Units of FMI made here from a few lines of C, as other tools make them."""
+
+import shutil
+import subprocess
+import zipfile
+
+import pytest
+
+fmpy = pytest.importorskip("fmpy")
+
+_HEAD = {
+    "3.0": """
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+typedef void (*Log)(void*, int, const char*, const char*);
+static double t, to, v[64];
+static Log tell;
+static int size_of(uint32_t r) { return r == ARRAY ? 3 : 1; }
+static void begin(void); static int step(void); static void output(void);
+static bool at_event(double* next);
+void* fmi3InstantiateCoSimulation(const char* a, const char* b, const char* c, bool d, bool e,
+    bool f, bool g, const uint32_t* h, size_t i, void* j, Log log, void* k) {
+  tell = log; begin(); return v; }
+void fmi3FreeInstance(void* c) {}
+int fmi3EnterInitializationMode(void* c, bool a, double b, double start, bool d, double e) {
+  t = start; return 0; }
+int fmi3ExitInitializationMode(void* c) { return 0; }
+int fmi3EnterEventMode(void* c) { return 0; }
+int fmi3EnterStepMode(void* c) { return 0; }
+int fmi3Reset(void* c) { begin(); return 0; }
+int fmi3UpdateDiscreteStates(void* c, bool* again, bool* ends, bool* n, bool* x, bool* has_next,
+    double* next) {
+  *again = *ends = *n = *x = false; *has_next = at_event(next); return 0; }
+int fmi3DoStep(void* c, double now, double h, bool a, bool* event, bool* ends, bool* early,
+    double* last) {
+  *event = *ends = *early = false; to = now + h; int status = step(); t = *last = to;
+  if (status == -1) { *ends = true; return 0; }
+  return status; }
+#define ACCESS(Name, Type) \\
+int fmi3Get##Name(void* c, const uint32_t* r, size_t n, Type* x, size_t m) { \\
+  output(); size_t k = 0; \\
+  for (size_t i = 0; i < n; i++) \\
+    for (int j = 0; j < size_of(r[i]); j++) x[k++] = (Type)v[r[i] + j]; \\
+  return 0; } \\
+int fmi3Set##Name(void* c, const uint32_t* r, size_t n, const Type* x, size_t m) { \\
+  size_t k = 0; \\
+  for (size_t i = 0; i < n; i++) \\
+    for (int j = 0; j < size_of(r[i]); j++) v[r[i] + j] = x[k++]; \\
+  return 0; }
+ACCESS(Float64, double) ACCESS(Float32, float) ACCESS(Int32, int32_t) ACCESS(Int64, int64_t)
+ACCESS(Boolean, bool)
+static char word[64] = "";
+int fmi3SetString(void* c, const uint32_t* r, size_t n, const char* const* x, size_t m) {
+  strncpy(word, x[0], 63); return 0; }
+""",
+    "2.0": """
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+typedef void (*Log)(void*, const char*, int, const char*, const char*, ...);
+static double t, to, v[64];
+static Log tell;
+static void begin(void); static int step(void); static void output(void);
+void* fmi2Instantiate(const char* a, int kind, const char* c, const char* d, const void* callbacks,
+    int e, int f) {
+  tell = *(const Log*)callbacks; begin(); return v; }
+void fmi2FreeInstance(void* c) {}
+int fmi2SetupExperiment(void* c, int a, double b, double start, int d, double e) {
+  t = start; return 0; }
+int fmi2EnterInitializationMode(void* c) { return 0; }
+int fmi2ExitInitializationMode(void* c) { return 0; }
+int fmi2Reset(void* c) { begin(); return 0; }
+int fmi2DoStep(void* c, double now, double h, int a) {
+  to = now + h; int status = step(); t = to; return status; }
+#define ACCESS(Name, Type) \\
+int fmi2Get##Name(void* c, const unsigned* r, size_t n, Type* x) { \\
+  output(); for (size_t i = 0; i < n; i++) x[i] = (Type)v[r[i]]; return 0; } \\
+int fmi2Set##Name(void* c, const unsigned* r, size_t n, const Type* x) { \\
+  for (size_t i = 0; i < n; i++) v[r[i]] = x[i]; return 0; }
+ACCESS(Real, double) ACCESS(Integer, int) ACCESS(Boolean, int)
+""",
+}
+
+_OPEN = {
+    "3.0": '<fmiModelDescription fmiVersion="3.0" modelName="{name}" instantiationToken="{{1}}">'
+    '<CoSimulation modelIdentifier="{name}" {flags}/>{units}'
+    '<DefaultExperiment stepSize="0.01"/>',
+    "2.0": '<fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{{1}}">'
+    '<CoSimulation modelIdentifier="{name}" {flags}/>{units}'
+    '<DefaultExperiment stepSize="0.01"/>',
+}
+
+
+def c_unit(folder, name, variables, code, *, version="3.0", flags="", units="", arrays=()):
+    """A unit for co-simulation.
+
+    Parameters
+    ----------
+    variables : str
+        Elements of the model description; the value reference of each is its place in ``v``.
+    code : str
+        Functions ``begin``, ``step`` (from ``t`` to ``to``; status, -1 to end), ``output`` (also
+        computes what follows from inputs) and, in version 3, ``at_event``.
+    flags, units : str
+        Attributes of its kind; definitions of units.
+    arrays : sequence of int
+        References of variables with three values.
+    """
+    if shutil.which("cc") is None:
+        pytest.skip("there is no C compiler")
+    source, made = folder / f"{name}.c", folder / f"{name}.so"
+    is_array = "".join(f" || r == {reference}" for reference in arrays)
+    text = _HEAD[version].replace("r == ARRAY", f"0{is_array}") + code
+    prefix = f"fmi{version[0]}"
+    unit = getattr(fmpy, prefix)
+    functions = [n for n in dir(getattr(unit, f"FMU{version[0]}Slave")) if n.startswith(prefix)]
+    text += "".join(
+        f"int {n}(void) {{ return 3; }}\n"
+        for n in functions
+        if f" {n}(" not in text
+        and not any(n == f"{prefix}{w}{k}" for w in ("Get", "Set") for k in _KINDS)
+    )
+    source.write_text(text)
+    subprocess.run(["cc", "-w", "-shared", "-fPIC", "-o", made, source], check=True)
+    xml = _OPEN[version].format(name=name, flags=flags, units=units)
+    time = (
+        '<Float64 name="t" valueReference="63" causality="independent" variability="continuous"/>'
+    )
+    variables += time if version == "3.0" else ""
+    xml += f"<ModelVariables>{variables}</ModelVariables><ModelStructure/></fmiModelDescription>"
+    path = folder / f"{name}.fmu"
+    place = fmpy.platform_tuple if version == "3.0" else fmpy.platform
+    with zipfile.ZipFile(path, "w") as held:
+        held.writestr("modelDescription.xml", xml)
+        held.write(made, f"binaries/{place}/{name}{fmpy.sharedLibraryExtension}")
+    return path
+
+
+_KINDS = ("Float64", "Float32", "Int32", "Int64", "Boolean", "Real", "Integer")
