@@ -6,18 +6,18 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from lumped import Component, Input, Output, der, param, var
 from lumped.components.control.sampled import Clocked
 from lumped.errors import OptionError
-from lumped.exchange.imported_unit import UnitProgram
-from lumped.exchange.unit_description import described
-from lumped.exchange.unit_quantities import Signal
 from lumped.language.declared import place_of, values_of
 from lumped.language.expression import Expr
 from lumped.language.program import Program, question
 from lumped.language.switch import Item
+
+if TYPE_CHECKING:
+    from lumped.exchange.unit_quantities import Signal
 
 __all__ = ["from_fmu"]
 
@@ -96,6 +96,8 @@ class _Source:
         units: tuple[tuple[str, str], ...],
         rtol: float,
     ) -> None:
+        from lumped.exchange.unit_description import described
+
         self.unit = described(path, kind, outputs, dict(units), rtol)
         self.given = str(self.unit.path), kind, outputs, units, rtol
         self._all = *self.given, self.unit.content
@@ -150,6 +152,8 @@ def _again(given: tuple[Any, ...], values: dict[str, Any], place: Any) -> Compon
 
 @lru_cache(100)
 def _program(source: _Source, fixed: tuple[tuple[str, Any], ...]) -> Program:
+    from lumped.exchange.imported_unit import UnitProgram
+
     return UnitProgram(source.unit, dict(fixed))
 
 

@@ -6,7 +6,6 @@ from types import TracebackType
 from typing import Self
 
 import casadi as ca
-import networkx as nx
 import numpy as np
 
 from lumped.compiler.system import System
@@ -54,6 +53,8 @@ def asking_ranks(system: System) -> list[int]:
     ranks = [0] * len(jumps)
     if not asked:
         return ranks
+    import networkx as nx
+
     values, x = structure.in_states(system.switching.values), system.inputs[0]
     rows, columns = (np.array(v) for v in ca.jacobian_sparsity(values, x).get_triplet())
     place = {node: i for i, node in enumerate(structure.states)}
