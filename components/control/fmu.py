@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from lumped import Component, Input, Output, der, param, var
 from lumped.components.control.sampled import Clocked
-from lumped.errors import OptionError
+from lumped.errors import DeclarationError, OptionError, shown
 from lumped.language.declared import place_of, values_of
 from lumped.language.expression import Expr
 from lumped.language.program import Program, question
@@ -112,14 +112,8 @@ class _Source:
 class _Unit(Clocked):
     """What components of units have.
 
-    Attributes
-    ----------
-    source : _Source
-        The unit.
-    inputs, outputs, numbers : list of str
-        Names of inputs, outputs and parameters, one for each value.
-    choices : dict of str to str
-        Names of parameters that are fixed in a model, and their names in the file.
+    Each value of an input, output or parameter has a name of its own. Choices are parameters that
+    are fixed in a model, with their names in the file.
     """
 
     _source: ClassVar[_Source]
@@ -132,11 +126,20 @@ class _Unit(Clocked):
         for name in self._outputs:
             yield der(getattr(self, _held(name))) == 0
             yield getattr(self, name) == getattr(self, _held(name))
-        fixed = tuple((old, getattr(self, new)) for new, old in self._choices.items())
+        fixed = tuple((old, self._fixed(new, old)) for new, old in self._choices.items())
         told: list[Expr] = [self.count, self.start_time + self.count * self.T_s]
         told += [getattr(self, name) for name in (*self._numbers, *self._inputs)]
         answers = [getattr(self, _held(name)) for name in self._outputs]
         yield from self._counted({}, question(_program(self._source, fixed), told, answers))
+
+    def _fixed(self, name: str, named: str) -> Any:
+        """Value of what is fixed."""
+        value, (_, kind, default) = getattr(self, name), self._source.unit.fixed[named]
+        if type(value) is not type(default):
+            raise DeclarationError(
+                f"{self._label()}: {name} = {shown(value)}: the unit takes a value of type {kind}."
+            )
+        return value
 
     def __reduce_ex__(self, protocol: Any) -> tuple[Any, ...]:
         return _again, (self._source.given, dict(values_of(self)), place_of(self))

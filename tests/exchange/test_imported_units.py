@@ -303,6 +303,10 @@ def test_signals_of_all_types_arrive_in_si_units(feedthrough):
     expected |= {f"three_out_{i}": float(2 * i - 1) for i in (1, 2, 3)}
     for name, value in expected.items():
         assert abs(run[f"unit.{name}"][-1] - value) <= 1e-12 * abs(value), name
+    with pytest.raises(
+        errors.DeclarationError, match=r"^unit .feedthrough.: mode = 1.5: .* of type Int32"
+    ):
+        lp.assemble(lp.compose(unit=unit.with_({"mode": 1.5})))
     doubled = lp.simulate(run.system, until=0.1, parameters={"unit.axis_k_1": 2.0})
     assert abs(doubled["unit.speed_out"][-1] - 100.0) < 1e-12
 
