@@ -303,6 +303,7 @@ FMI2_Export fmi2Status fmi2CancelStep(fmi2Component c)
 
 FMI2_Export fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
 {
+    ONLY_IN(c, STEPPING | TERMINATED);
     if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
     *value = UNIT(c)->t;
     return fmi2OK;
@@ -310,7 +311,7 @@ FMI2_Export fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k
 
 FMI2_Export fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
 {
-    (void)c;
+    ONLY_IN(c, STEPPING | TERMINATED);
     if (kind != fmi2Terminated) return fmi2Discard;
     *value = fmi2False;
     return fmi2OK;
@@ -319,7 +320,8 @@ FMI2_Export fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKin
 #define NO_STATUS(name, type)                                                                      \
     FMI2_Export fmi2Status fmi2Get##name(fmi2Component c, const fmi2StatusKind kind, type *value)         \
     {                                                                                              \
-        (void)c, (void)kind, (void)value;                                                          \
+        ONLY_IN(c, STEPPING | TERMINATED);                                                         \
+        (void)kind, (void)value;                                                                   \
         return fmi2Discard;                                                                        \
     }
 

@@ -35,6 +35,17 @@ int64_t unit_loop(Unit *unit)
     return why;
 }
 
+/* The same, but only to the begin of a piece. */
+static int64_t go_to_piece(Unit *unit)
+{
+    RunOutput *output = unit->memory.run.output;
+    int64_t room = output->most_pieces;
+    output->most_pieces = 1;
+    int64_t why = unit_loop(unit);
+    output->most_pieces = room;
+    return why;
+}
+
 /* Open a segment where the loop stands; it ends where functions of time change, or at the stop. */
 static void open(Unit *unit, int64_t phase)
 {
@@ -112,10 +123,7 @@ static bool reach(Unit *unit, double end, Stops stops, bool *event)
     run->max_steps = run->steps + run->rejected + MOST_STEPS;
     memcpy(unit->m, run->m, N_MODES * sizeof(double));
     for (;;) {
-        int64_t room = output->most_pieces;
-        if (stops != THROUGH) output->most_pieces = 1; /* the loop returns where a piece begins */
-        int64_t why = unit_loop(unit);
-        output->most_pieces = room;
+        int64_t why = stops == THROUGH ? unit_loop(unit) : go_to_piece(unit);
         if (stops != THROUGH && run->t > begin && output->rows < output->grid_size) {
             bool crossed = why == FULL && run->phase == RESTART;
             bool is_at_end = fabs(run->t - end) <= same;
@@ -152,27 +160,50 @@ static bool reach(Unit *unit, double end, Stops stops, bool *event)
     }
 }
 
+/* Go through an event at which a step stopped; the point is that after it. */
+static bool pass(Unit *unit)
+{
+    if (unit->halted == DUE) {
+        open(unit, BEGIN_SEGMENT);
+        int64_t why = go_to_piece(unit);
+        if (why != FULL) return unit_fault(unit, why);
+    }
+    take(unit);
+    unit->halted = NOWHERE;
+    return true;
+}
+
+/* Go through what else happens at the same instant. */
+static bool pass_others(Unit *unit)
+{
+    Run *run = &unit->memory.run;
+    RunOutput *output = run->output;
+    double late = unit->t + SAME * run->span;
+    while (late < unit->stop) {
+        output->grid[0] = late;
+        output->grid_next = output->rows = 0;
+        output->grid_size = 1;
+        int64_t why = go_to_piece(unit);
+        if (output->rows) break;
+        if (why == FULL && run->phase == RESTART) unit->halted = CROSSED;
+        else if (why == DONE) unit->halted = DUE;
+        else if (why != FULL) unit->pending = why; /* only what follows cannot be done */
+        if (unit->pending != GOES_ON) break;
+        if (unit->halted != NOWHERE && !pass(unit)) return false;
+    }
+    return true;
+}
+
 /* Go through the event at which a step stopped, and heed inputs; whether states jumped. */
 bool unit_resume(Unit *unit, bool *moved)
 {
-    Run *run = &unit->memory.run;
     double x[N_STATES + 1];
     memcpy(x, unit->x, sizeof x);
     bool well = true, fired[N_MARGINS + 1] = {false};
-    bool follows = unit->is_instant && run->end <= unit->t + SAME * run->span;
-    if (unit->halted == DUE || (unit->halted == CROSSED && follows)) {
-        int64_t room = run->output->most_pieces;
-        open(unit, BEGIN_SEGMENT);
-        run->output->most_pieces = 1;
-        int64_t why = unit_loop(unit);
-        run->output->most_pieces = room;
-        if (why != FULL) well = unit_fault(unit, why);
-    }
-    if (unit->halted != NOWHERE) take(unit);
-    unit->halted = NOWHERE;
+    if (unit->halted != NOWHERE) well = pass(unit) && (unit->inputs_new || pass_others(unit));
     if (well && unit->inputs_new) {
         unit_fired(unit, fired);
-        well = unit_change(unit, fired, SAME * run->span);
+        well = unit_change(unit, fired, SAME * unit->memory.run.span);
     }
     *moved = memcmp(x, unit->x, N_STATES * sizeof(double)) != 0;
     return well;
