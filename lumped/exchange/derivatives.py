@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import casadi as ca
-import numpy as np
 
 from lumped.exchange.interface import Interface
 
@@ -61,8 +60,8 @@ def _start_forward(interface: Interface) -> ca.Function:
     of_x, of_p = ca.SX.sym("of_x", x.numel()), ca.SX.sym("of_p", p.numel())
     of_t = ca.SX.sym("of_t")
     slopes = ca.jtimes(form.states, ca.vertcat(p, t), ca.vertcat(of_p, of_t))
-    columns, places = _settable(interface)
-    slopes[places] += of_x[columns]
+    for i, place in _settable(interface):
+        slopes[place] += of_x[i]
     missed = ca.SX(0, 1)
     if form.rows:
         along = ca.vertcat(slopes, of_p, of_t)
@@ -85,14 +84,14 @@ def _start_reverse(interface: Interface) -> ca.Function:
         by_all, by_rest = by_all + back[: every.numel()], back[every.numel() :]
     by_rest += ca.jtimes(form.states, ca.vertcat(p, t), by_all, True)
     by_x = ca.SX.zeros(x.numel())
-    columns, places = _settable(interface)
-    by_x[columns] = by_all[places]
+    for i, place in _settable(interface):
+        by_x[i] = by_all[place]
     inputs = [every, ca.vertcat(p, weights, factors), t, m]
     product = ca.cse(ca.densify(ca.vertcat(by_x, by_rest)))
     return ca.Function("start_reverse", inputs, [product])
 
 
-def _settable(interface: Interface) -> tuple[list[int], list[int]]:
-    """States that can be set before a run: their numbers, and their places among all states."""
-    columns = np.flatnonzero(interface.settable_states).tolist()
-    return columns, [interface.system.structure.in_use[i] for i in columns]
+def _settable(interface: Interface) -> list[tuple[int, int]]:
+    """States that can be set before a run: number of each, and place among all states."""
+    places = interface.system.structure.in_use
+    return [(i, places[i]) for i, free in enumerate(interface.settable_states) if free]

@@ -34,6 +34,9 @@ static fmi2Status told(fmi2Component c, bool well)
 #define ONLY_EXCHANGE(c, phases)                                                                   \
     ONLY_IN(c, ((Instance *)c)->type == fmi2ModelExchange ? (phases) : 0)
 
+#define ONLY_AFTER_STEPS(c)                                                                        \
+    ONLY_IN(c, ((Instance *)c)->type == fmi2CoSimulation ? STEPPING | TERMINATED : 0)
+
 /* Of functions for what this model does not have. */
 static fmi2Status none(fmi2Component c, size_t count)
 {
@@ -303,7 +306,7 @@ FMI2_Export fmi2Status fmi2CancelStep(fmi2Component c)
 
 FMI2_Export fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
 {
-    ONLY_IN(c, STEPPING | TERMINATED);
+    ONLY_AFTER_STEPS(c);
     if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
     *value = UNIT(c)->t;
     return fmi2OK;
@@ -311,7 +314,7 @@ FMI2_Export fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k
 
 FMI2_Export fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
 {
-    ONLY_IN(c, STEPPING | TERMINATED);
+    ONLY_AFTER_STEPS(c);
     if (kind != fmi2Terminated) return fmi2Discard;
     *value = fmi2False;
     return fmi2OK;
@@ -320,7 +323,7 @@ FMI2_Export fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKin
 #define NO_STATUS(name, type)                                                                      \
     FMI2_Export fmi2Status fmi2Get##name(fmi2Component c, const fmi2StatusKind kind, type *value)         \
     {                                                                                              \
-        ONLY_IN(c, STEPPING | TERMINATED);                                                         \
+        ONLY_AFTER_STEPS(c);                                                                       \
         (void)kind, (void)value;                                                                   \
         return fmi2Discard;                                                                        \
     }
