@@ -305,7 +305,7 @@ def _written(value: object) -> str:
 
 
 def _quoted(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return '"' + escaped.replace("?", "\\?") + '"'  # ??/ would be a backslash to C
 
 

@@ -15,10 +15,14 @@ OK, DISCARD, ERROR = 0, 2, 3
 EXCHANGE, COSIMULATION = 0, 1
 
 
-class Oscillator(lp.Component):
-    """A body on a spring, and a speed that is told."""
+ODD = "größer than 9 rad/s, <1> & \"yes\" or 'no' \\ ??/ %s #"
 
-    fast: lp.Var = lp.var("1", "1 above 9 rad/s")
+
+class Größe(lp.Component):
+    """A body on a spring & "more"; a level that falls and cannot be negative."""
+
+    fast: lp.Var = lp.var("1", ODD)
+    level: lp.Var = lp.var("1", "level", start=1.0, state="always")
     drive: Torque = Torque(tau=1.0)
     body: Inertia = Inertia(J=2.0)
     spring: SpringDamper = SpringDamper(c=8.0, d=0.5)
@@ -29,12 +33,13 @@ class Oscillator(lp.Component):
 
     def equations(self):
         yield self.fast == where(self.body.w > 9.0, 1.0, 0.0)
+        yield lp.der(self.level) == -lp.ops.sqrt(self.level)
 
 
 @pytest.fixture(scope="module", params=["2.0", "3.0"])
 def exported(request, tmp_path_factory):
     path = tmp_path_factory.mktemp("calls") / "unit.fmu"
-    system = lp.assemble(Oscillator())
+    system = lp.assemble(Größe())
     lp.export_fmu(system, path, version=request.param, inputs=["drive.tau"], outputs=["fast"])
     facts, folder = fmpy.read_model_description(str(path)), fmpy.extract(str(path))
     kind = facts.coSimulation
@@ -183,8 +188,8 @@ SHARED = {
     "Update": (Instance.update, "E", "E"),
     "CompletedIntegratorStep": (Instance.completed, "C", ""),
     "SetReal": (lambda i: i.set(drive__tau=1.0), "INEC", "INES"),
-    "SetContinuousStates": (lambda i: i.vector("SetContinuousStates", 2), "C", ""),
-    "GetContinuousStates": (lambda i: i.vector("GetContinuousStates", 2), "NECT", ""),
+    "SetContinuousStates": (lambda i: i.vector("SetContinuousStates", 3), "C", ""),
+    "GetContinuousStates": (lambda i: i.vector("GetContinuousStates", 3), "NECT", ""),
     "GetEventIndicators": (lambda i: i.vector("GetEventIndicators", 1), "NECT", ""),
     "DoStep": (Instance.step, "", "S"),
 }
@@ -195,9 +200,9 @@ ONLY = {
         "GetReal": (lambda i: i.get("body.w")[0], "NECT", "NST"),
         "EnterEventMode": (None, "EC", ""),
         "SetTime": (lambda i: i.raw("SetTime", c.c_double(0)), "EC", ""),
-        "GetDerivatives": (lambda i: i.vector("GetDerivatives", 2), "NECT", ""),
+        "GetDerivatives": (lambda i: i.vector("GetDerivatives", 3), "NECT", ""),
         "GetRealStatus": (Instance.status, "", "ST"),
-        "Nominals": (lambda i: i.vector("GetNominalsOfContinuousStates", 2), "INECT", ""),
+        "Nominals": (lambda i: i.vector("GetNominalsOfContinuousStates", 3), "INECT", ""),
     },
     "3": {
         "Terminate": (None, "EC", "ES"),
@@ -206,8 +211,8 @@ ONLY = {
         "EnterEventMode": (None, "C", "S"),
         "EnterStepMode": (None, "", "E"),
         "SetTime": (lambda i: i.raw("SetTime", c.c_double(0)), "C", ""),
-        "Rates": (lambda i: i.vector("GetContinuousStateDerivatives", 2), "NECT", ""),
-        "Nominals": (lambda i: i.vector("GetNominalsOfContinuousStates", 2), "NECT", ""),
+        "Rates": (lambda i: i.vector("GetContinuousStateDerivatives", 3), "NECT", ""),
+        "Nominals": (lambda i: i.vector("GetNominalsOfContinuousStates", 3), "NECT", ""),
         "States": (lambda i: i.count("GetNumberOfContinuousStates"), "INECT", ""),
         "EnterConfigurationMode": (None, "", ""),
     },
@@ -269,8 +274,8 @@ def test_bad_arguments_are_refused_and_change_nothing(exported):
         unit.free()
     for name in ("GetContinuousStates", "SetContinuousStates", "GetEventIndicators"):
         unit = Instance(exported, EXCHANGE).to("C")
-        assert unit.vector(name, 3) == ERROR
-        assert "3 numbers where there are" in unit.told[-1]
+        assert unit.vector(name, 4) == ERROR
+        assert "4 numbers where there are" in unit.told[-1]
         unit.free()
 
 
@@ -327,4 +332,28 @@ def test_a_parameter_that_is_tuned_between_steps_acts_from_then_on(exported):
     assert unit.step(0.0, 0.5) == unit.set(drive__tau=0.2) == unit.step(0.5, 0.5) == OK
     expected = oscillation(1.0, 1.0) + oscillation(0.5, 0.2 - 1.0)
     assert unit.get("body.w")[1][0] == pytest.approx(expected, rel=1e-5)
+    unit.free()
+
+
+def test_texts_of_any_letters_reach_the_importer(exported):
+    facts = exported.facts
+    assert facts.modelName == "Größe"
+    assert facts.coSimulation.modelIdentifier.isascii()
+    assert facts.description.startswith('A body on a spring & "more";')
+    assert [v.description for v in facts.modelVariables if v.name == "fast"] == [ODD]
+    unit = Instance(exported, EXCHANGE)
+    assert unit.set(body__J=-1.0) == DISCARD
+    assert unit.told[-1].startswith("Größe: body.J = -1")
+    unit.free()
+
+
+def test_a_trial_point_without_derivatives_can_be_left_again(exported):
+    """A root of a negative number while the importer integrates."""
+    unit = Instance(exported, EXCHANGE).to("C")
+    name = "GetDerivatives" if exported.major == "2" else "GetContinuousStateDerivatives"
+    assert unit.set(level=-1.0) == OK
+    assert unit.vector(name, 3) == DISCARD
+    assert "the derivative of level is not a finite number" in unit.told[-1]
+    assert unit.set(level=4.0) == unit.vector(name, 3) == OK
+    assert unit.get("der(level)") == (OK, [-2.0])
     unit.free()

@@ -84,8 +84,8 @@ bool unit_get(Unit *unit, const uint32_t *references, size_t count, double *valu
 static bool settable(Unit *unit, uint32_t reference, double value)
 {
     bool before = unit->phase == INSTANTIATED || unit->phase == INITIALIZING;
-    int i = (int)reference - FIRST_PARAMETER, state = (int)reference - FIRST_STATE;
     if (reference >= FIRST_PARAMETER && reference < FIRST_STATE) {
+        int i = (int)reference - FIRST_PARAMETER;
         if (unit->memory.run.p[i] == value) return true;
         const char *fault = parameter_fault(i, value);
         if (fault)
@@ -95,10 +95,12 @@ static bool settable(Unit *unit, uint32_t reference, double value)
                || unit_fail(unit, "%s is fixed and can be set before the run only",
                             parameter_names[i]);
     }
-    if (reference >= FIRST_STATE && reference < FIRST_RATE
-        && ((before && state_settable[state]) || unit->phase == CONTINUOUS))
-        return isfinite(value) || unit_refuse(unit, "%s = %g is no finite number",
-                                              state_names[state], value);
+    if (reference >= FIRST_STATE && reference < FIRST_RATE) {
+        int i = (int)reference - FIRST_STATE;
+        if ((before && state_settable[i]) || unit->phase == CONTINUOUS)
+            return isfinite(value)
+                   || unit_refuse(unit, "%s = %g is no finite number", state_names[i], value);
+    }
     return unit_fail(unit, "the variable with value reference %lu cannot be set now",
                      (unsigned long)reference);
 }
@@ -132,7 +134,7 @@ void unit_experiment(Unit *unit, bool tolerance_defined, double tolerance, doubl
                 double stop)
 {
     unit->start = unit->t = start;
-    if (tolerance_defined && tolerance > 0) unit_tolerance(unit, tolerance);
+    if (tolerance_defined && tolerance > 0) unit_tolerance(unit, fmax(tolerance, 1e-13));
     unit->stop_known = stop_defined && stop > start;
     unit->stop = unit->stop_known ? stop : start + 1.0;
     unit->started = false;

@@ -7,7 +7,6 @@
 /* The place of a known variable in a direction, or a negative number. */
 int unit_known(Unit *unit, uint32_t reference)
 {
-    int state = (int)reference - FIRST_STATE, parameter = (int)reference - FIRST_PARAMETER;
     bool before = unit->phase == INITIALIZING;
     if (reference == 0) return N_STATES + N_PARAMETERS;
     if (reference >= FIRST_RATE) {
@@ -15,6 +14,7 @@ int unit_known(Unit *unit, uint32_t reference)
                   "state nor an input, a parameter or the time", (unsigned long)reference);
         return -1;
     }
+    int state = (int)reference - FIRST_STATE, parameter = (int)reference - FIRST_PARAMETER;
     if (state >= 0 && (!before || state_settable[state])) return state;
     if (state >= 0) {
         unit_fail(unit, "no derivatives by the start of %s: it follows from others",
