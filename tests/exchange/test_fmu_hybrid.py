@@ -299,6 +299,12 @@ def test_a_unit_that_stops_at_instants_makes_the_same_run(tmp_path):
         np.minimum(t, 0.5) - 2 * np.clip(t - 0.5, 0, 0.55) + 0.3 * np.maximum(t - 1.05, 0)
     ) / 0.5
     assert np.abs(found["body.w"] - expected).max() < 1e-9
+    for stop in (0.5, 0.8, 1.05):  # and goes on beyond the stop time, also from an instant
+        unit = Unit(path, stop=stop)
+        for begin, end in ((0.0, 0.5), (0.5, 0.8), (0.8, 1.05), (1.05, 1.6)):
+            unit.step(begin, end)
+        assert unit.get(["body.w"]) == pytest.approx([expected[-1]], abs=1e-9)
+        unit.close()
 
 
 class Sampled(lp.Component):

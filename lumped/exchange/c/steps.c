@@ -112,6 +112,10 @@ static bool reach(Unit *unit, double end, Stops stops, bool *event)
 {
     Run *run = &unit->memory.run;
     RunOutput *output = run->output;
+    if (run->phase == BEGIN_SEGMENT) { /* the last step ended at the stop */
+        extend(unit, end);
+        open(unit, RESTART);
+    }
     double same = SAME * run->span, begin = unit->t + same;
     /* where it sets out is wanted too, as it is in a run that begins there */
     int64_t point = run->phase == RESTART && run->t == unit->t;
@@ -119,7 +123,7 @@ static bool reach(Unit *unit, double end, Stops stops, bool *event)
     output->grid[point] = end;
     output->grid[point + 1] = end + same;
     output->grid_next = output->rows = 0;
-    output->grid_size = point + 1 + (stops != THROUGH && end < unit->stop);
+    output->grid_size = point + 1 + (stops != THROUGH && end != unit->stop);
     run->max_steps = run->steps + run->rejected + MOST_STEPS;
     memcpy(unit->m, run->m, N_MODES * sizeof(double));
     for (;;) {
