@@ -240,12 +240,16 @@ def test_after_an_error_values_can_be_read_and_the_unit_reset(exported):
     for kind in (EXCHANGE, COSIMULATION):
         unit = Instance(exported, kind).to("SC"[kind == EXCHANGE])
         status, before = unit.get("body.w", "drive.tau")
+        kept, word = c.c_void_p(None), "FMUstate" if exported.major == "2" else "FMUState"
+        assert unit.raw("Get" + word, c.byref(kept)) == OK
         assert unit.initialise() == ERROR
         assert "must not be called in the" in unit.told[-1]
         assert unit.get("body.w", "drive.tau") == (status, before) == (OK, before)
         assert (
             unit.raw("EnterContinuousTimeMode") == unit.step() == unit.set(drive__tau=2.0) == ERROR
         )
+        assert unit.raw("Set" + word, kept) == unit.set(drive__tau=2.0) == OK
+        unit.raw("Free" + word, c.byref(kept))
         assert unit.raw("Reset") == OK
         unit.to("SC"[kind == EXCHANGE])
         assert unit.get("body.w", "drive.tau") == (OK, before)

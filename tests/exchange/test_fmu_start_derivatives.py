@@ -117,6 +117,11 @@ def test_what_collides_at_the_start_has_no_derivatives_there(tmp_path):
     with pytest.raises(fmpy.fmi1.FMICallException):
         unit.forward([f"der({speed})"], ["mass.m"], [1.0])
     assert "what collides at the start" in unit.told[-1]
+    unit.set({"floor.s_min": 1.0})
+    with pytest.raises(fmpy.fmi1.FMICallException, match="discard"):
+        unit.get([speed])
+    assert "starts 1 m inside the body" in unit.told[-1]
+    unit.set({"floor.s_min": 0.0})
     unit.integrate()
     assert unit.forward([f"der({speed})"], ["mass.m"], [1.0]) == [0.0]
     unit.close()

@@ -2,22 +2,21 @@
 #include <string.h>
 #include "lumped.h"
 
-/* Tell what goes wrong at a point; an importer that integrates may try a nearer one. */
-static bool tried(Unit *unit, int64_t why)
+/* What goes wrong at a point is told; where an importer searches or integrates, it may try another. */
+static bool tried(Unit *unit, bool well)
 {
-    unit_fault(unit, why);
-    unit->refused = unit->phase == CONTINUOUS;
-    return false;
+    unit->refused |= !well && (unit->phase & (INSTANTIATED | INITIALIZING | CONTINUOUS));
+    return well;
 }
 
 /* Settings at the present states, after the start: quantities of linkages follow the states. */
 bool unit_close(Unit *unit, double *m)
 {
-    if (!unit_start(unit)) return false;
+    if (!tried(unit, unit_start(unit))) return false;
     memcpy(m, unit->m, N_SETTINGS * sizeof(double));
     if (!kernel_close(&unit->memory.run, unit->x, unit->t, m)) {
         unit->memory.run.t = unit->t;
-        return tried(unit, NOT_CLOSED);
+        return tried(unit, unit_fault(unit, NOT_CLOSED));
     }
     memcpy(unit->m + N_MODES, m + N_MODES, N_IMPLICIT * sizeof(double));
     return true;
@@ -31,7 +30,7 @@ bool unit_rates(Unit *unit, double *rates)
     for (int i = 0; i < N_STATES; i++) {
         if (isfinite(rates[i])) continue;
         unit_enter(unit);
-        return tried(unit, NOT_FINITE);
+        return tried(unit, unit_fault(unit, NOT_FINITE));
     }
     return true;
 }
