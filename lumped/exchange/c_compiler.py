@@ -60,7 +60,7 @@ def compiled(
     """
     with tempfile.TemporaryDirectory() as folder:
         for name, text in files.items():
-            (Path(folder) / name).write_text(text)
+            (Path(folder) / name).write_text(text, encoding="utf-8")
         command = [*compiler, "-std=c99", "-ffp-contract=off", *made.compile]
         _compile_loop(
             [*command, "-O2"], _call([*compiler, "--version"], folder), files["loop.c"], folder

@@ -39,7 +39,7 @@ _OUTPUT = {
     "piece_settings": "pieces * modes",
     "change": "4 * changes",
     "change_time": "2 * changes",
-    "grid": "2",
+    "grid": "3",
 }
 _SEGMENTS = {"edges": "3", "timed_values": "2 * timed"}
 

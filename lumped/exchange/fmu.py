@@ -28,7 +28,8 @@ from lumped.timeloop.instants import Clock
 __all__ = ["ExportedFMU", "export_fmu"]
 
 _SOURCES = (
-    *("access.c", "clocks.c", "derivatives.c", "events.c", "faults.c", "start.c", "steps.c"),
+    *("access.c", "clocks.c", "derivatives.c", "events.c", "faults.c", "saved.c", "start.c"),
+    "steps.c",
 )
 _LICENCE = "fmi-licence.txt"
 """Of the headers of the Modelica Association."""

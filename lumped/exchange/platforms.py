@@ -79,7 +79,8 @@ def libraries(
     own, compiler = _own_platform(), own_compiler()
     if compiler is None:
         return []
-    made = _linked(own.partition("-")[2], ())
+    system = own.partition("-")[2]
+    made = _linked(system, () if system == "darwin" else ("-s",))  # Apple's linker knows no -s
     content = compiled(files, sources, compiler, level, made)
     return [Library(_folder(version, own), made.suffix, content)]
 

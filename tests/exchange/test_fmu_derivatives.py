@@ -53,8 +53,10 @@ def exported(request, tmp_path_factory):
 
 
 def unknown_and_known(unit, outputs):
-    """Rates and outputs; states, inputs and parameters that can be tuned."""
-    unknown = [*(u.variable.name for u in unit.facts.derivatives), *outputs]
+    """Rates, outputs and indicators; states, inputs and parameters that can be tuned."""
+    indicators = unit.facts.eventIndicators if unit.new else []
+    rates = [u.variable.name for u in unit.facts.derivatives]
+    unknown = [*rates, *outputs, *(u.variable.name for u in indicators)]
     states = [u.variable.derivative.name for u in unit.facts.derivatives]
     free = [
         v.name
@@ -68,7 +70,16 @@ def jacobian_of(system, known, outputs):
     """The same by CasADi."""
     count = len(system.state_names)
     matrices = lp.linearise(system, inputs=known[count:], outputs=outputs)
-    return np.block([[matrices.A, matrices.B], [matrices.C, matrices.D]])
+    found = np.block([[matrices.A, matrices.B], [matrices.C, matrices.D]])
+    if not system.switching:
+        return found
+    x, p, *_ = system.inputs
+    margins = sum(system.margins(*system.inputs), start=ca.SX(0))
+    slopes = ca.jacobian(margins, ca.vertcat(x, p[system.places(known[count:])]))
+    point = lp.start_point(system)
+    at = point.x, point.theta, point.time, point.settings
+    more = ca.Function("slopes", system.inputs, [slopes])(*at).full()
+    return np.vstack([found, more])
 
 
 def test_derivatives_are_those_of_the_linearisation(exported):
@@ -82,6 +93,12 @@ def test_derivatives_are_those_of_the_linearisation(exported):
     assert (np.abs(found - expected) <= 1e-10 * scale).all()
     if not unit.new:
         return
+    lists = {u.variable.name: u.dependencies for u in unit.facts.eventIndicators}
+    for name, row in zip(unknown, found, strict=True):
+        if name in lists:
+            depends = {known[k] for k in np.flatnonzero(row)}
+            tuned = {v.name for v in unit.facts.modelVariables if v.causality == "parameter"}
+            assert depends - tuned <= {v.name for v in lists[name]}
     weights = np.random.default_rng(1).uniform(-1.0, 1.0, len(unknown))
     received, wanted = unit.reverse(unknown, known, weights), weights @ expected
     assert (np.abs(received - wanted) <= 1e-10 * len(unknown) * scale).all()
@@ -133,7 +150,7 @@ def test_an_acceleration_falls_with_its_inertia(tmp_path):
     begun = Exchanged(path)
     with pytest.raises(fmpy.fmi1.FMICallException):
         begun.forward(["der(load.w)"], ["load.w"], [1.0])
-    assert "after the initialisation" in begun.told[-1]
+    assert "by the start of load.w: it follows from others" in begun.told[-1]
     begun.close()
 
 

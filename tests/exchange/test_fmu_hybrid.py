@@ -16,6 +16,8 @@ from lumped.components import (
     Fixed,
     Inertia,
     Limiter,
+    SampleHold,
+    SpeedSensor,
     SpringDamper,
     Torque,
     translation,
@@ -297,3 +299,81 @@ def test_a_unit_that_stops_at_instants_makes_the_same_run(tmp_path):
         np.minimum(t, 0.5) - 2 * np.clip(t - 0.5, 0, 0.55) + 0.3 * np.maximum(t - 1.05, 0)
     ) / 0.5
     assert np.abs(found["body.w"] - expected).max() < 1e-9
+    for stop in (0.5, 0.8, 1.05):  # and goes on beyond the stop time, also from an instant
+        unit = Unit(path, stop=stop)
+        for begin, end in ((0.0, 0.5), (0.5, 0.8), (0.8, 1.05), (1.05, 1.6)):
+            unit.step(begin, end)
+        assert unit.get(["body.w"]) == pytest.approx([expected[-1]], abs=1e-9)
+        unit.close()
+
+
+class Sampled(lp.Component):
+    """A speed w = t, sampled every 0.1 s, and thresholds that it passes at a sample and between."""
+
+    passed: lp.Var = lp.var("1", "thresholds passed")
+    drive: Torque = Torque(tau=2.0)
+    body: Inertia = Inertia(J=2.0, w=0.0)
+    sensor: SpeedSensor = SpeedSensor()
+    hold: SampleHold = SampleHold(T_s=0.1)
+
+    def connections(self):
+        yield from lp.chain(self.drive, self.body, self.sensor)
+        yield lp.connect(self.sensor.w, self.hold.u)
+
+    def equations(self):
+        yield self.passed == sum(where(self.body.w > limit, 1.0, 0.0) for limit in (0.3, 0.75))
+
+
+NAMES = ["hold.y", "passed", "body.w"]
+
+
+@pytest.fixture(scope="module")
+def clocked(tmp_path_factory):
+    path = tmp_path_factory.mktemp("clocked") / "clocked.fmu"
+    options = {"version": "3.0", "kind": "co_simulation", "outputs": NAMES}
+    lp.export_fmu(lp.assemble(Sampled()), path, **options)
+    return path
+
+
+@pytest.mark.parametrize("early", [True, False])
+def test_events_at_communication_points_are_told_there(clocked, early):
+    """Also if the point is off by a rounding; all that happens at an instant is one event."""
+    unit = Unit(clocked, stop=2.0, event_mode=True, early_return=early)
+    samples = [float(np.nextafter(k / 10, (0.0, k / 10, 2.0)[k % 3])) for k in range(1, 11)]
+    between = [0.65, 0.75, 0.95]
+    begin = 0.0
+    for end in sorted([*samples, *between]):
+        event, ended, left, reached = unit.fmu.doStep(begin, end - begin)
+        assert (ended, left, reached) == (False, False, pytest.approx(end, rel=1e-15))
+        assert event is (end in samples or end == 0.75)
+        y, passed, w = unit.get(NAMES)
+        assert (y, w) == pytest.approx((np.ceil(10 * end - 1e-9) / 10 - 0.1, end), abs=1e-12)
+        assert passed == (end > 0.31) + (end > 0.76)
+        if event:
+            unit.fmu.enterEventMode()
+            unit.fmu.updateDiscreteStates()
+            y, passed, w = unit.get(NAMES)
+            unit.fmu.enterStepMode()
+        assert (y, w) == pytest.approx((np.floor(10 * end + 1e-9) / 10, end), abs=1e-12)
+        assert passed == (end > 0.29) + (end > 0.74)
+        begin = reached
+    unit.close()
+
+
+def test_an_event_inside_a_step_is_told_only_if_the_step_may_end_there(clocked):
+    """With the event mode alone the unit handles it, and tells that at the end of the step."""
+    unit = Unit(clocked, stop=2.0, event_mode=True, early_return=False)
+    assert unit.fmu.doStep(0.0, 0.25) == (False, False, False, 0.25)
+    assert unit.get(["hold.y"]) == pytest.approx([0.2], abs=1e-12)
+    assert unit.fmu.doStep(0.25, 0.25) == (True, False, False, 0.5)
+    assert unit.get(["hold.y"]) == pytest.approx([0.4], abs=1e-12)
+    unit.close()
+    unit = Unit(clocked, stop=2.0, event_mode=False, early_return=True)
+    event, ended, left, reached = unit.fmu.doStep(0.0, 0.25)
+    assert (event, ended, left) == (False, False, True)
+    assert reached == pytest.approx(0.1, rel=1e-14)
+    assert unit.get(["hold.y"]) == pytest.approx([0.1], abs=1e-12)
+    event, ended, left, reached = unit.fmu.doStep(reached, 0.2 - reached)
+    assert (event, ended, left, reached) == (False, False, False, 0.2)
+    assert unit.get(["hold.y"]) == pytest.approx([0.2], abs=1e-12)
+    unit.close()

@@ -2,14 +2,21 @@
 #include <string.h>
 #include "lumped.h"
 
+/* What goes wrong at a point is told; where an importer searches or integrates, it may try another. */
+static bool tried(Unit *unit, bool well)
+{
+    unit->refused |= !well && (unit->phase & (INSTANTIATED | INITIALIZING | CONTINUOUS));
+    return well;
+}
+
 /* Settings at the present states, after the start: quantities of linkages follow the states. */
 bool unit_close(Unit *unit, double *m)
 {
-    if (!unit_start(unit)) return false;
+    if (!tried(unit, unit_start(unit))) return false;
     memcpy(m, unit->m, N_SETTINGS * sizeof(double));
     if (!kernel_close(&unit->memory.run, unit->x, unit->t, m)) {
         unit->memory.run.t = unit->t;
-        return unit_fault(unit, NOT_CLOSED);
+        return tried(unit, unit_fault(unit, NOT_CLOSED));
     }
     memcpy(unit->m + N_MODES, m + N_MODES, N_IMPLICIT * sizeof(double));
     return true;
@@ -20,6 +27,11 @@ bool unit_rates(Unit *unit, double *rates)
     double m[N_SETTINGS + 1];
     if (!unit_close(unit, m)) return false;
     model_rates(unit->x, unit->memory.run.p, unit->t, m, rates);
+    for (int i = 0; i < N_STATES; i++) {
+        if (isfinite(rates[i])) continue;
+        unit_enter(unit);
+        return tried(unit, unit_fault(unit, NOT_FINITE));
+    }
     return true;
 }
 
@@ -36,11 +48,16 @@ bool unit_get(Unit *unit, const uint32_t *references, size_t count, double *valu
     double m[N_SETTINGS + 1], rates[N_STATES + 1], outputs[N_OUTPUTS + 1];
     double z[N_MARGINS + 1];
     bool rates_known = false, outputs_known = false, z_known = false;
-    if (!unit_close(unit, m)) return false;
+    bool evaluates = false;
+    for (size_t k = 0; k < count; k++) {
+        if (references[k] >= END_OF_VALUES)
+            return unit_fail(unit, "no variable has the value reference %lu",
+                             (unsigned long)references[k]);
+        evaluates |= references[k] >= FIRST_STATE;
+    }
+    if (evaluates && !unit_close(unit, m)) return false;
     for (size_t k = 0; k < count; k++) {
         int r = (int)references[k];
-        if (references[k] >= END_OF_VALUES)
-            return unit_fail(unit, "no variable has the value reference %u", references[k]);
         if (r >= FIRST_INDICATOR) {
             if (!z_known) indicators(unit, m, z);
             z_known = true;
@@ -62,35 +79,51 @@ bool unit_get(Unit *unit, const uint32_t *references, size_t count, double *valu
     return true;
 }
 
-/* Parameters and inputs; states before the run, and where the importer integrates. */
+/* Whether a variable can be set to a value now. */
+static bool settable(Unit *unit, uint32_t reference, double value)
+{
+    bool before = unit->phase == INSTANTIATED || unit->phase == INITIALIZING;
+    if (reference >= FIRST_PARAMETER && reference < FIRST_STATE) {
+        int i = (int)reference - FIRST_PARAMETER;
+        if (unit->memory.run.p[i] == value) return true;
+        const char *fault = parameter_fault(i, value);
+        if (fault)
+            return unit_refuse(unit, "%s = %g is out of range: it %s", parameter_names[i], value,
+                               fault);
+        return before || parameter_tunable[i]
+               || unit_fail(unit, "%s is fixed and can be set before the run only",
+                            parameter_names[i]);
+    }
+    if (reference >= FIRST_STATE && reference < FIRST_RATE) {
+        int i = (int)reference - FIRST_STATE;
+        if ((before && state_settable[i]) || unit->phase == CONTINUOUS)
+            return isfinite(value)
+                   || unit_refuse(unit, "%s = %g is no finite number", state_names[i], value);
+    }
+    return unit_fail(unit, "the variable with value reference %lu cannot be set now",
+                     (unsigned long)reference);
+}
+
+/* Parameters and inputs; states before the run, and where the importer integrates. Either all are
+   set or none. */
 bool unit_set(Unit *unit, const uint32_t *references, size_t count, const double *values)
 {
     bool before = unit->phase == INSTANTIATED || unit->phase == INITIALIZING;
+    for (size_t k = 0; k < count; k++)
+        if (!settable(unit, references[k], values[k])) return false;
     for (size_t k = 0; k < count; k++) {
-        int r = (int)references[k];
-        if (references[k] >= FIRST_PARAMETER && references[k] < FIRST_STATE) {
-            int i = r - FIRST_PARAMETER;
-            if (unit->memory.run.p[i] == values[k]) continue;
-            if (parameter_fault(i, values[k]))
-                return unit_fail(unit, "%s = %g is out of range: it %s", parameter_names[i], values[k],
-                            parameter_fault(i, values[k]));
-            if (!before && !parameter_tunable[i])
-                return unit_fail(unit, "%s is fixed and can be set before the run only",
-                            parameter_names[i]);
-            unit->memory.run.p[i] = values[k];
+        int parameter = (int)references[k] - FIRST_PARAMETER, i = (int)references[k] - FIRST_STATE;
+        if (i < 0 && unit->memory.run.p[parameter] == values[k]) continue;
+        if (i < 0) {
+            unit->memory.run.p[parameter] = values[k];
             unit->inputs_new = true;
-            if (before) unit->started = false;
-        } else if (before && references[k] >= FIRST_STATE && references[k] < FIRST_RATE
-                   && state_settable[r - FIRST_STATE]) {
-            unit->given[r - FIRST_STATE] = values[k];
-            unit->is_given[r - FIRST_STATE] = true;
-            unit->started = false;
-        } else if (unit->phase == CONTINUOUS && references[k] >= FIRST_STATE
-                   && references[k] < FIRST_RATE) {
-            unit->x[r - FIRST_STATE] = values[k];
+        } else if (before) {
+            unit->given[i] = values[k];
+            unit->is_given[i] = true;
         } else {
-            return unit_fail(unit, "the variable with value reference %d cannot be set now", r);
+            unit->x[i] = values[k];
         }
+        if (before) unit->started = false;
     }
     return true;
 }
@@ -100,7 +133,7 @@ void unit_experiment(Unit *unit, bool tolerance_defined, double tolerance, doubl
                 double stop)
 {
     unit->start = unit->t = start;
-    if (tolerance_defined && tolerance > 0) unit_tolerance(unit, tolerance);
+    if (tolerance_defined && tolerance > 0) unit_tolerance(unit, fmax(tolerance, 1e-13));
     unit->stop_known = stop_defined && stop > start;
     unit->stop = unit->stop_known ? stop : start + 1.0;
     unit->started = false;

@@ -19,16 +19,54 @@ static void say(Unit *unit, const char *format, ...)
     va_end(arguments);
 }
 
+static void fail(Unit *unit, const char *format, va_list arguments)
+{
+    snprintf(unit->message, sizeof unit->message, "%s: ", model_name);
+    add(unit, format, arguments);
+}
+
 bool unit_fail(Unit *unit, const char *format, ...)
 {
     va_list arguments;
-    snprintf(unit->message, sizeof unit->message, "%s: ", model_name);
     va_start(arguments, format);
-    add(unit, format, arguments);
+    fail(unit, format, arguments);
     va_end(arguments);
-    for (char *c = unit->message; *c; c++) /* loggers take it for a format */
-        if (*c == '%') *c = ' ';
+    unit->refused = false;
     return false;
+}
+
+/* Of a call that changed nothing: another one may help. */
+bool unit_refuse(Unit *unit, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    fail(unit, format, arguments);
+    va_end(arguments);
+    unit->refused = true;
+    return false;
+}
+
+/* Whether a function may be called in the present phase; a unit of the other kind knows no phase in
+   which it may. */
+bool unit_allowed(Unit *unit, int phases, const char *name)
+{
+    int phase = unit->phase;
+    if (phase & phases) return true;
+    return unit_fail(unit, "%s must not be called %s", name,
+                     !phases                  ? "in a unit instantiated like this"
+                     : phase == INSTANTIATED  ? "before the initialisation"
+                     : phase == INITIALIZING  ? "in the initialisation mode"
+                     : phase == CONTINUOUS    ? "in the continuous-time mode"
+                     : phase == STEPPING      ? "in the step mode"
+                     : phase == TERMINATED    ? "after the end of the run or an error"
+                                              : "in the event mode");
+}
+
+/* Whether an importer gives or wants as many numbers as there are. */
+bool unit_sized(Unit *unit, size_t count, size_t wanted)
+{
+    return count == wanted || unit_fail(unit, "%lu numbers where there are %lu",
+                                        (unsigned long)count, (unsigned long)wanted);
 }
 
 static const char *word(const Plant *plant, const double *m, int h)

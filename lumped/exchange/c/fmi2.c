@@ -17,11 +17,25 @@ static fmi2Status told(fmi2Component c, bool well)
 {
     Instance *instance = c;
     if (well) return fmi2OK;
+    fmi2Status status = instance->unit.refused ? fmi2Discard : fmi2Error;
+    if (status == fmi2Error) instance->unit.phase = TERMINATED;
+    for (char *p = instance->unit.message; *p; p++) /* loggers take it for a format */
+        if (*p == '%') *p = ' ';
     if (instance->callbacks.logger) /* not by "%s": many importers read no further arguments */
-        instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name,
-                                   fmi2Error, "error", instance->unit.message);
-    return fmi2Error;
+        instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name, status,
+                                   "error", instance->unit.message);
+    return status;
 }
+
+#define ONLY_IN(c, phases)                                                                         \
+    if (!unit_allowed(UNIT(c), phases, __func__)) return told(c, false)
+
+/* Of functions for model exchange in phases that co-simulation has too. */
+#define ONLY_EXCHANGE(c, phases)                                                                   \
+    ONLY_IN(c, ((Instance *)c)->type == fmi2ModelExchange ? (phases) : 0)
+
+#define ONLY_AFTER_STEPS(c)                                                                        \
+    ONLY_IN(c, ((Instance *)c)->type == fmi2CoSimulation ? STEPPING | TERMINATED : 0)
 
 /* Of functions for what this model does not have. */
 static fmi2Status none(fmi2Component c, size_t count)
@@ -53,8 +67,8 @@ FMI2_Export fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2St
     Instance *instance = calloc(1, sizeof *instance);
     if (!instance) return NULL;
     if (functions) instance->callbacks = *functions;
-    instance->name = calloc(strlen(name) + 1, 1);
-    if (instance->name) strcpy(instance->name, name);
+    instance->name = calloc(name ? strlen(name) + 1 : 1, 1);
+    if (instance->name && name) strcpy(instance->name, name);
     instance->type = type;
     unit_reset(&instance->unit);
     return instance;
@@ -70,18 +84,21 @@ FMI2_Export fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranc
                                     fmi2Real tolerance, fmi2Real start, fmi2Boolean stop_defined,
                                     fmi2Real stop)
 {
+    ONLY_IN(c, INSTANTIATED);
     unit_experiment(UNIT(c), tolerance_defined, tolerance, start, stop_defined, stop);
     return fmi2OK;
 }
 
 FMI2_Export fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
+    ONLY_IN(c, INSTANTIATED);
     UNIT(c)->phase = INITIALIZING;
     return fmi2OK;
 }
 
 FMI2_Export fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
+    ONLY_IN(c, INITIALIZING);
     bool well = unit_start(UNIT(c));
     UNIT(c)->phase = ((Instance *)c)->type == fmi2ModelExchange ? EVENTS : STEPPING;
     return told(c, well);
@@ -89,6 +106,7 @@ FMI2_Export fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 
 FMI2_Export fmi2Status fmi2Terminate(fmi2Component c)
 {
+    ONLY_IN(c, RUNNING);
     UNIT(c)->phase = TERMINATED;
     return fmi2OK;
 }
@@ -101,12 +119,14 @@ FMI2_Export fmi2Status fmi2Reset(fmi2Component c)
 
 FMI2_Export fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real v[])
 {
+    ONLY_IN(c, EVALUATED);
     return told(c, unit_get(UNIT(c), r, n, v));
 }
 
 FMI2_Export fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n,
                             const fmi2Real v[])
 {
+    ONLY_IN(c, INSTANTIATED | INITIALIZING | RUNNING);
     return told(c, unit_set(UNIT(c), r, n, v));
 }
 
@@ -130,50 +150,38 @@ NO_VALUES(String, fmi2String)
 
 FMI2_Export fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    if (!*state) *state = malloc(sizeof(Unit));
-    if (!*state) return fmi2Error;
-    unit_copy(UNIT(c), *state);
-    return fmi2OK;
+    return told(c, unit_keep(UNIT(c), state));
 }
 
 FMI2_Export fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
-    unit_copy(state, UNIT(c));
-    return fmi2OK;
+    return told(c, unit_take_up(UNIT(c), state));
 }
 
 FMI2_Export fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
     (void)c;
-    free(*state);
-    *state = NULL;
+    unit_drop(state);
     return fmi2OK;
 }
 
 FMI2_Export fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
 {
     (void)c, (void)state;
-    *size = sizeof(Unit);
+    *size = unit_size();
     return fmi2OK;
 }
 
 FMI2_Export fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[],
                                       size_t size)
 {
-    if (size < sizeof(Unit)) return told(c, unit_fail(UNIT(c), "too few bytes for a state"));
-    memcpy(bytes, state, sizeof(Unit));
-    return fmi2OK;
+    return told(c, unit_write(UNIT(c), state, bytes, size));
 }
 
 FMI2_Export fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
                                         fmi2FMUstate *state)
 {
-    if (size != sizeof(Unit)) return told(c, unit_fail(UNIT(c), "these are not the bytes of a state"));
-    if (!*state) *state = malloc(sizeof(Unit));
-    if (!*state) return fmi2Error;
-    memcpy(*state, bytes, sizeof(Unit));
-    model_bind(&((Unit *)*state)->memory);
-    return fmi2OK;
+    return told(c, unit_read(UNIT(c), bytes, size, state));
 }
 
 FMI2_Export fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[],
@@ -181,6 +189,7 @@ FMI2_Export fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2V
                                              size_t knowns, const fmi2Real seed[],
                                              fmi2Real sensitivity[])
 {
+    ONLY_IN(c, EVALUATED);
     return told(c, unit_forward(UNIT(c), unknown, unknowns, known, knowns, seed, sensitivity));
 }
 
@@ -188,6 +197,7 @@ FMI2_Export fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2V
 
 FMI2_Export fmi2Status fmi2EnterEventMode(fmi2Component c)
 {
+    ONLY_IN(c, EVENTS | CONTINUOUS);
     UNIT(c)->phase = EVENTS;
     UNIT(c)->settled = false;
     return fmi2OK;
@@ -195,6 +205,7 @@ FMI2_Export fmi2Status fmi2EnterEventMode(fmi2Component c)
 
 FMI2_Export fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
 {
+    ONLY_IN(c, EVENTS);
     bool moved, well = unit_update(UNIT(c), &moved, &info->nextEventTime);
     info->newDiscreteStatesNeeded = fmi2False;
     info->terminateSimulation = !well;
@@ -206,6 +217,7 @@ FMI2_Export fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *inf
 
 FMI2_Export fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
 {
+    ONLY_IN(c, EVENTS);
     UNIT(c)->phase = CONTINUOUS;
     return fmi2OK;
 }
@@ -213,6 +225,7 @@ FMI2_Export fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
 FMI2_Export fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_prior,
                                             fmi2Boolean *enter_event_mode, fmi2Boolean *terminate)
 {
+    ONLY_IN(c, CONTINUOUS);
     bool event, well = unit_step_completed(UNIT(c), &event);
     (void)no_set_prior;
     *enter_event_mode = event;
@@ -222,38 +235,43 @@ FMI2_Export fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean 
 
 FMI2_Export fmi2Status fmi2SetTime(fmi2Component c, fmi2Real t)
 {
+    ONLY_IN(c, EVENTS | CONTINUOUS);
     UNIT(c)->t = t;
     return fmi2OK;
 }
 
 FMI2_Export fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n)
 {
+    ONLY_IN(c, CONTINUOUS);
+    if (!unit_sized(UNIT(c), n, N_STATES)) return told(c, false);
     memcpy(UNIT(c)->x, x, n * sizeof(double));
     return fmi2OK;
 }
 
 FMI2_Export fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real rates[], size_t n)
 {
-    (void)n;
-    return told(c, unit_rates(UNIT(c), rates));
+    ONLY_EXCHANGE(c, EVALUATED);
+    return told(c, unit_sized(UNIT(c), n, N_STATES) && unit_rates(UNIT(c), rates));
 }
 
 FMI2_Export fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real z[], size_t n)
 {
-    (void)n;
-    return told(c, unit_watch(UNIT(c), z));
+    ONLY_EXCHANGE(c, EVALUATED);
+    return told(c, unit_sized(UNIT(c), n, N_MARGINS) && unit_watch(UNIT(c), z));
 }
 
 FMI2_Export fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t n)
 {
-    bool well = unit_start(UNIT(c));
+    ONLY_EXCHANGE(c, EVALUATED);
+    if (!unit_sized(UNIT(c), n, N_STATES) || !unit_start(UNIT(c))) return told(c, false);
     memcpy(x, UNIT(c)->x, n * sizeof(double));
-    return told(c, well);
+    return fmi2OK;
 }
 
 FMI2_Export fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t n)
 {
-    (void)c;
+    ONLY_EXCHANGE(c, INSTANTIATED | EVALUATED);
+    if (!unit_sized(UNIT(c), n, N_STATES)) return told(c, false);
     memcpy(nominals, state_nominal, n * sizeof(double));
     return fmi2OK;
 }
@@ -262,8 +280,9 @@ FMI2_Export fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Re
 
 FMI2_Export fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no_set_prior)
 {
+    ONLY_IN(c, STEPPING);
     (void)no_set_prior;
-    return told(c, unit_start(UNIT(c)) && unit_advance(UNIT(c), t + step));
+    return told(c, unit_step(UNIT(c), t, step, THROUGH, NULL));
 }
 
 FMI2_Export fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n,
@@ -287,6 +306,7 @@ FMI2_Export fmi2Status fmi2CancelStep(fmi2Component c)
 
 FMI2_Export fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
 {
+    ONLY_AFTER_STEPS(c);
     if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
     *value = UNIT(c)->t;
     return fmi2OK;
@@ -294,7 +314,7 @@ FMI2_Export fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k
 
 FMI2_Export fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
 {
-    (void)c;
+    ONLY_AFTER_STEPS(c);
     if (kind != fmi2Terminated) return fmi2Discard;
     *value = fmi2False;
     return fmi2OK;
@@ -303,7 +323,8 @@ FMI2_Export fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKin
 #define NO_STATUS(name, type)                                                                      \
     FMI2_Export fmi2Status fmi2Get##name(fmi2Component c, const fmi2StatusKind kind, type *value)         \
     {                                                                                              \
-        (void)c, (void)kind, (void)value;                                                          \
+        ONLY_AFTER_STEPS(c);                                                                       \
+        (void)kind, (void)value;                                                                   \
         return fmi2Discard;                                                                        \
     }
 

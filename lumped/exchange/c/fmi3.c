@@ -7,9 +7,10 @@ fmi3Status told3(fmi3Instance c, bool well)
 {
     Instance *instance = c;
     if (well) return fmi3OK;
-    if (instance->log)
-        instance->log(instance->environment, fmi3Error, "error", instance->unit.message);
-    return fmi3Error;
+    fmi3Status status = instance->unit.refused ? fmi3Discard : fmi3Error;
+    if (status == fmi3Error) instance->unit.phase = TERMINATED;
+    if (instance->log) instance->log(instance->environment, status, "error", instance->unit.message);
+    return status;
 }
 
 static fmi3Instance instance_of(fmi3String token, bool exchange, fmi3InstanceEnvironment environment,
@@ -84,6 +85,7 @@ FMI3_Export fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean t
                                             fmi3Float64 tolerance, fmi3Float64 start,
                                             fmi3Boolean stop_defined, fmi3Float64 stop)
 {
+    ONLY_IN(c, INSTANTIATED);
     unit_experiment(UNIT(c), tolerance_defined, tolerance, start, stop_defined, stop);
     UNIT(c)->phase = INITIALIZING;
     return fmi3OK;
@@ -91,6 +93,7 @@ FMI3_Export fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean t
 
 FMI3_Export fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 {
+    ONLY_IN(c, INITIALIZING);
     bool well = unit_start(UNIT(c));
     Instance *instance = c;
     UNIT(c)->phase = instance->exchange ? EVENTS : instance->event_mode ? PAUSED : STEPPING;
@@ -99,6 +102,7 @@ FMI3_Export fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 
 FMI3_Export fmi3Status fmi3EnterEventMode(fmi3Instance c)
 {
+    ONLY_IN(c, CONTINUOUS | (((Instance *)c)->event_mode ? STEPPING : 0));
     UNIT(c)->phase = ((Instance *)c)->exchange ? EVENTS : PAUSED;
     UNIT(c)->settled = false;
     return fmi3OK;
@@ -106,6 +110,7 @@ FMI3_Export fmi3Status fmi3EnterEventMode(fmi3Instance c)
 
 FMI3_Export fmi3Status fmi3Terminate(fmi3Instance c)
 {
+    ONLY_IN(c, RUNNING);
     UNIT(c)->phase = TERMINATED;
     return fmi3OK;
 }
@@ -121,71 +126,59 @@ FMI3_Export fmi3Status fmi3Reset(fmi3Instance c)
 FMI3_Export fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n,
                                fmi3Float64 values[], size_t n_values)
 {
-    (void)n_values;
-    return told3(c, unit_get(UNIT(c), r, n, values));
+    return told3(c, unit_sized(UNIT(c), n_values, n) && unit_get(UNIT(c), r, n, values));
 }
 
 FMI3_Export fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n,
                                const fmi3Float64 values[], size_t n_values)
 {
-    (void)n_values;
-    return told3(c, unit_set(UNIT(c), r, n, values));
+    ONLY_IN(c, INSTANTIATED | INITIALIZING | RUNNING);
+    return told3(c, unit_sized(UNIT(c), n_values, n) && unit_set(UNIT(c), r, n, values));
 }
 
 FMI3_Export fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
 {
-    if (!*state) *state = malloc(sizeof(Unit));
-    if (!*state) return fmi3Error;
-    unit_copy(UNIT(c), *state);
-    return fmi3OK;
+    return told3(c, unit_keep(UNIT(c), state));
 }
 
 FMI3_Export fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state)
 {
-    unit_copy(state, UNIT(c));
-    return fmi3OK;
+    return told3(c, unit_take_up(UNIT(c), state));
 }
 
 FMI3_Export fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
 {
     (void)c;
-    free(*state);
-    *state = NULL;
+    unit_drop(state);
     return fmi3OK;
 }
 
 FMI3_Export fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
 {
     (void)c, (void)state;
-    *size = sizeof(Unit);
+    *size = unit_size();
     return fmi3OK;
 }
 
 FMI3_Export fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[],
                                       size_t size)
 {
-    if (size < sizeof(Unit)) return told3(c, unit_fail(UNIT(c), "too few bytes for a state"));
-    memcpy(bytes, state, sizeof(Unit));
-    return fmi3OK;
+    return told3(c, unit_write(UNIT(c), state, bytes, size));
 }
 
 FMI3_Export fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size,
                                         fmi3FMUState *state)
 {
-    if (size != sizeof(Unit)) return told3(c, unit_fail(UNIT(c), "these are not the bytes of a state"));
-    if (!*state) *state = malloc(sizeof(Unit));
-    if (!*state) return fmi3Error;
-    memcpy(*state, bytes, sizeof(Unit));
-    model_bind(&((Unit *)*state)->memory);
-    return fmi3OK;
+    return told3(c, unit_read(UNIT(c), bytes, size, state));
 }
 
 static fmi3Status derivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t n_unknowns,
                              const fmi3ValueReference knowns[], size_t n_knowns,
                              const fmi3Float64 seed[], size_t n_seed, fmi3Float64 sensitivity[],
-                             size_t n_sensitivity, bool reverse)
+                             size_t n_sensitivity, bool reverse, const char *name)
 {
     size_t given = reverse ? n_unknowns : n_knowns, wanted = reverse ? n_knowns : n_unknowns;
+    if (!unit_allowed(UNIT(c), EVALUATED, name)) return told3(c, false);
     if (n_seed != given || n_sensitivity != wanted)
         return told3(c, unit_fail(UNIT(c), "%u factors for %u variables, room for %u derivatives "
                                   "of %u", (unsigned)n_seed, (unsigned)given,
@@ -201,7 +194,7 @@ static fmi3Status derivative(fmi3Instance c, const fmi3ValueReference unknowns[]
         size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)                            \
     {                                                                                              \
         return derivative(c, unknowns, n_unknowns, knowns, n_knowns, seed, n_seed, sensitivity,    \
-                          n_sensitivity, reverse);                                                 \
+                          n_sensitivity, reverse, __func__);                                       \
     }
 
 DERIVATIVE(Directional, false)
@@ -214,6 +207,7 @@ FMI3_Export fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *nee
                                          fmi3Boolean *values_changed, fmi3Boolean *next_defined,
                                          fmi3Float64 *next)
 {
+    ONLY_IN(c, EVENTS | PAUSED);
     bool well = true;
     if (((Instance *)c)->exchange) {
         well = unit_update(UNIT(c), values_changed, next);
@@ -229,6 +223,7 @@ FMI3_Export fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *nee
 
 FMI3_Export fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c)
 {
+    ONLY_IN(c, EVENTS);
     UNIT(c)->phase = CONTINUOUS;
     return fmi3OK;
 }
@@ -236,6 +231,7 @@ FMI3_Export fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c)
 FMI3_Export fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_prior,
                                             fmi3Boolean *enter_event_mode, fmi3Boolean *terminate)
 {
+    ONLY_IN(c, CONTINUOUS);
     bool well = unit_step_completed(UNIT(c), enter_event_mode);
     (void)no_set_prior;
     *terminate = !well;
@@ -244,52 +240,57 @@ FMI3_Export fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean n
 
 FMI3_Export fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 t)
 {
+    ONLY_IN(c, CONTINUOUS);
     UNIT(c)->t = t;
     return fmi3OK;
 }
 
 FMI3_Export fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 x[], size_t n)
 {
+    ONLY_IN(c, CONTINUOUS);
+    if (!unit_sized(UNIT(c), n, N_STATES)) return told3(c, false);
     memcpy(UNIT(c)->x, x, n * sizeof(double));
     return fmi3OK;
 }
 
 FMI3_Export fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 rates[], size_t n)
 {
-    (void)n;
-    return told3(c, unit_rates(UNIT(c), rates));
+    ONLY_EXCHANGE(c, EVALUATED);
+    return told3(c, unit_sized(UNIT(c), n, N_STATES) && unit_rates(UNIT(c), rates));
 }
 
 FMI3_Export fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 z[], size_t n)
 {
-    (void)n;
-    return told3(c, unit_watch(UNIT(c), z));
+    ONLY_EXCHANGE(c, EVALUATED);
+    return told3(c, unit_sized(UNIT(c), n, N_MARGINS) && unit_watch(UNIT(c), z));
 }
 
 FMI3_Export fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n)
 {
-    bool well = unit_start(UNIT(c));
+    ONLY_EXCHANGE(c, EVALUATED);
+    if (!unit_sized(UNIT(c), n, N_STATES) || !unit_start(UNIT(c))) return told3(c, false);
     memcpy(x, UNIT(c)->x, n * sizeof(double));
-    return told3(c, well);
+    return fmi3OK;
 }
 
 FMI3_Export fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[], size_t n)
 {
-    (void)c;
+    ONLY_EXCHANGE(c, EVALUATED);
+    if (!unit_sized(UNIT(c), n, N_STATES)) return told3(c, false);
     memcpy(nominals, state_nominal, n * sizeof(double));
     return fmi3OK;
 }
 
 FMI3_Export fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n)
 {
-    (void)c;
+    ONLY_EXCHANGE(c, INSTANTIATED | EVALUATED);
     *n = N_MARGINS;
     return fmi3OK;
 }
 
 FMI3_Export fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n)
 {
-    (void)c;
+    ONLY_EXCHANGE(c, INSTANTIATED | EVALUATED);
     *n = N_STATES;
     return fmi3OK;
 }
@@ -298,6 +299,7 @@ FMI3_Export fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n
 
 FMI3_Export fmi3Status fmi3EnterStepMode(fmi3Instance c)
 {
+    ONLY_IN(c, PAUSED);
     UNIT(c)->phase = STEPPING;
     return fmi3OK;
 }
@@ -306,14 +308,13 @@ FMI3_Export fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 ste
                            fmi3Boolean no_set_prior, fmi3Boolean *event_needed,
                            fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *reached)
 {
+    ONLY_IN(c, STEPPING);
     const Instance *instance = c;
-    double end = t + step;
-    bool moved, event = false;
-    bool well = unit_start(UNIT(c))
-                && unit_advance_to_event(UNIT(c), end, instance->returns_early ? &event : NULL);
+    Stops stops = instance->returns_early ? EVERYWHERE : instance->event_mode ? AT_POINTS : THROUGH;
+    bool moved, event = false, well = unit_step(UNIT(c), t, step, stops, &event);
     (void)no_set_prior;
     *event_needed = event && instance->event_mode;
-    *early = event;
+    *early = event && UNIT(c)->t < t + step;
     if (event && !instance->event_mode) well = unit_resume(UNIT(c), &moved);
     *terminate = !well;
     *reached = UNIT(c)->t;

@@ -18,4 +18,10 @@ typedef struct {
 
 fmi3Status told3(fmi3Instance c, bool well);
 
+#define ONLY_IN(c, phases)                                                                         \
+    if (!unit_allowed(UNIT(c), phases, __func__)) return told3(c, false)
+
+/* Of functions for model exchange in phases that co-simulation has too. */
+#define ONLY_EXCHANGE(c, phases) ONLY_IN(c, ((Instance *)c)->exchange ? (phases) : 0)
+
 #endif

@@ -85,7 +85,7 @@ FMI3_Export fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return missi
 FMI3_Export fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return missing(c); }
 FMI3_Export fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c)
 {
-    (void)c;
+    ONLY_IN(c, INITIALIZING | EVENTS | PAUSED);
     return fmi3OK;
 }
 

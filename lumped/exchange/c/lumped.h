@@ -26,15 +26,29 @@ enum {
     END_OF_VALUES = FIRST_INDICATOR + N_MARGINS
 };
 
-/* States, parameters and the time, by which there are derivatives; rates and outputs of which. */
-enum { N_KNOWNS = N_STATES + N_PARAMETERS + 1, N_UNKNOWNS = N_STATES + N_OUTPUTS };
+/* States, parameters and the time, by which there are derivatives; rates, outputs and indicators of
+   which. */
+enum { N_KNOWNS = N_STATES + N_PARAMETERS + 1, N_UNKNOWNS = END_OF_VALUES - FIRST_RATE };
 
-/* PAUSED: at an event of co-simulation. */
-typedef enum { INSTANTIATED, INITIALIZING, EVENTS, CONTINUOUS, STEPPING, PAUSED, TERMINATED } Phase;
+/* PAUSED: in the event mode of co-simulation. TERMINATED: after an error too. */
+typedef enum {
+    INSTANTIATED = 1,
+    INITIALIZING = 2,
+    EVENTS = 4,
+    CONTINUOUS = 8,
+    STEPPING = 16,
+    PAUSED = 32,
+    TERMINATED = 64,
+    RUNNING = EVENTS | CONTINUOUS | STEPPING | PAUSED,
+    EVALUATED = INITIALIZING | RUNNING | TERMINATED
+} Phase;
 
 /* An event inside a step at which co-simulation stopped; the point is that before it. The loop has
    gone through the event, or it has to open the segment that begins there. */
 typedef enum { NOWHERE, CROSSED, DUE } Halt;
+
+/* At which events co-simulation stops: none, those at communication points, all. */
+typedef enum { THROUGH, AT_POINTS, EVERYWHERE } Stops;
 
 /* What happened: how much, and of the first ones the instant, kind (0 condition, 1 hold), number and
    position after. */
@@ -52,6 +66,8 @@ typedef struct {
     double t, x[N_STATES + 1], m[N_SETTINGS + 1];
     double given[N_STATES + 1]; /* start values set from outside */
     bool is_given[N_STATES + 1];
+    double all[N_ALL_STATES + 1]; /* states at the start, also those that are not used */
+    bool struck;                  /* what collides at the start moved them */
     bool started;    /* states follow from the parameters as they are */
     bool inputs_new; /* parameters or inputs were set since positions were found */
     bool settled;    /* events of this instant were handled */
@@ -66,12 +82,16 @@ typedef struct {
     int64_t changed_count;
     Events *events; /* where to note them, if anywhere */
     char message[2000];
+    bool refused; /* the message is about a call that changed nothing, so the run can go on */
     Memory memory; /* of the loop, with the parameters */
 } Unit;
 
 /* faults.c: words for what went wrong; all give false */
 bool unit_fail(Unit *unit, const char *format, ...);
+bool unit_refuse(Unit *unit, const char *format, ...);
 bool unit_fault(Unit *unit, int64_t why);
+bool unit_allowed(Unit *unit, int phases, const char *name);
+bool unit_sized(Unit *unit, size_t count, size_t wanted);
 
 /* clocks.c: functions of time */
 void unit_set_clocks(const Unit *unit, double later, double *m);
@@ -82,6 +102,7 @@ void unit_reset(Unit *unit);
 void unit_span(Unit *unit, double size);
 void unit_enter(Unit *unit);
 void unit_tolerance(Unit *unit, double rtol);
+bool unit_solve(double *matrix, double *right, int n);
 bool unit_start(Unit *unit);
 
 /* events.c */
@@ -94,7 +115,7 @@ double unit_early(double t);
 
 /* steps.c */
 bool unit_advance(Unit *unit, double end);
-bool unit_advance_to_event(Unit *unit, double end, bool *event);
+bool unit_step(Unit *unit, double t, double length, Stops stops, bool *event);
 bool unit_resume(Unit *unit, bool *moved);
 int64_t unit_loop(Unit *unit);
 
@@ -110,10 +131,19 @@ bool unit_close(Unit *unit, double *m);
 bool unit_rates(Unit *unit, double *rates);
 void unit_copy(const Unit *from, Unit *to);
 
+/* saved.c: states kept by importers */
+bool unit_keep(Unit *unit, void **state);
+bool unit_take_up(Unit *unit, void *state);
+void unit_drop(void **state);
+size_t unit_size(void);
+bool unit_write(Unit *unit, const void *state, void *bytes, size_t size);
+bool unit_read(Unit *unit, const void *bytes, size_t size, void **state);
+
 /* derivatives.c, adjoint.c */
 int unit_known(Unit *unit, uint32_t reference);
 int unit_unknown(Unit *unit, uint32_t reference);
 bool unit_linear(Unit *unit, double *m, double *p);
+void unit_start_matrix(Unit *unit, const double *m, double *matrix);
 bool unit_forward(Unit *unit, const uint32_t *unknown, size_t unknowns, const uint32_t *known,
                   size_t knowns, const double *seed, double *sensitivity);
 bool unit_reverse(Unit *unit, const uint32_t *unknown, size_t unknowns, const uint32_t *known,

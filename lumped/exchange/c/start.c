@@ -4,6 +4,8 @@
 
 enum { MOST_ITERATIONS = 50, MOST_POSITIONS = 30 };
 
+#define ROUNDING 1e-10 /* change of a state, relative to its size, that is no jump */
+
 /* Tell the size of all times, s; what happens at once is relative to it. */
 void unit_span(Unit *unit, double size)
 {
@@ -26,6 +28,7 @@ void unit_reset(Unit *unit)
     memset(unit, 0, sizeof *unit);
     model_bind(&unit->memory);
     memcpy(run->p, parameter_starts, N_PARAMETERS * sizeof(double));
+    unit->phase = INSTANTIATED;
     unit_tolerance(unit, DEFAULT_TOLERANCE);
     unit->stop = 1.0;
     run->chooses_method = MAY_CHOOSE;
@@ -49,7 +52,7 @@ void unit_enter(Unit *unit)
 }
 
 /* Solve matrix * step = right in place by elimination with row pivots. */
-static bool solve(double *matrix, double *right, int n)
+bool unit_solve(double *matrix, double *right, int n)
 {
     for (int j = 0; j < n; j++) {
         int pivot = j;
@@ -103,7 +106,7 @@ static bool meet_targets(Unit *unit, double *all)
         if (worst <= 1e-9) return true; /* relative to what is wanted where that is above one */
         if (!isfinite(worst)) break;
         for (int i = 0; i < N_SOLVED; i++) right[i] = found[solved_row[i]];
-        if (!solve(jacobian, right, N_SOLVED)) break;
+        if (!unit_solve(jacobian, right, N_SOLVED)) break;
         for (int i = 0; i < N_SOLVED; i++) {
             double *state = &all[solved_state[i]];
             *state -= right[i];
@@ -199,7 +202,7 @@ static bool settle(Unit *unit)
 bool unit_start(Unit *unit)
 {
     Run *run = &unit->memory.run;
-    double all[N_ALL_STATES + 1];
+    double *all = unit->all;
     if (unit->started) return true;
     const char *fault = bound_fault(run->p);
     if (fault) return unit_fail(unit, "%s", fault);
@@ -214,6 +217,11 @@ bool unit_start(Unit *unit)
     timed_modes(unit);
     used_states(unit, all);
     if (!settle(unit)) return false;
+    unit->struck = false;
+    for (int i = 0; i < N_STATES; i++) {
+        double moved = fabs(unit->x[i] - all[state_place[i]]);
+        unit->struck |= moved > ROUNDING * (fabs(unit->x[i]) + state_nominal[i]);
+    }
     unit->inputs_new = unit->is_ahead = false;
     unit->started = unit->settled = true;
     unit_rearm(unit);

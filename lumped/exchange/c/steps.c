@@ -4,6 +4,8 @@
 
 enum { STEPS_IN_RUN = 1000, FOLLOWED = 16, LOOKS = 4000 };
 
+#define NEAR 1e-9 /* distance of times of an importer and the unit, relative to their size */
+
 static void note(Events *events, double t, const int64_t *change)
 {
     if (!events || events->count++ >= events->most) return;
@@ -30,6 +32,17 @@ int64_t unit_loop(Unit *unit)
         if (output->piece_row[k] < output->grid_size)
             memcpy(unit->m, output->piece_settings + k * N_MODES, N_MODES * sizeof(double));
     output->changes = output->pieces = 0;
+    return why;
+}
+
+/* The same, but only to the begin of a piece. */
+static int64_t go_to_piece(Unit *unit)
+{
+    RunOutput *output = unit->memory.run.output;
+    int64_t room = output->most_pieces;
+    output->most_pieces = 1;
+    int64_t why = unit_loop(unit);
+    output->most_pieces = room;
     return why;
 }
 
@@ -83,7 +96,7 @@ static void take(Unit *unit)
     memcpy(unit->m, unit->memory.run.m, N_SETTINGS * sizeof(double));
 }
 
-/* Stop before an event inside a step. */
+/* Stop before an event. */
 static bool halt(Unit *unit, Halt kind, const double *x, const double *m)
 {
     memcpy(unit->x, x, N_STATES * sizeof(double));
@@ -93,31 +106,40 @@ static bool halt(Unit *unit, Halt kind, const double *x, const double *m)
     return true;
 }
 
-/* Go on to a time; if events are to be told, not beyond the first one after the present time. */
-static bool reach(Unit *unit, double end, bool *event)
+/* Go on to a time; if the unit stops at events, not beyond the first one after the present time. An
+   event just beyond the end is one at the end, so the loop is sent a little further then. */
+static bool reach(Unit *unit, double end, Stops stops, bool *event)
 {
     Run *run = &unit->memory.run;
     RunOutput *output = run->output;
+    if (run->phase == BEGIN_SEGMENT) { /* the last step ended at the stop */
+        extend(unit, end);
+        open(unit, RESTART);
+    }
+    double same = SAME * run->span, begin = unit->t + same;
     /* where it sets out is wanted too, as it is in a run that begins there */
+    int64_t point = run->phase == RESTART && run->t == unit->t;
     output->grid[0] = unit->t;
+    output->grid[point] = end;
+    output->grid[point + 1] = end + same;
     output->grid_next = output->rows = 0;
-    output->grid_size = run->phase == RESTART && run->t == unit->t ? 2 : 1;
-    output->grid[output->grid_size - 1] = end;
+    output->grid_size = point + 1 + (stops != THROUGH && end != unit->stop);
     run->max_steps = run->steps + run->rejected + MOST_STEPS;
     memcpy(unit->m, run->m, N_MODES * sizeof(double));
-    double begin = unit->t + SAME * run->span;
     for (;;) {
-        int64_t room = output->most_pieces;
-        if (event) output->most_pieces = 1; /* the loop returns where a piece begins */
-        int64_t why = unit_loop(unit);
-        output->most_pieces = room;
-        if (event && run->t > begin && output->rows < output->grid_size) {
-            *event = (why == FULL && run->phase == RESTART) || (why == DONE && unit->is_instant);
-            if (*event && why == FULL) return halt(unit, CROSSED, run->inner, run->instant->before);
-            if (*event) return halt(unit, DUE, run->x, run->m);
+        int64_t why = stops == THROUGH ? unit_loop(unit) : go_to_piece(unit);
+        if (stops != THROUGH && run->t > begin && output->rows < output->grid_size) {
+            bool crossed = why == FULL && run->phase == RESTART;
+            bool is_at_end = fabs(run->t - end) <= same;
+            *event = (crossed || (why == DONE && unit->is_instant))
+                     && (is_at_end || stops == EVERYWHERE);
+            if (*event && crossed) halt(unit, CROSSED, run->inner, run->instant->before);
+            else if (*event) halt(unit, DUE, run->x, run->m);
+            if (*event && is_at_end) unit->t = end;
+            if (*event) return true;
         }
         if (output->rows == output->grid_size) {
-            int64_t last = output->rows - 1;
+            int64_t last = point;
             const double *implicit = output->implicit + last * N_IMPLICIT;
             memcpy(unit->x, output->x + last * N_STATES, N_STATES * sizeof(double));
             memcpy(unit->m + N_MODES, implicit, N_IMPLICIT * sizeof(double));
@@ -142,49 +164,84 @@ static bool reach(Unit *unit, double end, bool *event)
     }
 }
 
+/* Go through an event at which a step stopped; the point is that after it. */
+static bool pass(Unit *unit)
+{
+    if (unit->halted == DUE) {
+        open(unit, BEGIN_SEGMENT);
+        int64_t why = go_to_piece(unit);
+        if (why != FULL) return unit_fault(unit, why);
+    }
+    take(unit);
+    unit->halted = NOWHERE;
+    return true;
+}
+
+/* Go through what else happens at the same instant. */
+static bool pass_others(Unit *unit)
+{
+    Run *run = &unit->memory.run;
+    RunOutput *output = run->output;
+    double late = unit->t + SAME * run->span;
+    while (late < unit->stop) {
+        output->grid[0] = late;
+        output->grid_next = output->rows = 0;
+        output->grid_size = 1;
+        int64_t why = go_to_piece(unit);
+        if (output->rows) break;
+        if (why == FULL && run->phase == RESTART) unit->halted = CROSSED;
+        else if (why == DONE) unit->halted = DUE;
+        else if (why != FULL) unit->pending = why; /* only what follows cannot be done */
+        if (unit->pending != GOES_ON) break;
+        if (unit->halted != NOWHERE && !pass(unit)) return false;
+    }
+    return true;
+}
+
 /* Go through the event at which a step stopped, and heed inputs; whether states jumped. */
 bool unit_resume(Unit *unit, bool *moved)
 {
-    Run *run = &unit->memory.run;
     double x[N_STATES + 1];
     memcpy(x, unit->x, sizeof x);
     bool well = true, fired[N_MARGINS + 1] = {false};
-    if (unit->halted == DUE) {
-        int64_t room = run->output->most_pieces;
-        open(unit, BEGIN_SEGMENT);
-        run->output->most_pieces = 1;
-        int64_t why = unit_loop(unit);
-        run->output->most_pieces = room;
-        if (why != FULL) well = unit_fault(unit, why);
-    }
-    if (unit->halted != NOWHERE) take(unit);
-    unit->halted = NOWHERE;
+    if (unit->halted != NOWHERE) well = pass(unit) && (unit->inputs_new || pass_others(unit));
     if (well && unit->inputs_new) {
         unit_fired(unit, fired);
-        well = unit_change(unit, fired, SAME * run->span);
+        well = unit_change(unit, fired, SAME * unit->memory.run.span);
     }
     *moved = memcmp(x, unit->x, N_STATES * sizeof(double)) != 0;
     return well;
 }
 
-/* Advance to a time, through all events on the way. */
-bool unit_advance(Unit *unit, double end)
-{
-    return unit_advance_to_event(unit, end, NULL);
-}
-
-/* Advance to a time, or only to the first event on the way. */
-bool unit_advance_to_event(Unit *unit, double end, bool *event)
+static bool advance(Unit *unit, double end, Stops stops, bool *event)
 {
     bool moved;
-    if (event) *event = false;
     if ((unit->halted != NOWHERE || unit->inputs_new) && !unit_resume(unit, &moved)) return false;
     if (end <= unit->t) return true;
     if (!unit->is_ahead) set_out(unit, end);
     if (unit->pending != GOES_ON) return unit_fault(unit, unit->pending);
     if (fabs(end - unit->stop) <= SAME * unit->memory.run.span) end = unit->stop;
-    if (!reach(unit, end, event)) return false;
+    if (!reach(unit, end, stops, event)) return false;
     if (unit->halted == NOWHERE) unit->t = end;
     unit_arm(unit);
     return true;
+}
+
+/* Advance to a time, through all events on the way. */
+bool unit_advance(Unit *unit, double end)
+{
+    return advance(unit, end, THROUGH, NULL);
+}
+
+/* Make a step of an importer, or only up to an event at which the unit stops. */
+bool unit_step(Unit *unit, double t, double length, Stops stops, bool *event)
+{
+    if (!unit_start(unit)) return false;
+    if (!(length > 0) || !isfinite(t + length))
+        return unit_fail(unit, "a step of %g s from t = %.9g s: it must be longer than 0, and finite",
+                         length, t);
+    if (!(fabs(t - unit->t) <= NEAR * fmax(unit->memory.run.span, fabs(t))))
+        return unit_fail(unit, "a step cannot begin at t = %.9g s, as the last one ended at %.9g s; "
+                         "to repeat a step, keep a state and set it back", t, unit->t);
+    return advance(unit, t + length, stops, event);
 }
