@@ -13,6 +13,7 @@ from lumped.components import (
     Damper,
     Fixed,
     Inertia,
+    SampledPI,
     SampleHold,
     SpeedSensor,
     SpringDamper,
@@ -104,6 +105,34 @@ def test_a_controller_as_a_unit_does_what_its_equations_do(exported, version, ki
     assert error < 1e-9
     assert system.quantity("pi.M").unit == "N.m"
     assert system.quantity("pi.measured").unit == "rad/s"
+
+
+class Sampling(lp.Component):
+    """A controller in a computer, with the names of the other."""
+
+    wanted: lp.Input = lp.Input("rad/s", "wanted speed")
+    measured: lp.Input = lp.Input("rad/s", "measured speed")
+    M = lp.Output("N.m", "torque")
+    law = SampledPI(T_s=T_S, k=5.0, T_i=0.5)
+
+    def connections(self):
+        yield lp.connect(self.wanted, self.law.wanted)
+        yield lp.connect(self.measured, self.law.measured)
+        yield lp.connect(self.law.y, self.M)
+
+
+def test_a_unit_that_samples_at_its_own_events_takes_the_inputs_of_the_instant(tmp_path):
+    options = {"until": 1.0, "grid": np.arange(0.5, 100) * T_S, "rtol": 1e-12}
+    expected = lp.simulate(drive(Sampling(wanted=10.0), held=False), **options)
+    path = tmp_path / "sampling.fmu"
+    signals = {"inputs": ["wanted", "measured"], "outputs": ["M"]}
+    lp.export_fmu(lp.assemble(Sampling(wanted=0.0, measured=0.0)), path, **signals)
+    for kind in ("co_simulation", "model_exchange"):
+        unit = from_fmu(path, kind=kind, T_s=T_S, wanted=10.0)
+        run = lp.simulate(drive(unit, held=False), **options)
+        error = np.abs(run["rotor.w"] - expected["rotor.w"]).max()
+        print(f"{kind}: largest deviation {error:.1e} rad/s")
+        assert error < 1e-9
 
 
 def test_parameters_of_a_unit_have_their_names_and_values(exported):

@@ -47,6 +47,22 @@ void unit_fired(const Unit *unit, bool *fired)
     }
 }
 
+/* Go through what happens just after the start, such as the first sample of a clock. */
+bool unit_events_at_start(Unit *unit)
+{
+    double z[N_MARGINS + 1], tolerances[N_MARGINS + 1], slopes[N_MARGINS + 1];
+    bool any = false, fired[N_MARGINS + 1] = {false};
+    const Plant *plant = unit->memory.run.plant;
+    if (!N_MARGINS) return true;
+    unit_margins(unit, unit->m, z, tolerances);
+    model_margin_rate(unit->x, unit->memory.run.p, unit->t, unit->m, slopes);
+    for (int i = 0; i < N_MARGINS; i++) {
+        bool close = fabs(z[i]) <= tolerances[i] && slopes[i] < 0;
+        any |= fired[i] = close && plant->margin_kind[i] == CONDITION;
+    }
+    return !any || unit_change(unit, fired, SAME * unit->memory.run.span);
+}
+
 /* How much early an importer may stop at an event: rounding of its clock. */
 double unit_early(double t)
 {

@@ -99,8 +99,9 @@ FMI2_Export fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 FMI2_Export fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     ONLY_IN(c, INITIALIZING);
-    bool well = unit_start(UNIT(c));
-    UNIT(c)->phase = ((Instance *)c)->type == fmi2ModelExchange ? EVENTS : STEPPING;
+    bool exchange = ((Instance *)c)->type == fmi2ModelExchange;
+    bool well = unit_start(UNIT(c)) && (!exchange || unit_events_at_start(UNIT(c)));
+    UNIT(c)->phase = exchange ? EVENTS : STEPPING;
     return told(c, well);
 }
 

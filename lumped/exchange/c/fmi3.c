@@ -94,8 +94,9 @@ FMI3_Export fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean t
 FMI3_Export fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 {
     ONLY_IN(c, INITIALIZING);
-    bool well = unit_start(UNIT(c));
     Instance *instance = c;
+    bool has_events = instance->exchange || instance->event_mode;
+    bool well = unit_start(UNIT(c)) && (!has_events || unit_events_at_start(UNIT(c)));
     UNIT(c)->phase = instance->exchange ? EVENTS : instance->event_mode ? PAUSED : STEPPING;
     return told3(c, well);
 }

@@ -107,6 +107,7 @@ bool unit_start(Unit *unit);
 
 /* events.c */
 bool unit_change(Unit *unit, const bool *fired, double early);
+bool unit_events_at_start(Unit *unit);
 void unit_arm(Unit *unit);
 void unit_rearm(Unit *unit);
 void unit_fired(const Unit *unit, bool *fired);

@@ -198,17 +198,26 @@ static bool pass_others(Unit *unit)
     return true;
 }
 
+/* Go through the event at which a step stopped, with the inputs of that instant. */
+static bool pass_with_inputs(Unit *unit)
+{
+    const InstantSearch *instant = unit->memory.run.instant;
+    bool fired[N_MARGINS + 1] = {false};
+    unit_fired(unit, fired);
+    if (unit->halted == CROSSED)
+        for (int64_t i = 0; i < instant->fired_count; i++) fired[instant->fired[i]] = true;
+    unit->halted = NOWHERE;
+    return unit_change(unit, fired, SAME * unit->memory.run.span);
+}
+
 /* Go through the event at which a step stopped, and heed inputs; whether states jumped. */
 bool unit_resume(Unit *unit, bool *moved)
 {
     double x[N_STATES + 1];
     memcpy(x, unit->x, sizeof x);
-    bool well = true, fired[N_MARGINS + 1] = {false};
-    if (unit->halted != NOWHERE) well = pass(unit) && (unit->inputs_new || pass_others(unit));
-    if (well && unit->inputs_new) {
-        unit_fired(unit, fired);
-        well = unit_change(unit, fired, SAME * unit->memory.run.span);
-    }
+    bool well = true;
+    if (unit->inputs_new) well = pass_with_inputs(unit);
+    else if (unit->halted != NOWHERE) well = pass(unit) && pass_others(unit);
     *moved = memcmp(x, unit->x, N_STATES * sizeof(double)) != 0;
     return well;
 }
