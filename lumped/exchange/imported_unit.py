@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import subprocess
@@ -80,7 +81,12 @@ class _UnitSession(Session):
         assert self._process is not None
         found = self._process.ask(float(values[1]), parameters, inputs)
         self._next = number + 1
-        return _from_unit(unit.outputs, found)
+        outputs = _from_unit(unit.outputs, found)
+        for name, value in zip(_names(unit.outputs), outputs.tolist(), strict=True):
+            if not math.isfinite(value):
+                self._process.stop()
+                raise SolverError(f"its output {name} is {value}.")
+        return outputs
 
     def _take(self) -> None:
         """Take a process that is idle, or begin one."""
@@ -142,10 +148,6 @@ class _Process:
             self.stop()
             told = f" It said: {' '.join(said)[-500:]}" if said else ""
             raise SolverError(f"{found.rstrip('.')}.{told}")
-        bad = [value for value in found if not np.isfinite(value)]
-        if bad:
-            self.stop()
-            raise SolverError(f"an output is {bad[0]}.")
         return list(found)
 
     def _send(self, message: object) -> None:
@@ -180,6 +182,11 @@ def _ended(code: int) -> str:
         return signal.Signals(-code).name
     except ValueError:
         return f"signal {-code}"
+
+
+def _names(signals: Sequence[Signal]) -> list[str]:
+    """Names of the values of signals."""
+    return [s.name if s.size == 1 else f"{s.name}[{i + 1}]" for s in signals for i in range(s.size)]
 
 
 def _to_unit(signals: Sequence[Signal], values: np.ndarray) -> list[float]:

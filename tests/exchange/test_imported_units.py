@@ -420,7 +420,7 @@ def test_a_unit_that_fails_is_named_and_what_was_computed_is_kept(tmp_path, vers
         1.0: "its binary crashed .SIGABRT",
         2.0: "its binary crashed .SIGSEGV",
         3.0: "It said: the valve is stuck",
-        4.0: "an output is nan",
+        4.0: "its output y is nan",
         6.0: "its binary crashed .exit code 7",
     }
     if version == "3.0":
