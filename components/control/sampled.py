@@ -38,7 +38,8 @@ class Clocked(Component):
     @property
     def due(self) -> Compare:
         """Whether a sample is due: true at its instant, before anything has changed."""
-        return time > self.start_time + self.count * self.T_s
+        due = time > self.start_time + self.count * self.T_s
+        return due.called("sampling", "holding")
 
     def initial_equations(self) -> Iterator[Equation]:
         passed = (time - self.start_time) / self.T_s - _ROUNDING
