@@ -65,7 +65,18 @@ class _Unit:
         return fmi2
 
     def _instantiate(self) -> None:
-        raise NotImplementedError
+        if self.version == 2:
+            self.unit.instantiate(callbacks=_callbacks(self._log))
+            return
+
+        def told(environment: Any, status: int, category: Any, message: bytes | None) -> None:
+            self._log(status, message)
+
+        self.unit.instantiate(logMessage=told, **self._options())
+
+    def _options(self) -> dict[str, bool]:
+        """How it is made in version 3."""
+        return {}
 
     def _log(self, status: int, text: bytes | None) -> None:
         if status > 0 and text:
@@ -132,19 +143,8 @@ class _Slave(_Unit):
 
     _kind = "Slave"
 
-    def _instantiate(self) -> None:
-        if self.version == 2:
-            self.unit.instantiate(callbacks=_callbacks(self._log))
-            return
-
-        def told(environment: Any, status: int, category: Any, message: bytes | None) -> None:
-            self._log(status, message)
-
-        self.unit.instantiate(
-            eventModeUsed=self.facts["has_events"],
-            earlyReturnAllowed=self.facts["has_events"],
-            logMessage=told,
-        )
+    def _options(self) -> dict[str, bool]:
+        return dict.fromkeys(("eventModeUsed", "earlyReturnAllowed"), self.facts["has_events"])
 
     def _begun(self) -> list[float]:
         if not self.facts["has_events"]:
@@ -192,16 +192,6 @@ class _Model(_Unit):
     """Model exchange: its states are integrated here, by CVode."""
 
     _kind = "Model"
-
-    def _instantiate(self) -> None:
-        if self.version == 2:
-            self.unit.instantiate(callbacks=_callbacks(self._log))
-            return
-
-        def told(environment: Any, status: int, category: Any, message: bytes | None) -> None:
-            self._log(status, message)
-
-        self.unit.instantiate(logMessage=told)
 
     def _begun(self) -> list[float]:
         self._update()
