@@ -250,6 +250,9 @@ class _InstantSearch:
 
     def found(self) -> Instants:
         """All instants, with those that rounding alone keeps apart in one."""
+        if not self.clocks:
+            edges = np.array([self.begin, self.end], dtype=float)
+            return Instants(np.zeros(0), edges, [], np.zeros(0, dtype=int), np.zeros((1, 0)))
         courses: list[_Course] = []
         plain = self._plain()
         for k, clock in enumerate(self.clocks):

@@ -21,7 +21,7 @@ class KeptRun:
     Parameters
     ----------
     options : object
-        All that the records depend on, but for parameters, states and settings.
+        All that the records depend on, but for where and when a run stands.
     run : Run
         With these options.
     room : OutputRoom
@@ -39,7 +39,6 @@ class KeptRun:
         run.memory[:] = self._memory_at_begin
         if had_matrix and not run.has_matrix:
             run.matrix, run.work, run.has_matrix = run.matrix, run.work, 1
-        self.room.output.grid_next = 0
 
     def begin_again(self) -> tuple[Run, OutputRoom]:
         """The run without options, but with its matrix; and the room."""

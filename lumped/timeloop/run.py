@@ -106,8 +106,7 @@ class Simulation:
             return ()
         largest = np.zeros(len(may_be))
         for x in own:
-            part = x[:, may_be]
-            largest = np.max([largest, part.max(axis=0), -part.min(axis=0)], axis=0)
+            largest = np.maximum(largest, np.abs(x[:, may_be]).max(axis=0))
         tolerated, limit = largest * self.rtol, self.atol[may_be]
         # a millionth of that is rounding of something that stands still
         small = (tolerated < limit) & (tolerated > 1e-6 * limit)

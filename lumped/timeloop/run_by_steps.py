@@ -59,6 +59,8 @@ that."""
 _LOOKS = 4000
 """Steps in a run in which nothing but the time moves margins."""
 
+_NONE = np.zeros(0)
+
 
 class RunBySteps(Simulation):
     """One simulation by explicit or implicit steps.
@@ -135,52 +137,60 @@ class RunBySteps(Simulation):
     # -- into the loop -----------------------------------------------------------------------
 
     def _begin(self) -> None:
-        """Stand at the start; the records of a run with the same options are as it needs them."""
+        """Stand at the start, with the records of a run that is over if it had the same options."""
         self._edges, times = self.find_instants(), self.output.times
-        tolerances = self.rtol, self._relative_atol, self._method, self.max_steps
-        grid = None if times is None else times.tobytes()
-        options = *tolerances, self.begin, self.until, grid, self.output.both_sides, self.instants
+        count = None if times is None else len(times)
+        options = self.rtol, self._relative_atol, self._method, self.max_steps, count
         self._executable = executable(self.system)
-        kept = self._executable.begun(options)
-        self._stand(
-            self._with_options(options, 0, BEGIN_SEGMENT, self.begin) if kept is None else kept,
-            self.point.x,
-            self.point.settings,
-        )
+        kept = self._executable.begun(options) or self._with_options(options)
+        self._stand(kept, 0, BEGIN_SEGMENT, self.begin, self.point.x, self.point.settings)
 
-    def _stand(self, kept: KeptRun, x: np.ndarray, settings: np.ndarray) -> None:
-        """Stand somewhere with the states of the present system."""
-        self._kept, self._room, run = kept, kept.room, kept.run
-        self._run, plant = run, self._executable.plant
-        self.atol = self._relative_atol * nominals(self.system)
-        self._executable.place(run, self.point.theta, x, settings)
-        if plant.holds:
-            engine.call("watched", run)
-        self._modes = settings[: len(settings) - plant.implicit].copy()
-
-    def _with_options(self, options: object, segment: int, phase: int, t: float) -> KeptRun:
-        """Records that go on from an instant."""
-        code, run = self._executable, self._executable.blank_run()
-        span(run, self.span)
-        run.t = t
+    def _with_options(self, options: object) -> KeptRun:
+        """Records of a run with options that stands nowhere yet."""
+        run = self._executable.blank_run()
         run.rtol, run.max_steps = self.rtol, self.max_steps
         run.atol[:] = self._relative_atol * nominals(self.system)
-        run.phase, run.segment, run.end = phase, segment, self._edges[segment + 1]
         run.chooses_method = self._method in ("auto", "steps", "taylor")
-        run.steps, run.rejected, run.evaluations = self.steps, self.rejected, self.evaluations
-        run.pause = self._pause()
         run.sampled_to = math.inf
-        timed, values = self.instants.places, self.instants.modes
-        run.segments, run.edges = len(self._edges) - 1, self._edges
-        run.timed = len(timed)
-        run.timed_setting = np.ascontiguousarray(timed, dtype=np.int64)
-        run.timed_values = np.ascontiguousarray(values).ravel()
-        if not code.plant.states:
-            run.longest = self._longest()
         self._take_method(run)
         room = self._new_room()
         run.output = room.output
         return KeptRun(options, run, room)
+
+    def _stand(
+        self,
+        kept: KeptRun,
+        segment: int,
+        phase: int,
+        t: float,
+        x: np.ndarray,
+        settings: np.ndarray,
+    ) -> None:
+        """Stand at an instant with the states of the present system."""
+        self._kept, self._room, run = kept, kept.room, kept.run
+        self._run, plant = run, self._executable.plant
+        self.atol = self._relative_atol * nominals(self.system)
+        span(run, self.span)
+        if not plant.states:
+            run.longest = self._longest()
+        run.t, run.phase, run.segment, run.end = t, phase, segment, self._edges[segment + 1]
+        if self.steps:
+            run.steps, run.rejected, run.evaluations = self.steps, self.rejected, self.evaluations
+        run.pause = self._pause()
+        timed, values = self.instants.places, self.instants.modes
+        run.segments, run.edges = len(self._edges) - 1, self._edges
+        run.timed = len(timed)
+        if len(timed):
+            run.timed_setting = np.ascontiguousarray(timed, dtype=np.int64)
+            run.timed_values = np.ascontiguousarray(values).ravel()
+        output, times = self.output, self.output.times
+        grid = _NONE if times is None else np.ascontiguousarray(times)
+        on_grid, both_sides = output.on_grid, output.both_sides
+        self._room.begin(grid, output.taken, on_grid=on_grid, both_sides=both_sides)
+        self._executable.place(run, self.point.theta, x, settings)
+        if plant.holds:
+            engine.call("watched", run)
+        self._modes = settings[: len(settings) - plant.implicit].copy()
 
     def _longest(self) -> float:
         """Step by which implicit quantities and margins are followed where there are no states."""
@@ -200,15 +210,10 @@ class RunBySteps(Simulation):
         plant, times = self._executable.plant, self.output.times
         n, ng = plant.states, plant.implicit
         nm, some = plant.settings - ng, plant.holds + plant.conditions
-        grid = np.zeros(0) if times is None else np.ascontiguousarray(times)
-        rows = len(grid) + min(max(_ROOM // max(n, 1), 5), _ROWS)
+        rows = (0 if times is None else len(times)) + min(max(_ROOM // max(n, 1), 5), _ROWS)
         pieces = min(max(_ROOM // max(nm, 1), 1), _PIECES)
         changes = _CHANGES + some
-        sizes = (rows, pieces, changes, n, ng, nm)
-        room = self._executable.room(sizes)
-        on_grid, both_sides = self.output.on_grid, self.output.both_sides
-        room.begin(grid, self.output.taken, on_grid=on_grid, both_sides=both_sides)
-        return room
+        return self._executable.room((rows, pieces, changes, n, ng, nm))
 
     def _pause(self) -> int:
         """Attempts after which the loop comes back to Python."""
@@ -287,8 +292,8 @@ class RunBySteps(Simulation):
         self.output.open(lead.system)
         ring, changes = run.changed.copy(), run.changed_count
         self._executable = executable(lead.system)
-        kept = self._with_options(None, run.segment, RESTART, t)
-        self._stand(kept, lead.x, lead.settings)
+        kept = self._with_options(None)
+        self._stand(kept, run.segment, RESTART, t, lead.x, lead.settings)
         self._run.changed[:], self._run.changed_count = ring, changes
 
     def _fail(self, why: int) -> None:
