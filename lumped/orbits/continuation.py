@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import scipy
@@ -81,16 +81,31 @@ class Segment:
         if not self.length > 0:
             raise MissedError("no motion is found ahead")
         end = b.tangent * b.scale / a.scale
-        self.curve = scipy.interpolate.CubicHermiteSpline(
-            [0.0, self.length], [0 * apart, apart], [a.tangent, end / (a.tangent @ end)]
+        slopes, chord = (a.tangent, end / (a.tangent @ end)), apart / self.length
+        self._powers = np.array(  # of the place
+            [
+                slopes[0],
+                (3 * chord - 2 * slopes[0] - slopes[1]) / self.length,
+                (slopes[0] + slopes[1] - 2 * chord) / self.length**2,
+            ]
         )
+
+    def curve(self, place: float) -> np.ndarray:
+        """The cubic through both ends, in unknowns over the scale of the first, from there."""
+        found: np.ndarray = np.array([place, place**2, place**3]) @ self._powers
+        return found
+
+    def direction(self, place: float) -> np.ndarray:
+        """Its derivative."""
+        found: np.ndarray = np.array([1.0, 2 * place, 3 * place**2]) @ self._powers
+        return found
 
     def at(self, place: float) -> Station:
         """The motion at a place from 0 to `length`."""
         a = self.a
         z = in_phase(a, a.z + a.scale * self.curve(place))
         guess = self.problem.guess(z, a.guess, a.guess.point.settings)
-        along, matrix = self.curve(place, 1), a.matrix
+        along, matrix = self.direction(place), a.matrix
         if a.events == self.b.events:
             matrix = a.matrix + place / self.length * self.change(a.scale)
         return corrected(self.problem, guess, a.scale, a.tangent, matrix, along)
@@ -114,7 +129,7 @@ class Segment:
         row = np.zeros(len(z))
         row[-1] = 1.0
         guess = self.problem.guess(z, a.guess, a.guess.point.settings)
-        return corrected(self.problem, guess, a.scale, row, a.matrix, self.curve(place, 1))
+        return corrected(self.problem, guess, a.scale, row, a.matrix, self.direction(place))
 
     def root(self, test: Callable[[Station], float]) -> Station | None:
         """Where a test is zero that differs in sign at the ends; None if it jumps there."""
@@ -145,8 +160,13 @@ def _doubling(station: Station) -> float:
 
 def _torus(station: Station) -> float:
     values = station.multipliers
-    pairs = np.triu_indices(len(values), 1)
+    pairs = _pairs(len(values))
     return float(np.prod(values[pairs[0]] * values[pairs[1]] - 1).real)
+
+
+@cache
+def _pairs(count: int) -> tuple[np.ndarray, ...]:
+    return np.triu_indices(count, 1)
 
 
 def _crossing(station: Station) -> float:
