@@ -26,19 +26,31 @@ class KeptRun:
         With these options.
     room : OutputRoom
         Where it writes.
+
+    Attributes
+    ----------
+    times : object
+        Begin, end and output times that the records have at the begin; None if they have none.
     """
 
     def __init__(self, options: object, run: Run, room: OutputRoom) -> None:
         self.options, self.run, self.room = options, run, room
+        self.times: object = None
         self._memory_at_begin = run.memory.copy()
 
+    def note(self, times: object) -> None:
+        """Have these times at the begin from now on."""
+        self.times = times
+        self._memory_at_begin[:] = self.run.memory
+
     def begin(self) -> None:
-        """Make the records those at the begin of a run with the same options."""
+        """Make the records those at the begin of a run with the same options and times."""
         run = self.run
         had_matrix = run.has_matrix
         run.memory[:] = self._memory_at_begin
         if had_matrix and not run.has_matrix:
             run.matrix, run.work, run.has_matrix = run.matrix, run.work, 1
+        self.room.output.grid_next = 0
 
     def begin_again(self) -> tuple[Run, OutputRoom]:
         """The run without options, but with its matrix; and the room."""

@@ -59,8 +59,6 @@ that."""
 _LOOKS = 4000
 """Steps in a run in which nothing but the time moves margins."""
 
-_NONE = np.zeros(0)
-
 
 class RunBySteps(Simulation):
     """One simulation by explicit or implicit steps.
@@ -137,13 +135,19 @@ class RunBySteps(Simulation):
     # -- into the loop -----------------------------------------------------------------------
 
     def _begin(self) -> None:
-        """Stand at the start, with the records of a run that is over if it had the same options."""
+        """Stand at the start, in the records of a run that is over if it had the same options."""
         self._edges, times = self.find_instants(), self.output.times
         count = None if times is None else len(times)
         options = self.rtol, self._relative_atol, self._method, self.max_steps, count
         self._executable = executable(self.system)
         kept = self._executable.begun(options) or self._with_options(options)
-        self._stand(kept, 0, BEGIN_SEGMENT, self.begin, self.point.x, self.point.settings)
+        grid = None if times is None else times.tobytes()
+        changing = self.instants if len(self.instants.places) else None
+        when = self.begin, self.until, grid, self.output.both_sides, changing
+        if kept.times != when:
+            self._set_times(kept, 0, BEGIN_SEGMENT, self.begin)
+            kept.note(when)
+        self._stand(kept, self.point.x, self.point.settings)
 
     def _with_options(self, options: object) -> KeptRun:
         """Records of a run with options that stands nowhere yet."""
@@ -157,36 +161,29 @@ class RunBySteps(Simulation):
         run.output = room.output
         return KeptRun(options, run, room)
 
-    def _stand(
-        self,
-        kept: KeptRun,
-        segment: int,
-        phase: int,
-        t: float,
-        x: np.ndarray,
-        settings: np.ndarray,
-    ) -> None:
-        """Stand at an instant with the states of the present system."""
-        self._kept, self._room, run = kept, kept.room, kept.run
-        self._run, plant = run, self._executable.plant
-        self.atol = self._relative_atol * nominals(self.system)
+    def _set_times(self, kept: KeptRun, segment: int, phase: int, t: float) -> None:
+        """Begin at an instant of this run, up to its end."""
+        run, output, times = kept.run, self.output, self.output.times
         span(run, self.span)
-        if not plant.states:
+        if not self._executable.plant.states:
             run.longest = self._longest()
         run.t, run.phase, run.segment, run.end = t, phase, segment, self._edges[segment + 1]
-        if self.steps:
-            run.steps, run.rejected, run.evaluations = self.steps, self.rejected, self.evaluations
+        run.steps, run.rejected, run.evaluations = self.steps, self.rejected, self.evaluations
         run.pause = self._pause()
         timed, values = self.instants.places, self.instants.modes
         run.segments, run.edges = len(self._edges) - 1, self._edges
         run.timed = len(timed)
-        if len(timed):
-            run.timed_setting = np.ascontiguousarray(timed, dtype=np.int64)
-            run.timed_values = np.ascontiguousarray(values).ravel()
-        output, times = self.output, self.output.times
-        grid = _NONE if times is None else np.ascontiguousarray(times)
+        run.timed_setting = np.ascontiguousarray(timed, dtype=np.int64)
+        run.timed_values = np.ascontiguousarray(values).ravel()
+        grid = np.zeros(0) if times is None else np.ascontiguousarray(times)
         on_grid, both_sides = output.on_grid, output.both_sides
-        self._room.begin(grid, output.taken, on_grid=on_grid, both_sides=both_sides)
+        kept.room.begin(grid, output.taken, on_grid=on_grid, both_sides=both_sides)
+
+    def _stand(self, kept: KeptRun, x: np.ndarray, settings: np.ndarray) -> None:
+        """Stand somewhere with the states of the present system."""
+        self._kept, self._room, run = kept, kept.room, kept.run
+        self._run, plant = run, self._executable.plant
+        self.atol = self._relative_atol * nominals(self.system)
         self._executable.place(run, self.point.theta, x, settings)
         if plant.holds:
             engine.call("watched", run)
@@ -293,7 +290,8 @@ class RunBySteps(Simulation):
         ring, changes = run.changed.copy(), run.changed_count
         self._executable = executable(lead.system)
         kept = self._with_options(None)
-        self._stand(kept, run.segment, RESTART, t, lead.x, lead.settings)
+        self._set_times(kept, run.segment, RESTART, t)
+        self._stand(kept, lead.x, lead.settings)
         self._run.changed[:], self._run.changed_count = ring, changes
 
     def _fail(self, why: int) -> None:
