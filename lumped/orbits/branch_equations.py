@@ -76,6 +76,11 @@ class BranchProblem:
     high: float
 
     @property
+    def places(self) -> tuple[int, ...]:
+        """Places of the parameters that are unknown."""
+        return (self.place,) if self.follows is None else (self.follows, self.place)
+
+    @property
     def extra(self) -> bool:
         """Whether there is another unknown, the period or a parameter."""
         return self.orbits.free
@@ -295,7 +300,7 @@ def tangent_of(matrix: np.ndarray, along: np.ndarray) -> np.ndarray:
 def _slopes(problem: BranchProblem, shot: Shot, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Jacobian of what is missed, the phase included, and the monodromy matrix."""
     orbits, k = problem.orbits, len(problem.orbits.active)
-    places = (problem.place,) if problem.follows is None else (problem.follows, problem.place)
+    places = problem.places
     forward = forward_by(orbits, places, shot.guess.point.theta)
     slopes = slopes_of(orbits, shot, forward)
     by = slopes[:, k:] / forward.seed[list(places), k + np.arange(len(places))]
