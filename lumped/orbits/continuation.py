@@ -143,7 +143,9 @@ class Segment:
         guess = self.problem.guess(z, a.guess, a.guess.point.settings)
         matrix = a.matrix if a.events == self.b.events else None
         found = corrected(self.problem, guess, a.scale, row, matrix, self.direction(place))
-        if np.linalg.norm((found.z - z) / a.scale) > _ASIDE * self.length:
+        # at a border, motions between are those with more events
+        fewer = len(found.events) < max(len(a.events), len(self.b.events))
+        if fewer or np.linalg.norm((found.z - z) / a.scale) > _ASIDE * self.length:
             raise MissedError("the motion found there is of another branch")
         return found
 

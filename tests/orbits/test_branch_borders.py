@@ -5,6 +5,7 @@ import pytest
 from scipy.linalg import expm
 
 import lumped as lp
+from lumped.errors import SolverError
 from lumped.ops import cos
 
 
@@ -123,6 +124,14 @@ def test_low_impacts_are_unstable_up_to_a_fold():
     middle = 0.5 * (grazing.value + fold.value)
     stable = [orbit.stable for orbit in branch.at(middle)]
     assert sorted(stable) == [False, True, True]
+
+
+def test_a_motion_too_near_to_grazing_is_not_taken_for_another():
+    branch = lp.orbits.branch(under_stop(), over="F", between=(0.4, 2.1))
+    (grazing,) = branch.named("grazing")
+    text = r"between motions \d+ and \d+ of the branch was not found .* further from the border"
+    with pytest.raises(SolverError, match=text):
+        branch.at(grazing.value * (1 - 1e-6))
 
 
 def test_a_border_at_the_very_start_of_a_period_is_found_too():
