@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -29,6 +30,36 @@ __all__ = ["Parameters", "collect", "start_values"]
 
 _RUNS = 10_000
 """Runs whose parameters are looked at together; the more, the more memory."""
+
+
+class _Rules(NamedTuple):
+    """What parameters must keep to, by arrays.
+
+    Attributes
+    ----------
+    rows : ndarray of int, shape (k,)
+        Numbers of the rules, ascending: those of `numbers`, then of `ordered`.
+    numbers : ndarray of int, shape (r,)
+        Parameters.
+    least, most, nonzero : ndarray, shape (r,)
+        Their ranges, and which must not be zero.
+    ordered : ndarray of int, shape (k - r,)
+        Numbers of lower limits that are expressions.
+    highs, higher : ndarray of int, shape (k - r,)
+        Parameters with these limits, and their places in `numbers`.
+    strict : ndarray of bool, shape (k - r,)
+        Whether the limit itself is out of range.
+    """
+
+    rows: np.ndarray
+    numbers: np.ndarray
+    least: np.ndarray
+    most: np.ndarray
+    nonzero: np.ndarray
+    ordered: np.ndarray
+    highs: np.ndarray
+    higher: np.ndarray
+    strict: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,18 +124,31 @@ class Parameters:
         return {i for i, n in enumerate(self.free) if count[i] == 1 and n not in limited}
 
     @cached_property
-    def _ranges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Least and greatest value of each parameter, and which must not be zero."""
-        least = np.array([quantity.least for quantity in self.declared])
-        most = np.array([quantity.most for quantity in self.declared])
-        return least, most, np.array([quantity.nonzero for quantity in self.declared], dtype=bool)
+    def _every_rule(self) -> _Rules:
+        return self._rules(np.arange(len(self.declared) + len(self.ordered)))
+
+    def _rules(self, rows: np.ndarray) -> _Rules:
+        """Those of some rows of `_ruled`, ascending."""
+        count = int(rows.searchsorted(len(self.declared)))
+        numbers, ordered = rows[:count], rows[count:] - len(self.declared)
+        own = [self.declared[i] for i in numbers]
+        highs = self._highs[ordered]
+        return _Rules(
+            rows,
+            numbers,
+            np.array([quantity.least for quantity in own]),
+            np.array([quantity.most for quantity in own]),
+            np.array([quantity.nonzero for quantity in own], dtype=bool),
+            ordered,
+            highs,
+            numbers.searchsorted(highs),
+            np.array([self.declared[high].strict for high in highs], dtype=bool),
+        )
 
     @cached_property
-    def _ordered(self) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters whose lower limit is an expression, and whether that is out of range."""
-        highs = [high for high, *_ in self.ordered]
-        strict = [self.declared[high].strict for high in highs]
-        return np.array(highs, dtype=int), np.array(strict, dtype=bool)
+    def _highs(self) -> np.ndarray:
+        """Parameters whose lower limit is an expression."""
+        return np.array([high for high, *_ in self.ordered], dtype=int)
 
     @cached_property
     def vibrating(self) -> list[int]:
@@ -213,7 +257,7 @@ class Parameters:
             With path, value and unit of each.
         """
         found = self._ruled_function(theta)[0]
-        faults = self._faults(found[None], np.arange(len(found)))
+        faults = self._faults(found[None], self._every_rule)
         _refuse(model, [text for _, text, _ in faults])
 
     def outside(
@@ -237,12 +281,12 @@ class Parameters:
         """
         varied = self.theta[places]
         touched = np.flatnonzero(ca.which_depends(self._ruled, varied, 1, True))
-        highs, limits = self._ordered[0], len(self.declared) + np.arange(len(self.ordered))
+        highs, limits = self._highs, len(self.declared) + np.arange(len(self.ordered))
         both = np.isin(highs, touched) | np.isin(limits, touched)
-        rules = np.unique(np.concatenate([touched, highs[both], limits[both]]))
+        rules = self._rules(np.unique(np.concatenate([touched, highs[both], limits[both]])))
         mixed = ca.SX(ca.DM(theta))
         mixed[places] = varied
-        asked = ca.substitute(self._ruled[rules.tolist()], self.theta, mixed)
+        asked = ca.substitute(self._ruled[rules.rows.tolist()], self.theta, mixed)
         one = ca.Function("one", [varied], [ca.densify(asked)])
         found: dict[int, tuple[str, list[np.ndarray]]] = {}
         for first in range(0, len(values), _RUNS):
@@ -252,43 +296,43 @@ class Parameters:
                 found.setdefault(rule, (text, []))[1].append(first + runs)
         return [(found[rule][0], np.concatenate(found[rule][1])) for rule in sorted(found)]
 
-    def _faults(self, ruled: np.ndarray, rules: np.ndarray) -> list[tuple[int, str, np.ndarray]]:
-        """What is out of range: rule, text of the first run, and the runs.
+    def _faults(self, ruled: np.ndarray, rules: _Rules) -> list[tuple[int, str, np.ndarray]]:
+        """What is out of range: row, text of the first run, and the runs.
 
-        Each row of `ruled` has some of the rows of `_ruled`, those of `rules`, ascending.
+        Parameters
+        ----------
+        ruled : ndarray, shape (runs, rules)
+            Values of these rows in each run.
         """
-        count = int(rules.searchsorted(len(self.declared)))
-        numbers, ordered = rules[:count], rules[count:] - len(self.declared)
+        count = len(rules.numbers)
         values, limits = ruled[:, :count], ruled[:, count:]
-        least, most, nonzero = (ends[numbers] for ends in self._ranges)
-        fits = (values >= least) & (values <= most) & ~(nonzero & (values == 0))
+        fits = (values >= rules.least) & (values <= rules.most) & ~(rules.nonzero & (values == 0))
         if not within(values):
             fits &= np.reshape([beyond(v) is None for v in values.flat], values.shape)
-        highs, strict = (part[ordered] for part in self._ordered)
-        higher = values[:, numbers.searchsorted(highs)] if len(ordered) else limits
-        low = (higher < limits) | (strict & (higher == limits))
+        higher = values[:, rules.higher]
+        low = (higher < limits) | (rules.strict & (higher == limits))
+        if fits.all() and not low.any():
+            return []
         wrong = np.hstack([~fits, low])
-        self._leave_out_followers(wrong, numbers, highs)
+        self._leave_out_followers(wrong, rules)
         found = []
         for j in np.flatnonzero(wrong.any(axis=0)).tolist():
             runs = np.flatnonzero(wrong[:, j])
             if j < count:
-                number = int(numbers[j])
+                number = int(rules.numbers[j])
                 text = self.fault(number, float(values[runs[0], j])) or ""
             else:
                 text = self._order(
-                    int(ordered[j - count]),
+                    int(rules.ordered[j - count]),
                     *(float(part[runs[0], j - count]) for part in (higher, limits)),
                 )
-            found.append((int(rules[j]), text, runs))
+            found.append((int(rules.rows[j]), text, runs))
         return found
 
-    def _leave_out_followers(
-        self, wrong: np.ndarray, numbers: np.ndarray, highs: np.ndarray
-    ) -> None:
+    def _leave_out_followers(self, wrong: np.ndarray, rules: _Rules) -> None:
         """Take out bound parameters that are out of range only as others are in the same run."""
-        every = np.append(numbers, highs).tolist()
-        for j in np.flatnonzero(wrong[:, : len(numbers)].any(axis=0)).tolist():
+        every = np.append(rules.numbers, rules.highs).tolist()
+        for j in np.flatnonzero(wrong[:, : len(rules.numbers)].any(axis=0)).tolist():
             number = every[j]
             if number in self._places:
                 continue

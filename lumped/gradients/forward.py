@@ -191,14 +191,28 @@ class Forward:
             Where the run has no derivative, or none that is followed.
         """
         pieces = self.pieces(run)
+        found = self._of_all_orders(run, pieces, pieces, S)
+        return found.states, found.instants
+
+    def at_end(self, run: Trajectory, S: np.ndarray) -> np.ndarray:
+        """As `sensitivities`, but only those at the end of the run, shape (n, k)."""
+        pieces = self.pieces(run)
+        ends = [Piece(p.system, p.t[[0, -1]], p.x[[0, -1]], p.settings[[0, -1]]) for p in pieces]
+        found: np.ndarray = self._of_all_orders(run, pieces, ends, S).states[-1][-1]
+        return found
+
+    def _of_all_orders(
+        self, run: Trajectory, pieces: list[Piece], wanted: list[Piece], S: np.ndarray
+    ) -> Followed:
+        """Derivatives at wanted points of the pieces, which must agree in all orders of changes."""
         crossings = self.crossings(run, pieces)
-        found = self.follow(run, pieces, crossings, S, 1)
+        found = self.follow(run, wanted, crossings, S, 1)
         if any(len(crossing.orders) > 1 for crossing in crossings):
-            other = self.follow(run, pieces, crossings, S, -1)
+            other = self.follow(run, wanted, crossings, S, -1)
             for right, left in zip(found.states, other.states, strict=True):
                 if np.abs(right - left).max(initial=0.0) > _AGREE * np.abs(right).max(initial=0.0):
                     raise coincide(run, crossings)
-        return found.states, found.instants
+        return found
 
     def pieces(self, run: Trajectory) -> list[Piece]:
         """Smooth parts of a run.
@@ -233,12 +247,15 @@ class Forward:
         for number, piece in enumerate(pieces):
             if number:
                 S = self._across(run, crossings[number - 1], number, S, side, found)
-            course = [(S, np.zeros((self.q, self.k)))] * len(piece.t)
             if (self.n or self.q) and piece.t[-1] > piece.t[0]:
-                course = self._through(method, run, piece, S)
-            S = course[-1][0]
-            found.states.append(np.array([own[0] for own in course]))
-            found.integrals.append(np.array([own[1] for own in course]))
+                states, integrals = self._through(method, run, piece, S)
+            else:
+                count = len(piece.t)
+                states = S[None].repeat(count, axis=0)
+                integrals = np.zeros((count, self.q, self.k))
+            S = states[-1]
+            found.states.append(states)
+            found.integrals.append(integrals)
         return found
 
     def _across(
@@ -288,7 +305,7 @@ class Forward:
 
     def _through(
         self, method: Method, run: Trajectory, piece: Piece, S: np.ndarray
-    ) -> list[tuple[np.ndarray, np.ndarray]]:
+    ) -> tuple[np.ndarray, np.ndarray]:
         """S and derivatives of integrals at all times of a piece, from S at the first."""
         x = np.concatenate([piece.x[0], S.ravel(order="F"), np.zeros(self.q * (1 + self.k))])
         sizes = np.tile(nominals(self.system), 1 + self.k), np.tile(self.sizes, 1 + self.k)
@@ -310,10 +327,7 @@ class Forward:
                 f"near t = {found.fault_at:.9g} s.",
                 run,
             )
-        return [self._parted(row) for row in found.x]
-
-    def _parted(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """S and derivatives of the integrals among all states."""
         n, k, q = self.n, self.k, self.q
-        S, Q = row[n : n + n * k], row[n + n * k + q :]
-        return S.reshape(n, k, order="F"), Q.reshape(q, k, order="F")
+        S, Q = found.x[:, n : n + n * k], found.x[:, n + n * k + q :]
+        count = len(found.x)
+        return S.reshape(count, k, n).transpose(0, 2, 1), Q.reshape(count, k, q).transpose(0, 2, 1)

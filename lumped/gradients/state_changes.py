@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-import scipy
 
 from lumped.compiler.system import System
 from lumped.flattening import hold_modes
@@ -55,17 +54,20 @@ class Entries(NamedTuple):
 
     def times(self, other: np.ndarray) -> np.ndarray:
         """The product with a dense matrix."""
-        found: np.ndarray = self._matrix @ other
-        return found
+        return self._product(self.rows, self.columns, other, self.shape[0])
 
     def transposed_times(self, other: np.ndarray) -> np.ndarray:
         """The product of the transposed matrix with a dense one."""
-        found: np.ndarray = self._matrix.T @ other
-        return found
+        return self._product(self.columns, self.rows, other, self.shape[1])
 
-    @property
-    def _matrix(self) -> scipy.sparse.coo_array:
-        return scipy.sparse.coo_array((self.values, (self.rows, self.columns)), self.shape)
+    def _product(
+        self, rows: np.ndarray, columns: np.ndarray, other: np.ndarray, count: int
+    ) -> np.ndarray:
+        width = other.shape[1]
+        places = rows[:, None] * width + np.arange(width)
+        parts = self.values[:, None] * other[columns]
+        found = np.bincount(places.ravel(), parts.ravel(), count * width)
+        return found.reshape(count, width)
 
     @property
     def only_row(self) -> np.ndarray:
@@ -83,7 +85,8 @@ class Entries(NamedTuple):
 
     def toarray(self) -> np.ndarray:
         """The matrix."""
-        found: np.ndarray = self._matrix.toarray()
+        found = np.zeros(self.shape)
+        np.add.at(found, (self.rows, self.columns), self.values)
         return found
 
 

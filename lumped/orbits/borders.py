@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.orbits.branch_equations import CLOSELY, MissedError, Station
-from lumped.orbits.continuation import Passed, Segment
-from lumped.orbits.smooth_curves import Extreme, course, curves_by, inner_lows
+from lumped.orbits.branch_equations import CLOSELY, BranchProblem, MissedError, Station
+from lumped.orbits.continuation import Ahead, Passed, Segment
+from lumped.orbits.low_impacts import with_low_impacts, without_impact
+from lumped.orbits.smooth_curves import Curve, Extreme, course, crossed, curves_by, inner_lows
 from lumped.simulation.simulate import simulate
 from lumped.support.made_once import made_once
 
@@ -24,8 +26,6 @@ _NEAR, _TOUCHES, _CLOSE = 1e-10, 1e-6, 0.1
 """Of its range: a margin at the border; one that touches it; one that may, where a branch ends."""
 _FALLS = 0.9
 """Part of its size before to which a probe nearer to the border brings a margin that touches."""
-_ZERO = 1e-7
-"""Of its range: a margin that is zero at the end of a smooth part."""
 _LEVEL = 1e-9
 """Rate of a margin, over its range, that is as good as zero, 1/s."""
 _BESIDE = (1e-6, 1e-4, 1e-2)
@@ -95,16 +95,68 @@ def _named(more: Counter[tuple[str, str, str]]) -> str:
     return "slipping" if any(before == "stuck" for _, before, _ in more) else "switching"
 
 
-def border_at_end(along: Callable[[float], Station], last: Station, step: float) -> Passed | None:
-    """The border at which a branch ends, as no motion is near the last; None if there is none."""
+def border_at_end(
+    problem: BranchProblem, ahead: Ahead, last: Station, step: float
+) -> tuple[Passed, tuple[Station, ...]] | None:
+    """The border near the last of some motions, and motions from there on its other side.
+
+    None if there is no border. Known are the other sides of the grazing of a stop.
+    """
     for crosses in (False, True):
         margin = _touching(last, None, crosses)
         if margin is None or _low(last, margin) > _CLOSE:
             continue
-        near, _ = _approached(along, last, (0.0, step), None, margin)
-        if _low(near, margin) <= _TOUCHES:
-            return Passed(margin.kind, near, margin.component, margin.words)
+        near, _ = _approached(partial(ahead, last, None), last, (0.0, step), None, margin)
+        if _low(near, margin) > _TOUCHES:
+            continue
+        if margin.kind == "grazing":
+            joined = (
+                _impacts_end(problem, ahead, near, margin)
+                if crosses
+                else _impacts_begin(problem, near, margin)
+            )
+            if joined is not None:
+                return joined
+        return Passed(margin.kind, near, margin.component, margin.words), ()
     return None
+
+
+def _impacts_begin(
+    problem: BranchProblem, near: Station, margin: _Margin
+) -> tuple[Passed, tuple[Station, ...]] | None:
+    """From a motion that grazes on with low impacts; None if there are none."""
+    function = _course(near.run.system, margin.row)
+    lowest = min(_lows(curves_by(function, near.closely)))
+    if not lowest.time:
+        return None
+    found = with_low_impacts(problem, near, function, margin.row, lowest.time)
+    if found is None:
+        return None
+    passed = Passed(margin.kind, near, margin.component, margin.words)
+    return passed, (_towards(near, near, found), found)
+
+
+def _impacts_end(
+    problem: BranchProblem, ahead: Ahead, near: Station, margin: _Margin
+) -> tuple[Passed, tuple[Station, ...]] | None:
+    """From a motion with low impacts on without them; None if there are none."""
+    calm = without_impact(problem, near)
+    if calm is None:
+        return None
+    back = replace(calm, tangent=-calm.tangent)
+    length = 2 * float(np.linalg.norm((calm.z - near.z) / calm.scale))
+    clear = replace(margin, crosses=False)
+    grazing, _ = _approached(partial(ahead, back, None), back, (0.0, length), None, clear)
+    if _low(grazing, clear) > _TOUCHES:
+        return None
+    passed = Passed(margin.kind, _towards(grazing, near, grazing), margin.component, margin.words)
+    return passed, (replace(grazing, tangent=-grazing.tangent), calm)
+
+
+def _towards(station: Station, a: Station, b: Station) -> Station:
+    """A motion at which the branch has the direction from one to another."""
+    apart = (b.z - a.z) / station.scale
+    return replace(station, tangent=apart / np.linalg.norm(apart))
 
 
 def _approached(
@@ -190,11 +242,9 @@ def _low(station: Station, margin: _Margin) -> float:
     if not span:
         return np.inf
     if margin.crosses:
-        rates = [piece.rate[-1] for piece in pieces[:-1] if abs(piece.y[-1]) < _ZERO * span]
-        return min(((float(rate) * guess.period / span) ** 2 for rate in rates), default=np.inf)
-    lows = inner_lows(pieces)
-    if pieces[0].rate[0] >= -_LEVEL * span and pieces[-1].rate[-1] <= _LEVEL * span:
-        lows.append(Extreme(float(pieces[0].y[0]), 0.0))
+        squares = [(rate * guess.period / span) ** 2 for _, rate in crossed(pieces)]
+        return min(squares, default=np.inf)
+    lows = _lows(pieces)
     if not lows:
         return np.inf
     lowest = min(lows)
@@ -204,6 +254,14 @@ def _low(station: Station, margin: _Margin) -> float:
     last = run.pieces[-1]
     exact = function(last.x[-1], run.theta, lowest.time, last.settings[-1])
     return float(exact[0]) / span
+
+
+def _lows(pieces: list[Curve]) -> list[Extreme]:
+    """The lowest points inside smooth parts, and at the begin of the period."""
+    lows, span = inner_lows(pieces), max(float(np.ptp(piece.y)) for piece in pieces)
+    if pieces[0].rate[0] >= -_LEVEL * span and pieces[-1].rate[-1] <= _LEVEL * span:
+        lows.append(Extreme(float(pieces[0].y[0]), 0.0))
+    return lows
 
 
 @made_once

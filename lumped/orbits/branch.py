@@ -45,7 +45,9 @@ def branch(
 
     What is passed is located: folds, branch points, period doublings and Neimark-Sacker points by
     functions that are zero there; borders, at which an event appears or vanishes, where the lowest
-    value of a margin touches zero. At some borders, such as that to hard impacts, branches end.
+    value of a margin touches zero. Where a hard stop is grazed, derivatives are unbounded on the
+    side with impacts; the branch goes on there with low ones (Nordmark 1991). At some other
+    borders branches end.
 
     Parameters
     ----------
@@ -103,8 +105,9 @@ def both_ways(
     problem: BranchProblem, first: Station, *, over: str, step: float, most: int
 ) -> Branch:
     """The branch to both sides of a motion."""
+    at_end = partial(border_at_end, problem)
     back, forth = (
-        followed(problem, first, way, step, most, partial(_passed, problem), border_at_end)
+        followed(problem, first, way, step, most, partial(_passed, problem), at_end)
         for way in (-1, 1)
     )
     if forth.ended.startswith("the branch is closed"):
@@ -147,9 +150,19 @@ class _Motions:
 
     def at(self, value: float) -> list[PeriodicOrbit]:
         found = []
-        for a, b in itertools.pairwise(self.stations):
+        for i, (a, b) in enumerate(itertools.pairwise(self.stations)):
             if (a.value - value) * (b.value - value) < 0:
-                found.append(self._made(Segment(self.problem, a, b).with_value(value)))
+                try:
+                    between = Segment(self.problem, a, b).with_value(value)
+                except MissedError as fault:
+                    system = self.problem.orbits.system
+                    raise SolverError(
+                        f"{system.name}: the motion with {self.over} = {value:.9g} "
+                        f"{system.parameter_unit(self.over)} between motions {i} and {i + 1} of "
+                        f"the branch was not found ({fault}). Take a value a little further from "
+                        "the border there."
+                    ) from None
+                found.append(self._made(between))
             elif a.value == value:
                 found.append(self._made(a))
         last = self.stations[-1]

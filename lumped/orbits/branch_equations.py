@@ -76,6 +76,11 @@ class BranchProblem:
     high: float
 
     @property
+    def places(self) -> tuple[int, ...]:
+        """Places of the parameters that are unknown."""
+        return (self.place,) if self.follows is None else (self.follows, self.place)
+
+    @property
     def extra(self) -> bool:
         """Whether there is another unknown, the period or a parameter."""
         return self.orbits.free
@@ -129,8 +134,7 @@ class BranchProblem:
         if self.extra and self.follows is None:
             period = float(z[k])
         old.point.system.check_parameters(theta)
-        count = len(modes) - len(old.point.system.structure.implicit)
-        settings = np.concatenate([modes[:count], old.point.settings[count:]])
+        settings = _in_modes(old.point, modes)
         return Guess(OperatingPoint(old.point.system, 0.0, x, theta, settings), period, old.phase)
 
 
@@ -269,6 +273,12 @@ def corrected(
     raise MissedError("Newton's method does not converge")
 
 
+def _in_modes(point: OperatingPoint, modes: np.ndarray) -> np.ndarray:
+    """Settings of a point with other modes."""
+    count = len(modes) - len(point.system.structure.implicit)
+    return np.concatenate([modes[:count], point.settings[count:]])
+
+
 def in_phase(station: Station, z: np.ndarray) -> np.ndarray:
     """Unknowns near those of a motion, with its phase."""
     k = len(station.monodromy)
@@ -290,7 +300,7 @@ def tangent_of(matrix: np.ndarray, along: np.ndarray) -> np.ndarray:
 def _slopes(problem: BranchProblem, shot: Shot, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Jacobian of what is missed, the phase included, and the monodromy matrix."""
     orbits, k = problem.orbits, len(problem.orbits.active)
-    places = (problem.place,) if problem.follows is None else (problem.follows, problem.place)
+    places = problem.places
     forward = forward_by(orbits, places, shot.guess.point.theta)
     slopes = slopes_of(orbits, shot, forward)
     by = slopes[:, k:] / forward.seed[list(places), k + np.arange(len(places))]
@@ -336,7 +346,8 @@ def _station(
             row = np.concatenate([guess.phase, np.zeros(2)]) * own
             matrix[-1] = row / np.linalg.norm(row)
     # modes at the end are those in which the next period begins
-    guess = problem.guess(z, guess, shot.settings)
+    point = replace(guess.point, settings=_in_modes(guess.point, shot.settings))
+    guess = replace(guess, point=point)
     tangent = tangent_of(matrix, along / columns)
     condition = float(np.linalg.cond(matrix[:, :-1]))
     used = shot.run.statistics.evaluations

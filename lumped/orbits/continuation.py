@@ -5,7 +5,8 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
+from typing import Protocol
 
 import numpy as np
 import scipy
@@ -13,8 +14,10 @@ import scipy
 from lumped.errors import ParameterError
 from lumped.flattening.hold_modes import PARTED
 from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, corrected, in_phase
+from lumped.orbits.shooting import sizes
+from lumped.timeloop.executable import evaluated
 
-__all__ = ["TESTS", "Course", "Passed", "Segment", "followed"]
+__all__ = ["TESTS", "Ahead", "Course", "Passed", "Segment", "followed"]
 
 _FIRST, _LEAST = 0.2, 1e-7
 """First step over the longest; the shortest in lengths of the branch."""
@@ -22,6 +25,8 @@ _NEAR = 1e-2
 """Part of the longest step, below which the reason is looked for why there is no motion."""
 _FURTHER = 2.0
 """Lengths of a segment up to which its cubic tells what is beyond."""
+_ASIDE = 0.1
+"""Part of the length of a segment by which its motions may be beside its cubic."""
 _AT_BEGIN = 1e-2
 """Part of the period within which an event may pass its begin."""
 _ANGLE = 0.25
@@ -71,6 +76,13 @@ class Course:
     ended: str
 
 
+class Ahead(Protocol):
+    """Gives the motion so far ahead of another, after the segment before it if that is known."""
+
+    def __call__(self, last: Station, before: Segment | None, step: float) -> Station:
+        """The motion."""
+
+
 class Segment:
     """The branch between two motions, by the length along the tangent at the first."""
 
@@ -81,16 +93,31 @@ class Segment:
         if not self.length > 0:
             raise MissedError("no motion is found ahead")
         end = b.tangent * b.scale / a.scale
-        self.curve = scipy.interpolate.CubicHermiteSpline(
-            [0.0, self.length], [0 * apart, apart], [a.tangent, end / (a.tangent @ end)]
+        slopes, chord = (a.tangent, end / (a.tangent @ end)), apart / self.length
+        self._powers = np.array(  # of the place
+            [
+                slopes[0],
+                (3 * chord - 2 * slopes[0] - slopes[1]) / self.length,
+                (slopes[0] + slopes[1] - 2 * chord) / self.length**2,
+            ]
         )
+
+    def curve(self, place: float) -> np.ndarray:
+        """The cubic through both ends, in unknowns over the scale of the first, from there."""
+        found: np.ndarray = np.array([place, place**2, place**3]) @ self._powers
+        return found
+
+    def direction(self, place: float) -> np.ndarray:
+        """Its derivative."""
+        found: np.ndarray = np.array([1.0, 2 * place, 3 * place**2]) @ self._powers
+        return found
 
     def at(self, place: float) -> Station:
         """The motion at a place from 0 to `length`."""
         a = self.a
         z = in_phase(a, a.z + a.scale * self.curve(place))
         guess = self.problem.guess(z, a.guess, a.guess.point.settings)
-        along, matrix = self.curve(place, 1), a.matrix
+        along, matrix = self.direction(place), a.matrix
         if a.events == self.b.events:
             matrix = a.matrix + place / self.length * self.change(a.scale)
         return corrected(self.problem, guess, a.scale, a.tangent, matrix, along)
@@ -114,7 +141,13 @@ class Segment:
         row = np.zeros(len(z))
         row[-1] = 1.0
         guess = self.problem.guess(z, a.guess, a.guess.point.settings)
-        return corrected(self.problem, guess, a.scale, row, a.matrix, self.curve(place, 1))
+        matrix = a.matrix if a.events == self.b.events else None
+        found = corrected(self.problem, guess, a.scale, row, matrix, self.direction(place))
+        # at a border, motions between are those with more events
+        fewer = len(found.events) < max(len(a.events), len(self.b.events))
+        if fewer or np.linalg.norm((found.z - z) / a.scale) > _ASIDE * self.length:
+            raise MissedError("the motion found there is of another branch")
+        return found
 
     def root(self, test: Callable[[Station], float]) -> Station | None:
         """Where a test is zero that differs in sign at the ends; None if it jumps there."""
@@ -145,8 +178,13 @@ def _doubling(station: Station) -> float:
 
 def _torus(station: Station) -> float:
     values = station.multipliers
-    pairs = np.triu_indices(len(values), 1)
+    pairs = _pairs(len(values))
     return float(np.prod(values[pairs[0]] * values[pairs[1]] - 1).real)
+
+
+@cache
+def _pairs(count: int) -> tuple[np.ndarray, ...]:
+    return np.triu_indices(count, 1)
 
 
 def _crossing(station: Station) -> float:
@@ -169,7 +207,7 @@ def followed(
     longest: float,
     most: int,
     passed: Callable[[Segment], list[Passed]],
-    at_end: Callable[[Callable[[float], Station], Station, float], Passed | None],
+    at_end: Callable[[Ahead, Station, float], tuple[Passed, tuple[Station, ...]] | None],
 ) -> Course:
     """Motions from the first on, until the range of the parameter ends, or the branch.
 
@@ -184,12 +222,14 @@ def followed(
     passed : callable
         What is passed between two motions.
     at_end : callable
-        The border near the last motion, by motions ahead of it up to where there is none.
+        The border near the last motion, by motions ahead of it up to where there is none, and
+        motions from there on its other side.
     """
     last = replace(first, tangent=direction * first.tangent)
     course = Course([last], {}, "")
     step = _FIRST * longest
     before: Segment | None = None
+    joined: Station | None = None
     while len(course.stations) <= most:
         bound = None
         try:
@@ -213,10 +253,19 @@ def followed(
                 course.stations.append(beyond)
                 last, before, step = beyond, None, _FIRST * longest
                 continue
-            border = at_end(partial(_ahead, problem, last, None), last, failed)
-            if border is not None:
+            found = at_end(partial(_ahead, problem), last, failed)
+            if found is not None:
+                border, others = found
                 course.passed[len(course.stations)] = border
                 course.stations.append(border.station)
+                if others and last is not joined:
+                    bound = problem.bound(others[-1].value)
+                    if bound is not None:
+                        return replace(course, ended=problem.reached(bound))
+                    course.stations.extend(others)
+                    last = joined = others[-1]
+                    before, step = None, _FIRST * longest
+                    continue
                 text = f"{border.kind} of {border.component}; no motion near was found beyond"
                 return replace(course, ended=f"{text} ({fault})")
             if step < _LEAST:
@@ -265,6 +314,10 @@ def _past_begin(problem: BranchProblem, last: Station, step: float) -> Station |
     row = np.zeros(len(last.z))
     row[-1] = 1.0
     along = row * np.copysign(1.0, last.tangent[-1])
+    if begins and problem.extra and not problem.orbits.advance.any():
+        found = _begun_elsewhere(problem, last, row, along)
+        if found is not None:
+            return found
     for (piece, i, turns, way), aside in itertools.product(begins, (1e-4, 1e-3, 1e-2)):
         modes = piece.settings[i].copy()
         modes[system.switching.first_modes + PARTED] = 0.0
@@ -281,6 +334,27 @@ def _past_begin(problem: BranchProblem, last: Station, step: float) -> Station |
             if found.events == last.events:
                 return found
     return None
+
+
+def _begun_elsewhere(
+    problem: BranchProblem, last: Station, row: np.ndarray, along: np.ndarray
+) -> Station | None:
+    """The same motion, begun in the middle of its longest smooth part, as nothing fixes that."""
+    orbits, theta = problem.orbits, last.run.theta
+    piece = max(last.run.pieces, key=lambda piece: float(piece.t[-1] - piece.t[0]))
+    middle = int(np.searchsorted(piece.t, 0.5 * (piece.t[0] + piece.t[-1])))
+    x, modes = piece.x[middle], piece.settings[middle].copy()
+    modes[orbits.system.switching.first_modes + PARTED] = 0.0
+    rate = evaluated(orbits.system, "rates", x, theta, 0.0, modes)[orbits.active]
+    z = last.z.copy()
+    z[: len(orbits.active)] = x[orbits.active]
+    phase = rate / sizes(orbits, last.run.x) ** 2
+    try:
+        guess = replace(problem.guess(z, last.guess, modes), phase=phase)
+        found = corrected(problem, guess, last.scale, row, None, along)
+    except MissedError:
+        return None
+    return found if found.events == last.events else None
 
 
 def _turned(segment: Segment) -> float:

@@ -17,6 +17,7 @@ from lumped.gradients.steps import steps_of
 from lumped.numerics.damping import damped
 from lumped.simulation.simulate import simulate
 from lumped.support.made_once import made_once
+from lumped.timeloop.executable import evaluated
 from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.result import OperatingPoint, Trajectory
 from lumped.timeloop.run import nominals
@@ -143,7 +144,7 @@ class Shot:
     def rate(self) -> np.ndarray:
         """Derivatives of the active states at the end."""
         point = self.end, self.run.theta, self.guess.period, self.settings
-        found: np.ndarray = np.asarray(self.run.system.rhs(*point)).ravel()[self.active]
+        found: np.ndarray = evaluated(self.run.system, "rates", *point)[self.active]
         return found
 
 
@@ -267,8 +268,7 @@ def slopes_of(problem: OrbitProblem, shot: Shot, forward: Forward) -> np.ndarray
     """Derivatives of the active states after a period, by them and by unknown parameters."""
     S = np.eye(len(problem.system.structure.states))[:, problem.active]
     S = np.hstack([S, np.zeros((len(S), forward.k - S.shape[1]))])
-    courses, _ = forward.sensitivities(shot.run, S)
-    found: np.ndarray = courses[-1][-1][problem.active]
+    found: np.ndarray = forward.at_end(shot.run, S)[problem.active]
     return found
 
 

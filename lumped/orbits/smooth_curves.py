@@ -11,7 +11,20 @@ from numpy.polynomial import Polynomial
 from lumped.compiler.system import System
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["Curve", "Extreme", "course", "curves", "curves_by", "extreme", "inner_lows", "integral"]
+__all__ = [
+    "Curve",
+    "Extreme",
+    "course",
+    "crossed",
+    "curves",
+    "curves_by",
+    "extreme",
+    "inner_lows",
+    "integral",
+]
+
+_ZERO = 1e-7
+"""Of its range: a quantity that is zero at the end of a smooth piece."""
 
 _QUINTIC = np.linalg.inv(
     [
@@ -103,6 +116,13 @@ def inner_lows(pieces: list[Curve]) -> list[Extreme]:
             time = piece.t[k] + top * (piece.t[k + 1] - piece.t[k])
             found.append(Extreme(float(-law(top)), float(time)))
     return found
+
+
+def crossed(pieces: list[Curve]) -> list[tuple[float, float]]:
+    """Where smooth pieces but the last end at zero: time, s, and rate there."""
+    span = max((float(np.ptp(piece.y)) for piece in pieces), default=0.0)
+    ends = [piece for piece in pieces[:-1] if abs(piece.y[-1]) < _ZERO * span]
+    return [(float(piece.t[-1]), float(piece.rate[-1])) for piece in ends]
 
 
 def _top(law: Polynomial, near: float) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import casadi as ca
@@ -170,7 +171,7 @@ class Executable:
         if self._interpreted > WORTH * total and not self._is_compiled:
             self.compile()
 
-    @property
+    @cached_property
     def attempts(self) -> int:
         """Steps between two visits to Python, about half a second."""
         work = 20 * (self.plant.rates.count + self.plant.states + 1)

@@ -212,6 +212,9 @@ def instants(
     SolverError
         If they follow each other without end.
     """
+    if not clocks(system):
+        edges = np.array([begin, end], dtype=float)
+        return Instants(np.zeros(0), edges, [], np.zeros(0, dtype=int), np.zeros((1, 0)))
     places, _, latest = _latest(system)
     key = theta[places].tobytes(), begin, end, without
     return latest.of(key, lambda: _InstantSearch(system, theta, begin, end, without).found())

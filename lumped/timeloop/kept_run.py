@@ -21,19 +21,30 @@ class KeptRun:
     Parameters
     ----------
     options : object
-        All that the records depend on, but for parameters, states and settings.
+        All that the records depend on, but for where and when a run stands.
     run : Run
         With these options.
     room : OutputRoom
         Where it writes.
+
+    Attributes
+    ----------
+    times : object
+        Begin, end and output times that the records have at the begin; None if they have none.
     """
 
     def __init__(self, options: object, run: Run, room: OutputRoom) -> None:
         self.options, self.run, self.room = options, run, room
+        self.times: object = None
         self._memory_at_begin = run.memory.copy()
 
+    def note(self, times: object) -> None:
+        """Have these times at the begin from now on."""
+        self.times = times
+        self._memory_at_begin[:] = self.run.memory
+
     def begin(self) -> None:
-        """Make the records those at the begin of a run with the same options."""
+        """Make the records those at the begin of a run with the same options and times."""
         run = self.run
         had_matrix = run.has_matrix
         run.memory[:] = self._memory_at_begin

@@ -107,10 +107,7 @@ class Simulation:
         may_be = (~(np.abs(own[-1][-1]) * self.rtol >= self.atol)).nonzero()[0]
         if not len(may_be):
             return ()
-        largest = np.zeros(len(may_be))
-        for x in own:
-            part = x[:, may_be]
-            largest = np.max([largest, part.max(axis=0), -part.min(axis=0)], axis=0)
+        largest = np.abs(np.concatenate([x[:, may_be] for x in own])).max(axis=0)
         tolerated, limit = largest * self.rtol, self.atol[may_be]
         # a millionth of that is rounding of something that stands still
         small = (tolerated < limit) & (tolerated > 1e-6 * limit)

@@ -142,18 +142,49 @@ class RunBySteps(Simulation):
     # -- into the loop -----------------------------------------------------------------------
 
     def _begin(self) -> None:
-        """Stand at the start; the records of a run with the same options are as it needs them."""
+        """Stand at the start, in the records of a run that is over if it had the same options."""
         self._edges, times = self.find_instants(), self.output.times
-        tolerances = self.rtol, self._relative_atol, self._method, self.max_steps
-        grid = None if times is None else times.tobytes()
-        options = *tolerances, self.begin, self.until, grid, self.output.both_sides, self.instants
+        count = None if times is None else len(times)
+        options = self.rtol, self._relative_atol, self._method, self.max_steps, count
         self._executable = executable(self.system)
-        kept = self._executable.begun(options)
-        self._stand(
-            self._with_options(options, 0, BEGIN_SEGMENT, self.begin) if kept is None else kept,
-            self.point.x,
-            self.point.settings,
-        )
+        kept = self._executable.begun(options) or self._with_options(options)
+        grid = None if times is None else times.tobytes()
+        changing = self.instants if len(self.instants.places) else None
+        when = self.begin, self.until, grid, self.output.both_sides, changing
+        if kept.times != when:
+            self._set_times(kept, 0, BEGIN_SEGMENT, self.begin)
+            kept.note(when)
+        self._stand(kept, self.point.x, self.point.settings)
+
+    def _with_options(self, options: object) -> KeptRun:
+        """Records of a run with options that stands nowhere yet."""
+        run = self._executable.blank_run()
+        run.rtol, run.max_steps = self.rtol, self.max_steps
+        run.atol[:] = self._relative_atol * nominals(self.system)
+        run.chooses_method = self._method in ("auto", "steps", "taylor")
+        run.sampled_to = math.inf
+        self._take_method(run)
+        room = self._new_room()
+        run.output = room.output
+        return KeptRun(options, run, room)
+
+    def _set_times(self, kept: KeptRun, segment: int, phase: int, t: float) -> None:
+        """Begin at an instant of this run, up to its end."""
+        run, output, times = kept.run, self.output, self.output.times
+        span(run, self.span)
+        if not self._executable.plant.states:
+            run.longest = self._longest()
+        run.t, run.phase, run.segment, run.end = t, phase, segment, self._edges[segment + 1]
+        run.steps, run.rejected, run.evaluations = self.steps, self.rejected, self.evaluations
+        run.pause = self._pause()
+        timed, values = self.instants.places, self.instants.modes
+        run.segments, run.edges = len(self._edges) - 1, self._edges
+        run.timed = len(timed)
+        run.timed_setting = np.ascontiguousarray(timed, dtype=np.int64)
+        run.timed_values = np.ascontiguousarray(values).ravel()
+        grid = np.zeros(0) if times is None else np.ascontiguousarray(times)
+        on_grid, both_sides = output.on_grid, output.both_sides
+        kept.room.begin(grid, output.taken, on_grid=on_grid, both_sides=both_sides)
 
     def _stand(self, kept: KeptRun, x: np.ndarray, settings: np.ndarray) -> None:
         """Stand somewhere with the states of the present system."""
@@ -164,30 +195,6 @@ class RunBySteps(Simulation):
         if plant.holds:
             engine.call("watched", run)
         self._modes = settings[: len(settings) - plant.implicit].copy()
-
-    def _with_options(self, options: object, segment: int, phase: int, t: float) -> KeptRun:
-        """Records that go on from an instant."""
-        code, run = self._executable, self._executable.blank_run()
-        span(run, self.span)
-        run.t = t
-        run.rtol, run.max_steps = self.rtol, self.max_steps
-        run.atol[:] = self._relative_atol * nominals(self.system)
-        run.phase, run.segment, run.end = phase, segment, self._edges[segment + 1]
-        run.chooses_method = self._method in ("auto", "steps", "taylor")
-        run.steps, run.rejected, run.evaluations = self.steps, self.rejected, self.evaluations
-        run.pause = self._pause()
-        run.sampled_to = math.inf
-        timed, values = self.instants.places, self.instants.modes
-        run.segments, run.edges = len(self._edges) - 1, self._edges
-        run.timed = len(timed)
-        run.timed_setting = np.ascontiguousarray(timed, dtype=np.int64)
-        run.timed_values = np.ascontiguousarray(values).ravel()
-        if not code.plant.states:
-            run.longest = self._longest()
-        self._take_method(run)
-        room = self._new_room()
-        run.output = room.output
-        return KeptRun(options, run, room)
 
     def _longest(self) -> float:
         """Step by which implicit quantities and margins are followed where there are no states."""
@@ -207,15 +214,10 @@ class RunBySteps(Simulation):
         plant, times = self._executable.plant, self.output.times
         n, ng = plant.states, plant.implicit
         nm, some = plant.settings - ng, plant.holds + plant.conditions
-        grid = np.zeros(0) if times is None else np.ascontiguousarray(times)
-        rows = len(grid) + min(max(_ROOM // max(n, 1), 5), _ROWS)
+        rows = (0 if times is None else len(times)) + min(max(_ROOM // max(n, 1), 5), _ROWS)
         pieces = min(max(_ROOM // max(nm, 1), 1), _PIECES)
         changes = _CHANGES + some
-        sizes = (rows, pieces, changes, n, ng, nm)
-        room = self._executable.room(sizes)
-        on_grid, both_sides = self.output.on_grid, self.output.both_sides
-        room.begin(grid, self.output.taken, on_grid=on_grid, both_sides=both_sides)
-        return room
+        return self._executable.room((rows, pieces, changes, n, ng, nm))
 
     def _pause(self) -> int:
         """Attempts after which the loop comes back to Python."""
@@ -294,7 +296,8 @@ class RunBySteps(Simulation):
         self.output.open(lead.system)
         ring, changes = run.changed.copy(), run.changed_count
         self._executable = executable(lead.system)
-        kept = self._with_options(None, run.segment, RESTART, t)
+        kept = self._with_options(None)
+        self._set_times(kept, run.segment, RESTART, t)
         self._stand(kept, lead.x, lead.settings)
         self._run.changed[:], self._run.changed_count = ring, changes
 

@@ -8,12 +8,16 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from lumped.kernel import engine
-from lumped.kernel.run import DONE, FULL, RESTART, RunOutput
+from lumped.kernel.run import DONE, FULL, RESTART
 from lumped.timeloop.executable import Executable, span
+from lumped.timeloop.kept_run import KeptRun
 
 __all__ = ["Method", "SmoothSolution", "smooth_part"]
 
 Method = Literal["explicit", "implicit"]
+
+_LEAST_ROWS = 64
+"""Room for so many times at least, so that the next run can have it."""
 
 
 class SmoothSolution(NamedTuple):
@@ -55,37 +59,40 @@ def smooth_part(
     settings : ndarray
         Modes and implicit quantities.
     """
-    run = code.new_run(theta, float(t[0]), x, settings)
-    span(run, max(abs(float(t[0])), abs(float(t[-1]))))
-    run.rtol, run.max_steps = rtol, 1 << 60
-    run.atol[:] = atol
-    run.phase, run.end = RESTART, float(t[-1])
-    run.segments, run.edges = 1, np.array([t[0], t[-1]], dtype=float)
-    run.sampled_to = math.inf
-    if method == "implicit":
-        code.add_matrix(run)
-        run.is_implicit = 1
     grid = np.ascontiguousarray(t[1:], dtype=float)
-    rows = len(grid) + 8
-    found, implicit = np.empty((rows, len(x))), np.empty(rows * len(settings))
-    run.output = RunOutput(
-        t=np.empty(rows),
-        x=found.ravel(),
-        implicit=implicit,
-        most_rows=rows,
-        most_pieces=1,
-        most_changes=1,
-        grid=grid,
-        grid_size=len(grid),
-        is_on_grid=1,
-    )
+    rows = max(_LEAST_ROWS, 1 << (len(grid) + 8).bit_length())
+    options = rtol, method, rows
+    kept = code.begun(options) or _with_options(code, options)
+    run, room = kept.run, kept.room
+    span(run, max(abs(float(t[0])), abs(float(t[-1]))))
+    run.atol[:] = atol
+    run.t, run.end = float(t[0]), float(t[-1])
+    run.edges = np.array([t[0], t[-1]], dtype=float)
+    room.begin(grid, 0, on_grid=True, both_sides=False)
+    code.place(run, theta, x, settings)
     why = FULL
     while why == FULL:
         run.pause = run.steps + run.rejected + code.attempts
         why = engine.call("loop", run)
         code.account(run)
-    rest = len(grid) - run.output.rows
-    inner = found[: run.output.rows]
-    last = np.repeat(run.x[None, :], rest, axis=0)
+    count, last = room.output.rows, run.x[None, :].repeat(len(grid) - room.output.rows, axis=0)
     fault_at = None if why == DONE else float(run.t)
-    return SmoothSolution(np.vstack([x[None, :], inner, last]), run.evaluations, fault_at)
+    found = np.concatenate([x[None, :], room.x[:count], last])
+    code.take_back(kept)
+    return SmoothSolution(found, run.evaluations, fault_at)
+
+
+def _with_options(code: Executable, options: tuple[float, Method, int]) -> KeptRun:
+    """Records of a run that stands nowhere yet."""
+    rtol, method, rows = options
+    run, plant = code.blank_run(), code.plant
+    run.rtol, run.max_steps = rtol, 1 << 60
+    run.phase, run.segments = RESTART, 1
+    run.sampled_to = math.inf
+    if method == "implicit":
+        code.add_matrix(run)
+        run.is_implicit = 1
+    modes = plant.settings - plant.implicit
+    room = code.room((rows, 1, 1, plant.states, plant.implicit, modes))
+    run.output = room.output
+    return KeptRun(options, run, room)

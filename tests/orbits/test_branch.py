@@ -68,6 +68,14 @@ def test_the_table_and_the_picture_tell_what_is_passed(hard):
     assert {"stable", "unstable", "fold"} <= {trace.name for trace in figure.data}
 
 
+def test_a_branch_ends_after_as_many_motions_as_asked_for(hard):
+    begin = hard.orbit(len(hard.values) // 2)
+    few = lp.orbits.branch(begin, over="n", between=(LOW, HIGH), turns=1, step=0.01, most=3)
+    assert few.ends == ("3 motions were found; more with most=",) * 2
+    assert len(few.values) == 2 * 3 + 1
+    assert few.values[3] == pytest.approx(hard.values[len(hard.values) // 2], rel=1e-12)
+
+
 def test_wrong_beginnings_are_refused_by_name(hard):
     orbit = hard.orbit(0)
     for options, text in (

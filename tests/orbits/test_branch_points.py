@@ -57,6 +57,19 @@ def test_a_bouncing_ball_turns_and_doubles_its_period_where_calculated_by_hand(b
     assert len(bouncing.points) == 2
 
 
+def test_a_branch_that_turns_leaves_its_range_twice_at_the_same_end(bouncing):
+    """Before and after the fold; both motions there by hand, with an impact on either side."""
+    assert bouncing.ends == ("the greatest value that was asked for is reached",) * 2
+    assert bouncing.values[[0, -1]].tolist() == [0.45, 0.45]
+    across = G / 2 * (1 - 0.6) / (1 + 0.6) / W
+    assert bouncing.values.min() == pytest.approx(across, rel=1e-9)
+    side = np.sqrt(0.45**2 - across**2)
+    impacts = [next(e.time for e in bouncing.runs[i].events if e.loss) for i in (0, -1)]
+    found = np.sort(0.45 * np.cos(W * np.array(impacts)))
+    print(found / side)
+    assert found == pytest.approx([-side, side], rel=1e-8)
+
+
 def test_a_ball_settles_to_bounces_of_two_heights_on_the_branch_that_crosses(bouncing):
     (doubling,) = bouncing.named("period doubling")
     other = bouncing.switch(doubling)
