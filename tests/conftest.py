@@ -1,11 +1,17 @@
 """Small drive trains that several tests use."""
 
 import gc
+import os
 import signal
 from functools import cache
 
 import pytest
+from all_workers import made_once
 from hypothesis import HealthCheck, Phase, settings
+
+# Read when NumPy is loaded. More threads wait for each other at matrices as small as these, and
+# take a core from the other worker.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import lumped as lp
 from lumped.components import Inertia, Spring, Torque
@@ -27,12 +33,14 @@ settings.register_profile(
 )
 settings.load_profile("default")
 
-# What is collected stays to the end: searching it for garbage takes a third of the collection.
+# What is collected stays to the end: searching it for garbage takes a third of the collection, and
+# searching as often as Python does a twentieth of the tests.
 gc.disable()
 
 
 def pytest_collection_finish():
     gc.freeze()
+    gc.set_threshold(50_000)
     gc.enable()
 
 
@@ -72,6 +80,11 @@ def driven_mass():
 
 
 @pytest.fixture(scope="session")
-def machine_rows():
-    """Published and computed numbers of a machine by its name, computed once."""
-    return cache(lambda name: machine(name).rows())
+def machine_rows(tmp_path_factory):
+    """Published and computed numbers of a machine by its name, computed once for all workers."""
+
+    @cache
+    def rows(name):
+        return made_once(tmp_path_factory, f"rows_{name}", lambda _: machine(name).rows())
+
+    return rows
