@@ -33,15 +33,17 @@ settings.register_profile(
 )
 settings.load_profile("default")
 
-# What is collected stays to the end: searching it for garbage takes a third of the collection, and
-# searching as often as Python does a twentieth of the tests.
-gc.disable()
 
-
-def pytest_collection_finish():
-    gc.freeze()
-    gc.set_threshold(50_000)
-    gc.enable()
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Without searches for garbage, which would take a third of the time; all of it stays."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.set_threshold(50_000)  # at Python's own, searches take a twentieth of the tests
+        gc.enable()
 
 
 # Shells let what they start in the background ignore interrupts.
