@@ -25,12 +25,17 @@ DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"))]
 
 
-def build(source, folder, *options):
-    """Build a site with the project's settings; warnings are errors."""
+@pytest.fixture(scope="module")
+def sphinx():
+    """Skips if an extension is missing."""
     for name in ("sphinx", "myst_nb", "ipykernel", "furo", "sphinx_design"):
         pytest.importorskip(name)
+
+
+def build(source, folder, *options):
+    """Build a site with the project's settings; warnings are errors."""
     search = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
-    sphinx = (
+    command = (
         "import gc, sys; from sphinx.cmd.build import main; "
         "gc.set_threshold(100_000); sys.exit(main(sys.argv[1:]))"
     )
@@ -38,7 +43,7 @@ def build(source, folder, *options):
         [
             sys.executable,
             "-c",
-            sphinx,
+            command,
             "-qW",
             "--keep-going",
             *options,
@@ -56,7 +61,7 @@ def build(source, folder, *options):
 
 
 @pytest.fixture(scope="module")
-def site(tmp_path_factory):
+def site(sphinx, tmp_path_factory):
     """All pages, built once for all workers; test_gallery.py runs the notebooks."""
     # what is not executed does not say its language
     options = ["-Dnb_execution_mode=off", "-Dsuppress_warnings=ref.python,myst-nb.lexer"]
@@ -70,7 +75,7 @@ def test_every_page_is_built(site):
         assert (site / page.relative_to(DOCS)).with_suffix(".html").exists()
 
 
-def test_the_gallery_shows_a_picture_of_an_executed_notebook(tmp_path):
+def test_the_gallery_shows_a_picture_of_an_executed_notebook(sphinx, tmp_path):
     gallery = tmp_path / "pages" / "gallery"
     gallery.mkdir(parents=True)
     shutil.copy(DOCS / "gallery" / "01_first_shaft.md", gallery)
