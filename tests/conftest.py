@@ -1,10 +1,17 @@
 """Small drive trains that several tests use."""
 
+import gc
+import os
 import signal
 from functools import cache
 
 import pytest
+from all_workers import made_once
 from hypothesis import HealthCheck, Phase, settings
+
+# Read when NumPy is loaded. More threads wait for each other at matrices as small as these, and
+# take a core from the other worker.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import lumped as lp
 from lumped.components import Inertia, Spring, Torque
@@ -25,6 +32,19 @@ settings.register_profile(
     "long", settings.get_profile("default"), max_examples=1000, phases=tuple(Phase)
 )
 settings.load_profile("default")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Without searches for garbage, which would take a third of the time; all of it stays."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.set_threshold(50_000)  # at Python's own, searches take a twentieth of the tests
+        gc.enable()
+
 
 # Shells let what they start in the background ignore interrupts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -62,6 +82,11 @@ def driven_mass():
 
 
 @pytest.fixture(scope="session")
-def machine_rows():
-    """Published and computed numbers of a machine by its name, computed once."""
-    return cache(lambda name: machine(name).rows())
+def machine_rows(tmp_path_factory):
+    """Published and computed numbers of a machine by its name, computed once for all workers."""
+
+    @cache
+    def rows(name):
+        return made_once(tmp_path_factory, f"rows_{name}", lambda _: machine(name).rows())
+
+    return rows

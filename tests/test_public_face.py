@@ -159,7 +159,8 @@ def test_each_module_of_names_loads_alone_and_without_components():
             groups.setdefault(source, []).append(f"{name}.{known}")
     code = f"""
 import os, sys
-import casadi, numpy, scipy
+import casadi, llvmlite.binding, networkx, numpy
+import scipy.linalg, scipy.optimize, scipy.sparse.csgraph, scipy.stats
 for names in {[*groups.values()]!r}:
     if not os.fork():
         import lumped

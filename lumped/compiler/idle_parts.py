@@ -52,7 +52,7 @@ def _closed(flat: FlatModel, joined: np.ndarray, touched: np.ndarray) -> Iterato
         layout = tree.instances[group.nodes[0]].layout
         potentials = {("", name) for name in layout.names[: 2 * len(layout.ports) : 2]}
         own = [i for i, key in enumerate(group.template.unknowns) if key in potentials]
-        if len(set(_places(columns, count)[own])) < len(own):
+        if len(columns) and len(set(_places(columns, count)[own])) < len(own):
             rigid.update(group.nodes)
     place = _places(np.concatenate(pairs), tree.unknown_count)
     for number, node in enumerate(tree.instances):

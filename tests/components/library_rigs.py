@@ -9,6 +9,7 @@ import inspect
 import pkgutil
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import pytest
@@ -173,6 +174,7 @@ def every(classes: list[type[lp.Component]]) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("cls", classes, ids=names)
 
 
+@cache
 def declared(cls: type[lp.Component], kind: type) -> dict[str, object]:
     return {name: item for name, item in inspect.getmembers(cls) if isinstance(item, kind)}
 

@@ -8,11 +8,11 @@ import re
 import shutil
 import subprocess
 import sys
-import time
 import tomllib
 from pathlib import Path
 
 import pytest
+from all_workers import made_once, wait_until
 from browser import Browser, chromium
 from public_names import PUBLIC, THEMES
 
@@ -25,16 +25,25 @@ DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"))]
 
 
-def build(source, folder, *options):
-    """Build a site with the project's settings; warnings are errors."""
+@pytest.fixture(scope="module")
+def sphinx():
+    """Skips if an extension is missing."""
     for name in ("sphinx", "myst_nb", "ipykernel", "furo", "sphinx_design"):
         pytest.importorskip(name)
+
+
+def build(source, folder, *options):
+    """Build a site with the project's settings; warnings are errors."""
     search = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
+    command = (
+        "import gc, sys; from sphinx.cmd.build import main; "
+        "gc.set_threshold(100_000); sys.exit(main(sys.argv[1:]))"
+    )
     built = subprocess.run(
         [
             sys.executable,
-            "-m",
-            "sphinx",
+            "-c",
+            command,
             "-qW",
             "--keep-going",
             *options,
@@ -52,22 +61,13 @@ def build(source, folder, *options):
 
 
 @pytest.fixture(scope="module")
-def site(tmp_path_factory):
+def site(sphinx, tmp_path_factory):
     """All pages, built once for all workers; test_gallery.py runs the notebooks."""
-    base = tmp_path_factory.getbasetemp()
-    place = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "site"
-    ended = place / "ended"
-    try:
-        place.mkdir()
-    except FileExistsError:
-        wait_until(ended.exists, 300.0)
-        return place / "pages"
     # what is not executed does not say its language
-    unexecuted = "-Dnb_execution_mode=off", "-Dsuppress_warnings=ref.python,myst-nb.lexer"
-    try:
-        return build(DOCS, place / "pages", *unexecuted)
-    finally:
-        ended.touch()
+    options = ["-Dnb_execution_mode=off", "-Dsuppress_warnings=ref.python,myst-nb.lexer"]
+    # the names beside a page, which no check reads, take a quarter of the time
+    options.append("-Dtoc_object_entries=0")
+    return made_once(tmp_path_factory, "site", lambda place: build(DOCS, place / "pages", *options))
 
 
 def test_every_page_is_built(site):
@@ -75,7 +75,7 @@ def test_every_page_is_built(site):
         assert (site / page.relative_to(DOCS)).with_suffix(".html").exists()
 
 
-def test_the_gallery_shows_a_picture_of_an_executed_notebook(tmp_path):
+def test_the_gallery_shows_a_picture_of_an_executed_notebook(sphinx, tmp_path):
     gallery = tmp_path / "pages" / "gallery"
     gallery.mkdir(parents=True)
     shutil.copy(DOCS / "gallery" / "01_first_shaft.md", gallery)
@@ -184,14 +184,6 @@ def test_the_cheat_sheet_prints_on_one_page_of_a4(site, browser):
     )
     (box,) = pages
     assert [round(float(each)) for each in box.split()[2:]] == [595, 842]  # points
-
-
-def wait_until(holds, seconds=20.0):
-    """Ask again until something holds."""
-    end = time.monotonic() + seconds
-    while not holds():
-        assert time.monotonic() < end
-        time.sleep(0.1)
 
 
 def headings(page):
