@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from lumped import Component, Input, Output, der, param, var
-from lumped.components.control.sampled import Clocked
+from lumped.components.control.sampled import _Clocked
 from lumped.errors import DeclarationError, OptionError, shown
 from lumped.language.declared import place_of, values_of
 from lumped.language.expression import Expr
@@ -109,7 +109,7 @@ class _Source:
         return hash(self._all)
 
 
-class _Unit(Clocked):
+class _Unit(_Clocked):
     """What components of units have.
 
     Each value of an input, output or parameter has a name of its own. Choices are parameters that

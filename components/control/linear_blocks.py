@@ -15,7 +15,7 @@ from typing import Any, Self
 
 from lumped import Component, Connection, Equation, Expr, Input, Output, Var, connect, der, var
 from lumped.components.control.controllers import Integrator
-from lumped.components.control.sampled import Clocked, _Sampled
+from lumped.components.control.sampled import _Clocked, _Sampled
 from lumped.errors import DeclarationError, shown
 from lumped.language.component import Made, path_of
 from lumped.language.declared import quantities_of
@@ -143,7 +143,7 @@ def _clock(cls: type[Component], system: Any, other: str) -> dict[str, float]:
             f"{cls.__name__}.of: the system is sampled (dt = True) but has no sample time; give it "
             "one, s."
         )
-    T_s, samples = float(dt or 0.0), issubclass(cls, Clocked)
+    T_s, samples = float(dt or 0.0), issubclass(cls, _Clocked)
     if bool(T_s) != samples:
         kind = f"sampled, dt = {T_s:g} s" if T_s else "continuous"
         raise DeclarationError(f"{cls.__name__}.of: the system is {kind}; take {other}.of.")
@@ -189,7 +189,7 @@ class _StateSpace(Component):
             If it has no matrices, or is continuous where the block is sampled or the reverse.
         """
         matrices = _attributes(cls, system, "A B C D", "a state space, such as control.ss(system)")
-        clock = _clock(cls, system, _OTHERS[issubclass(cls, Clocked)][0])
+        clock = _clock(cls, system, _OTHERS[issubclass(cls, _Clocked)][0])
         given: dict[str, Any] = {**dict(zip("ABCD", matrices, strict=True)), **clock}
         return cls(**given)
 
@@ -217,7 +217,7 @@ class _Polynomials(Component):
             reverse.
         """
         polynomials = _attributes(cls, system, "num den", "a transfer function")
-        clock = _clock(cls, system, _OTHERS[issubclass(cls, Clocked)][1])
+        clock = _clock(cls, system, _OTHERS[issubclass(cls, _Clocked)][1])
         above, below = (_only(cls, p) for p in polynomials)
         given: dict[str, Any] = {"numerator": above, "denominator": below, **clock}
         return cls(**given)
@@ -324,7 +324,7 @@ def _kept_outputs(block: Component) -> list[_Kept]:
     return [_Kept() for _ in _signals(block, Output)]
 
 
-class SampledLinearBlock(_StateSpace, Clocked):
+class SampledLinearBlock(_StateSpace, _Clocked):
     """Base of linear blocks in a computer: ``y = C x + D u``, then ``x = A x + B u``.
 
     It samples at the instants ``start_time + k T_s`` and holds its outputs in between; before the

@@ -18,14 +18,14 @@ from lumped.language.program import Question
 from lumped.language.switch import Item
 from lumped.ops import interpolate, where
 
-__all__ = ["Clocked", "SampleHold", "SampledPI"]
+__all__ = ["SampleHold", "SampledPI"]
 
 
 _ROUNDING = 1e-9
 """Part of a sample within which a run begins at its instant."""
 
 
-class Clocked(Component):
+class _Clocked(Component):
     """What changes at the instants ``start_time + k T_s`` only.
 
     A run that begins later has its first sample at the next of these instants.
@@ -54,7 +54,7 @@ class Clocked(Component):
         yield when(self.due, {self.count: self.count + 1, **changes}, question=question)
 
 
-class _Sampled(Clocked):
+class _Sampled(_Clocked):
     """Output that is computed at instants and held in between."""
 
     held: Var = var("1", "output since the last sample", state="always")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import signal
 import subprocess
@@ -69,23 +68,23 @@ class _UnitSession(Session):
         self._unit, self._idle, self._fixed = unit, idle, fixed
         self._process: _Process | None = None
         self._next = 0
+        self._inputs, self._outputs = _Scales(unit.inputs), _Scales(unit.outputs)
+        self._parameters = _Scales(unit.parameters)
 
     def answer(self, values: np.ndarray) -> np.ndarray:
         """Outputs at a sample; one that does not follow the last begins anew."""
-        unit, number = self._unit, round(float(values[0]))
-        middle = 2 + sum(s.size for s in unit.parameters)
-        inputs, parameters = _to_unit(unit.inputs, values[middle:]), None
+        number, middle = round(float(values[0])), 2 + self._parameters.count
+        inputs, parameters = self._inputs.to_unit(values[middle:]), None
         if self._process is None or not self._process.is_alive or number != self._next:
             self._take()
-            parameters = _to_unit(unit.parameters, values[2:middle])
+            parameters = self._parameters.to_unit(values[2:middle])
         assert self._process is not None
-        found = self._process.ask(float(values[1]), parameters, inputs)
+        outputs = self._outputs.from_unit(self._process.ask(float(values[1]), parameters, inputs))
         self._next = number + 1
-        outputs = _from_unit(unit.outputs, found)
-        for name, value in zip(_names(unit.outputs), outputs.tolist(), strict=True):
-            if not math.isfinite(value):
-                self._process.stop()
-                raise SolverError(f"its output {name} is {value}.")
+        if not np.isfinite(outputs).all():
+            self._process.stop()
+            first = int(np.argmin(np.isfinite(outputs)))
+            raise SolverError(f"its output {self._outputs.names[first]} is {outputs[first]}.")
         return outputs
 
     def _take(self) -> None:
@@ -184,24 +183,26 @@ def _ended(code: int) -> str:
         return f"signal {-code}"
 
 
-def _names(signals: Sequence[Signal]) -> list[str]:
-    """Names of the values of signals."""
-    return [s.name if s.size == 1 else f"{s.name}[{i + 1}]" for s in signals for i in range(s.size)]
+class _Scales:
+    """How values of signals become SI units, and back."""
 
+    def __init__(self, signals: Sequence[Signal]) -> None:
+        sizes = [each.size for each in signals]
+        self.count = sum(sizes)
+        self._factors = np.repeat([each.factor for each in signals], sizes)
+        self._zeros = np.repeat([each.zero for each in signals], sizes)
+        self.names = [
+            each.name if each.size == 1 else f"{each.name}[{i + 1}]"
+            for each in signals
+            for i in range(each.size)
+        ]
 
-def _to_unit(signals: Sequence[Signal], values: np.ndarray) -> list[float]:
-    """Numbers in SI as a unit takes them."""
-    found, place = [], 0
-    for each in signals:
-        own = values[place : place + each.size]
-        found += ((own - each.zero) / each.factor).tolist()
-        place += each.size
-    return found
+    def to_unit(self, values: np.ndarray) -> list[float]:
+        """Numbers in SI as the unit takes them."""
+        found: list[float] = ((values - self._zeros) / self._factors).tolist()
+        return found
 
-
-def _from_unit(signals: Sequence[Signal], values: Sequence[float]) -> np.ndarray:
-    """Numbers of a unit in SI."""
-    factors = np.repeat([s.factor for s in signals], [s.size for s in signals])
-    zeros = np.repeat([s.zero for s in signals], [s.size for s in signals])
-    found: np.ndarray = np.asarray(values, dtype=float) * factors + zeros
-    return found
+    def from_unit(self, values: Sequence[float]) -> np.ndarray:
+        """Numbers of the unit in SI."""
+        found: np.ndarray = np.array(values) * self._factors + self._zeros
+        return found

@@ -90,6 +90,7 @@ class Answers:
     def __init__(self, told: Told | None = None) -> None:
         self._before = told or {}
         self._sessions: dict[int, Session] = {}
+        self._places: dict[tuple[System, int], tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
         self._since: dict[int, list[np.ndarray]] = {}
 
     def __enter__(self) -> Self:
@@ -137,11 +138,21 @@ class Answers:
             raise SolverError(
                 f"at t = {run.t:.9g} s {jump.name} asks {jump.program.text}: {error}"
             ) from None
-        place = {node: i for i, node in enumerate(system.structure.states)}
-        for node, sign, answer in zip(jump.answers, jump.answer_signs, answers, strict=True):
-            if node in place:
-                run.instant.x[place[node]] = sign * answer
-        return np.append(run.t, values)
+        which, states, signs = self._taken(system, number)
+        run.instant.x[states] = signs * answers[which]
+        return np.array([run.t, *values])
+
+    def _taken(self, system: System, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Which answers states take, which states, and their signs."""
+        found = self._places.get((system, number))
+        if found is None:
+            place = {node: i for i, node in enumerate(system.structure.states)}
+            jump = system.switching.jumps[number]
+            which = [i for i, node in enumerate(jump.answers) if node in place]
+            states = np.array([place[jump.answers[i]] for i in which], dtype=int)
+            signs = np.array([jump.answer_signs[i] for i in which])
+            found = self._places[system, number] = np.array(which, dtype=int), states, signs
+        return found
 
     def given(self, system: System, run: Run) -> bool:
         """Whether the program answers, as `give`."""

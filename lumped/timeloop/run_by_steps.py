@@ -120,6 +120,9 @@ class RunBySteps(Simulation):
             begun = clock.perf_counter()
             why = engine.call("loop", run)
             self.seconds += clock.perf_counter() - begun
+            if why == ASKS:
+                self._ask()
+                continue
             self._drain()
             self._executable.account(run)
             if run.is_implicit and not self._is_implicit:
@@ -131,8 +134,6 @@ class RunBySteps(Simulation):
                 break
             if why == NEEDS_MATRIX:
                 self._executable.add_matrix(run)
-            elif why == ASKS:
-                self._ask()
             elif why == UNFIT:
                 self._change_states()
             elif why != FULL:
@@ -306,7 +307,11 @@ class RunBySteps(Simulation):
         try:
             self.answers.note(self.system, self._run)
         except SolverError as error:
+            self._drain()
             self.refuse(str(error))
+        except KeyboardInterrupt:
+            self._drain()
+            raise
 
     def _fail(self, why: int) -> None:
         """Stop with what was computed so far."""
