@@ -113,7 +113,7 @@ class _Process:
 
     def __init__(self, unit: Description, fixed: list[tuple[int, str, Any]]) -> None:
         self._popen = subprocess.Popen(
-            [sys.executable, unit_process.__file__],
+            [sys.executable, "-P", unit_process.__file__],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             bufsize=-1,

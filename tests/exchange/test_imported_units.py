@@ -247,6 +247,44 @@ def test_an_oscillator_as_a_unit_against_scipy(tmp_path):
         assert error < 1e-7
 
 
+class Ball(lp.Component):
+    """Falls from 1 m and bounces; ``h'' = -g``."""
+
+    h: lp.Var = lp.var("m", "height", 1.0, state="always")
+    v: lp.Var = lp.var("m/s", "its rate", state="always")
+    g: lp.Param = lp.param("m/s2", "gravity", 9.81)
+    e: lp.Param = lp.param("1", "restitution", 0.7)
+
+    def equations(self):
+        yield lp.der(self.h) == self.v
+        yield lp.der(self.v) == -self.g
+        yield lp.when(self.h < 0, {self.v: -self.e * self.v, self.h: 0.0})
+
+
+def height(t, g=9.81, e=0.7):
+    """Height after any number of bounces."""
+    begin, h, v = 0.0, 1.0, 0.0
+    while True:
+        hit = (v + np.sqrt(v * v + 2 * g * h)) / g
+        if begin + hit >= t:
+            return h + v * (t - begin) - g * (t - begin) ** 2 / 2
+        begin, h, v = begin + hit, 0.0, e * (g * hit - v)
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_state_events_of_a_unit_between_samples(tmp_path, version):
+    lp.export_fmu(lp.assemble(Ball()), tmp_path / "ball.fmu", version=version)
+    times = np.arange(1, 40) * 0.05
+    exact = [height(t) for t in times]
+    for kind in ("co_simulation", "model_exchange"):
+        path, signals = tmp_path / "ball.fmu", {"outputs": ["h"], "T_s": 0.05}
+        unit = from_fmu(path, kind=kind, rtol=1e-12, **signals)
+        run = lp.simulate(lp.assemble(lp.compose(unit=unit)), until=2.0, grid=times + 0.02)
+        error = np.abs(run["unit.h"] - exact).max()
+        print(f"{version} {kind}: {error:.1e} m after {len(run.events)} samples")
+        assert error < 1e-8
+
+
 STAIR = """
 static int count; static double next_event;
 static void begin(void) { count = 1; next_event = 1.0; }
