@@ -43,7 +43,7 @@ def from_fmu(
 
     The unit runs in a process of its own. If its binary crashes, the run ends with an error and
     keeps what was computed. Whatever needs equations of all parts, such as derivatives of runs,
-    periodic motions and exports, is refused.
+    equilibria, periodic motions and exports, is refused.
 
     Parameters
     ----------

@@ -44,10 +44,10 @@ class UnitProgram(Program):
 
     @property
     def content(self) -> str:
-        """The hash of the file, and how it is run."""
-        facts = self._unit.facts
-        told = self._unit.kind, facts["tolerance"], self._fixed
-        return f"{self._unit.content} {told}"
+        """The hash of the file, how it is run, and what its values mean."""
+        unit = self._unit
+        signals = unit.inputs, unit.outputs, unit.parameters
+        return f"{unit.content} {unit.facts} {self._fixed} {signals}"
 
     def begin(self) -> Session:
         """A process that no run uses now; one of another program stays with that."""

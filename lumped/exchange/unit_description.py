@@ -30,7 +30,7 @@ class Description:
     content : str
         Its hash.
     folder : TemporaryDirectory
-        What is in it; removed when no unit is left.
+        What is in it; removed at the end of the program.
     kind : {"co_simulation", "model_exchange"}
         How the unit is run.
     name, text : str

@@ -22,6 +22,7 @@ from lumped.support.arguments import checked
 from lumped.support.units import amount
 from lumped.timeloop.holds import Holds
 from lumped.timeloop.positions import settled
+from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.result import Kept, OperatingPoint
 from lumped.timeloop.settings import just_after, settings_at
 from lumped.timeloop.validity import refuse_point_outside
@@ -81,7 +82,8 @@ def equilibrium(
     Raises
     ------
     OptionError
-        If the tolerance makes no sense, or a free parameter is named twice.
+        If the tolerance makes no sense, a free parameter is named twice, or the system asks
+        programs.
     SolverError
         If there is no equilibrium near the start; the text names the worst equation.
     StartError
@@ -89,6 +91,7 @@ def equilibrium(
     """
     if not 0 < tolerance < 1:
         raise OptionError(f"equilibrium: tolerance = {tolerance:g} must lie between 0 and 1.")
+    refuse_programs(system, "an equilibrium")
     places = free_places(system, free)
     begin = start_point(system, parameters=parameters, start=start, time=time)
     if rest:

@@ -8,6 +8,54 @@ import pytest
 
 fmpy = pytest.importorskip("fmpy")
 
+STAIR = """
+static int count; static double next_event;
+static void begin(void) { count = 1; next_event = 1.0; }
+static int step(void) { return to > next_event + 1e-12 ? 3 : 0; }
+static bool at_event(double* next) {
+  while (t >= next_event - 1e-12) { count++; next_event += 1.0; }
+  *next = next_event; return true; }
+static void output(void) { v[0] = count; }
+"""
+
+FEEDTHROUGH = """
+static void begin(void) { memset(v, 0, sizeof v); v[4] = 2.0; v[5] = 1.0; }
+static int step(void) { return 0; }
+static bool at_event(double* next) { return false; }
+static void output(void) {
+  for (int i = 0; i < 4; i++) v[10 + i] = v[4] * v[i];
+  v[14] = v[6]; v[15] = v[7]; v[16] = v[5]; v[17] = strcmp(word, "given") == 0;
+  for (int i = 0; i < 3; i++) v[20 + i] = v[30 + i] + i; }
+"""
+SIGNALS = """
+<Float64 name="speed" valueReference="0" causality="input" unit="rpm" start="0"/>
+<Float64 name="temperature" valueReference="1" causality="input" unit="degC" start="0"/>
+<Float64 name="moment" valueReference="2" causality="input" unit="kNm" start="0"/>
+<Float64 name="plain" valueReference="3" causality="input" start="0"/>
+<Float64 name="axis.k[1]" valueReference="4" causality="parameter" variability="fixed" start="2"/>
+<Int32 name="mode" valueReference="5" causality="parameter" variability="fixed" start="1"/>
+<Boolean name="on" valueReference="6" causality="input" start="false"/>
+<Int32 name="gear" valueReference="7" causality="input" start="0"/>
+<String name="label" valueReference="8" causality="parameter" variability="fixed">
+<Start value="none"/></String>
+<Float64 name="speed out" valueReference="10" causality="output" unit="rpm"/>
+<Float64 name="temperature out" valueReference="11" causality="output" unit="degC"/>
+<Float64 name="moment out" valueReference="12" causality="output" unit="kNm"/>
+<Float64 name="plain out" valueReference="13" causality="output"/>
+<Boolean name="is on" valueReference="14" causality="output"/>
+<Int32 name="gear out" valueReference="15" causality="output"/>
+<Int32 name="mode out" valueReference="16" causality="output"/>
+<Int32 name="is given" valueReference="17" causality="output"/>
+<Float64 name="three out" valueReference="20" causality="output"><Dimension start="3"/></Float64>
+<Float64 name="three" valueReference="30" causality="input" start="0 0 0">
+<Dimension start="3"/></Float64>
+"""
+UNITS = """<UnitDefinitions>
+<Unit name="rpm"><BaseUnit s="-1" rad="1" factor="0.10471975511965977"/></Unit>
+<Unit name="degC"><BaseUnit K="1" offset="273.15"/></Unit>
+<Unit name="kNm"><BaseUnit kg="1" m="2" s="-2" factor="1000"/></Unit>
+</UnitDefinitions>"""
+
 _HEAD = {
     "3.0": """
 #include <stdbool.h>

@@ -49,6 +49,18 @@ def test_a_value_passes_through_all_that_sample_then_in_any_order_of_the_parts(o
         assert error < 1e-12
 
 
+@pytest.mark.parametrize("begin", [0.1, 0.3, 1.0, 1.03, 17.0, 17.0999])
+def test_a_run_that_begins_later_samples_at_the_next_instant(begin):
+    """Instants are ``0.05 + 0.1 k``; before the first the output is held as it was given."""
+    model = lp.compose(hold=SampleHold(T_s=0.1, start_time=0.05, u=SIGNAL))
+    t = begin + between(0.1, 1.0)
+    run = lp.simulate(lp.assemble(model), begin=begin, until=begin + 1, grid=t)
+    last = 0.05 + 0.1 * np.floor((t - 0.05) / 0.1)
+    exact = np.where(last >= begin - 1e-9, signal(last), 0.0)
+    assert np.abs(run["hold.y"] - exact).max() < 1e-12
+    assert len(run.events) == 10
+
+
 def test_a_slower_one_takes_every_third_value():
     model = lp.compose(
         fast=SampleHold(T_s=0.25, u=SIGNAL),
