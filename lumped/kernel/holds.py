@@ -84,6 +84,8 @@ def standstills(plant: Plant, instant: InstantSearch) -> None:
         rest[h] = max(rest[h], abs(instant.x[plant.use_state[i]]))
     for h in range(plant.holds):
         rest[h] = 0.0 if plant.speed_state[h] >= 0 else STANDSTILL * (1.0 + rest[h])
+        if instant.has_moved:
+            rest[h] = max(rest[h], 1e-12 * (1.0 + instant.fastest))
 
 
 @kernel

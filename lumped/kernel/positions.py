@@ -125,6 +125,17 @@ def _is_held_by_others(run: Run, seen: Look, h: int, calm: float) -> bool:
 
 
 @kernel
+def _returns_at_once(run: Run, v: float, h: int) -> bool:
+    """Whether a contact that others tear open would close again at once."""
+    plant, instant = run.plant, run.instant
+    copy_settings(plant, instant.m, instant.trial)
+    put(plant, instant.trial, h, FORWARD)
+    look_at(run, instant.x, instant.trial, instant.at_rest)
+    a = instant.at_rest.acceleration[h]
+    return a < 0.0 and (2.0 * v <= -a * run.shortest or v * v <= -2.0 * a * TOUCHING)
+
+
+@kernel
 def _position_by_speed(run: Run, seen: Look, h: int, calm: float) -> int:
     """The position that follows from speeds, whatever the reactions; KEEPS if none does."""
     plant, instant = run.plant, run.instant
@@ -137,6 +148,10 @@ def _position_by_speed(run: Run, seen: Look, h: int, calm: float) -> int:
     has_law = plant.has_forward[h] if v > 0.0 else plant.has_backward[h]
     is_torn = is_stuck and instant.has_moved and has_law
     is_reversed = (forward and v < 0.0) or (backward and v > 0.0)
+    if is_reversed and not plant.has_gap[h] and not has_law:
+        return STUCK
+    if is_torn and plant.has_gap[h] and _returns_at_once(run, v, h):
+        return KEEPS
     if is_torn or (is_reversed and not plant.has_gap[h]):
         return FORWARD if v > 0.0 else BACKWARD
     return KEEPS
