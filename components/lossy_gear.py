@@ -135,6 +135,7 @@ def _hold(
         upper=maximum(*forward(0.0)),
         lower=minimum(*backward(0.0)),
         engaged=engaged,
+        pressed=False,
         mode=gear.mode,
     )
 

@@ -150,6 +150,8 @@ class Switching(Shared):
         Mode of the condition under which a hold acts, -1 for always.
     has_upper, has_lower, has_forward, has_backward, has_gap : ndarray of bool, shape (h,)
         What limits and laws there are.
+    is_pressed : ndarray of bool, shape (h,)
+        Friction that impulses may press.
     names : list of str
         Components of the holds.
     gap_units : list of str
@@ -230,8 +232,9 @@ class Switching(Shared):
         self.less = ca.vertcat(ca.SX(0, 1), *(less for _, less in sides))
         self.first_modes = np.array(first_modes, dtype=int)
         self.engaged = np.array(engaged, dtype=int)
-        flags = np.array(limits, dtype=bool).reshape(-1, 5).T
+        *flags, pressed = np.array(limits, dtype=bool).reshape(-1, 6).T
         self.has_upper, self.has_lower, self.has_forward, self.has_backward, self.has_gap = flags
+        self.is_pressed = pressed & self.has_upper & self.has_lower
         table = ca.vertcat(ca.SX(0, 7), *quantities)
         (
             self.speed,

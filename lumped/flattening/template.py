@@ -173,7 +173,8 @@ class Stick:
     upper, lower, gap, restitution : SX
         Infinite limits, and gaps that do not exist, are nan.
     given : tuple of bool
-        Whether there are `upper`, `lower`, `forward`, `backward` and `gap`.
+        Whether there are `upper`, `lower`, `forward`, `backward` and `gap`, and whether impulses
+        press it.
     """
 
     equation: int
@@ -326,7 +327,7 @@ class Template:
         )
 
     def _stick(self, item: Hold, lowered: Lowered) -> None:
-        """The row ``r == law``, or ``a == demand + compliance (r - share)`` if it sticks."""
+        """``r == law + share``, or ``a == demand + compliance (r - share)`` if it sticks."""
         first = len(self.modes)
         self.modes += [ca.SX.sym("mode") for _ in range(hold_modes.COUNT)]
         stuck, forward, backward, compliance, demand, share, *_ = self.modes[first:]
@@ -341,7 +342,7 @@ class Template:
             engaged = self._condition(item.engaged, lowered)
         number = self.count
         held = demand - acceleration + compliance * (reaction - share)
-        self._add(stuck * held + (1 - stuck) * (reaction - law))
+        self._add(stuck * held + (1 - stuck) * (reaction - law - share))
         if item.mode is not None:
             code = 1 - stuck if item.gap is not None else forward - backward
             free = 0 if item.gap is not None else 2 * (1 - stuck - forward - backward)
@@ -363,7 +364,7 @@ class Template:
                 given_or_none(item.lower),
                 given_or_none(item.gap),
                 lowered(item.restitution),
-                tuple(limit is not None for limit in limits),
+                (*(limit is not None for limit in limits), item.pressed),
             )
         )
 

@@ -63,6 +63,6 @@ def content_of(what: object, place: Place) -> Hashable:
     if isinstance(what, Question):
         parts = (content_of(part, place) for part in (what.values, what.answers))
         return (Question, what.program.content, *parts)
-    if what is None:
-        return None
+    if what is None or isinstance(what, bool):
+        return what
     raise TypeError(what)

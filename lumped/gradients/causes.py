@@ -13,9 +13,11 @@ from lumped.errors import SolverError
 from lumped.flattening import hold_modes
 from lumped.gradients.instant_values import InstantLooks, InstantValues
 from lumped.gradients.jumps import Side
+from lumped.kernel.impacts import LOWEST
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.event import Event
+from lumped.timeloop.holds import Holds
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["TURNING", "Cause", "Causes", "Stop"]
@@ -27,8 +29,9 @@ run, relative to their size before, are only touched."""
 _TOUCHED = 10
 """Margins count as used up within so many of their tolerances."""
 
-_RESTING = 1e-12
-"""Height, m or rad, of bounces that are rounding."""
+_RESTING, _LEAST_AGAIN = 1e-12, 0.1
+"""Height, m or rad, from which what does not bounce closes by rounding alone; restitution from
+which on what closes did bounce before."""
 
 
 class Stop(NamedTuple):
@@ -119,7 +122,7 @@ class Causes(Shared):
         changed = old[1][: self._count] != new[1][: self._count]
         causes = self._timed(stop, changed)
         near = values.margins <= _TOUCHED * values.tolerances
-        resting = near & self._resting(new, values)
+        resting = near & self._resting(stop)
         used = np.flatnonzero((near & (values.margin_rates < 0)) | resting).tolist()
         for i in self._acting(used, old, changed):
             if resting[i]:
@@ -196,15 +199,25 @@ class Causes(Shared):
             )
         return causes
 
-    def _resting(self, new: Side, values: InstantValues) -> np.ndarray:
+    def _resting(self, stop: Stop) -> np.ndarray:
         """Margins of gaps that close after ever smaller bounces, to rest."""
+        values = stop.values
         found = np.zeros(len(values.margins), dtype=bool)
         if not self._gaps:
             return found
-        found[self._gaps] = new[1][self._gap_modes] > 0.5
+        found[self._gaps] = stop.new[1][self._gap_modes] > 0.5
         if found.any():
+            (x, settings), s = stop.old, self.system.switching
+            count = self.system.structure.mode_count
+            look = Holds(self.system, stop.run.theta).look(
+                stop.t, x, settings[:count], settings[count:]
+            )
+            again = look.restitution[[s.rows[i][1] for i in self._gaps]]
+            height = np.full(len(found), _RESTING)
+            height[self._gaps] = LOWEST / np.maximum(again, _LEAST_AGAIN) ** 2
+            height[self._gaps] = np.where(again > _LEAST_AGAIN, height[self._gaps], _RESTING)
             found &= values.bends < 0
-            found &= values.margin_rates**2 <= -2 * values.bends * _RESTING
+            found &= values.margin_rates**2 <= -2 * values.bends * height
         return found
 
     @property

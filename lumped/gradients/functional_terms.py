@@ -280,13 +280,14 @@ class SmoothParts:
                 begins.setdefault(float(leg.t[0]), []).append(k)
         found = []
         for i in range(len(times)) if number is None else [number % len(times)]:
-            if times[i] not in begins:
+            time = max((t for t in begins if t <= times[i] < run.t[-1]), default=None)
+            if time is None:
                 raise OptionError(
                     f"{run.system.name}: {label} is at t = {times[i]:g} s, where the run begins or "
                     "ends; this instant does not move."
                 )
             # several changes one after the other at the same instant
-            legs = begins[times[i]]
+            legs = begins[time]
             found.append(self._joined(legs[min(times[:i].count(times[i]), len(legs) - 1)]))
         return found
 

@@ -26,10 +26,13 @@ class Blow(NamedTuple):
         Holds that close, and whether each bounces.
     members : tuple of int
         Holds that take impulses.
+    rubs : tuple of int
+        Modes of friction that slides while impulses press it.
     """
 
     hits: tuple[tuple[int, bool], ...]
     members: tuple[int, ...]
+    rubs: tuple[int, ...]
 
 
 Act = tuple[tuple[int, ...], Blow | None]
@@ -166,9 +169,21 @@ class Changes(Shared):
             members = tuple(sorted({*hits, *np.flatnonzero(stay).tolist()}))
             # what sticks afterwards did not bounce
             for bounces in (tuple(not now[h] for h in hits), (True,) * len(hits)):
-                yield jumps, Blow(tuple(zip(hits, map(bool, bounces), strict=True)), members)
+                each = tuple(zip(hits, map(bool, bounces), strict=True))
+                yield jumps, Blow(each, members, ())
+                if s.is_pressed.any():
+                    sticks = np.flatnonzero(now & s.is_pressed).tolist()
+                    all_hits = (*each, *((h, False) for h in sticks))
+                    yield jumps, Blow(all_hits, tuple(sorted({*members, *sticks})), self._rubs(new))
         if not bodies:
             yield jumps, None
+
+    def _rubs(self, modes: np.ndarray) -> tuple[int, ...]:
+        """Modes of friction that slides while impulses press it."""
+        s = self.system.switching
+        first = s.first_modes[s.is_pressed]
+        ways = np.concatenate([first + hold_modes.FORWARD, first + hold_modes.BACKWARD])
+        return tuple(ways[modes[ways] > 0.5].tolist())
 
     def states(self, jumps: tuple[int, ...], blow: Blow | None, modes: np.ndarray) -> Change:
         """The states after an act.
@@ -242,6 +257,7 @@ class Changes(Shared):
         modes = np.zeros(count)
         modes[self._not_held] = np.frombuffer(others)
         modes[s.first_modes[list(blow.members)]] = 1.0
+        modes[list(blow.rubs)] = 1.0
         rest = ca.vertcat(ca.SX(ca.DM(modes)), m[count:])
         both = self.system.structure.in_states(ca.horzcat(s.speed, s.restitution))
         closing = ca.Function("closing", self.system.inputs, [both])(x, p, t, m)

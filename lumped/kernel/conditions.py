@@ -7,7 +7,7 @@ from lumped.kernel.plant import Plant
 from lumped.kernel.rounds import may_change
 from lumped.kernel.run import InstantSearch, Look, Run
 
-__all__ = ["jump", "must_ask", "set_by_sides", "slack", "turn", "turn_wrong"]
+__all__ = ["copy_conditions", "jump", "must_ask", "set_by_sides", "slack", "turn", "turn_wrong"]
 
 _EQUAL, _LEAST = 1e-12, 1e-13
 """Difference of sides that are equal, relative to them, and at least."""
@@ -43,6 +43,15 @@ def _piece_at(plant: Plant, k: int, place: float) -> int:
 
 
 @kernel
+def copy_conditions(plant: Plant, begin: Numbers, to: Numbers) -> None:
+    """Copy the settings of all conditions."""
+    for k in range(plant.conditions):
+        first = plant.condition_setting[k]
+        for i in range(first, first + plant.piece_width[k]):
+            to[i] = begin[i]
+
+
+@kernel
 def set_by_sides(plant: Plant, look: Look, m: Numbers) -> None:
     """Set all conditions by their sides; where these are equal, a condition does not hold."""
     for k in range(plant.conditions):
@@ -75,23 +84,23 @@ def _is_wrong(plant: Plant, m: Numbers, k: int, difference: float, tolerated: fl
 
 
 @kernel
-def _is_tie(plant: Plant, instant: InstantSearch, k: int, difference: float) -> bool:
+def _is_tie(plant: Plant, instant: InstantSearch, m: Numbers, k: int, difference: float) -> bool:
     """Whether the sides are exactly equal and the condition is wrong for equal sides."""
     if difference != 0.0 or instant.is_exempt[k] or plant.piece_count[k] > 0:
         return False
-    holds = instant.m[plant.condition_setting[k]] > 0.5
+    holds = m[plant.condition_setting[k]] > 0.5
     return holds == (plant.is_strict[k] != 0)
 
 
 @kernel
-def turn_wrong(run: Run, seen: Look) -> bool:
+def turn_wrong(run: Run, seen: Look, m: Numbers) -> bool:
     """Change conditions that contradict their sides; whether there were any."""
     plant, instant = run.plant, run.instant
     wrong, count = instant.wrong, 0
     for k in range(plant.conditions):
         difference = seen.greater[k] - seen.less[k]
-        is_tie = _is_tie(plant, instant, k, difference)
-        if is_tie or _is_wrong(plant, instant.m, k, difference, slack(seen, k)):
+        is_tie = _is_tie(plant, instant, m, k, difference)
+        if is_tie or _is_wrong(plant, m, k, difference, slack(seen, k)):
             wrong[count] = k
             count += 1
         if is_tie:
@@ -100,7 +109,7 @@ def turn_wrong(run: Run, seen: Look) -> bool:
         return False
     for i in range(may_change(instant.condition_rounds, count)):
         k = wrong[i]
-        turn(plant, instant.m, k, seen.greater[k] - seen.less[k])
+        turn(plant, m, k, seen.greater[k] - seen.less[k])
     return True
 
 

@@ -12,6 +12,7 @@ __all__ = [
     "STANDSTILL",
     "TOUCHING",
     "copy_settings",
+    "is_at_rest",
     "is_held",
     "look_at",
     "put",
@@ -32,6 +33,8 @@ def put(plant: Plant, m: Numbers, hold: int, position: int) -> None:
     """Let a hold stick, slide, or be free."""
     own = m[plant.hold_setting[hold] :]
     own[0] = own[1] = own[2] = 0.0
+    if position != STUCK:
+        own[SHARE] = 0.0
     if position != FREE:
         own[position] = 1.0
 
@@ -40,6 +43,14 @@ def put(plant: Plant, m: Numbers, hold: int, position: int) -> None:
 def is_held(plant: Plant, m: Numbers, hold: int) -> bool:
     """Whether a hold sticks."""
     return m[plant.hold_setting[hold] + STUCK] > 0.5
+
+
+@kernel
+def is_at_rest(instant: InstantSearch, seen: Look, hold: int) -> bool:
+    """Whether a speed is zero: by decision, or but for rounding."""
+    if instant.is_halted[hold] != 0 or instant.is_settled[hold] != 0:
+        return True
+    return abs(seen.speed[hold]) <= instant.rest_speed[hold]
 
 
 @kernel

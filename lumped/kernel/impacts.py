@@ -1,81 +1,129 @@
 """Impacts: impulses of constraints that close at a speed.
 
-The jump of all speeds equals the accelerations that result if the constraints that take part demand
-their change of speed in unit time, without any other force: the impulsive form of the same
-equations (Routh, Dynamics of a System of Rigid Bodies, ch. VIII). Which constraints take part is a
-linear complementarity problem (Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts,
-ch. 8): a contact that closes leaves with its restitution or faster, one that touches or runs freely
-does not close, and impulses have the sign that the constraint can give; either the impulse or the
-excess of speed is zero.
+The level of speeds of the problem of an instant (`lumped.kernel.problem`). The jump of all speeds
+equals the accelerations that result if the constraints that take part demand their change of speed
+in unit time, without any other force: the impulsive form of the same equations (Routh, Dynamics of
+a System of Rigid Bodies, ch. VIII). A contact that closes leaves with its restitution or faster,
+one that touches or runs freely does not close, and impulses have the sign that the constraint can
+give; either the impulse or the excess of speed is zero (Pfeiffer and Glocker, Multibody Dynamics
+with Unilateral Contacts, ch. 8). Limits that are finite give no impulse, but for friction pressed
+by one: it carries at most what its limit gains by the impulses (Anitescu and Potra, Nonlinear
+Dynamics 14 (1997) 231).
 """
 
 from __future__ import annotations
 
 from lumped.code.words import kernel
 from lumped.flattening.hold_modes import BACKWARD, DEMAND, FORWARD, STUCK
-from lumped.kernel.holds import TOUCHING, copy_settings, is_held, look_at, put, standstills, stop
+from lumped.kernel.holds import (
+    STANDSTILL,
+    TOUCHING,
+    copy_settings,
+    is_held,
+    look_at,
+    put,
+    standstills,
+    stop,
+)
 from lumped.kernel.plant import FREE
-from lumped.kernel.rounds import begin_rounds, may_change
+from lumped.kernel.problem import (
+    AT_LOWER,
+    AT_UPPER,
+    OUTSIDE,
+    WITHIN,
+    change_places,
+    right_place,
+)
+from lumped.kernel.rounds import begin_rounds
 from lumped.kernel.run import Look, Run
-from lumped.kernel.sharing import soften, yield_from
+from lumped.kernel.sharing import weigh, yield_from
 
-__all__ = ["HAS_COLLIDED", "NO_ANSWER", "collide", "halt"]
+__all__ = ["HAS_COLLIDED", "LOWEST", "NO_ANSWER", "collide", "halt"]
 
 NOTHING_CLOSES, HAS_COLLIDED, NO_ANSWER = range(3)
 
 _ROUNDING = 1e-12
 """Impulse and speed, relative to the largest, that are rounding."""
+_PRESSED = 1e-9
+"""Gain of a limit by impulses, relative to the largest of them, that is rounding."""
 _MISS = 1e-6
 """Error of speed that redundant constraints may have, relative to the largest speed."""
+_PROXIMAL, _EXACT = 4, 1e-14
+"""Most proximal steps, and error of speed, relative to the largest speed, that is rounding."""
 _GAIN = -1e-9
 """Loss, relative to the energy that the impulses exchange, that is rounding."""
+LOWEST = 1e-11
+"""Rise of a bounce that counts as none, m or rad: far above the room of a margin."""
+_INFINITE = float("inf")
 
 
 @kernel
 def _gather(run: Run, seen: Look) -> None:
     """Find the holds that may take part in an impact, and their speeds after it."""
-    plant, instant = run.plant, run.instant
+    plant, instant, problem = run.plant, run.instant, run.instant.problem
     for h in range(plant.holds):
         own = instant.m[plant.hold_setting[h] :]
         closes, held = instant.is_closing[h] != 0, own[STUCK] > 0.5
-        one_way = plant.has_forward[h] + plant.has_backward[h] == 1
-        slides = own[FORWARD] > 0.5 or own[BACKWARD] > 0.5
-        touches = slides and one_way and (not plant.has_gap[h] or seen.gap[h] <= TOUCHING)
-        instant.may_join[h] = plant.is_impulsive[h] and (closes or held or touches)
-        instant.is_member[h] = plant.is_impulsive[h] and (closes or held)
+        near = not plant.has_gap[h] or seen.gap[h] <= TOUCHING
+        joins = near and (plant.is_impulsive[h] or plant.is_pressed[h])
+        place = OUTSIDE
+        if plant.is_impulsive[h] and (closes or held):
+            place = WITHIN
+        elif joins and own[FORWARD] > 0.5:
+            place = AT_UPPER
+        elif joins and own[BACKWARD] > 0.5:
+            place = AT_LOWER
+        problem.place[h], problem.beyond[h] = place, 0.0
         instant.leaving[h] = -instant.bounce[h] * seen.speed[h] if closes else 0.0
-        instant.demand[h] = instant.leaving[h] - seen.speed[h]
 
 
 @kernel
-def _look(run: Run, is_redundant: bool, look: Look) -> None:
-    """Look at the trial; redundant constraints yield from their reactions there."""
-    instant = run.instant
-    look_at(run, instant.x, instant.trial, look)
-    if is_redundant:
-        yield_from(run, instant.trial, look)
-        look_at(run, instant.x, instant.trial, look)
+def _free(run: Run) -> None:
+    """Let holds of the problem slide at their limits, and all others go."""
+    plant, problem = run.plant, run.instant.problem
+    for h in range(plant.holds):
+        place, position = problem.place[h], FREE
+        if place == AT_UPPER:
+            position = FORWARD
+        elif place == AT_LOWER:
+            position = BACKWARD
+        put(plant, run.instant.trial, h, position)
 
 
 @kernel
-def _push(run: Run) -> None:
-    """Look at the members without demands, and with the changes of speed that they demand."""
-    plant, instant = run.plant, run.instant
-    trial = instant.trial
+def _push(run: Run, seen: Look) -> None:
+    """Impulses, and speeds beyond those that are asked for, at the present places."""
+    plant, instant, problem = run.plant, run.instant, run.instant.problem
+    trial, rest, pushed = instant.trial, instant.at_rest, instant.pushed
     copy_settings(plant, instant.m, trial)
+    if run.may_be_redundant:
+        weigh(run, instant.x, trial)
+    _free(run)
+    look_at(run, instant.x, trial, rest)
     for h in range(plant.holds):
-        put(plant, trial, h, STUCK if instant.is_member[h] else FREE)
-    is_redundant = soften(run, instant.x, trial)
-    _look(run, is_redundant, instant.at_rest)
+        if problem.place[h] == WITHIN:
+            put(plant, trial, h, STUCK)
+            change = instant.leaving[h] - seen.speed[h]
+            trial[plant.hold_setting[h] + DEMAND] = rest.acceleration[h] + change
+    look_at(run, instant.x, trial, pushed)
+    for _ in range(_PROXIMAL if run.may_be_redundant else 0):
+        error = 0.0
+        for h in range(plant.holds):
+            if problem.place[h] == WITHIN:
+                miss = _speed_after(run, seen, h) - instant.leaving[h]
+                error = max(error, abs(miss) / (1.0 + instant.fastest))
+        if error <= _EXACT:
+            break
+        yield_from(run, trial, pushed)
+        look_at(run, instant.x, trial, pushed)
     for h in range(plant.holds):
-        if instant.is_member[h]:
-            trial[plant.hold_setting[h] + DEMAND] = instant.demand[h]
-    _look(run, is_redundant, instant.pushed)
-
-
-@kernel
-def _impulse(run: Run, hold: int) -> float:
-    return run.instant.pushed.reaction[hold] - run.instant.at_rest.reaction[hold]
+        problem.carried[h] = pushed.reaction[h] - rest.reaction[h]
+        problem.motion[h] = _speed_after(run, seen, h) - instant.leaving[h]
+        problem.most[h], problem.least[h] = _INFINITE, -_INFINITE
+        if plant.has_upper[h]:
+            problem.most[h] = pushed.upper[h] - rest.upper[h]
+        if plant.has_lower[h]:
+            problem.least[h] = pushed.lower[h] - rest.lower[h]
 
 
 @kernel
@@ -85,54 +133,50 @@ def _speed_after(run: Run, seen: Look, hold: int) -> float:
 
 
 @kernel
-def _is_wrong(run: Run, seen: Look, h: int, largest: float, fastest: float) -> bool:
-    """Whether a member would pull that can only push, or another hold would close."""
-    plant, instant = run.plant, run.instant
-    if instant.is_member[h]:
-        impulse = _impulse(run, h)
-        if plant.has_upper[h] and not plant.has_lower[h]:
-            return impulse > _ROUNDING * largest
-        if plant.has_lower[h] and not plant.has_upper[h]:
-            return impulse < -_ROUNDING * largest
+def _is_pressed(run: Run, h: int, largest: float) -> bool:
+    """Whether impulses raise the limits of friction."""
+    problem = run.instant.problem
+    if not run.plant.is_pressed[h]:
         return False
-    if not instant.may_join[h]:
-        return False
-    ahead = _speed_after(run, seen, h) - instant.leaving[h]
-    if not plant.has_backward[h]:
-        return ahead < -_ROUNDING * (1.0 + fastest)
-    return ahead > _ROUNDING * (1.0 + fastest)
+    gain = max(problem.most[h], -problem.least[h])
+    return gain < _INFINITE and gain > _PRESSED * largest
 
 
 @kernel
-def _find_members(run: Run, seen: Look) -> bool:
-    """Find the holds that take part; whether there is a solution."""
-    plant, instant = run.plant, run.instant
-    begin_rounds(instant.member_rounds)
+def _right_place(run: Run, h: int, largest: float, fastest: float) -> int:
+    plant, problem, place = run.plant, run.instant.problem, run.instant.problem.place[h]
+    if not plant.is_impulsive[h]:
+        if not _is_pressed(run, h, largest):
+            return OUTSIDE if place == WITHIN else place
+        if place == OUTSIDE and is_held(plant, run.instant.m, h):
+            return WITHIN
+    return right_place(problem, h, _ROUNDING * largest, _ROUNDING * (1.0 + fastest))
+
+
+@kernel
+def _find_impulses(run: Run, seen: Look) -> bool:
+    """Find the places of all holds in an impact; whether there is a solution."""
+    plant, instant, problem = run.plant, run.instant, run.instant.problem
+    begin_rounds(instant.place_rounds)
     for _ in range(40 + 20 * plant.holds):
-        _push(run)
-        largest, fastest, count = 0.0, 0.0, 0
+        _push(run, seen)
+        largest, fastest = 0.0, 0.0
         for h in range(plant.holds):
-            largest = max(largest, abs(_impulse(run, h)))
+            largest = max(largest, abs(problem.carried[h]))
             fastest = max(fastest, abs(seen.speed[h]))
         for h in range(plant.holds):
-            instant.joins[h] = _is_wrong(run, seen, h, largest, fastest)
-            count += instant.joins[h]
-        if count == 0:
-            return _is_obeyed(run, seen, fastest)
-        changing = may_change(instant.member_rounds, count)
-        for h in range(plant.holds):
-            if instant.joins[h] and changing > 0:
-                instant.is_member[h] = 1 - instant.is_member[h]
-                changing -= 1
+            problem.next_place[h] = _right_place(run, h, largest, fastest)
+        if not change_places(instant, plant.holds):
+            return _is_obeyed(run, fastest)
     return False
 
 
 @kernel
-def _is_obeyed(run: Run, seen: Look, fastest: float) -> bool:
-    """Whether members leave at their speeds: redundant constraints may contradict each other."""
+def _is_obeyed(run: Run, fastest: float) -> bool:
+    """Whether constraints leave at their speeds: redundant ones may contradict each other."""
+    problem = run.instant.problem
     for h in range(run.plant.holds):
-        miss = _speed_after(run, seen, h) - run.instant.leaving[h]
-        if run.instant.is_member[h] and not abs(miss) <= _MISS * (1.0 + fastest):
+        if problem.place[h] == WITHIN and not abs(problem.motion[h]) <= _MISS * (1.0 + fastest):
             return False
     return True
 
@@ -149,31 +193,33 @@ def _strike(run: Run) -> None:
 @kernel
 def _gains_energy(run: Run, seen: Look) -> bool:
     """Whether the impulses would add more energy than they take."""
+    problem = run.instant.problem
     loss, size = 0.0, 0.0
     for h in range(run.plant.holds):
-        if run.instant.is_member[h]:
+        if problem.place[h] != OUTSIDE:
             before, after = seen.speed[h], _speed_after(run, seen, h)
-            loss += 0.5 * _impulse(run, h) * (before + after)
-            size += 0.5 * abs(_impulse(run, h)) * (abs(before) + abs(after))
+            loss += 0.5 * problem.carried[h] * (before + after)
+            size += 0.5 * abs(problem.carried[h]) * (abs(before) + abs(after))
     return loss < _GAIN * size
 
 
 @kernel
 def halt(run: Run, seen: Look) -> None:
-    """Bring the speeds of holds that stick to exactly zero."""
-    plant, instant = run.plant, run.instant
+    """Bring the speeds of holds that stick to exactly zero, with the least change of energy."""
+    plant, instant, trial = run.plant, run.instant, run.instant.trial
     moves = False
+    copy_settings(plant, instant.m, trial)
     for h in range(plant.holds):
-        held = is_held(plant, instant.m, h)
-        instant.is_member[h] = held
-        instant.demand[h] = -seen.speed[h]
-        moves = moves or (held and seen.speed[h] != 0.0)
+        if is_held(plant, instant.m, h) and seen.speed[h] != 0.0:
+            trial[plant.hold_setting[h] + DEMAND] = -seen.speed[h]
+            moves = True
     if moves:
-        _push(run)
-        _strike(run)
+        look_at(run, instant.x, trial, instant.pushed)
+        for i in range(plant.states):
+            instant.x[i] += instant.pushed.rates[i] - seen.rates[i]
     for h in range(plant.holds):
         is_halted = instant.is_halted[h] and not plant.has_gap[h]
-        if is_held(plant, instant.m, h) or is_halted:
+        if is_held(plant, instant.m, h) or is_halted or instant.is_settled[h]:
             stop(plant, instant, h)
 
 
@@ -187,33 +233,39 @@ def _closes(run: Run, seen: Look, h: int) -> bool:
     near = not plant.has_gap[h] or seen.gap[h] <= TOUCHING or instant.is_halted[h]
     comes = v < -rest and not plant.has_backward[h] and near
     comes = comes or (v > rest and not plant.has_forward[h])
-    comes = comes and (not instant.is_halted[h] or plant.has_gap[h])
+    comes = comes and (not instant.is_halted[h] or plant.has_gap[h]) and not instant.is_settled[h]
     if not instant.has_moved:
         comes = comes and (m[STUCK] < 0.5 or not instant.was_stuck[h])
     return plant.is_impulsive[h] and acts and comes
 
 
 @kernel
-def _rests(run: Run, h: int) -> bool:
-    """Whether a bounce would be over at once, or lower than a gap that counts as none."""
+def _returns_at_once(run: Run, h: int, v: float) -> bool:
+    """Whether a contact that opens at a speed closes again at once, or rises by nothing."""
     plant, instant = run.plant, run.instant
-    v = instant.after.speed[h]
     copy_settings(plant, instant.m, instant.trial)
     put(plant, instant.trial, h, FORWARD)
     look_at(run, instant.x, instant.trial, instant.at_rest)
     a = instant.at_rest.acceleration[h]
-    return a < 0.0 and (2.0 * v <= -a * run.shortest or v * v <= -2.0 * a * TOUCHING)
+    return a < 0.0 and (2.0 * v <= -a * run.shortest or v * v <= -2.0 * a * LOWEST)
 
 
 @kernel
 def _end_short_bounces(run: Run) -> bool:
-    """End bounces that would be over at once; whether there were any."""
-    plant, instant = run.plant, run.instant
+    """End bounces that would be over at once; whether there were any.
+
+    All flights of a series that is left out last as long as a geometric series of them.
+    """
+    plant, instant, problem = run.plant, run.instant, run.instant.problem
     look_at(run, instant.x, instant.m, instant.after)
     any_rest = False
     for h in range(plant.holds):
-        bounces = instant.is_closing[h] and instant.is_member[h] and instant.bounce[h] != 0.0
-        if bounces and _rests(run, h):
+        bounces = instant.is_closing[h] and problem.place[h] == WITHIN
+        bounces = bounces and instant.bounce[h] != 0.0
+        if bounces and _returns_at_once(run, h, instant.after.speed[h]):
+            flight = 2.0 * instant.after.speed[h] / -instant.at_rest.acceleration[h]
+            if instant.bounce[h] < 1.0:
+                instant.delay[h] = flight / (1.0 - instant.bounce[h])
             instant.bounce[h] = 0.0
             any_rest = True
     return any_rest
@@ -255,22 +307,68 @@ def _impact(run: Run, seen: Look) -> bool:
         for i in range(plant.states):
             instant.x[i] = instant.x_before[i]
         _gather(run, seen)
-        is_found = _find_members(run, seen)
+        is_found = _find_impulses(run, seen)
         if _bounces(run) and (not is_found or _gains_energy(run, seen)):
             _even_out(run)
             continue
         if not is_found:
             return False
-        for h in range(plant.holds):
-            instant.work[h] = instant.push[h] = 0.0
-            if instant.is_member[h]:
-                instant.push[h] = _impulse(run, h)
-                twice_mean = seen.speed[h] + _speed_after(run, seen, h)
-                instant.work[h] = 0.5 * instant.push[h] * twice_mean
         _strike(run)
         if not (_bounces(run) and _end_short_bounces(run)):
             break
     return True
+
+
+@kernel
+def _note_work(run: Run, seen: Look) -> None:
+    """Note the impulse of each hold and the energy that it takes."""
+    plant, instant, problem = run.plant, run.instant, run.instant.problem
+    largest, hardest = 0.0, 0.0
+    for h in range(plant.holds):
+        largest = max(largest, abs(problem.carried[h]))
+        if instant.is_closing[h]:
+            hardest = max(hardest, abs(seen.speed[h]))
+    is_felt = hardest > STANDSTILL * (1.0 + instant.fastest)
+    for h in range(plant.holds):
+        impulse = problem.carried[h]
+        rubs = is_felt and problem.place[h] != OUTSIDE and abs(impulse) > _PRESSED * largest
+        if problem.place[h] == WITHIN or rubs:
+            instant.loss[h] += 0.5 * impulse * (seen.speed[h] + instant.after.speed[h])
+            instant.impulse[h] -= impulse
+            instant.is_struck[h] = 1
+
+
+@kernel
+def _settle(run: Run, h: int, position: int) -> None:
+    """Take the position that the answer gives; no later line asks its speed for it."""
+    plant, instant = run.plant, run.instant
+    put(plant, instant.m, h, position)
+    instant.is_settled[h] = position == STUCK
+    if position == STUCK:
+        stop(plant, instant, h)
+
+
+@kernel
+def _take_answer(run: Run) -> None:
+    """Positions of all holds that took part."""
+    plant, instant, problem = run.plant, run.instant, run.instant.problem
+    rest = _ROUNDING * (1.0 + instant.fastest)
+    for h in range(plant.holds):
+        place, after = problem.place[h], instant.after.speed[h]
+        sticks = is_held(plant, instant.m, h) or instant.is_closing[h]
+        if abs(after) > rest:
+            instant.is_halted[h] = instant.is_settled[h] = 0
+        if place == WITHIN:
+            leaving = instant.leaving[h]
+            away = FORWARD if leaving > 0.0 else BACKWARD
+            _settle(run, h, away if abs(leaving) > rest else STUCK)
+        elif place != OUTSIDE and sticks:
+            # others pull it away; a contact that is back at once stays
+            moves = after > rest if place == AT_UPPER else after < -rest
+            if moves and plant.has_gap[h]:
+                moves = not _returns_at_once(run, h, after)
+            position = FORWARD if place == AT_UPPER else BACKWARD
+            _settle(run, h, position if moves else STUCK)
 
 
 @kernel
@@ -295,19 +393,7 @@ def collide(run: Run, seen: Look) -> int:
         return NOTHING_CLOSES
     if not _impact(run, seen):
         return NO_ANSWER
-    for h in range(plant.holds):
-        if instant.is_member[h]:
-            instant.loss[h] += instant.work[h]
-            instant.impulse[h] -= instant.push[h]
-            instant.is_struck[h] = 1
-        if not instant.is_closing[h]:
-            continue
-        instant.is_halted[h] = 0
-        if not instant.is_member[h]:  # others pull it away
-            put(plant, instant.m, h, FORWARD if plant.has_upper[h] else BACKWARD)
-        elif instant.bounce[h] != 0.0:
-            put(plant, instant.m, h, FORWARD)
-        else:
-            put(plant, instant.m, h, STUCK)
-            stop(plant, instant, h)
+    look_at(run, instant.x, instant.m, instant.after)
+    _note_work(run, seen)
+    _take_answer(run)
     return HAS_COLLIDED

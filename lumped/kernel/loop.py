@@ -58,11 +58,11 @@ def _note_changes(run: Run) -> None:
         if instant.has_jumped[k]:
             was, now = 0, 1
         if was != now:
-            note_change(run, 0, k, was, now, 0.0)
+            note_change(run, 0, k, was, now, 0.0, 0.0)
     for h in range(plant.holds):
         was, now = position_of(plant, instant.before, h), position_of(plant, instant.m, h)
         if was != now or instant.is_struck[h]:
-            note_change(run, 1, h, was, now, instant.loss[h])
+            note_change(run, 1, h, was, now, instant.loss[h], instant.delay[h])
 
 
 @kernel

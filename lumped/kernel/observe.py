@@ -220,7 +220,9 @@ def _take(run: Run, k: int, value: float) -> None:
 
 
 @kernel
-def observe_event(run: Run, kind: int, number: int, after: int, loss: float) -> None:
+def observe_event(
+    run: Run, kind: int, number: int, after: int, loss: float, delay: float
+) -> None:
     """Take what functionals need from a change of position.
 
     The states and settings before it are those of the run, apart from functions of time; those
@@ -240,7 +242,7 @@ def observe_event(run: Run, kind: int, number: int, after: int, loss: float) -> 
             if what == COUNT:
                 _take(run, k, 1.0)
             elif what == INSTANT:
-                _take(run, k, run.t)
+                _take(run, k, run.t + delay)
             elif what == LOSS:
                 if loss != 0.0 or instant.is_struck[number]:
                     _take(run, k, loss)
@@ -272,4 +274,4 @@ def observe_clocks(run: Run) -> None:
             if watch.need[2 * j] == i and _has_changed(run, watch.need[2 * j + 1]):
                 is_own = False
         if is_own:
-            observe_event(run, TIMED, i, 0, 0.0)
+            observe_event(run, TIMED, i, 0, 0.0, 0.0)

@@ -79,14 +79,16 @@ def begin_piece(run: Run) -> None:
 
 
 @kernel
-def note_change(run: Run, kind: int, number: int, was: int, now: int, loss: float) -> None:
-    """Note that a condition (0) or hold (1) changed its position."""
+def note_change(
+    run: Run, kind: int, number: int, was: int, now: int, loss: float, delay: float
+) -> None:
+    """Note that a condition (0) or hold (1) changed its position, now or after a delay."""
     output = run.output
     if run.watches:
-        observe_event(run, kind, number, now, loss)
+        observe_event(run, kind, number, now, loss, delay)
     if output.is_short:
         return
     change, when = output.change[4 * output.changes :], output.change_time[2 * output.changes :]
     change[0], change[1], change[2], change[3] = kind, number, was, now
-    when[0], when[1] = run.t, loss
+    when[0], when[1] = run.t + delay, loss
     output.changes += 1

@@ -84,7 +84,8 @@ class Plant(Record):
     pieces: Numbers
 
     # holds: the first setting of each, the condition under which it acts (or -1), which limits and
-    # laws it has, the state that is its speed (or -1), and whether it takes impulses
+    # laws it has, the state that is its speed (or -1), whether it takes impulses, and whether they
+    # press it
     hold_setting: Integers
     engaged_by: Integers
     has_upper: Integers
@@ -94,6 +95,7 @@ class Plant(Record):
     has_gap: Integers
     speed_state: Integers
     is_impulsive: Integers
+    is_pressed: Integers
 
     # which states the speeds of holds depend on
     use_hold: Integers

@@ -13,6 +13,7 @@ from lumped.kernel.holds import (
     STANDSTILL,
     TOUCHING,
     copy_settings,
+    is_at_rest,
     is_held,
     look_at,
     put,
@@ -23,14 +24,13 @@ from lumped.kernel.holds import (
 from lumped.kernel.impacts import HAS_COLLIDED, NO_ANSWER, collide, halt
 from lumped.kernel.linkages import close
 from lumped.kernel.plant import CONDITION, FREE, LOWER, SLIDE, UPPER, Plant
-from lumped.kernel.rounds import begin_rounds, may_change
+from lumped.kernel.reactions import CHANGES, FITS, UNSOLVED, let_go, settle_reactions
+from lumped.kernel.rounds import begin_rounds
 from lumped.kernel.run import ASKS, GOES_ON, INSIDE, NO_FIT, NOT_CLOSED, InstantSearch, Look, Run
 from lumped.kernel.sharing import share, watch_redundancy
 
 __all__ = ["begin", "calm_positions", "find_positions"]
 
-_EXCESS, _LEAST = 1e-10, 1e-13
-"""Excess over a limit that is still rounding, relative and at least."""
 _NO_ROOM = 1e-8
 """Reserve of redundant constraints that is rounding."""
 _CALM = 1e-9
@@ -79,38 +79,8 @@ def _engage(run: Run, seen: Look) -> bool:
             put(plant, instant.m, h, _first_position(plant, instant, seen, h))
         else:
             put(plant, instant.m, h, FREE)
-            instant.is_halted[h] = 0
+            instant.is_halted[h] = instant.is_settled[h] = 0
     return any_changes
-
-
-@kernel
-def _would_turn_back(run: Run, seen: Look, h: int, is_at_rest: bool, calm: float) -> bool:
-    """Whether a sliding hold would reverse at once."""
-    plant, own = run.plant, run.instant.m[run.plant.hold_setting[h] :]
-    v, a, has_gap = seen.speed[h], seen.acceleration[h], plant.has_gap[h] != 0
-    forward, backward = own[FORWARD] > 0.5, own[BACKWARD] > 0.5
-    slows = (forward and v > 0.0 and a < 0.0) or (backward and v < 0.0 and a > 0.0)
-    ends = slows and not has_gap and abs(v) <= abs(a) * run.soon
-    touches = not has_gap or seen.gap[h] <= TOUCHING
-    if forward and touches and ((is_at_rest and a < -calm) or ends):
-        return True
-    return backward and ((is_at_rest and a > calm) or ends)
-
-
-@kernel
-def _must_let_go(run: Run, seen: Look, h: int) -> int:
-    """The direction in which a hold that sticks must slide; KEEPS if it goes on sticking."""
-    instant, reaction = run.instant, seen.reaction[h]
-    if instant.gives_way[h] != 0:
-        return FORWARD if instant.gives_way[h] > 0 else BACKWARD
-    if instant.is_decided:
-        return KEEPS
-    excess = _EXCESS * abs(reaction) + _LEAST
-    if reaction > seen.upper[h] + excess + _EXCESS * abs(seen.upper[h]):
-        return FORWARD
-    if reaction < seen.lower[h] - excess - _EXCESS * abs(seen.lower[h]):
-        return BACKWARD
-    return KEEPS
 
 
 @kernel
@@ -125,17 +95,6 @@ def _is_held_by_others(run: Run, seen: Look, h: int, calm: float) -> bool:
 
 
 @kernel
-def _returns_at_once(run: Run, v: float, h: int) -> bool:
-    """Whether a contact that others tear open would close again at once."""
-    plant, instant = run.plant, run.instant
-    copy_settings(plant, instant.m, instant.trial)
-    put(plant, instant.trial, h, FORWARD)
-    look_at(run, instant.x, instant.trial, instant.at_rest)
-    a = instant.at_rest.acceleration[h]
-    return a < 0.0 and (2.0 * v <= -a * run.shortest or v * v <= -2.0 * a * TOUCHING)
-
-
-@kernel
 def _position_by_speed(run: Run, seen: Look, h: int, calm: float) -> int:
     """The position that follows from speeds, whatever the reactions; KEEPS if none does."""
     plant, instant = run.plant, run.instant
@@ -143,83 +102,54 @@ def _position_by_speed(run: Run, seen: Look, h: int, calm: float) -> int:
     is_stuck, forward, backward = own[STUCK] > 0.5, own[FORWARD] > 0.5, own[BACKWARD] > 0.5
     if (forward or backward) and _is_held_by_others(run, seen, h, calm):
         return STUCK
-    if _is_at_rest(instant, seen, h):
+    if is_at_rest(instant, seen, h):
         return KEEPS
     has_law = plant.has_forward[h] if v > 0.0 else plant.has_backward[h]
-    is_torn = is_stuck and instant.has_moved and has_law
+    is_torn = is_stuck and instant.has_moved
     is_reversed = (forward and v < 0.0) or (backward and v > 0.0)
-    if is_reversed and not plant.has_gap[h] and not has_law:
-        return STUCK
-    if is_torn and plant.has_gap[h] and _returns_at_once(run, v, h):
-        return KEEPS
     if is_torn or (is_reversed and not plant.has_gap[h]):
-        return FORWARD if v > 0.0 else BACKWARD
+        if has_law:
+            return FORWARD if v > 0.0 else BACKWARD
+        return KEEPS if is_stuck else STUCK
     return KEEPS
 
 
 @kernel
-def _position_by_force(run: Run, seen: Look, h: int, calm: float) -> int:
-    """The position of a hold that is overloaded or would reverse; KEEPS if its own fits."""
-    instant = run.instant
-    if is_held(run.plant, instant.m, h):
-        return _must_let_go(run, seen, h)
-    turns_back = _would_turn_back(run, seen, h, _is_at_rest(instant, seen, h), calm)
-    return STUCK if turns_back else KEEPS
+def _follow_speeds(run: Run, seen: Look, calm: float) -> bool:
+    """Change positions that follow from speeds; whether there were any."""
+    plant, instant = run.plant, run.instant
+    changes = False
+    for h in range(plant.holds):
+        position = _position_by_speed(run, seen, h, calm)
+        if position == KEEPS:
+            continue
+        changes = True
+        if position == STUCK:
+            put(plant, instant.m, h, STUCK)
+            instant.is_halted[h] = 1
+        else:
+            let_go(run, h, position)
+            instant.is_settled[h] = 0
+    return changes
 
 
 @kernel
-def _is_at_rest(instant: InstantSearch, seen: Look, h: int) -> bool:
-    return abs(seen.speed[h]) <= instant.rest_speed[h] or instant.is_halted[h] != 0
-
-
-@kernel
-def _rebalance(run: Run, seen: Look) -> bool:
-    """Let overloaded holds go, let those stick that would reverse; whether there were any.
+def _rebalance(run: Run, seen: Look) -> int:
+    """Let overloaded holds go, let those stick that would reverse; gives FITS, or why not.
 
     Positions that follow from speeds change first: until then the reactions are wrong.
     """
-    plant, instant = run.plant, run.instant
+    plant = run.plant
     if plant.holds == 0:
-        return False
-    standstills(plant, instant)
-    largest, count = 0.0, 0
+        return FITS
+    standstills(plant, run.instant)
+    largest = 0.0
     for i in range(plant.states):
         largest = max(largest, abs(seen.rates[i]))
     calm = _CALM * (1.0 + largest)
-    for h in range(plant.holds):
-        count = _note_wrong(instant, count, h, _position_by_speed(run, seen, h, calm))
-    if count == 0:
-        for h in range(plant.holds):
-            count = _note_wrong(instant, count, h, _position_by_force(run, seen, h, calm))
-    if count == 0:
-        return False
-    for i in range(may_change(instant.hold_rounds, count)):
-        h = instant.wrong[i]
-        if instant.next_position[i] != STUCK:
-            _let_go(run, h, instant.next_position[i])
-            continue
-        put(plant, instant.m, h, STUCK)
-        instant.is_halted[h] = 1
-        for other in range(plant.holds):
-            instant.was_let_go[other] = 0  # the new one may keep them at rest, too
-    return True
-
-
-@kernel
-def _note_wrong(instant: InstantSearch, count: int, h: int, position: int) -> int:
-    """Note the new position of a hold, if there is one; gives the number of notes."""
-    if position == KEEPS:
-        return count
-    instant.wrong[count] = h
-    instant.next_position[count] = position
-    return count + 1
-
-
-@kernel
-def _let_go(run: Run, h: int, position: int) -> None:
-    """Let a hold slide; it sticks again at this instant only if it would reverse."""
-    put(run.plant, run.instant.m, h, position)
-    run.instant.was_let_go[h] = 1
+    if _follow_speeds(run, seen, calm):
+        return CHANGES
+    return settle_reactions(run, seen, calm)
 
 
 @kernel
@@ -232,29 +162,24 @@ def _shares(run: Run, margin: int) -> bool:
 
 
 @kernel
-def _let_shared_go(run: Run) -> None:
-    """If a shared reaction reaches its limit, share again; only those without reserve let go."""
-    plant, instant = run.plant, run.instant
+def _share_again(run: Run) -> None:
+    """A shared reaction at its limit only tells that the load is to be shared again."""
+    instant = run.instant
     count = 0
     for i in range(instant.fired_count):
-        if not _shares(run, instant.fired[i]):
+        if _shares(run, instant.fired[i]):
+            instant.least_reserve = _NO_ROOM
+        else:
             instant.fired[count] = instant.fired[i]
             count += 1
-    if count == instant.fired_count:
-        return
     instant.fired_count = count
-    instant.least_reserve = _NO_ROOM
-    share(run, instant.x, instant.m)
-    for h in range(plant.holds):
-        if instant.gives_way[h] != 0:
-            _let_go(run, h, FORWARD if instant.gives_way[h] > 0 else BACKWARD)
 
 
 @kernel
 def _flip(run: Run) -> None:
     """Change the positions whose margins fired."""
     plant, instant = run.plant, run.instant
-    _let_shared_go(run)
+    _share_again(run)
     is_seen = False
     for i in range(instant.fired_count):
         kind, number = plant.margin_kind[instant.fired[i]], plant.margin_number[instant.fired[i]]
@@ -272,7 +197,7 @@ def _flip(run: Run) -> None:
             if not plant.has_gap[number]:
                 put(plant, instant.m, number, STUCK)
         else:
-            _let_go(run, number, FORWARD if kind == UPPER else BACKWARD)
+            let_go(run, number, FORWARD if kind == UPPER else BACKWARD)
 
 
 @kernel
@@ -284,8 +209,9 @@ def _prepare(run: Run) -> None:
     copy_settings(plant, run.m, instant.m)
     for h in range(plant.holds):
         instant.was_stuck[h] = is_held(plant, instant.before, h)
-        instant.is_halted[h] = instant.is_struck[h] = instant.was_let_go[h] = 0
-        instant.loss[h] = instant.impulse[h] = 0.0
+        instant.is_halted[h] = instant.is_settled[h] = 0
+        instant.is_struck[h] = instant.was_let_go[h] = 0
+        instant.loss[h] = instant.impulse[h] = instant.delay[h] = 0.0
         if instant.was_stuck[h]:
             stop(plant, instant, h)  # implicit steps leave rounding there
     for k in range(plant.conditions):
@@ -301,7 +227,6 @@ def _prepare(run: Run) -> None:
     instant.fastest = 0.0
     instant.least_reserve = -_NO_ROOM
     begin_rounds(instant.condition_rounds)
-    begin_rounds(instant.hold_rounds)
 
 
 @kernel
@@ -311,11 +236,15 @@ def _fit(run: Run, may_collide: bool) -> int:
     seen = instant.seen
     for _ in range(40 + 20 * (plant.holds + plant.conditions + plant.jumps)):
         share(run, instant.x, instant.m)
-        if turn_wrong(run, seen):
+        if turn_wrong(run, seen, instant.m):
             continue
         if must_ask(run):
             return ASKS
-        if jump(run, seen) or _engage(run, seen):
+        if jump(run, seen):
+            for h in range(plant.holds):
+                instant.is_settled[h] = 0
+            continue
+        if _engage(run, seen):
             continue
         if may_collide:
             collided = collide(run, seen)
@@ -323,7 +252,10 @@ def _fit(run: Run, may_collide: bool) -> int:
                 return NO_FIT
             if collided == HAS_COLLIDED:
                 continue
-        if _rebalance(run, seen):
+        balance = _rebalance(run, seen)
+        if balance == UNSOLVED:
+            return NO_FIT
+        if balance == CHANGES:
             continue
         if may_collide:
             halt(run, seen)

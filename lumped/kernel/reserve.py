@@ -18,7 +18,7 @@ __all__ = ["largest_reserve"]
 
 _MOST = 1.0
 """Largest reserve that is sought: that of a constraint without load."""
-_NO_PRICE, _NO_PIVOT = 1e-9, 1e-9
+_NO_PRICE, _NO_PIVOT = 1e-6, 1e-6
 """Change of the reserve, and of a room, per unit of a variable, that is rounding."""
 _LEAST_PRICE = 1e-5
 """Least price of a limit that blocks the reserve, relative to the highest; less is rounding."""
@@ -131,14 +131,12 @@ def _solve(programme: Reserve) -> int:
 @kernel
 def largest_reserve(programme: Reserve, count: int) -> float:
     """Find the largest reserve of a group, its reactions, and the limits that block more."""
-    r, size = programme.stresses, 0.0
+    r, size = programme.stresses, programme.least_size
     for i in range(count):
         programme.blocks[i] = 0
         size = max(size, abs(programme.carried[i]))
         size = max(size, abs(programme.upper[i]) if abs(programme.upper[i]) < _INFINITE else 0.0)
         size = max(size, abs(programme.lower[i]) if abs(programme.lower[i]) < _INFINITE else 0.0)
-    if size == 0.0:
-        return _MOST
     programme.rows = 0
     for j in range(r + 1):
         programme.column_owner[j] = -1 - j

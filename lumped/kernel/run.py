@@ -15,7 +15,17 @@ from lumped.kernel.plant import Function, Plant
 from lumped.kernel.rounds import Rounds
 from lumped.kernel.watch import Watch
 
-__all__ = ["InstantSearch", "Look", "Matrix", "Pattern", "Reserve", "Run", "RunOutput", "Samples"]
+__all__ = [
+    "InstantSearch",
+    "Look",
+    "Matrix",
+    "Pattern",
+    "Problem",
+    "Reserve",
+    "Run",
+    "RunOutput",
+    "Samples",
+]
 
 STORM_SIZE = 200
 """Changes of position that may follow each other at practically the same instant."""
@@ -71,6 +81,8 @@ class Reserve(Record):
     ----------
     size : int
         Number of all holds.
+    least_size : float
+        Load that counts as one where all carry less and no limit tells another.
     influence : Numbers
         Changes of reaction, upper and lower limit of each hold if one yields a little, for each.
     stresses : int
@@ -90,6 +102,7 @@ class Reserve(Record):
     """
 
     size: int
+    least_size: float
     influence: Annotated[Numbers, "3 * holds * holds"]
     stresses: int
     rows: int
@@ -102,6 +115,36 @@ class Reserve(Record):
     row_owner: Annotated[Integers, "2 * holds + 1"]
     column_owner: Annotated[Integers, "holds + 1"]
     limit: Annotated[Integers, "2 * holds + 1"]
+
+
+class Problem(Record):
+    """What holds carry within their limits (see `lumped.kernel.problem`).
+
+    Attributes
+    ----------
+    place, next_place : Integers
+        Whether each hold is outside of the problem, within its limits, or at one of them.
+    carried, motion : Numbers
+        Its reaction or impulse; its acceleration or speed beyond that within its limits.
+    most, least : Numbers
+        Its limits.
+    beyond : Numbers
+        What it carries at its limit beside its law.
+    room : Numbers
+        Acceleration that is rounding.
+    slides : Integers
+        Whether its limit is that of sliding.
+    """
+
+    place: Annotated[Integers, "holds"]
+    next_place: Annotated[Integers, "holds"]
+    carried: Annotated[Numbers, "holds"]
+    motion: Annotated[Numbers, "holds"]
+    most: Annotated[Numbers, "holds"]
+    least: Annotated[Numbers, "holds"]
+    beyond: Annotated[Numbers, "holds"]
+    room: Annotated[Numbers, "holds"]
+    slides: Annotated[Integers, "holds"]
 
 
 class InstantSearch(Record):
@@ -127,48 +170,42 @@ class InstantSearch(Record):
     asking: int
     was_asked: Annotated[Integers, "jumps"]
 
-    # holds that stuck before, come to a standstill now, are struck by an impact; energy lost in it,
-    # its impulse
+    # holds that stuck before, come to a standstill now, rest by the answer of an impact, are struck
+    # by it, let go; energy lost in the impact, its impulse, and how much later the bounces end that
+    # are left out; whether speeds jumped
     was_stuck: Annotated[Integers, "holds"]
     is_halted: Annotated[Integers, "holds"]
+    is_settled: Annotated[Integers, "holds"]
     is_struck: Annotated[Integers, "holds"]
+    was_let_go: Annotated[Integers, "holds"]
     loss: Annotated[Numbers, "holds"]
     impulse: Annotated[Numbers, "holds"]
+    delay: Annotated[Numbers, "holds"]
     has_moved: int
     fastest: float
 
-    # rounds in which conditions, holds, members of impacts and overloaded holds change
+    # conditions, or holds by their places, that are wrong; rounds in which they change
     condition_rounds: Rounds
-    hold_rounds: Rounds
-    member_rounds: Rounds
-    overload_rounds: Rounds
+    place_rounds: Rounds
     wrong: Annotated[Integers, "max(conditions, holds)"]
-    next_position: Annotated[Integers, "holds"]
+    problem: Problem
 
-    # impacts: holds that close, may take part, take part, must change that; restitution, speed
-    # with which a hold leaves, change of speed that is demanded, work of the impulse, the impulse
+    # impacts: holds that close, their restitution and the speed with which a hold leaves; speeds
+    # and states before
     is_closing: Annotated[Integers, "holds"]
-    may_join: Annotated[Integers, "holds"]
-    is_member: Annotated[Integers, "holds"]
-    joins: Annotated[Integers, "holds"]
     bounce: Annotated[Numbers, "holds"]
     leaving: Annotated[Numbers, "holds"]
-    demand: Annotated[Numbers, "holds"]
-    work: Annotated[Numbers, "holds"]
-    push: Annotated[Numbers, "holds"]
     rest_speed: Annotated[Numbers, "holds"]
     x_before: Annotated[Numbers, "states"]
     speed_at_begin: Annotated[Numbers, "holds"]
 
-    # redundant constraints: holds that let go, that have been let go at this instant; members of a
-    # group, compliances, the limit that each has reached
+    # redundant constraints: whether they share, whether no reserve is left, and those that keep it
+    # from being larger; members of a group
+    is_shared: int
+    is_exhausted: int
     gives_way: Annotated[Integers, "holds"]
-    was_let_go: Annotated[Integers, "holds"]
     group: Annotated[Integers, "holds"]
     is_grouped: Annotated[Integers, "holds"]
-    is_decided: int
-    compliance: Annotated[Numbers, "holds"]
-    at_limit: Annotated[Integers, "holds"]
     least_reserve: float
     reserve: Reserve
 

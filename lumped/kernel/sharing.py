@@ -2,7 +2,8 @@
 
 If one constraint would exceed its limit, a self-stress (a distribution of reactions that moves
 nothing) shifts its load to the others, so that the smallest reserve becomes as large as possible.
-If no reserve is left, the constraints that block each other let go.
+If no reserve is left, the constraints that block each other let go; which do after a jump of the
+load, `lumped.kernel.reactions` finds.
 """
 
 from __future__ import annotations
@@ -10,12 +11,11 @@ from __future__ import annotations
 from lumped.code.words import Numbers, kernel, sqrt
 from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, SHARE, SLACK, STUCK
 from lumped.kernel.holds import copy_settings, is_held, look_at, put
-from lumped.kernel.overload import let_moving_go
 from lumped.kernel.plant import FREE
 from lumped.kernel.reserve import largest_reserve
 from lumped.kernel.run import Look, Run
 
-__all__ = ["share", "soften", "watch_redundancy", "yield_from"]
+__all__ = ["share", "soften", "watch_redundancy", "weigh", "yield_from"]
 
 _COMPLIANCE = 1e-8
 """Compliance of redundant constraints, relative to that of the parts they hold."""
@@ -29,9 +29,10 @@ _ROUNDS = 10
 """Most rounds of sharing, as limits may depend on reactions."""
 _SLACK = 5e-8
 """Rounding of a shared reaction, relative to the largest one; less if a constraint yields more."""
-_FAR = 1e-5
-"""Relative excess above which a jump of the load exceeded the limit, not a gradual rise."""
 _AGREE = 1e-6
+_GENTLE = 1e-3
+"""Acceleration, in SI units, by the least load for which shares are made: one that passes through
+zero shall not be shared anew again and again."""
 _INFINITE = float("inf")
 
 
@@ -113,12 +114,19 @@ def soften(run: Run, x: Numbers, m: Numbers) -> bool:
     copy_settings(plant, m, instant.sole)
     if not _is_redundant(run, x, instant.sole):
         return False
+    weigh(run, x, m)
+    return True
+
+
+@kernel
+def weigh(run: Run, x: Numbers, m: Numbers) -> None:
+    """Let all holds yield while they stick, the weaker ones more."""
+    plant, instant = run.plant, run.instant
     _know_yielding(run, x, m)
+    look, strongest = instant.at_rest, 0.0
     for h in range(plant.holds):
         m[plant.hold_setting[h] + COMPLIANCE] = run.yielding
-    look = instant.at_rest
     look_at(run, x, m, look)
-    strongest = 0.0
     for h in range(plant.holds):
         reach = min(abs(look.upper[h]), abs(look.lower[h]))
         if reach < _INFINITE:
@@ -127,31 +135,25 @@ def soften(run: Run, x: Numbers, m: Numbers) -> bool:
         reach = min(abs(look.upper[h]), abs(look.lower[h]))
         if reach > 0.0 and reach < _INFINITE and strongest > 0.0:
             m[plant.hold_setting[h] + COMPLIANCE] *= min(strongest / reach, _WEAKEST)
-    return True
 
 
 @kernel
 def share(run: Run, x: Numbers, m: Numbers) -> None:
     """Share the load of holds that stick within their limits; note in `gives_way` which let go.
 
-    Self-stresses relieve overloaded holds (see `reserve`). `is_decided` is false if the holds are
-    not redundant and nothing was noted. Leaves the resulting reactions in `seen`.
+    Self-stresses relieve overloaded holds (see `reserve`). `is_exhausted` tells that no
+    reserve is left. Leaves the resulting reactions in `seen`.
     """
     plant, instant = run.plant, run.instant
     for h in range(plant.holds):
         instant.gives_way[h] = instant.is_grouped[h] = 0
         m[plant.hold_setting[h] + SLACK] = 0.0
-    instant.is_decided = soften(run, x, m)
-    if instant.is_decided:
+    instant.is_exhausted = 0
+    instant.is_shared = soften(run, x, m)
+    if instant.is_shared:
         _share_if_redundant(run, x, m)
-        look_at(run, x, m, instant.seen)
-    else:
-        look_at(run, x, m, instant.seen)
-        if _is_far_beyond(run, m, instant.seen):
-            _know_yielding(run, x, m)
-            look_at(run, x, m, instant.at_rest)
-            instant.is_decided = let_moving_go(run, x, m)
-    _keep_what_stuck_before(run)
+        _keep_what_stuck_before(run)
+    look_at(run, x, m, instant.seen)
 
 
 @kernel
@@ -178,17 +180,6 @@ def _largest(run: Run, m: Numbers, look: Look) -> float:
 
 
 @kernel
-def _is_far_beyond(run: Run, m: Numbers, look: Look) -> bool:
-    """Whether several holds far exceed their limits; a single one lets go without a search."""
-    count, least = 0, _FAR * _largest(run, m, look)
-    for h in range(run.plant.holds):
-        if is_held(run.plant, m, h):
-            excess = max(look.reaction[h] - look.upper[h], look.lower[h] - look.reaction[h])
-            count += 1 if excess > least else 0
-    return count > 1
-
-
-@kernel
 def yield_from(run: Run, m: Numbers, look: Look) -> None:
     """Let holds that stick yield only to changes of their reaction from that at a point."""
     plant = run.plant
@@ -205,22 +196,14 @@ def _share_if_redundant(run: Run, x: Numbers, m: Numbers) -> None:
     yield_from(run, m, yielding)
     look_at(run, x, m, look)
     yield_from(run, m, look)
-    largest, any_overload, any_gone = _largest(run, m, look), False, False
+    largest, any_overload = _largest(run, m, look), False
     for h in range(plant.holds):
-        if not is_held(plant, m, h):
-            continue
-        own = m[plant.hold_setting[h] :]
-        own[SLACK] = _SLACK * largest * run.yielding / own[COMPLIANCE]
-        # if a motion is prescribed, no share changes how much a constraint yields
-        is_led = abs(look.acceleration[h]) > 0.5 * abs(yielding.acceleration[h])
-        is_void = look.upper[h] <= look.lower[h]
-        if is_void or (is_led and _is_overloaded(look, h)):
-            instant.gives_way[h] = 1 if look.reaction[h] >= 0.0 else -1
-            any_gone = True
-        any_overload = any_overload or _is_overloaded(look, h)
-    if any_overload and not any_gone and _find_shares(run, x, m) < -_FAR:
-        look_at(run, x, m, look)
-        let_moving_go(run, x, m)
+        if is_held(plant, m, h):
+            own = m[plant.hold_setting[h] :]
+            own[SLACK] = _SLACK * largest * run.yielding / own[COMPLIANCE]
+            any_overload = any_overload or _is_overloaded(look, h)
+    if any_overload:
+        instant.is_exhausted = _find_shares(run, x, m) <= instant.least_reserve
 
 
 @kernel
@@ -301,6 +284,32 @@ def _gathered(run: Run, m: Numbers, first: int) -> int:
 
 
 @kernel
+def _square_influences(run: Run, count: int) -> None:
+    """Make influences in a group self-stresses but for rounding.
+
+    In them a constraint that is not redundant has an eigenvalue of its compliance over that of the
+    parts it holds, some 1e-8, and a self-stress has 1.
+    """
+    n, group = run.plant.holds, run.instant.group
+    influence, squared = run.instant.reserve.influence, run.instant.reserve.stress
+    for i in range(count):
+        own, row = influence[3 * n * group[i] :], squared[3 * n * i :]
+        for j in range(count):
+            for part in range(3):
+                row[part * n + j] = 0.0
+        for k in range(count):
+            other, factor = influence[3 * n * group[k] :], own[group[k]]
+            for j in range(count):
+                for part in range(3):
+                    row[part * n + j] += factor * other[part * n + group[j]]
+    for i in range(count):
+        own, row = influence[3 * n * group[i] :], squared[3 * n * i :]
+        for j in range(count):
+            for part in range(3):
+                own[part * n + group[j]] = row[part * n + j]
+
+
+@kernel
 def _find_stresses(run: Run, m: Numbers, count: int) -> None:
     """Self-stresses of a group, with the changes of limits that they cause.
 
@@ -308,6 +317,7 @@ def _find_stresses(run: Run, m: Numbers, count: int) -> None:
     """
     plant, programme, group = run.plant, run.instant.reserve, run.instant.group
     n, stress = plant.holds, programme.stress
+    _square_influences(run, count)
     r = 0
     while r < count:
         pivot, largest = 0, _NO_STRESS
@@ -348,6 +358,7 @@ def _share_in_group(run: Run, m: Numbers, look: Look, count: int) -> float:
         programme.upper[i], programme.lower[i] = look.upper[h], look.lower[h]
         programme.carried[i] = look.reaction[h]
     programme.size = plant.holds
+    programme.least_size = _GENTLE * _COMPLIANCE / run.yielding
     _find_stresses(run, m, count)
     reserve = largest_reserve(programme, count)
     for i in range(count):

@@ -25,6 +25,7 @@ class Hold:
     engaged: Compare | None
     gap: Expr | None
     restitution: Expr
+    pressed: bool
     mode: Expr | None
 
     @property
@@ -63,6 +64,7 @@ def hold(
     engaged: Compare | None = None,
     gap: Number | None = None,
     restitution: Number = 0.0,
+    pressed: bool = True,
     mode: Expr | None = None,
 ) -> Hold:
     """A constraint ``speed == 0`` that holds as long as its reaction stays within limits.
@@ -90,6 +92,9 @@ def hold(
         and pushes towards positive speed. `upper` is then 0 unless given.
     restitution : expression
         Ratio of the speeds after and before an impact.
+    pressed : bool
+        Whether impulses press it: friction whose limits depend on a reaction then takes impulses,
+        too. False for losses that are averages over turns, as those of gears.
     mode : quantity, optional
         0 while it sticks, 1 and -1 while it slides forward and backward (1: open, for a gap), 2
         while it is not engaged.
@@ -139,6 +144,7 @@ def hold(
         engaged,
         expr(gap),
         as_expr(restitution),
+        pressed,
         mode,
     )
 

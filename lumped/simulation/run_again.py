@@ -58,7 +58,7 @@ def made(run: RunInClosedForm | RunBySteps, max_steps: int) -> Trajectory:
 
 
 def _interrupted(run: Simulation) -> Interrupted:
-    partial = run.trajectory()
+    partial = run.partial()
     return Interrupted(
         f"{run.system.name}: interrupted at t = {partial.t[-1]:.6g} s; `partial` is the run.",
         partial,

@@ -406,6 +406,7 @@ def _tables(system: System) -> dict[str, Any]:
         "has_gap": s.has_gap,
         "speed_state": [place.get(node, -1) for node in s.speeds],
         "is_impulsive": ~(s.has_upper & s.has_lower),
+        "is_pressed": s.is_pressed,
         "jump_setting": [jump.mode for jump in s.jumps],
         "jump_condition": [
             relations.index(jump.mode) if jump.mode in relations else -1 for jump in s.jumps

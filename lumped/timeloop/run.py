@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -74,7 +76,15 @@ class Simulation:
         self.refuse(jump_fault(self.system, self.point.theta, t, x, before, after))
 
     def trajectory(self) -> Trajectory:
+        """The run up to its end."""
+        return self._up_to(self.until)
+
+    def partial(self) -> Trajectory:
         """What was computed so far; at least the start."""
+        ends = [float(piece.t[-1]) for piece in self.output.pieces() if len(piece.t)]
+        return self._up_to(ends[-1] if ends else self.begin)
+
+    def _up_to(self, end: float) -> Trajectory:
         pieces = self.output.pieces()
         if not any(len(piece.t) for piece in pieces):
             start = (np.array([self.begin]), self.point.x[None, :], self.point.settings[None, :])
@@ -83,7 +93,7 @@ class Simulation:
             self.point.system,
             pieces,
             self.point.theta,
-            tuple(sorted(self.events, key=lambda event: event.time)),
+            tuple(sorted(self._told(end), key=lambda event: event.time)),
             Statistics(
                 " then ".join(self.methods),
                 self.steps,
@@ -96,6 +106,14 @@ class Simulation:
             ),
             told=self.answers.told,
         )
+
+    def _told(self, end: float) -> Iterator[Event]:
+        """Events up to a time; bounces that end later end there."""
+        for event in self.events:
+            if event.time <= end:
+                yield event
+            elif event.kind == "hold":
+                yield replace(event, time=end)
 
     def _small(self, pieces: tuple[Piece, ...]) -> tuple[str, ...]:
         """States that moved but stayed below ``atol / rtol``."""
@@ -117,7 +135,7 @@ class Simulation:
     def refuse(self, fault: str | None) -> None:
         """Stop with what was computed so far if something is wrong."""
         if fault:
-            raise SolverError(f"{self.system.name}: {fault}", self.trajectory())
+            raise SolverError(f"{self.system.name}: {fault}", self.partial())
 
 
 @made_once

@@ -321,9 +321,9 @@ class RunBySteps(Simulation):
         if why == JUMPS:
             self.refuse_jump(t, x, run.instant.before.copy(), settings)
         if why == NO_FIT:
-            raise SolverError(str(no_fit(system, run)), self.trajectory())
+            raise SolverError(str(no_fit(system, run)), self.partial())
         if why == NOT_CLOSED:
-            raise SolverError(closing_fault(system, t), self.trajectory())
+            raise SolverError(closing_fault(system, t), self.partial())
         if why == STORM:
             self._refuse_storm(t)
         if why == NOT_FINITE:

@@ -175,7 +175,7 @@ def note_collisions(run: Run) -> None:
     instant = run.instant
     for h in range(run.plant.holds):
         if instant.is_struck[h] and abs(instant.speed_at_begin[h]) > instant.rest_speed[h]:
-            observe_event(run, 1, h, position_of(run.plant, instant.m, h), instant.loss[h])
+            observe_event(run, 1, h, position_of(run.plant, instant.m, h), instant.loss[h], 0.0)
 
 
 @kernel
@@ -216,7 +216,7 @@ def _begin_variant(variants: Variants) -> int:
         begin_watch(run)
         for i in range(variants.collisions):
             hit = variants.collision[2 * i :]
-            observe_event(run, 1, hit[0], hit[1], variants.collision_loss[i])
+            observe_event(run, 1, hit[0], hit[1], variants.collision_loss[i], 0.0)
     place_instants(variants.clocks, run)
     run.phase, run.segment, run.end = BEGIN_SEGMENT, 0, run.edges[1]
     run.sampled_to = math.inf
