@@ -40,8 +40,8 @@ class _Jumps:
 
     Attributes
     ----------
-    name : str
-        Its component.
+    name, condition : str
+        Its component, and its condition in words.
     mode : int
         Mode of its condition.
     nodes, signs : list of int, list of float
@@ -55,6 +55,7 @@ class _Jumps:
     """
 
     name: str
+    condition: str
     mode: int
     nodes: list[int]
     signs: list[float]
@@ -326,7 +327,8 @@ class Switching(Shared):
         nodes, signs = self._changed(group, i, jump, name, jump.targets)
         answers = self._changed(group, i, jump, name, jump.answers)
         place = mode + jump.mode
-        return _Jumps(name, place, nodes, signs, first, len(jump.values), jump.program, *answers)
+        given = nodes, signs, first, len(jump.values), jump.program
+        return _Jumps(name, jump.condition, place, *given, *answers)
 
     def _changed(
         self, group: Group, i: int, jump: Jump, name: str, unknowns: list[int]

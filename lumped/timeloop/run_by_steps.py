@@ -22,6 +22,7 @@ from lumped.kernel.run import (
     NOT_CLOSED,
     NOT_FINITE,
     RESTART,
+    SET_TWICE,
     STORM,
     STORM_SIZE,
     STORM_WITHIN,
@@ -37,6 +38,7 @@ from lumped.timeloop.kept_run import KeptRun
 from lumped.timeloop.leading_states import exchanged
 from lumped.timeloop.output_room import OutputRoom
 from lumped.timeloop.positions import no_fit
+from lumped.timeloop.programs import set_twice_fault
 from lumped.timeloop.recorder import Recorder
 from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.run import Simulation, nominals
@@ -322,6 +324,8 @@ class RunBySteps(Simulation):
             self.refuse_jump(t, x, run.instant.before.copy(), settings)
         if why == NO_FIT:
             raise SolverError(str(no_fit(system, run)), self.trajectory())
+        if why == SET_TWICE:
+            self.refuse(set_twice_fault(system, run))
         if why == NOT_CLOSED:
             raise SolverError(closing_fault(system, t), self.trajectory())
         if why == STORM:
