@@ -26,6 +26,7 @@ from lumped.code.records import Record, address
 from lumped.code.sources import hash_of_all
 from lumped.code.to_c import as_c
 from lumped.code.to_llvm import as_llvm
+from lumped.support.locks import forked_between
 
 __all__ = ["LANES", "call", "entry_addresses", "is_compiled", "lanes", "using"]
 
@@ -58,7 +59,7 @@ ARGUMENTS = {
 }
 """Number of arguments of each entry (see `lumped.kernel.entries`)."""
 
-_loading = RLock()
+_loading = forked_between(RLock())
 
 
 def _once(function: Callable[..., _T]) -> Callable[..., _T]:
