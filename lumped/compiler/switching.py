@@ -369,12 +369,13 @@ class Switching(Shared):
         return [(k, c.pieces) for k, c in enumerate(self.conditions) if c.pieces is not None]
 
     def begin(self, modes: np.ndarray, greater: np.ndarray, less: np.ndarray) -> None:
-        """Set the modes of all conditions by their sides, with a slack in favour of false.
+        """Set the modes of all conditions by their sides; where equal, ``>=`` holds, not ``>``.
 
         Shapes (..., modes) and (..., r), for one point or for many.
         """
         slack = _SHARP * (np.abs(greater) + np.abs(less)) + 1e-13
-        modes[..., self.relation_modes] = greater - less > slack
+        least = np.where(self.strict, slack, -slack)
+        modes[..., self.relation_modes] = greater - less > least
         for k, pieces in self.tables:
             chosen = pieces.settings(pieces.number(greater[..., k]))
             modes[..., self.conditions[k].modes] = chosen

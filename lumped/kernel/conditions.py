@@ -44,12 +44,13 @@ def _piece_at(plant: Plant, k: int, place: float) -> int:
 
 @kernel
 def set_by_sides(plant: Plant, look: Look, m: Numbers) -> None:
-    """Set all conditions by their sides; where these are equal, a condition does not hold."""
+    """Set all conditions by their sides; where these are equal, ``>=`` holds and ``>`` does not."""
     for k in range(plant.conditions):
         if plant.piece_count[k] > 0:
             _enter(plant, m, k, _piece_at(plant, k, look.greater[k]))
         else:
-            holds = look.greater[k] - look.less[k] > slack(look, k)
+            least = slack(look, k) if plant.is_strict[k] != 0 else -slack(look, k)
+            holds = look.greater[k] - look.less[k] > least
             m[plant.condition_setting[k]] = 1.0 if holds else 0.0
 
 

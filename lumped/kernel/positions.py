@@ -374,7 +374,7 @@ def _begin_positions(run: Run) -> int:
     release_demands(plant, run.m)
     for _ in range(3):
         look_at(run, run.x, run.m, instant.seen)
-        # strictly at the start, not just after it, so that a clock ticks at zero
+        # at the start, not just after it, so that a clock ticks at zero
         set_by_sides(plant, instant.seen, run.m)
     for h in range(plant.holds):
         instant.speed_at_begin[h] = instant.seen.speed[h]
