@@ -309,7 +309,7 @@ class Run(Record):
     timed_setting: Integers
     timed_values: Numbers
 
-    # progress: where it goes on, and where after positions are found
+    # progress: where it goes on, and where after positions are found; sizes that states had
     phase: int
     next_phase: int
     segment: int
@@ -318,6 +318,7 @@ class Run(Record):
     h: float
     x: Annotated[Numbers, "states"]
     m: Annotated[Numbers, "settings"]
+    largest: Annotated[Numbers, "states"]
     is_implicit: int
     has_matrix: int
     implicit_from: float

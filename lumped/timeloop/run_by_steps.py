@@ -8,6 +8,7 @@ import time as clock
 
 import numpy as np
 
+from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.kernel import engine
 from lumped.kernel.run import (
@@ -91,6 +92,7 @@ class RunBySteps(Simulation):
         super().__init__(point, until, rtol, output)
         self._relative_atol, self._method, self.max_steps = atol, method, max_steps
         self._changed_at = math.nan
+        self._sizes: dict[System, np.ndarray] = {}
         self._is_implicit, self._has_series = method == "implicit", method == "taylor"
         self._may_take_series = method == "auto"
         self._note_method(point.time)
@@ -194,6 +196,7 @@ class RunBySteps(Simulation):
         self._kept, self._room, run = kept, kept.room, kept.run
         self._run, plant = run, self._executable.plant
         self.atol = self._relative_atol * nominals(self.system)
+        self.largest = self._sizes.get(self.system, np.zeros(0))
         self._executable.place(run, self.point.theta, x, settings)
         if plant.holds:
             engine.call("watched", run)
@@ -251,6 +254,8 @@ class RunBySteps(Simulation):
         """Take over what was recorded."""
         run, room, out = self._run, self._room, self._room.output
         self.steps, self.rejected, self.evaluations = run.steps, run.rejected, run.evaluations
+        before = self._sizes.get(self.system, 0.0)
+        self.largest = self._sizes[self.system] = np.maximum(run.largest, before)
         rows, count, changes = out.rows, out.pieces, out.changes
         bounds = [0, *out.piece_row[:count].tolist(), rows]
         if rows:
