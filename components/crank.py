@@ -34,11 +34,16 @@ __all__ = ["CrankSlider", "RotatingMass", "StrokeLoad"]
 
 
 def _shortest(crank: CrankSlider) -> Expr:
-    """Least length of the rod: for whole turns, or for the start values to choose an assembly."""
+    """Length that the rod must exceed: for whole turns, or for start values to choose an assembly.
+
+    A rod of just ``r + |e|`` turns at once at a dead centre, and a longer one within an angle that
+    steps must meet.
+    """
     r, e = CrankSlider.r, abs(CrankSlider.e)
-    return e - r if crank.assembly == 0 else r + e
+    return maximum(0.0, e - r) if crank.assembly == 0 else r + e + _LONGER * (r + e)
 
 
+_LONGER = 1e-8
 _NOTHING = 1e-300
 
 
@@ -48,9 +53,9 @@ class CrankSlider(Component):
     ``q = phi + phase - axis`` is the angle of the crank against the slide, which has the direction
     `axis` in the plane and passes the crank's centre at the distance `e` to its left. The slider's
     flange counts along the slide. `assembly` 1 puts it ahead of the crank pin, -1 behind it, for a
-    crank that can turn round: ``L >= r + |e|``. With 0 the start values choose (``psi=0.0``,
-    ``psi=3.1``), and a shorter rod, whose crank swings to and fro, may pass from one to the other,
-    at the cost of an iteration in each step.
+    crank that can turn round: ``L > r + |e|``, by 1e-8 of it. With 0 the start values choose
+    (``psi=0.0``, ``psi=3.1``), and a shorter rod, whose crank swings to and fro, may pass from one
+    to the other, at the cost of an iteration in each step.
 
     With the rod's centre of gravity at ``k L`` from the crank pin, exactly (J is about the centre
     of gravity)::
@@ -73,7 +78,7 @@ class CrankSlider(Component):
     bearing_y = Output("N", "force on the crank bearing along y, without parts that only rotate")
     r: Param = param("m", "crank radius", min=0)
     e: Param = param("m", "offset of the slide, to the left of its direction", 0.0)
-    L: Param = param("m", "length of the rod", above=0.0, min=_shortest)
+    L: Param = param("m", "length of the rod", above=_shortest)
     m: Param = param("kg", "mass of the slider", 0.0, min=0)
     m_rod: Param = param("kg", "mass of the rod", 0.0, min=0)
     J_rod: Param = param("kg.m2", "moment of inertia of the rod about its centre", 0.0, min=0)

@@ -56,7 +56,9 @@ class Synchroniser(Component):
         yield hold(self.tau_dogs, self.w_rel, engaged=self.locked > 0.5)
         yield der(self.locked) == 0
         yield when(self.mode**2 < 0.5, {self.locked: 1.0})
-        yield when(self.u <= 0, {self.locked: 0.0})
+        # only what is locked opens, so that it ends open where both happen at once
+        opens = self.locked * self.u <= self.locked - 1
+        yield when(opens.called("u <= 0", "u > 0"), {self.locked: 0.0})
 
     def loss(self) -> Expr:
         """Heat in the cones, W."""

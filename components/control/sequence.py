@@ -63,7 +63,9 @@ class Latch(Component):
         yield der(self.x) == 0
         yield self.y == self.x
         yield when(self.u >= self.on, {self.x: 1.0})
-        yield when(self.u >= self.off, {self.x: 0.0})
+        # only what is closed opens, so a signal that jumps past both closes it first
+        opens = self.x * (self.u - self.off) >= 1 - self.x
+        yield when(opens.called("u >= off", "u < off"), {self.x: 0.0})
 
 
 class PositionSequencer(Component):
@@ -96,8 +98,10 @@ class PositionSequencer(Component):
         yield der(self.step) == 0
         counting = where(away <= self.tolerance, 1.0, 0.0)
         yield der(self.held) == where(self.step > last, 0.0, counting)
-        yield when(away > self.tolerance, {self.held: 0.0})
-        yield when(self.held >= self.dwell, {self.step: self.step + 1, self.held: 0.0})
+        is_over = self.held >= self.dwell
+        departs = where(is_over, 0.0, away) > self.tolerance  # at the end of the dwell after it
+        yield when(departs.called("away", "within tolerance"), {self.held: 0.0})
+        yield when(is_over, {self.step: self.step + 1, self.held: 0.0})
 
 
 def _numbers(targets: Numbers) -> list[float]:

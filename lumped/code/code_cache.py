@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import hashlib
 import os
+import stat
 import sys
+import warnings
+from collections.abc import Iterable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
+from lumped.code.sources import hash_of_all
 from lumped.support.whole_files import whole_file
 
-__all__ = ["load", "loop_name", "own", "save"]
+__all__ = ["load", "loop_name", "save"]
 
 _MARK = b"lumped-1"
+_BY_OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
 
 def folder() -> Path:
@@ -38,26 +43,49 @@ def folder() -> Path:
         raise OSError(str(fault)) from None
 
 
-@cache
-def own() -> str:
-    """Hash of the files of this package on which all code depends."""
-    here = Path(__file__).parent
-    numerics = here.parent / "numerics"
-    kernels = sorted((here.parent / "kernel").rglob("*.py"))
-    files = [*sorted(here.glob("*.py")), *kernels]
-    files += [numerics / "rodas5p.py", numerics / "dop853.py"]
-    return hashlib.sha256(b"\n".join(file.read_bytes() for file in files)).hexdigest()
-
-
 def loop_name() -> str:
     """Begin of the name of the time loop's code: a folder of its own."""
-    return f"loop-{own()[:16]}/"
+    return f"loop-{hash_of_all()[:16]}/"
+
+
+def _is_own(status: os.stat_result) -> bool:
+    """Whether nobody but this user, or root, can have written a file or folder."""
+    if not hasattr(os, "geteuid"):
+        return True
+    return status.st_uid in (os.geteuid(), 0) and not status.st_mode & _BY_OTHERS
+
+
+@cache
+def _warn(place: Path) -> None:
+    warnings.warn(
+        f"{place} belongs to another user, or others may write there, so it is not used: compiled "
+        "code is executed. Code is made anew in each process. Give LUMPED_CACHE a folder of your "
+        f"own, or take the right to write away (chmod -R go-w {folder()}).",
+        RuntimeWarning,
+        stacklevel=2,
+    )
+
+
+def _may_use(places: Iterable[Path]) -> bool:
+    """Whether folders may be trusted; the first that may not is told once."""
+    for place in places:
+        if not _is_own(place.stat()):
+            _warn(place)
+            return False
+    return True
 
 
 def load(key: str) -> bytes | None:
-    """Code saved under a key; None if there is none, or only a damaged file."""
+    """Code saved under a key; None if there is none, a damaged file, or one that others wrote."""
     try:
-        held = (folder() / key).read_bytes()
+        place = folder() / key
+        with place.open("rb") as file:
+            if not _may_use((folder(), place.parent)):
+                return None
+            if not _is_own(os.fstat(file.fileno())):
+                _warn(place)
+                return None
+            held = file.read()
     except OSError:
         return None
     head = len(_MARK) + 32
@@ -68,9 +96,14 @@ def load(key: str) -> bytes | None:
 
 
 def save(key: str, code: bytes) -> None:
-    """Save code under a key; does nothing if the folder cannot be written."""
+    """Save code under a key; does nothing if the folder cannot be written or trusted."""
     with suppress(OSError):
         place = folder() / key
-        place.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(place) as file:
-            file.write(_MARK + hashlib.sha256(code).digest() + code)
+        folder().parent.mkdir(parents=True, exist_ok=True)
+        for own in (folder(), place.parent):
+            own.mkdir(mode=0o755, exist_ok=True)
+        if _may_use((folder(), place.parent)):
+            with whole_file(place) as file:
+                if hasattr(os, "fchmod"):
+                    os.fchmod(file.fileno(), os.fstat(file.fileno()).st_mode & ~_BY_OTHERS)
+                file.write(_MARK + hashlib.sha256(code).digest() + code)

@@ -6,11 +6,11 @@ import hashlib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from lumped.code import code_cache
 from lumped.code.emit_llvm import OWN, assembly
 from lumped.code.emit_taylor import series_assembly
 from lumped.code.machine_code import Code, built, kept
 from lumped.code.operations import Operations
+from lumped.code.sources import hash_of_all
 from lumped.code.to_llvm import as_llvm
 from lumped.code.trigonometry import cosine, sine
 
@@ -29,7 +29,7 @@ _OWN: dict[str, Any] = {"lumped_sin": sine, "lumped_cos": cosine}
 def _source(functions: Mapping[str, Operations], lanes: int = 1) -> str:
     parts = [f"{lanes}"] * (lanes > 1)
     parts += [f"{name} {function.key.hex()}" for name, function in functions.items()]
-    return hashlib.sha256("\n".join([code_cache.own(), *parts]).encode()).hexdigest()
+    return hashlib.sha256("\n".join([hash_of_all(), *parts]).encode()).hexdigest()
 
 
 def _text(functions: Mapping[str, Operations], lanes: int) -> str:
@@ -92,7 +92,7 @@ def known_columns(function: Operations, columns: int, columns_from: int) -> Code
 
 
 def _column_source(function: Operations, columns: int, columns_from: int) -> str:
-    parts = [code_cache.own(), f"{columns} {columns_from}", function.key.hex()]
+    parts = [hash_of_all(), f"{columns} {columns_from}", function.key.hex()]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 
@@ -106,7 +106,7 @@ def compiled_series(function: Operations, order: int, states: int, lanes: int = 
     UnsupportedError
         If what varies goes through an operation without Taylor coefficients.
     """
-    parts = [code_cache.own(), f"series {order} {states} {lanes}", function.key.hex()]
+    parts = [hash_of_all(), f"series {order} {states} {lanes}", function.key.hex()]
 
     def text() -> str:
         written = series_assembly(function, "series", order, states, lanes)

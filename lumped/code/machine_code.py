@@ -12,11 +12,12 @@ import llvmlite
 import llvmlite.binding as llvm
 
 from lumped.code import code_cache
+from lumped.support.locks import forked_between
 
 __all__ = ["Code", "built", "compiled", "kept"]
 
 
-_compiling = RLock()
+_compiling = forked_between(RLock())
 """LLVM compiles and links for one thread at a time."""
 
 

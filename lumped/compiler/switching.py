@@ -40,8 +40,8 @@ class _Jumps:
 
     Attributes
     ----------
-    name : str
-        Its component.
+    name, condition : str
+        Its component, and its condition in words.
     mode : int
         Mode of its condition.
     nodes, signs : list of int, list of float
@@ -55,6 +55,7 @@ class _Jumps:
     """
 
     name: str
+    condition: str
     mode: int
     nodes: list[int]
     signs: list[float]
@@ -329,7 +330,8 @@ class Switching(Shared):
         nodes, signs = self._changed(group, i, jump, name, jump.targets)
         answers = self._changed(group, i, jump, name, jump.answers)
         place = mode + jump.mode
-        return _Jumps(name, place, nodes, signs, first, len(jump.values), jump.program, *answers)
+        given = nodes, signs, first, len(jump.values), jump.program
+        return _Jumps(name, jump.condition, place, *given, *answers)
 
     def _changed(
         self, group: Group, i: int, jump: Jump, name: str, unknowns: list[int]
@@ -370,12 +372,13 @@ class Switching(Shared):
         return [(k, c.pieces) for k, c in enumerate(self.conditions) if c.pieces is not None]
 
     def begin(self, modes: np.ndarray, greater: np.ndarray, less: np.ndarray) -> None:
-        """Set the modes of all conditions by their sides, with a slack in favour of false.
+        """Set the modes of all conditions by their sides; where equal, ``>=`` holds, not ``>``.
 
         Shapes (..., modes) and (..., r), for one point or for many.
         """
         slack = _SHARP * (np.abs(greater) + np.abs(less)) + 1e-13
-        modes[..., self.relation_modes] = greater - less > slack
+        least = np.where(self.strict, slack, -slack)
+        modes[..., self.relation_modes] = greater - less > least
         for k, pieces in self.tables:
             chosen = pieces.settings(pieces.number(greater[..., k]))
             modes[..., self.conditions[k].modes] = chosen

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from threading import RLock
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -21,6 +20,7 @@ from lumped.language.formula import Formula, unit_of
 from lumped.language.quantity import Quantity
 from lumped.reduction.pruning import independent_of, samples, uses
 from lumped.reduction.state_selection import RANK
+from lumped.support.locks import Lock
 from lumped.support.made_once import Recent, Shared, made_once
 from lumped.support.rich_html import RichHtml
 
@@ -409,5 +409,5 @@ class System(Shared, RichHtml):
 def _to_be_made(*origin: Any) -> System:
     """A copy of a system, by what it was made from; it is assembled when it is first used."""
     system = object.__new__(System)
-    vars(system)["_origin"] = RLock(), origin
+    vars(system)["_origin"] = Lock(), origin
     return system

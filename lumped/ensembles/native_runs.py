@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -20,6 +19,7 @@ from lumped.kernel.many_runs.lane_records import WAITING
 from lumped.kernel.many_runs.variants import Queue
 from lumped.kernel.run import ASKS, DONE, FULL, NEEDS_MATRIX, NO_START, UNFIT, Run
 from lumped.simulation.simulate import simulate
+from lumped.support.locks import Lock
 from lumped.support.optional_packages import extra
 from lumped.timeloop.programs import Answers
 
@@ -70,7 +70,7 @@ class NativeRuns(RunRecords):
         self._idle: list[_Worker] = []
         self._workers: list[_Worker] = []
         self._led: dict[System, RunRecords] = {}
-        self._building = threading.Lock()
+        self._building = Lock()
         self.is_stopped = False
 
     def run(self, values: np.ndarray) -> Batch:

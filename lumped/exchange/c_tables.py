@@ -59,7 +59,7 @@ _LIMITS = ("MOST_LEVERAGE", "MOST_JUMP", "STORM_WITHIN")
 """Limits of the loop that words of faults name."""
 _STATUS = (
     *("GOES_ON", "DONE", "FULL", "UNFIT", "NOT_FINITE", "GIVEN_UP", "TOO_MANY", "STORM"),
-    *("NEEDS_MATRIX", "NO_FIT", "NOT_CLOSED", "JUMPS", "INSIDE"),
+    *("NEEDS_MATRIX", "NO_FIT", "NOT_CLOSED", "JUMPS", "INSIDE", "SET_TWICE"),
     *("BEGIN_SEGMENT", "RESTART", "STORM_SIZE"),
 )
 _POSITIONS = ("STUCK", "FORWARD", "BACKWARD", "CONDITION", "SLIDE")
@@ -251,6 +251,7 @@ def _tables(interface: Interface, token: str) -> list[tuple[str, str]]:
         _texts("change_names", [*(c.name for c in s.conditions), *s.names]),
         _texts("condition_sides", [str(left) for left, _ in sides]),
         _texts("condition_texts", texts),
+        _texts("jump_texts", [f"{jump.name} when {jump.condition}" for jump in s.jumps]),
         *_clocks(s),
         _texts("gap_units", s.gap_units),
         _array("int", "solved_row", form.rows),

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from threading import RLock
 
 import casadi as ca
 import numpy as np
@@ -23,6 +22,7 @@ from lumped.language.formula import Formula
 from lumped.language.quantity import Input, Param, Var, param
 from lumped.language.switch import Hold, Item, Single, When
 from lumped.language.validity import borders, checked_ranges
+from lumped.support.locks import Lock
 
 __all__ = ["FlatModel", "Group", "flatten", "numbered"]
 
@@ -87,7 +87,7 @@ class FlatModel:
         Quantities that are prescribed beside the model, and what they are.
     watched : dict of Formula to Group
         Formulas of a user at whose kinks runs stop, and their groups.
-    building : RLock
+    building : Lock
         Held while anything is made of the symbols of this model.
     """
 
@@ -102,7 +102,7 @@ class FlatModel:
     initial: list[Group]
     motions: Mapping[str, Expr]
     watched: Mapping[Formula, Group] = field(default_factory=dict)
-    building: RLock = field(default_factory=RLock)
+    building: Lock = field(default_factory=Lock)
 
     @property
     def name(self) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from lumped.errors import UnknownNameError, nearest
+from lumped.errors import DeclarationError, UnknownNameError, nearest
 from lumped.language.component import Component, path_of, steps
 from lumped.language.declared import (
     origins_of,
@@ -103,6 +103,11 @@ class Tree:
     freed : frozenset of str
         Inputs that are unknowns though they are given.
 
+    Raises
+    ------
+    DeclarationError
+        If the model itself has a quantity or parameter called ``time``.
+
     Attributes
     ----------
     instances : list of Instance
@@ -133,6 +138,19 @@ class Tree:
                 for name, part in parts_of(component)
             ]
             stack.extend(reversed(parts))
+        self._refuse_time()
+
+    def _refuse_time(self) -> None:
+        """Refuse a quantity or parameter of the model itself that has the name of the time."""
+        top = self.instances[0]
+        own = {"quantity": top.layout.unknowns, "parameter": top.layout.parameters}
+        for what, names in own.items():
+            if "time" in names:
+                raise DeclarationError(
+                    f"{top.label}: a {what} of the model itself cannot be called 'time', which is "
+                    "the time in results, files and tables. Rename it; a quantity of a part may "
+                    "have this name."
+                )
 
     def _add(self, component: Component, path: str, parent: int) -> int:
         cls = type(component)

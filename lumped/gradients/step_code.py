@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from threading import RLock
 from typing import NamedTuple
 
 import casadi as ca
@@ -19,6 +18,7 @@ from lumped.kernel.recorded_steps.course import LOOKS, Course, Sweep
 from lumped.kernel.recorded_steps.stops_back import Stops
 from lumped.kernel.recorded_steps.sweep_back import LEAST
 from lumped.kernel.run import GIVEN_UP, Run
+from lumped.support.locks import Lock
 from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.counted_function import CountedFunction
 from lumped.timeloop.executable import Executable, smooth_executable
@@ -159,7 +159,7 @@ class StepCode(Shared):
     ----------
     name : str
         Of the system, for errors.
-    building : RLock
+    building : Lock
         The same lock for all objects with the same symbols.
     inputs : list of SX
         States, parameters, time, settings.
@@ -172,7 +172,7 @@ class StepCode(Shared):
     def __init__(
         self,
         name: str,
-        building: RLock,
+        building: Lock,
         inputs: list[ca.SX],
         rates: ca.SX,
         integrands: ca.SX,

@@ -5,9 +5,18 @@ from __future__ import annotations
 from lumped.code.words import Numbers, kernel
 from lumped.kernel.plant import Plant
 from lumped.kernel.rounds import may_change
-from lumped.kernel.run import InstantSearch, Look, Run
+from lumped.kernel.run import SET_TWICE, InstantSearch, Look, Run
 
-__all__ = ["copy_conditions", "jump", "must_ask", "set_by_sides", "slack", "turn", "turn_wrong"]
+__all__ = [
+    "begin_jumps",
+    "copy_conditions",
+    "jump",
+    "must_ask",
+    "set_by_sides",
+    "slack",
+    "turn",
+    "turn_wrong",
+]
 
 _EQUAL, _LEAST = 1e-12, 1e-13
 """Difference of sides that are equal, relative to them, and at least."""
@@ -53,12 +62,13 @@ def copy_conditions(plant: Plant, begin: Numbers, to: Numbers) -> None:
 
 @kernel
 def set_by_sides(plant: Plant, look: Look, m: Numbers) -> None:
-    """Set all conditions by their sides; where these are equal, a condition does not hold."""
+    """Set all conditions by their sides; where these are equal, ``>=`` holds and ``>`` does not."""
     for k in range(plant.conditions):
         if plant.piece_count[k] > 0:
             _enter(plant, m, k, _piece_at(plant, k, look.greater[k]))
         else:
-            holds = look.greater[k] - look.less[k] > slack(look, k)
+            least = slack(look, k) if plant.is_strict[k] != 0 else -slack(look, k)
+            holds = look.greater[k] - look.less[k] > least
             m[plant.condition_setting[k]] = 1.0 if holds else 0.0
 
 
@@ -131,19 +141,49 @@ def must_ask(run: Run) -> bool:
 
 
 @kernel
-def jump(run: Run, seen: Look) -> bool:
-    """Change states where conditions have become true; whether any did."""
+def begin_jumps(run: Run) -> None:
+    """Note which conditions held before an instant, and that nothing is set yet.
+
+    What happens at practically the same time is one instant.
+    """
     plant, instant = run.plant, run.instant
-    any_jumps = False
+    is_later = run.t - instant.prepared_at > run.soon
+    for i in range(plant.states):
+        instant.set_by[i] = 0 if is_later else max(instant.set_by[i], -instant.set_by[i])
+    for k in range(plant.jumps):
+        instant.was_true[k] = instant.before[plant.jump_setting[k]] > 0.5
+        instant.was_asked[k] = 0
+
+
+@kernel
+def jump(run: Run, seen: Look) -> int:
+    """Change states where conditions have become true.
+
+    Returns
+    -------
+    int
+        1 if any did, 0 if none, SET_TWICE if two set the same state. What was set in an earlier
+        round of the instant may be set again: that is cause and effect.
+    """
+    plant, instant = run.plant, run.instant
+    any_jumps = 0
+    if instant.has_moved:
+        for i in range(plant.states):
+            instant.set_by[i] = min(instant.set_by[i], -instant.set_by[i])
     for k in range(plant.jumps):
         holds = instant.m[plant.jump_setting[k]] > 0.5
         if holds and not instant.was_true[k]:
-            any_jumps = True
+            any_jumps = 1
             if plant.jump_condition[k] >= 0:
                 instant.has_jumped[plant.jump_condition[k]] = 1
             for i in range(plant.jump_begin[k], plant.jump_begin[k + 1]):
-                if plant.jump_state[i] >= 0:
-                    instant.x[plant.jump_state[i]] = plant.jump_sign[i] * seen.jumped[i]
+                state = plant.jump_state[i]
+                if state >= 0:
+                    if instant.set_by[state] > 0 and instant.set_by[state] != k + 1:
+                        instant.set_twice, instant.setting_again = state, k
+                        return SET_TWICE
+                    instant.set_by[state] = k + 1
+                    instant.x[state] = plant.jump_sign[i] * seen.jumped[i]
                     instant.has_moved = 1
         instant.was_true[k] = holds
     return any_jumps

@@ -23,8 +23,10 @@ import numpy as np
 from lumped.code import code_cache
 from lumped.code.machine_code import Code, built
 from lumped.code.records import Record, address
+from lumped.code.sources import hash_of_all
 from lumped.code.to_c import as_c
 from lumped.code.to_llvm import as_llvm
+from lumped.support.locks import forked_between
 
 __all__ = ["LANES", "call", "entry_addresses", "is_compiled", "lanes", "using"]
 
@@ -57,7 +59,7 @@ ARGUMENTS = {
 }
 """Number of arguments of each entry (see `lumped.kernel.entries`)."""
 
-_loading = RLock()
+_loading = forked_between(RLock())
 
 
 def _once(function: Callable[..., _T]) -> Callable[..., _T]:
@@ -102,7 +104,7 @@ def call(name: str, *given: Record | np.ndarray) -> int:
 def time_loop() -> Code:
     """The time loop compiled by LLVM."""
     name = code_cache.loop_name()
-    return built(code_cache.own(), list(ARGUMENTS), lambda: as_llvm(_kernels()), name)
+    return built(hash_of_all(), list(ARGUMENTS), lambda: as_llvm(_kernels()), name)
 
 
 LANES = 8
@@ -115,7 +117,7 @@ def lanes() -> Callable[[int], int]:
     from lumped.kernel.many_runs.lanes import COUNTERPARTS, ENTRIES
 
     name = code_cache.loop_name() + "lanes-"
-    source = f"{LANES} {code_cache.own()}"
+    source = f"{LANES} {hash_of_all()}"
     code = built(source, list(ENTRIES), lambda: as_llvm(ENTRIES, LANES, COUNTERPARTS), name)
     made = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p)(code.addresses["lanes"])
     _kept.append(code)

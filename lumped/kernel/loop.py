@@ -78,6 +78,7 @@ def _settle(run: Run) -> int:
         run.m[i] = run.instant.m[i]
     for i in range(run.plant.states):
         run.x[i] = run.instant.x[i]
+        run.largest[i] = max(run.largest[i], abs(run.x[i]))
     return GOES_ON
 
 
@@ -116,6 +117,7 @@ def _cross(run: Run) -> int:
     """Go to the instant at which margins fire."""
     for i in range(run.plant.states):
         run.x[i] = run.inner[i]
+        run.largest[i] = max(run.largest[i], abs(run.x[i]))
     run.t = run.t_cross
     record_edge(run)
     for i in range(run.plant.settings):

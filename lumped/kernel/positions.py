@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.flattening.hold_modes import BACKWARD, COMPLIANCE, FORWARD, PARTED, STUCK
-from lumped.kernel.conditions import jump, must_ask, set_by_sides, turn, turn_wrong
+from lumped.kernel.conditions import begin_jumps, jump, must_ask, set_by_sides, turn, turn_wrong
 from lumped.kernel.holds import (
     STANDSTILL,
     TOUCHING,
@@ -26,7 +26,17 @@ from lumped.kernel.linkages import close
 from lumped.kernel.plant import CONDITION, FREE, LOWER, SLIDE, UPPER, Plant
 from lumped.kernel.reactions import CHANGES, FITS, UNSOLVED, let_go, settle_reactions
 from lumped.kernel.rounds import begin_rounds
-from lumped.kernel.run import ASKS, GOES_ON, INSIDE, NO_FIT, NOT_CLOSED, InstantSearch, Look, Run
+from lumped.kernel.run import (
+    ASKS,
+    GOES_ON,
+    INSIDE,
+    NO_FIT,
+    NOT_CLOSED,
+    SET_TWICE,
+    InstantSearch,
+    Look,
+    Run,
+)
 from lumped.kernel.sharing import share, watch_redundancy
 
 __all__ = ["begin", "calm_positions", "find_positions"]
@@ -219,10 +229,8 @@ def _prepare(run: Run) -> None:
         if run.t - instant.prepared_at > run.soon:
             instant.is_exempt[k] = 0
         instant.has_jumped[k] = 0
+    begin_jumps(run)
     instant.prepared_at = run.t
-    for k in range(plant.jumps):
-        instant.was_true[k] = instant.before[plant.jump_setting[k]] > 0.5
-        instant.was_asked[k] = 0
     instant.has_moved = 0
     instant.fastest = 0.0
     instant.least_reserve = -_NO_ROOM
@@ -240,7 +248,10 @@ def _fit(run: Run, may_collide: bool) -> int:
             continue
         if must_ask(run):
             return ASKS
-        if jump(run, seen):
+        jumped = jump(run, seen)
+        if jumped == SET_TWICE:
+            return SET_TWICE
+        if jumped != 0:
             for h in range(plant.holds):
                 instant.is_settled[h] = 0
             continue
@@ -310,7 +321,7 @@ def _begin_positions(run: Run) -> int:
     release_demands(plant, run.m)
     for _ in range(3):
         look_at(run, run.x, run.m, instant.seen)
-        # strictly at the start, not just after it, so that a clock ticks at zero
+        # at the start, not just after it, so that a clock ticks at zero
         set_by_sides(plant, instant.seen, run.m)
     for h in range(plant.holds):
         instant.speed_at_begin[h] = instant.seen.speed[h]

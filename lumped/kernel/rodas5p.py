@@ -150,9 +150,9 @@ def dense_error(run: Run, h: float) -> float:
 
 @kernel
 def interpolate(run: Run, part: float, out: Numbers) -> None:
-    """States at a part of the step."""
+    """States at a part of the step; those that do not move keep their bits."""
     n, x, new, c = run.plant.states, run.x, run.new, run.dense
     rest = 1.0 - part
     for i in range(n):
         inner = c[i] + part * (c[n + i] + part * c[2 * n + i])
-        out[i] = rest * x[i] + part * (new[i] + rest * inner)
+        out[i] = x[i] + part * (new[i] - x[i] + rest * inner)

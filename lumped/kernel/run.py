@@ -44,11 +44,11 @@ MOST_JUMP = 1e-9
 """Jump of a prescribed motion, relative and absolute, that is rounding."""
 
 (GOES_ON, DONE, FULL, UNFIT, NOT_FINITE, GIVEN_UP, TOO_MANY, STORM, NEEDS_MATRIX) = range(9)
-(NO_FIT, NOT_CLOSED, JUMPS, INSIDE, NO_START, ASKS) = range(9, 15)
+(NO_FIT, NOT_CLOSED, JUMPS, INSIDE, NO_START, ASKS, SET_TWICE) = range(9, 16)
 """Why the loop returns. UNFIT: another state must lead. NEEDS_MATRIX: an implicit step is due and
 has no matrix yet. NO_FIT: no positions fit. NOT_CLOSED: a linkage cannot be closed. JUMPS: a body
 would have to follow a jump. INSIDE: a body starts inside another. NO_START: the start must be
-searched for. ASKS: a program must answer."""
+searched for. ASKS: a program must answer. SET_TWICE: two `when` set one state."""
 
 (BEGIN_SEGMENT, OPEN_SEGMENT, RESTART, STEPPING, CROSS, OPEN_CROSSING, LEAVE_SEGMENT) = range(7)
 WAITING, SETTLING = 7, 8
@@ -164,6 +164,12 @@ class InstantSearch(Record):
     is_exempt: Annotated[Integers, "conditions"]
     has_jumped: Annotated[Integers, "conditions"]
     was_true: Annotated[Integers, "jumps"]
+
+    # the jump, from 1, that has set a state at this instant (0: none; below zero: in an earlier
+    # round of it); the state that two set, and the later of them
+    set_by: Annotated[Integers, "states"]
+    set_twice: int
+    setting_again: int
 
     # whether a program is to answer now, and the jump for which; jumps for which one was asked
     is_waiting: int
@@ -340,7 +346,7 @@ class Run(Record):
     timed_setting: Integers
     timed_values: Numbers
 
-    # progress: where it goes on, and where after positions are found
+    # progress: where it goes on, and where after positions are found; sizes that states had
     phase: int
     next_phase: int
     segment: int
@@ -349,6 +355,7 @@ class Run(Record):
     h: float
     x: Annotated[Numbers, "states"]
     m: Annotated[Numbers, "settings"]
+    largest: Annotated[Numbers, "states"]
     is_implicit: int
     has_matrix: int
     implicit_from: float

@@ -233,6 +233,7 @@ def _move_on(run: Run) -> None:
     n, k = run.plant.states, run.stages
     for i in range(n):
         run.x[i] = run.new[i]
+        run.largest[i] = max(run.largest[i], abs(run.x[i]))
         k[i] = k[12 * n + i]
     run.t = run.t_new
 

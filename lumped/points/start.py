@@ -48,7 +48,7 @@ def start_point(
     Start values given to instances (``Inertia(J=1, w=100)``), those in `start`, and the
     ``initial_equations`` of components hold exactly. States that they do not determine take their
     declared defaults; where a given quantity is not itself a state, the least wanted states follow
-    from it. For a quantity that a closed linkage determines, the start value is where the search
+    from it. For a motion that a closed linkage determines, the start value is where the search
     begins, and so chooses the assembly. Where bodies collide at once, the start values are those
     before the impact, and the states those after it.
 

@@ -144,8 +144,8 @@ class StartSearch:
         self.settings = self._closed(trial)
         return self.x
 
-    def check(self, modes: np.ndarray) -> None:
-        """Refuse a start at which what is demanded does not hold in these modes.
+    def check(self, settings: np.ndarray) -> None:
+        """Refuse a start at which what is demanded does not hold in the modes of these settings.
 
         Raises
         ------
@@ -154,6 +154,7 @@ class StartSearch:
         """
         if self.search is None or not self.search.have_positions:
             return
+        modes = settings[: len(self.search.modes)]
         if (modes == self.search.modes).all():
             return
         self.search.modes = modes
@@ -179,7 +180,7 @@ class StartSearch:
                         "Remove the start value."
                     )
                 continue
-            if node in self.system.structure.implicit:
+            if self._is_assembly(node):
                 continue
             store = self.fixed if node in self.position else self.targets
             if node in store and not np.isclose(store[node][1], value, rtol=1e-12, atol=0):
@@ -192,6 +193,12 @@ class StartSearch:
             rate = node + 1
             if not {rate} & (self.fixed.keys() | self.targets.keys() | self.position.keys()):
                 self.targets[rate] = (~self.system.structure.members[node], 0.0)
+
+    def _is_assembly(self, node: int) -> bool:
+        """Whether a node is a motion that a closed linkage determines; its value is a guess."""
+        kind, _ = self.reduced.class_and_order(node)
+        moves = self.reduced.first[kind + 1] - self.reduced.first[kind] > 1
+        return bool(moves) and node in self.system.structure.implicit
 
     def _timed(self, theta: np.ndarray, modes: np.ndarray | None = None) -> np.ndarray:
         """Modes with those of functions of time as they are at the start; others stay or are 0."""

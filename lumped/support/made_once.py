@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import wraps
-from threading import RLock
 from typing import Any, Generic, TypeVar, TypeVarTuple
+
+from lumped.support.locks import Lock
 
 __all__ = ["Recent", "Shared", "made_once"]
 
@@ -21,7 +22,7 @@ class Shared:
 
     Parameters
     ----------
-    building : RLock
+    building : Lock
         The same lock for all objects with the same symbols.
 
     Attributes
@@ -30,7 +31,7 @@ class Shared:
         Results of the functions marked `made_once` for this object.
     """
 
-    def __init__(self, building: RLock) -> None:
+    def __init__(self, building: Lock) -> None:
         self.building = building
         self.made: dict[object, Any] = {}
 

@@ -25,6 +25,9 @@ __all__ = [
     "written",
 ]
 
+_LINEAR = 1e-9
+"""Relative difference that is rounding of a conversion."""
+
 Dimension = dict[str, float]
 """Powers of mass, length, time, current and temperature."""
 
@@ -73,7 +76,8 @@ def converted(value: Any, unit: str, what: str) -> float:
 
     Angles are a dimension of their own here: a stiffness in N.m/rad is not a torque, a ratio or
     slope is not an angle, and a speed in Hz or 1/min is not one in rad/s (say ``rpm``). Units are
-    of one kind if they agree in SI units, with the radian as a base unit.
+    of one kind if they agree in SI units, with the radian as a base unit. Logarithmic units, such
+    as dB and Np, are refused.
 
     Parameters
     ----------
@@ -134,7 +138,7 @@ def _in_si(size: float, given: str, spelling: str, unit: str, said: str, needed:
     known, si = measure(given), measure(unit)
     if known is not None and si is not None and si.is_si:
         if known.powers == si.powers:
-            return known.factor * size + known.zero
+            return _above_zero(known.factor * size + known.zero, known.zero, said)
         free = [{k: n for k, n in m.powers.items() if k != "rad"} for m in (known, si)]
         hint = _angle_hint(unit, "rad" in known.powers) if free[0] == free[1] else ""
         raise UnitError(f"{said}: the unit must be of the kind {unit}.{hint}")
@@ -157,7 +161,29 @@ def _in_si(size: float, given: str, spelling: str, unit: str, said: str, needed:
         raise UnitError(f"{said}: the unit must be of the kind {unit}.{hint}")
     if unit == "K" and "delta" in str(quantity.units):
         raise UnitError(f"{said}: a difference of temperatures is no temperature; write degC or K.")
-    return float(quantity.m_as(wanted.units))
+    zero, one, two = _course(spelling, str(wanted.units))
+    if abs((two - one) - (one - zero)) > _LINEAR * abs(two - zero):
+        raise UnitError(
+            f"{said}: this unit is a logarithm, which is another factor for amplitudes than for "
+            "powers (20 dB: 10 and 100). Give the value itself"
+            f"{', a plain number' if unit == '1' else f' in {unit}'}."
+        )
+    return _above_zero(float(quantity.m_as(wanted.units)), zero, said)
+
+
+@cache
+def _course(spelling: str, wanted: str) -> tuple[float, float, float]:
+    """What 0, 1 and 2 of a unit are in another: where its zero is, and whether it is linear."""
+    quantity = _registry().Quantity
+    zero, one, two = (float(quantity(k, spelling).m_as(wanted)) for k in (0.0, 1.0, 2.0))
+    return zero, one, two
+
+
+def _above_zero(kelvin: float, zero: float, said: str) -> float:
+    """A value of which that of a scale with a zero of its own is no impossible temperature."""
+    if zero and kelvin < -_LINEAR * zero:
+        raise UnitError(f"{said}: no temperature is below absolute zero, -273.15 degC.")
+    return kelvin
 
 
 def _angle_hint(unit: str, given: bool) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from threading import RLock
-
 from lumped.code.functions import (
     compiled_columns,
     compiled_functions,
@@ -13,6 +11,7 @@ from lumped.code.functions import (
 from lumped.code.machine_code import Code
 from lumped.code.operations import Operations
 from lumped.kernel.plant import Function
+from lumped.support.locks import Lock
 from lumped.timeloop.executable import WORTH
 
 __all__ = ["CountedFunction"]
@@ -40,7 +39,7 @@ class CountedFunction:
         self._operations, self._columns, self._from = operations, columns, columns_from
         self.work = operations.work
         self._evaluations = 0
-        self._lock = RLock()
+        self._lock = Lock()
         self._code: Code | None = None
         self._record = Function(
             count=len(operations.table),

@@ -7,10 +7,11 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import LumpedError, SolverError, StartError
 from lumped.kernel import engine
-from lumped.kernel.run import GOES_ON, INSIDE, NOT_CLOSED, Run
+from lumped.kernel.run import GOES_ON, INSIDE, NOT_CLOSED, SET_TWICE, Run
 from lumped.timeloop.event import Change
 from lumped.timeloop.executable import executable
 from lumped.timeloop.holds import Holds
+from lumped.timeloop.programs import set_twice_fault
 from lumped.timeloop.settings import closing_fault
 
 __all__ = ["begin", "calm_positions", "no_fit", "settled"]
@@ -90,6 +91,8 @@ def _check(system: System, run: Run, status: int) -> None:
         raise StartError(_inside(system, run))
     if status == NOT_CLOSED:
         raise StartError(closing_fault(system, run.t))
+    if status == SET_TWICE:
+        raise SolverError(f"{system.name}: {set_twice_fault(system, run)}")
     if status != GOES_ON:
         raise no_fit(system, run)
 

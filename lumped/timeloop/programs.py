@@ -14,7 +14,14 @@ from lumped.kernel.run import Run
 from lumped.language.program import Session
 from lumped.support.made_once import made_once
 
-__all__ = ["Answers", "Told", "asking_ranks", "programs_of", "refuse_programs"]
+__all__ = [
+    "Answers",
+    "Told",
+    "asking_ranks",
+    "programs_of",
+    "refuse_programs",
+    "set_twice_fault",
+]
 
 Told = dict[int, np.ndarray]
 """Instants, s, and what a program was told at each, by the number of the jump."""
@@ -39,6 +46,20 @@ def refuse_programs(system: System, what: str) -> None:
             f"{system.name}: {what} needs equations of all parts, but {name} asks {text}, which "
             "only answers. Put a component with equations in its place."
         )
+
+
+def set_twice_fault(system: System, run: Run) -> str:
+    """Words for two `when` that set one state at the instant at which a run stands."""
+    state, jumps = int(run.instant.set_twice), system.switching.jumps
+    first, second = (
+        f"{jumps[int(k)].name} when {jumps[int(k)].condition}"
+        for k in (run.instant.set_by[state] - 1, run.instant.setting_again)
+    )
+    return (
+        f"at t = {run.t:.9g} s two settings of {system.state_names[state]} meet: {first}, and "
+        f"{second}. One of them would be lost. Write both as one `when`, or conditions of which "
+        "only one becomes true at an instant."
+    )
 
 
 @made_once
@@ -139,6 +160,11 @@ class Answers:
                 f"at t = {run.t:.9g} s {jump.name} asks {jump.program.text}: {error}"
             ) from None
         which, states, signs = self._taken(system, number)
+        for state in states.tolist():
+            if run.instant.set_by[state] > 0:
+                run.instant.set_twice, run.instant.setting_again = state, number
+                raise SolverError(set_twice_fault(system, run))
+            run.instant.set_by[state] = number + 1
         run.instant.x[states] = signs * answers[which]
         return np.array([run.t, *values])
 

@@ -45,6 +45,8 @@ class Simulation:
         Wall time of the stepping.
     implicit_from : float
         When the implicit method took over, s; infinite if it did not.
+    largest : ndarray
+        Largest size that each state of the system had at a step; empty without steps.
     """
 
     def __init__(self, point: OperatingPoint, until: float, rtol: float, output: Recorder) -> None:
@@ -54,7 +56,7 @@ class Simulation:
         self.methods: list[str] = []
         self.steps = self.rejected = self.evaluations = 0
         self.seconds, self.implicit_from = 0.0, math.inf
-        self.atol = np.zeros(0)
+        self.atol = self.largest = np.zeros(0)
         self.answers = Answers(point.told)
         hits = point.collisions
         self.events = [
@@ -101,7 +103,7 @@ class Simulation:
                 self.evaluations,
                 len(pieces),
                 self.seconds,
-                self._small(pieces),
+                self._small(),
                 self.implicit_from,
             ),
             told=self.answers.told,
@@ -115,22 +117,15 @@ class Simulation:
             elif event.kind == "hold":
                 yield replace(event, time=end)
 
-    def _small(self, pieces: tuple[Piece, ...]) -> tuple[str, ...]:
+    def _small(self) -> tuple[str, ...]:
         """States that moved but stayed below ``atol / rtol``."""
-        if not len(self.atol):
+        if not len(self.largest):
             return ()
-        own = [p.x for p in pieces if p.system is self.system and len(p.x)]
-        if not own:
-            return ()
-        may_be = (~(np.abs(own[-1][-1]) * self.rtol >= self.atol)).nonzero()[0]
-        if not len(may_be):
-            return ()
-        largest = np.abs(np.concatenate([x[:, may_be] for x in own])).max(axis=0)
-        tolerated, limit = largest * self.rtol, self.atol[may_be]
+        tolerated = self.largest * self.rtol
         # a millionth of that is rounding of something that stands still
-        small = (tolerated < limit) & (tolerated > 1e-6 * limit)
+        small = (tolerated < self.atol) & (tolerated > 1e-6 * self.atol)
         names = self.system.state_names
-        return tuple(names[i] for i, s in zip(may_be.tolist(), small.tolist(), strict=True) if s)
+        return tuple(names[i] for i in np.flatnonzero(small).tolist())
 
     def refuse(self, fault: str | None) -> None:
         """Stop with what was computed so far if something is wrong."""

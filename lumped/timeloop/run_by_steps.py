@@ -8,6 +8,7 @@ import time as clock
 
 import numpy as np
 
+from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.kernel import engine
 from lumped.kernel.run import (
@@ -22,6 +23,7 @@ from lumped.kernel.run import (
     NOT_CLOSED,
     NOT_FINITE,
     RESTART,
+    SET_TWICE,
     STORM,
     STORM_SIZE,
     STORM_WITHIN,
@@ -37,6 +39,7 @@ from lumped.timeloop.kept_run import KeptRun
 from lumped.timeloop.leading_states import exchanged
 from lumped.timeloop.output_room import OutputRoom
 from lumped.timeloop.positions import no_fit
+from lumped.timeloop.programs import set_twice_fault
 from lumped.timeloop.recorder import Recorder
 from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.run import Simulation, nominals
@@ -89,6 +92,7 @@ class RunBySteps(Simulation):
         super().__init__(point, until, rtol, output)
         self._relative_atol, self._method, self.max_steps = atol, method, max_steps
         self._changed_at = math.nan
+        self._sizes: dict[System, np.ndarray] = {}
         self._is_implicit, self._has_series = method == "implicit", method == "taylor"
         self._may_take_series = method == "auto"
         self._note_method(point.time)
@@ -192,6 +196,7 @@ class RunBySteps(Simulation):
         self._kept, self._room, run = kept, kept.room, kept.run
         self._run, plant = run, self._executable.plant
         self.atol = self._relative_atol * nominals(self.system)
+        self.largest = self._sizes.get(self.system, np.zeros(0))
         self._executable.place(run, self.point.theta, x, settings)
         if plant.holds:
             engine.call("watched", run)
@@ -249,6 +254,8 @@ class RunBySteps(Simulation):
         """Take over what was recorded."""
         run, room, out = self._run, self._room, self._room.output
         self.steps, self.rejected, self.evaluations = run.steps, run.rejected, run.evaluations
+        before = self._sizes.get(self.system, 0.0)
+        self.largest = self._sizes[self.system] = np.maximum(run.largest, before)
         rows, count, changes = out.rows, out.pieces, out.changes
         bounds = [0, *out.piece_row[:count].tolist(), rows]
         if rows:
@@ -322,6 +329,8 @@ class RunBySteps(Simulation):
             self.refuse_jump(t, x, run.instant.before.copy(), settings)
         if why == NO_FIT:
             raise SolverError(str(no_fit(system, run)), self.partial())
+        if why == SET_TWICE:
+            self.refuse(set_twice_fault(system, run))
         if why == NOT_CLOSED:
             raise SolverError(closing_fault(system, t), self.partial())
         if why == STORM:

@@ -1,13 +1,14 @@
 """Object code on disk."""
 
 import os
+import shutil
 import subprocess
 import sys
 
 import numpy as np
 import pytest
 
-from lumped.code import code_cache
+from lumped.code import code_cache, sources
 
 SCRIPT = """
 import lumped as lp
@@ -128,3 +129,115 @@ def test_processes_at_once_and_damage_between_them(folder):
     omega = np.sqrt(10.0 * (1 + 1 / 2))
     assert float(told[0]) == pytest.approx(-np.sin(omega) / omega, rel=1e-6)
     assert set(files_in(folder)) == set(files)
+
+
+OTHERS = 12345
+needs_root = pytest.mark.skipif(
+    not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root gives files away"
+)
+needs_modes = pytest.mark.skipif(sys.platform == "win32", reason="files have no modes")
+
+
+@pytest.fixture
+def filled(folder):
+    """A folder of code, and what gives each of its parts away."""
+    code_cache.save("loop-1/key", b"machine code")
+    code_cache._warn.cache_clear()
+    return folder
+
+
+PARTS = [".", "loop-1", "loop-1/key"]
+
+
+def refused(folder, part):
+    """Whether code is not loaded, with a warning that names what others may have written."""
+    with pytest.warns(RuntimeWarning, match=r"compiled code is executed.*LUMPED_CACHE") as told:
+        found = [code_cache.load("loop-1/key") for _ in range(2)]
+    texts = [str(warning.message) for warning in told]
+    assert found == [None, None]
+    assert len(texts) == 1
+    return texts[0].startswith(f"{folder / part} belongs to another user")
+
+
+@needs_modes
+@pytest.mark.parametrize("mode", [0o020, 0o002])
+@pytest.mark.parametrize("part", PARTS)
+def test_code_that_others_may_write_is_refused(filled, part, mode):
+    place = filled / part
+    place.chmod(place.stat().st_mode | mode)
+    assert refused(filled, part)
+
+
+@needs_root
+@pytest.mark.parametrize("part", PARTS)
+def test_code_of_another_user_is_refused(filled, part):
+    os.chown(filled / part, OTHERS, OTHERS)
+    assert refused(filled, part)
+
+
+@needs_modes
+def test_nothing_is_written_into_a_folder_that_others_may_write(filled):
+    target = filled.parent / "target"
+    target.write_bytes(b"mine")
+    (filled / "loop-1" / "other").symlink_to(target)
+    (filled / "loop-1").chmod(0o777)
+    with pytest.warns(RuntimeWarning, match="compiled code is executed"):
+        code_cache.save("loop-1/other", b"machine code")
+    assert target.read_bytes() == b"mine"
+
+
+@needs_modes
+def test_what_is_saved_can_be_loaded_whatever_the_mask(folder):
+    before = os.umask(0)
+    try:
+        code_cache.save("loop-1/key", b"machine code")
+    finally:
+        os.umask(before)
+    assert code_cache.load("loop-1/key") == b"machine code"
+
+
+def told_by(script, folder):
+    """What a process prints whose code stands in a folder."""
+    environment = {**os.environ, "LUMPED_CACHE": str(folder)}
+    command = [sys.executable, "-W", "ignore", "-c", script]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    return done.stdout
+
+
+# -- what the code is made from --------------------------------------------------------------------
+
+LOADED = """
+import sys
+import lumped.kernel.engine
+import lumped.kernel.entries
+import lumped.kernel.many_runs.lanes
+print(*(name for name in sys.modules if name.partition(".")[0] == "lumped"))
+"""
+
+
+def test_all_modules_that_kernels_import_are_in_the_name_of_their_code(folder):
+    loaded = set(told_by(LOADED, folder).split())
+    files, packages = sources.imported()
+    assert {"lumped.flattening.hold_modes", "lumped.numerics.dop853"} < loaded
+    assert loaded <= set(files)
+    assert {"casadi", "llvmlite", "numpy"} <= set(packages)
+
+
+def test_other_constants_have_other_code(monkeypatch, tmp_path):
+    before = sources.hash_of_all()
+    package = shutil.copytree(sources._PACKAGE, tmp_path / "lumped", symlinks=False)
+    monkeypatch.setattr(sources, "_PACKAGE", package)
+    assert sources.hash_of_all.__wrapped__() == before
+    modes = package / "flattening" / "hold_modes.py"
+    text = modes.read_text()
+    modes.write_text(text.replace("STUCK, FORWARD, BACKWARD,", "STUCK, BACKWARD, FORWARD,"))
+    assert modes.read_text() != text
+    assert sources.hash_of_all.__wrapped__() != before
+
+
+@pytest.mark.parametrize("package", ["casadi", "llvmlite", "numpy"])
+def test_another_version_of_a_package_has_other_code(monkeypatch, package):
+    before = sources.hash_of_all()
+    old = sources.version
+    monkeypatch.setattr(sources, "version", lambda name: "0" if name == package else old(name))
+    assert sources.hash_of_all.__wrapped__() != before

@@ -22,6 +22,7 @@ from lumped.components import (
     Torque,
     translation,
 )
+from lumped.errors import SolverError
 from lumped.models.reversing_mill.scenes import (
     RATED,
     JoinedGap,
@@ -205,6 +206,37 @@ def test_a_crank_at_its_dead_centre_ends_the_run_with_a_reason(tmp_path, capsys)
                 logger=lambda *message: told.append(message[-1].decode()),
             )
         assert "should lead instead of crank.phi" in told[-1]
+
+
+def test_two_settings_of_a_state_at_one_instant_end_the_run_with_both_names(tmp_path):
+    class Counter(lp.Component):
+        """Counts, and starts anew, when an angle comes to one."""
+
+        angle: lp.Var = lp.var("1", "rises with the time")
+        x: lp.Var = lp.var("1", "count", 1.0)
+
+        def equations(self):
+            yield lp.der(self.angle) == 1.0
+            yield lp.der(self.x) == 0
+            yield lp.when(self.angle >= 1.0, {self.x: self.x + 1})
+            yield lp.when(2 * self.angle >= 2.0, {self.x: 0.0})
+
+    system = lp.assemble(lp.compose(counter=Counter()))
+    with pytest.raises(SolverError) as caught:
+        lp.simulate(system, until=2.0)
+    told = []
+    for kind in ("ModelExchange", "CoSimulation"):
+        path = tmp_path / "counter.fmu"
+        lp.export_fmu(system, path, version="2.0")
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            fmpy.simulate_fmu(
+                str(path),
+                fmi_type=kind,
+                stop_time=2.0,
+                logger=lambda *message: told.append(message[-1].decode()),
+            )
+        assert told[-1].partition(" s ")[2] == str(caught.value).partition(" s ")[2]
+        assert "t = 1" in told[-1]
 
 
 @pytest.mark.parametrize("highest", [1.0, 2.0, 5.0])

@@ -128,7 +128,8 @@ class TestExtremes:
         with pytest.raises(ParameterError) as caught:
             turn("P", L=0.9)
         assert str(caught.value).splitlines()[1:] == [
-            "  mill.stand.L = 0.9 m (length of the rod) must be at least r + abs(e) = 0.92 m"
+            "  mill.stand.L = 0.9 m (length of the rod) must be greater than "
+            "r + abs(e) + 1e-08 * (r + abs(e)) = 0.92 m"
         ]
 
     def test_one_train_without_other_inertia_is_singular_at_its_dead_centre(self):

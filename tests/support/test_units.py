@@ -68,6 +68,34 @@ def test_a_difference_of_temperatures_is_no_temperature():
         converted("20 delta_degC", "K", "x =")
 
 
+@pytest.mark.parametrize(
+    ("written", "unit", "remedy"),
+    [
+        *((text, "1", "a plain number") for text in ("20 dB", "1 Np", "3 octave", "0 dB")),
+        ("0 dBm", "W", "in W"),
+    ],
+)
+def test_logarithms_are_refused(written, unit, remedy):
+    with pytest.raises(UnitError) as caught:
+        converted(written, unit, "gear.ratio =")
+    text = str(caught.value)
+    assert text.startswith(f"gear.ratio = '{written}': this unit is a logarithm")
+    assert text.endswith(
+        f"Give the value itself, {remedy}." if unit == "1" else f"itself {remedy}."
+    )
+
+
+@pytest.mark.parametrize("written", ["-300 degC", "-273.16 degC", "-460 degF", "-300 celsius"])
+def test_temperatures_below_absolute_zero_are_refused(written):
+    with pytest.raises(UnitError, match=r"part.T = .*: no temperature is below absolute zero"):
+        converted(written, "K", "part.T =")
+
+
+@pytest.mark.parametrize("written", ["-273.15 degC", "-459.67 degF", "0 K"])
+def test_absolute_zero_is_a_temperature(written):
+    assert abs(converted(written, "K", "part.T =")) < 1e-9
+
+
 @pytest.mark.parametrize("written", ["3 m)", "3 N.m/", "3 9**9**9", "3 import os", "3 m+s", "3 ["])
 def test_units_that_cannot_be_read_are_refused(written):
     with pytest.raises(UnitError, match="a number, a space and a unit, is needed"):

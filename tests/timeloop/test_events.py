@@ -115,23 +115,51 @@ def test_values_of_a_when_are_those_just_before_and_chains_run_in_one_instant():
     assert {event.time for event in run.events} == {1.0}
 
 
-def test_a_condition_true_from_the_start_does_nothing_one_met_at_the_start_acts():
-    def equations(self):
-        yield lp.der(self.x) == 0
-        yield lp.der(self.y) == 0
-        yield lp.when(self.x >= 1.0, {self.y: self.y + 1.0})
-        yield lp.when(self.x >= 2.0, {self.y: self.y + 10.0})
+AT_THE_START = {
+    "x >= 1": (lambda m: m.x >= 1.0, 0),
+    "x >= 2": (lambda m: m.x >= 2.0, 0),
+    "3 x >= 6": (lambda m: 3 * m.x >= 0.1 * 60, 0),
+    "x <= 2": (lambda m: m.x <= 2.0, 0),
+    "held >= 2": (lambda m: m.held >= 2.0, 0),
+    "held > 2": (lambda m: m.held > 2.0, 0),
+    "x > 1": (lambda m: m.x > 1.0, 0),
+    "x > 2": (lambda m: m.x > 2.0, 1),
+    "x >= 2.5": (lambda m: m.x >= 2.5, 1),
+    "time >= 0": (lambda m: lp.time >= 0.0, 0),
+    "time >= held - 2": (lambda m: lp.time >= m.held - 2.0, 0),
+    "time > held - 2": (lambda m: lp.time > m.held - 2.0, 1),
+    "time >= 0.5": (lambda m: lp.time >= 0.5, 1),
+}
 
-    quantities = {"x": lp.var("1", "held", start=2.0), "y": lp.var("1", "count")}
-    run = lp.simulate(lp.assemble(one(equations=equations, **quantities)), until=1.0)
-    assert run["y"][-1] == 10.0
+
+@pytest.mark.parametrize("text", AT_THE_START)
+@pytest.mark.parametrize("method", ["explicit", "implicit", "taylor"])
+def test_a_condition_true_from_the_start_does_nothing_one_that_becomes_true_acts(text, method):
+    condition, expected = AT_THE_START[text]
+
+    def equations(self):
+        yield lp.der(self.x) == 1.0
+        yield lp.der(self.held) == 0
+        yield lp.der(self.y) == 0
+        yield lp.when(condition(self), {self.y: self.y + 1.0})
+
+    quantities = {
+        "x": lp.var("1", "rises", start=2.0),
+        "held": lp.var("1", "rests", start=2.0),
+        "y": lp.var("1", "count"),
+    }
+    system = lp.assemble(one(equations=equations, **quantities))
+    run = lp.simulate(system, until=1.0, method=method)
+    assert run["y"][-1] == expected
+    # "x <= 2" ends at once
+    assert len(changes(run)) == (expected or text == "x <= 2") * (text != "time >= 0.5")
 
 
 def test_a_sampled_signal_changes_at_its_instants_only():
     def equations(self):
         yield lp.der(self.next) == 0
         yield lp.der(self.held) == 0
-        yield lp.when(lp.time >= self.next, {self.next: self.next + 0.1, self.held: sin(lp.time)})
+        yield lp.when(lp.time > self.next, {self.next: self.next + 0.1, self.held: sin(lp.time)})
 
     quantities = {"next": lp.var("s", "next instant"), "held": lp.var("1", "held value")}
     run = lp.simulate(lp.assemble(one(equations=equations, **quantities)), until=2.05, grid=997)

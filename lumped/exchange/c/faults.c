@@ -128,6 +128,17 @@ static bool inside(Unit *unit)
                      -gap[deepest], gap_units[deepest]);
 }
 
+/* Two settings of one state at one instant. */
+static bool set_twice(Unit *unit)
+{
+    const Run *run = &unit->memory.run;
+    const InstantSearch *at = run->instant;
+    return unit_fail(unit, "at t = %.9g s two settings of %s meet: %s, and %s. One of them would be "
+                     "lost. Write both as one `when`, or conditions of which only one becomes true "
+                     "at an instant.", run->t, state_names[at->set_twice],
+                     jump_texts[at->set_by[at->set_twice] - 1], jump_texts[at->setting_again]);
+}
+
 static bool jumps(Unit *unit)
 {
     const double *old = unit->memory.run.followed_before, *new = unit->memory.run.followed_after;
@@ -232,6 +243,7 @@ bool unit_fault(Unit *unit, int64_t why)
     case UNFIT: return unfit(unit);
     case STORM: return storm(unit);
     case NO_FIT: return no_fit(unit);
+    case SET_TWICE: return set_twice(unit);
     case JUMPS: return jumps(unit);
     case INSIDE: return inside(unit);
     case GIVEN_UP: return shrinking(unit);
