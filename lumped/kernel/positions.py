@@ -96,12 +96,11 @@ def _engage(run: Run, seen: Look) -> bool:
 @kernel
 def _is_held_by_others(run: Run, seen: Look, h: int, calm: float) -> bool:
     """Whether others keep a sliding hold at rest, so that it sticks with its limit at rest."""
-    plant, instant = run.plant, run.instant
-    if plant.has_gap[h] or not run.may_be_redundant or instant.was_let_go[h]:
+    if not run.may_be_redundant or run.instant.was_let_go[h]:
         return False
+    touches = not run.plant.has_gap[h] or seen.gap[h] <= TOUCHING
     is_calm = abs(seen.speed[h]) <= STANDSTILL and abs(seen.acceleration[h]) <= calm
-    is_calm = is_calm and seen.upper[h] > seen.lower[h]
-    return is_calm and seen.upper[h] < _INFINITE and seen.lower[h] > -_INFINITE
+    return touches and is_calm and seen.upper[h] > seen.lower[h]
 
 
 @kernel
