@@ -1,0 +1,296 @@
+"""Checks a run of a drive against the laws of its instants and motions; knows no `lumped`.
+
+A run is given by its states on both sides of each event, and at some times between. It is not
+simulated a second time, but each part of it is checked from its own states, so that chaos does not
+matter:
+
+* an impact is Newton's law, the nearest speeds in the kinetic metric that no contact forbids
+  (least distance programming by non-negative least squares: Lawson and Hanson, Solving Least
+  Squares Problems, ch. 23); where the law has no answer or adds energy, nothing approaches, no
+  energy is gained and contacts push;
+* accelerations just after an instant are those of Gauss's principle: of all reactions within their
+  limits those with the least accelerations in the kinetic metric. The limits are static for what is
+  at rest, and kinetic for what the problem sets in motion, until nothing else moves;
+* the modes of a part are seen from speeds and gaps in it. Its states are those of a matrix
+  exponential in these modes, and no margin of the modes (`hybrid_reference.Motion.rows`: gaps,
+  sliding speeds, all facets of what is at rest can bear) falls below zero in between.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from hybrid_reference import BACKWARD, FORWARD, OFF, STICK, Drive
+from scipy.linalg import expm
+from scipy.optimize import lsq_linear, nnls
+
+REST = 1e-9
+"""Speed and gap that are none, relative to the greatest speed (plus 1)."""
+SPEEDS, RATES, STATES = 1e-7, 1e-6, 1e-7
+"""Differences allowed in speeds after impacts, in accelerations, in states after a motion."""
+KNIFE = 1e-7
+"""Share of a limit by which it may be missed: events are met to rounding."""
+
+
+class NoAnswerError(Exception):
+    """A problem of an instant has no answer."""
+
+
+@dataclass
+class Part:
+    """Rows of a run between two events: times, positions, speeds and accelerations."""
+
+    t: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+
+
+@dataclass
+class Finding:
+    """What is wrong with a run, and where the law leaves it open."""
+
+    wrong: list[str] = field(default_factory=list)
+    open: list[str] = field(default_factory=list)
+    impacts: int = 0
+    instants: int = 0
+
+
+def nearest(J, v, W, least, D):
+    """Speeds nearest to v in the kinetic metric with ``W v >= least`` and ``D v == 0``.
+
+    Raises
+    ------
+    NoAnswerError
+        If there are none.
+    """
+    root = np.sqrt(J)
+    rows = np.concatenate([W, D, -D])
+    wanted = np.concatenate([least, np.zeros(2 * len(D))]) - rows @ v
+    sizes = np.linalg.norm(rows / root, axis=1)
+    size = np.abs(wanted).max(initial=0.0) + 1e-300
+    E = np.vstack([(rows / root).T / sizes, wanted / sizes / size])
+    p, rest = nnls(E, np.append(np.zeros(len(J)), 1.0), maxiter=1000)
+    if rest < 1e-7:
+        raise NoAnswerError("Newton's law asks for speeds that others forbid")
+    gone = E @ p
+    return v - size * gone[:-1] / (gone[-1] - 1.0) / root
+
+
+def least_accelerations(J, free, rows, low, high):
+    """Accelerations by Gauss's principle: reactions in a box, least in the kinetic metric."""
+    if not len(rows):
+        return free
+    root = np.sqrt(J)
+    G = (rows / root).T
+    found = lsq_linear(G, -root * free, (low, high), method="bvls", tol=1e-15, max_iter=500)
+    if not found.success:
+        raise NoAnswerError("bounded least squares did not end")
+    return free + G @ found.x / root
+
+
+class Law:
+    """The laws of one drive."""
+
+    def __init__(self, drive: Drive):
+        self.drive, self.n, self.rows = drive, drive.n, drive.rows
+        self.contacts, self.J = drive.contacts, drive.J
+        self.kinds = np.array([c.kind for c in drive.contacts])
+        self.gaps = np.array([c.gap for c in drive.contacts])
+        drive.made = {}
+
+    def state(self, t, q, v):
+        """The whole state, for times in the present piece."""
+        d = self.drive
+        waves = [f(p.rate * t + p.phase) for p in d.waves for f in (np.sin, np.cos)]
+        return np.array([*q, *v, 1.0, t - d.piece[0], *waves])
+
+    def enter(self, t):
+        """Take the piece of the lines that begins at or before a time."""
+        pieces = self.drive.pieces
+        self.drive.piece = next((p for p in pieces if t < p[1] - 1e-12), pieces[-1])
+
+    def level(self, k, t):
+        value, slope = self.contacts[k].level.on(*self.drive.piece)
+        return value + slope * (t - self.drive.piece[0])
+
+    def engaged(self, k, t):
+        """Whether a dog is closed, or friction faces are pressed."""
+        if self.kinds[k] == "dog":
+            return self.level(k, t) > 0.5
+        return self.kinds[k] != "friction" or any(self.contacts[k].level.on(*self.drive.piece))
+
+    # -- impacts ---------------------------------------------------------------------------------
+
+    def check_impact(self, t, q, before, after, finding):
+        """Compare speeds after an instant with those before it."""
+        size = 1.0 + np.abs(before).max()
+        gap = self.gaps + self.rows @ q
+        one = (self.kinds == "freewheel") | ((self.kinds == "gap") & (gap < REST * size))
+        dogs = np.array([k == "dog" and self.engaged(i, t) for i, k in enumerate(self.kinds)], bool)
+        W, D = self.rows[one], self.rows[dogs]
+        u = W @ before
+        e = np.array([c.e for c in self.contacts])[one]
+        needed = (u < -REST * size).any() or (np.abs(D @ before) > REST * size).any()
+        allowed = SPEEDS * size
+        low = (W @ after).min(initial=0.0)
+        if low < -allowed:
+            names = [c.name for c, o in zip(self.contacts, one, strict=True) if o]
+            finding.wrong.append(f"{t:.7f}: {names[(W @ after).argmin()]} approaches at {low:.1e}")
+        if np.abs(D @ after).max(initial=0.0) > allowed:
+            finding.wrong.append(f"{t:.7f}: a dog slips")
+        if not needed:
+            if np.abs(after - before).max() > allowed:
+                finding.wrong.append(f"{t:.7f}: speeds jump without an impact")
+            return
+        finding.impacts += 1
+        gain = float(self.J @ (after**2 - before**2)) / 2
+        bounce = np.where(u < -REST * size, -e * u, 0.0)
+        try:
+            expected = nearest(self.J, before, W, bounce, D)
+            open_ = float(self.J @ (expected**2 - before**2)) > 1e-9 * size**2
+        except NoAnswerError:
+            expected, open_ = None, True
+        if open_:
+            finding.open.append(f"{t:.7f}: Newton's law")
+        elif np.abs(after - expected).max() > allowed:
+            finding.wrong.append(
+                f"{t:.7f}: speeds after the impact {after}, expected {expected}, before {before}"
+            )
+            return
+        pushes = np.concatenate([W, D, -D]).T
+        if nnls(pushes, self.J * (after - before))[1] > 10 * allowed:
+            finding.wrong.append(f"{t:.7f}: impulses pull, or momentum is lost")
+        if gain > allowed * size:
+            finding.wrong.append(f"{t:.7f}: an impact adds {gain:.2g} J")
+
+    # -- accelerations ---------------------------------------------------------------------------
+
+    def box(self, k, t, kinetic, share, slack):
+        """Least and greatest reaction of a contact at rest, towards positive speed."""
+        c, level = self.contacts[k], self.level(k, t)
+        level *= (1.0 if kinetic else c.peak) * (1 + share)
+        return {
+            "gap": (-share * slack, np.inf),
+            "dog": (-np.inf, np.inf),
+            "freewheel": (-level - share * slack, np.inf),
+            "friction": (-level - abs(share) * slack * 1e-6, level + abs(share) * slack * 1e-6),
+        }[c.kind]
+
+    def rates(self, t, q, v, share=0.0):
+        """Accelerations just after a time, with limits changed by a share of them."""
+        size, gap, speed = 1.0 + np.abs(v).max(), self.gaps + self.rows @ q, self.rows @ v
+        still = np.abs(speed) <= REST * size
+        closed = (self.kinds != "gap") | (gap < REST * size)
+        engaged = np.array([self.engaged(k, t) for k in range(len(self.kinds))], bool)
+        rest = np.flatnonzero(closed & engaged & (still | (self.kinds == "dog")))
+        modes = np.full(len(self.kinds), OFF)
+        sliding = ~still & engaged & ((self.kinds == "friction") | (self.kinds == "freewheel"))
+        modes[sliding] = np.sign(speed[sliding])
+        free = self.smooth(tuple(modes), t, q, v)
+        load = np.abs(self.J * free).max(initial=0.0) + 1.0
+        kinetic: set[int] = set()
+        while True:
+            limits = [self.box(k, t, k in kinetic, share, load) for k in rest]
+            low, high = np.array(limits).reshape(-1, 2).T
+            bears = low < high
+            found = least_accelerations(
+                self.J, free, self.rows[rest][bears], low[bears], high[bears]
+            )
+            moves = np.abs(self.rows[rest] @ found) > 1e-8 * load / self.J.min()
+            rubs = np.isin(self.kinds[rest], ("friction", "freewheel"))
+            new = set(rest[moves & rubs].tolist()) - kinetic
+            if not new:
+                return found
+            kinetic |= new
+
+    def smooth(self, modes, t, q, v):
+        """Accelerations by springs, loads and what slides; contacts at rest bear nothing."""
+        A = self.drive.motion(tuple(int(m) for m in modes)).A
+        return A[self.n : 2 * self.n] @ self.state(t, q, v)
+
+    def check_rates(self, part, finding):
+        """Compare accelerations at the begin of a part with Gauss's principle."""
+        t, q, v, a = part.t[0], part.q[0], part.v[0], part.a[0]
+        finding.instants += 1
+        expected = self.rates(t, q, v)
+        ways = [expected]
+        size = 1.0 + np.abs(expected).max() + np.abs(a).max()
+        if np.abs(a - expected).max() > RATES * size:
+            ways += [self.rates(t, q, v, share) for share in (-KNIFE, KNIFE)]
+            if min(np.abs(a - way).max() for way in ways) > 10 * RATES * size:
+                finding.wrong.append(f"{t:.7f}: accelerations {a}, expected {expected}")
+
+    # -- motions ---------------------------------------------------------------------------------
+
+    def modes(self, part):
+        """Modes of a part, from its speeds, gaps and accelerations."""
+        size = 1.0 + np.abs(part.v).max()
+        gap, speed = self.gaps + part.q @ self.rows.T, part.v @ self.rows.T
+        rate = part.a[[0, -1]] @ self.rows.T * [[1.0], [-1.0]]
+        rates = 1e-7 * (1.0 + np.abs(part.a).max())
+        found = []
+        for k, kind in enumerate(self.kinds):
+            fast = speed[np.abs(speed[:, k]).argmax(), k]
+            if abs(fast) <= REST * size:
+                fast = rate[np.abs(rate[:, k]).argmax(), k]
+                fast = 0.0 if abs(fast) <= rates else fast
+            if not self.engaged(k, part.t[0]):
+                found.append(OFF)
+            elif kind == "dog":
+                found.append(STICK)
+            elif kind == "gap":
+                away = gap[:, k].max() > REST * size or fast != 0.0
+                found.append(OFF if away else STICK)
+            elif kind == "freewheel":
+                found.append(STICK if fast == 0.0 else FORWARD)
+            else:
+                found.append(STICK if fast == 0.0 else FORWARD if fast > 0 else BACKWARD)
+        return tuple(found)
+
+    def check_motion(self, part, finding):
+        """Compare a part with a matrix exponential, and see that nothing is overlooked in it."""
+        modes = self.modes(part)
+        motion = self.drive.motion(modes)
+        length = part.t[-1] - part.t[0]
+        z = self.state(part.t[0], part.q[0], part.v[0])
+        after = np.array([expm(motion.A * (t - part.t[0])) @ z for t in part.t[1:]])
+        n, scale = self.n, 0.3 + np.abs(part.q).max(), 
+        scale = np.repeat([0.3 + np.abs(part.q).max(), 1.0 + np.abs(part.v).max()], n)
+        received = np.concatenate([part.q, part.v], axis=1)[1:]
+        error = (np.abs(after[:, : 2 * n] - received) / scale).max(axis=1)
+        named = dict(zip([c.name for c in self.contacts], modes, strict=True))
+        if error.max() > STATES:
+            at = part.t[1:][error.argmax()]
+            finding.wrong.append(
+                f"{part.t[0]:.7f}: motion deviates by {error.max():.1e} at {at:.7f}, modes {named}"
+            )
+            return modes
+        steps = max(int(np.ceil(length / 2e-3)), 4)
+        lowest = lows(motion, z, length / steps, steps)
+        allowed = STATES * (1.0 + motion.sizes[0] @ np.maximum(np.abs(z), np.abs(after[-1])))
+        bad = lowest < -allowed
+        if bad.any():
+            k = int((lowest / allowed).argmin())
+            blamed = [c.name for c, b in zip(self.contacts, motion.blamed[k], strict=True) if b]
+            finding.wrong.append(
+                f"{part.t[0]:.7f}: margin of {blamed} falls to {lowest[k]:.1e} before "
+                f"{part.t[-1]:.7f}, modes {named}"
+            )
+        return modes
+
+
+def lows(motion, z, h, steps):
+    """Lowest values of all rows of a motion in so many steps, to about 1e-9 of their size."""
+    powers = [np.eye(len(z)), expm(motion.A * h)]
+    states = [z]
+    for _ in range(steps):
+        states.append(powers[1] @ states[-1])
+    states = np.array(states)
+    terms = motion.terms[:12]
+    at = np.linspace(0.0, h, 9)
+    powers = at ** np.arange(12)[:, None] / np.cumprod([1.0, *range(1, 12)])[:, None]
+    found = np.full(len(motion.rows), np.inf)
+    for part in np.array_split(states[:-1], max(len(states) // 64, 1)):
+        values = np.tensordot(terms, part.T, axes=1)  # derivative, row, step
+        found = np.minimum(found, np.einsum("drs,dk->rsk", values, powers).min(axis=(1, 2)))
+    return found

@@ -1,0 +1,250 @@
+"""Random drives full of freewheels, plays and brakes, each instant of their runs checked.
+
+``python tests/instant_drives.py 0 1000`` tries a thousand drives in two orders of declaration and
+prints those that deviate, are refused or depend on the order. What is checked, and how, stands in
+`instant_checks`; it shares no code with `lumped`.
+"""
+
+import signal
+import sys
+import time
+import traceback
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+from hybrid_drives import END, RandomDrive
+from hybrid_reference import Contact, Line, steady
+from hybrid_verdicts import PATIENCE, SlowError, alarm
+from instant_checks import Finding, Law, Part
+
+import lumped as lp
+from lumped import components as rotating
+from lumped.errors import LumpedError
+
+RTOL, POINTS = 1e-9, 30
+SAME = 1e-6
+"""Difference of times and states of two orders of declaration that is none."""
+
+
+class InstantDrive(RandomDrive):
+    """Few bodies with many contacts between them; torques are constants, sines and steps."""
+
+    def __init__(self, seed):
+        rng = self.rng = np.random.default_rng((11, seed))
+        self.parts, self.joints, self.kinds = {}, [], []
+        self.loads, self.springs, self.contacts = [], [], []
+        self.turns = rng.random() < 0.9
+        self.n = n = int(rng.integers(2, 6))
+        self.J, self.v = rng.uniform(0.3, 2.0, n), np.zeros(n)
+        if rng.random() < 0.6:
+            self.v = rng.normal(size=n).round(2) * 2
+        self.total, self.points = self.J.copy(), [self.point(i) for i in range(n)]
+        for i in range(n):
+            if self.turns and rng.random() < 0.15:
+                self.points.append(self.geared(i))
+        for i in range(1, n):
+            if rng.random() < 0.4:
+                self.spring(self.points[i], self.points[int(rng.integers(0, i))])
+        if rng.random() < 0.5:
+            self.spring(self.any(), None)
+        for i in range(n):
+            if rng.random() < 0.8 or i == 0:
+                self.torque(self.points[i])
+        kinds = ["freewheel", "facing", "friction", "redundant", "play", "stop", "dog"]
+        odds = [0.3, 0.1, 0.15, 0.1, 0.2, 0.1, 0.05] if self.turns else [0, 0, 3, 2, 3, 1, 1]
+        for _ in range(int(rng.integers(2, 6))):
+            if len(self.contacts) < 6:
+                getattr(self, str(rng.choice(kinds, p=np.divide(odds, sum(odds)))))()
+
+    def line(self, size, least=-1.0):
+        rng = self.rng
+        values = size * rng.uniform(least, 1.0, 2)
+        if rng.random() < 0.7:
+            return steady(float(values[0]) or size)
+        at = float(rng.uniform(0.05, END - 0.05))
+        return Line((at, at), values.tolist())
+
+    def pair(self, ground=0.4):
+        """Neighbours, mostly: contacts then lie side by side."""
+        if self.rng.random() < 0.3:
+            return super().pair(ground)
+        i = int(self.rng.integers(0, self.n - 1))
+        ends = [self.points[i], self.points[i + 1]]
+        if self.rng.random() < 0.5:
+            ends.reverse()
+        return ends[0], None if self.rng.random() < ground else ends[1]
+
+    def facing(self):
+        """Two freewheels between the same bodies, of opposite directions."""
+        b, a = self.pair(0.0)
+        if a is None:
+            return self.freewheel()
+        for front, back in ((b, a), (a, b)):
+            part = rotating.OneWayClutch(u=0.0)
+            name, row = self.add("wheel", part, front, back)
+            self.contacts.append(Contact(name, "freewheel", row))
+        return None
+
+    def model(self, backwards=False):
+        """The model; `backwards` declares its parts and connections in the other order."""
+        turn = reversed if backwards else iter
+
+        def port(m, name):
+            owner, end = name.split(".")
+            return getattr(getattr(m, owner), end)
+
+        return lp.compose(
+            **dict(turn(list(self.parts.items()))),
+            connections=lambda m: [
+                lp.connect(*(port(m, end) for end in turn(joint))) for joint in turn(self.joints)
+            ],
+        )
+
+
+@dataclass
+class Verdict:
+    word: str
+    text: str = ""
+    finding: Finding | None = None
+
+
+def rates(drive):
+    return [f"body{i}.a" for i in range(drive.n)]
+
+
+def parts_of(run, drive):
+    """The parts of a run between its events, and what its states are before the first."""
+    names = drive.names()
+    values = run.table([*names, *rates(drive)])
+    q, v, a = np.split(values, [drive.n, 2 * drive.n], axis=1)
+    ends = np.flatnonzero(np.diff(run.t) == 0.0) + 1
+    cuts = [0, *ends, len(run.t)]
+    return [
+        Part(run.t[i:j], q[i:j], v[i:j], a[i:j]) for i, j in zip(cuts[:-1], cuts[1:], strict=True)
+    ]
+
+
+def check(run, drive):
+    """What is wrong with a run."""
+    found, law = Finding(), Law(drive.reference())
+    before, modes = (np.zeros(drive.n), drive.v), None
+    losses = Counter()
+    for e in run.events:
+        losses[e.time] += e.loss
+    for part in parts_of(run, drive):
+        t, q, v = part.t[0], part.q[0], part.v[0]
+        law.enter(t)
+        size = 1.0 + np.abs(q).max()
+        if np.abs(q - before[0]).max() > 1e-9 * size:
+            found.wrong.append(f"{t:.7f}: positions jump")
+        law.check_impact(t, q, before[1], v, found)
+        lost = float(law.J @ (before[1] ** 2 - v**2)) / 2
+        if abs(lost - losses[t]) > 1e-6 * (1 + float(law.J @ before[1] ** 2)):
+            found.wrong.append(f"{t:.7f}: events say {losses[t]:.4g} J of {lost:.4g} J lost")
+        law.check_rates(part, found)
+        old, was = modes, part.t[-1] - t
+        if was > 1e-9:
+            modes = law.check_motion(part, found)
+            named = {e.component for e in run.events if abs(e.time - t) < 1e-12}
+            if old is not None:
+                changed = {
+                    c.name
+                    for c, x, y in zip(law.contacts, old, modes, strict=True)
+                    if x != y and c.kind != "dog"
+                }
+                if changed - named:
+                    found.wrong.append(f"{t:.7f}: {sorted(changed - named)} change without event")
+        before = part.q[-1], part.v[-1]
+        if len(found.wrong) > 3:
+            break
+    return found
+
+
+def simulated(drive, backwards, start=None):
+    names = drive.names()
+    system = lp.assemble(drive.model(backwards), keep=names[: drive.n])
+    return lp.simulate(system, until=END, grid=POINTS, rtol=RTOL, start=start)
+
+
+def instants(run):
+    """Times of events, each with what changes."""
+    found = []
+    for e in sorted(run.events, key=lambda e: e.time):
+        if e.kind == "time":
+            continue
+        if not found or e.time - found[-1][0] > SAME:
+            found.append((e.time, set()))
+        found[-1][1].add((e.component, e.before, e.after))
+    return found
+
+
+def difference(one, two, drive):
+    """How two runs differ, in words, and how far their ends lie apart."""
+    names = drive.names()
+    apart = float(np.abs(one.table(names)[-1] - two.table(names)[-1]).max())
+    text = f"ends differ by {apart:.1e}" if apart > SAME else ""
+    for a, b in zip(instants(one), instants(two), strict=False):
+        if abs(a[0] - b[0]) > SAME or a[1] != b[1]:
+            return f"{text} {a[0]:.7f} {sorted(a[1] - b[1])} / {b[0]:.7f} {sorted(b[1] - a[1])}", apart
+    if len(instants(one)) != len(instants(two)):
+        text += f" {len(instants(one))} / {len(instants(two))} instants"
+    return text, apart
+
+
+def beside(drive):
+    """Start speeds that differ by 1e-9."""
+    sign = (-1.0) ** np.arange(drive.n)
+    speeds = drive.v + 1e-9 * sign
+    return dict(zip(drive.names()[drive.n :], speeds.tolist(), strict=True))
+
+
+def verdict_on(seed):
+    """The verdict on one drive in two orders of declaration."""
+    signal.signal(signal.SIGALRM, alarm)
+    signal.alarm(PATIENCE)
+    runs, finding = [], Finding()
+    try:
+        for backwards in (False, True):
+            drive = InstantDrive(seed)
+            runs.append(simulated(drive, backwards))
+            found = check(runs[-1], drive)
+            finding.open += found.open
+            finding.impacts += found.impacts
+            finding.instants += found.instants
+            if found.wrong:
+                return Verdict("deviates", "; ".join(found.wrong[:2]), finding)
+        text, apart = difference(*runs, drive)
+        if text:
+            nudged, moved = difference(runs[0], simulated(drive, False, beside(drive)), drive)
+            chaotic = nudged and moved > 0.1 * apart
+            return Verdict("chaotic" if chaotic else "depends on the order", text, finding)
+    except SlowError:
+        return Verdict("slow", "", finding)
+    except LumpedError as error:
+        return Verdict("refused", f"{type(error).__name__}: {str(error)[:300]}", finding)
+    finally:
+        signal.alarm(0)
+    return Verdict("agrees", "", finding)
+
+
+def main(arguments):
+    first, last = [int(a) for a in arguments if a.isdigit()]
+    count, impacts, at = Counter(), 0, 0
+    begun = time.perf_counter()
+    for seed in range(first, last):
+        try:
+            verdict = verdict_on(seed)
+        except Exception:
+            verdict = Verdict("RAW", traceback.format_exc(limit=-3), Finding())
+        count[verdict.word] += 1
+        impacts, at = impacts + verdict.finding.impacts, at + verdict.finding.instants
+        if verdict.word != "agrees":
+            kinds = ", ".join(InstantDrive(seed).kinds)
+            print(f"{seed}: {verdict.word} {verdict.text} [{kinds}]", flush=True)
+    seconds = time.perf_counter() - begun
+    print(f"{dict(count)}; {at} instants, {impacts} impacts, {seconds:.0f} s")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
