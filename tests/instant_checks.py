@@ -61,6 +61,14 @@ class Finding:
     instants: int = 0
     brief: int = 0
 
+    def add(self, other):
+        """Take over what another has found."""
+        self.wrong += other.wrong
+        self.open += other.open
+        self.impacts += int(other.impacts)
+        self.instants += other.instants
+        self.brief += other.brief
+
 
 def nearest(J, v, W, least, D):
     """Speeds nearest to v in the kinetic metric with ``W v >= least`` and ``D v == 0``.
@@ -140,7 +148,7 @@ class Law:
         finding.open += [f"{t:.7f}: Newton's law"] * int(open_)
 
     def judged(self, t, closed, before, after):
-        """What is wrong with an instant; whether the law leaves it open; whether it is an impact."""
+        """What is wrong with an instant; whether the law is open; whether it is an impact."""
         size = 1.0 + np.abs(before).max()
         one = (self.kinds == "freewheel") | ((self.kinds == "gap") & closed)
         dogs = np.array([k == "dog" and self.engaged(i, t) for i, k in enumerate(self.kinds)], bool)

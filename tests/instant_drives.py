@@ -1,16 +1,21 @@
 """Random drives full of freewheels, plays and brakes, each instant of their runs checked.
 
 ``python tests/instant_drives.py 0 1000`` tries a thousand drives in two orders of declaration and
-prints those that deviate, are refused or depend on the order. What is checked, and how, stands in
-`instant_checks`; it shares no code with `lumped`.
+prints those that deviate, are refused or depend on the order; ``... units 0 100`` compares events
+of exported units with those of runs. What is checked, and how, stands in `instant_checks`; it
+shares no code with `lumped`.
 """
 
+import os
 import signal
 import sys
+import tempfile
 import time
 import traceback
+import warnings
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
+from itertools import pairwise, zip_longest
 
 import numpy as np
 from hybrid_drives import END, RandomDrive
@@ -20,7 +25,7 @@ from instant_checks import Finding, Law, Part
 
 import lumped as lp
 from lumped import components as rotating
-from lumped.errors import LumpedError
+from lumped.errors import LumpedError, ModelWarning
 
 RTOL, POINTS = 1e-9, 30
 BRIEF = 1e-8
@@ -108,7 +113,7 @@ class InstantDrive(RandomDrive):
 class Verdict:
     word: str
     text: str = ""
-    finding: Finding | None = None
+    finding: Finding = field(default_factory=Finding)
 
 
 def rates(drive):
@@ -122,9 +127,7 @@ def parts_of(run, drive):
     q, v, a = np.split(values, [drive.n, 2 * drive.n], axis=1)
     ends = np.flatnonzero(np.diff(run.t) == 0.0) + 1
     cuts = [0, *ends, len(run.t)]
-    return [
-        Part(run.t[i:j], q[i:j], v[i:j], a[i:j]) for i, j in zip(cuts[:-1], cuts[1:], strict=True)
-    ]
+    return [Part(run.t[i:j], q[i:j], v[i:j], a[i:j]) for i, j in pairwise(cuts)]
 
 
 def check(run, drive):
@@ -185,67 +188,118 @@ def difference(one, two, drive):
     """How two runs differ, in words, and how far their ends lie apart."""
     names = drive.names()
     apart = float(np.abs(one.table(names)[-1] - two.table(names)[-1]).max())
-    text = f"ends differ by {apart:.1e}" if apart > SAME else ""
-    for a, b in zip(instants(one), instants(two), strict=False):
-        if abs(a[0] - b[0]) > SAME or a[1] != b[1]:
-            return f"{text} {a[0]:.7f} {sorted(a[1] - b[1])} / {b[0]:.7f} {sorted(b[1] - a[1])}", apart
-    if len(instants(one)) != len(instants(two)):
-        text += f" {len(instants(one))} / {len(instants(two))} instants"
-    return text, apart
+    for (t, a), (s, b) in zip_longest(instants(one), instants(two), fillvalue=(np.inf, set())):
+        if abs(t - s) > SAME or a != b:
+            return (
+                f"{t:.7f} {sorted(a - b)}, {s:.7f} {sorted(b - a)}; ends {apart:.1e} apart",
+                apart,
+            )
+    return f"ends {apart:.1e} apart" if apart > SAME else "", apart
 
 
 def beside(drive):
     """Start speeds that differ by 1e-9."""
-    sign = (-1.0) ** np.arange(drive.n)
-    speeds = drive.v + 1e-9 * sign
+    speeds = drive.v + 1e-9 * (-1.0) ** np.arange(drive.n)
     return dict(zip(drive.names()[drive.n :], speeds.tolist(), strict=True))
 
 
-def verdict_on(seed):
+def in_both_orders(seed):
     """The verdict on one drive in two orders of declaration."""
+    drive, runs, finding = InstantDrive(seed), [], Finding()
+    for backwards in (False, True):
+        runs.append(simulated(drive, backwards))
+        found = check(runs[-1], drive)
+        finding.add(found)
+        if found.wrong:
+            return Verdict("deviates", "; ".join(found.wrong[:2]), finding)
+    text, apart = difference(*runs, drive)
+    if not text:
+        return Verdict("agrees", "", finding)
+    _, moved = difference(runs[0], simulated(drive, False, beside(drive)), drive)
+    chaotic = moved > 0.1 * apart > 0.1 * SAME
+    return Verdict("chaotic" if chaotic else "depends on the order", text, finding)
+
+
+def as_unit(seed):
+    """The verdict on the events of a drive as an exported unit."""
+    import fmpy
+
+    drive = InstantDrive(seed)
+    names = drive.names()
+    system = lp.assemble(drive.model(), keep=names[: drive.n])
+    run = simulated(drive, False)
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "drive.fmu")
+        lp.export_fmu(system, path, outputs=names, rtol=RTOL)
+        found = fmpy.simulate_fmu(
+            path,
+            stop_time=END,
+            output_interval=END / POINTS,
+            output=names,
+            fmi_type="CoSimulation",
+            record_events=True,
+            use_event_mode=True,
+            early_return_allowed=True,
+        )
+    received = doubled(found["time"])
+    expected = {e.time for e in run.events if 1e-9 < e.time < END - 1e-9}
+    lost = min(set(expected) - near(expected, received), default=np.inf)
+    more = min(set(received) - near(received, doubled(run.t)), default=np.inf)
+    last = np.array([found[name][-1] for name in names])
+    apart = float(np.abs(last - run.table(names)[-1]).max())
+    text = f"ends {apart:.1e} apart" if apart > SAME else ""
+    if min(lost, more) < np.inf:
+        text = f"lost at {lost:.7f}, one too many at {more:.7f}; ends {apart:.1e} apart"
+    if not text:
+        return Verdict("agrees")
+    _, moved = difference(run, simulated(drive, False, beside(drive)), drive)
+    return Verdict("chaotic" if moved > 0.1 * apart > 0.1 * SAME else "deviates", text)
+
+
+def doubled(t):
+    """Inner times that stand there twice."""
+    return [float(s) for s in t[1:][np.diff(t) < 1e-12] if 1e-9 < s < END - 1e-9]
+
+
+def near(times, others):
+    """Those of some times that are practically one of the others."""
+    return {t for t in times if np.abs(np.subtract(others, t)).min(initial=1.0) < SAME}
+
+
+def verdict_on(seed, judge):
+    """What a judge says about a drive, unless it is refused or takes too long."""
     signal.signal(signal.SIGALRM, alarm)
     signal.alarm(PATIENCE)
-    runs, finding = [], Finding()
     try:
-        for backwards in (False, True):
-            drive = InstantDrive(seed)
-            runs.append(simulated(drive, backwards))
-            found = check(runs[-1], drive)
-            finding.open += found.open
-            finding.impacts += found.impacts
-            finding.instants += found.instants
-            if found.wrong:
-                return Verdict("deviates", "; ".join(found.wrong[:2]), finding)
-        text, apart = difference(*runs, drive)
-        if text:
-            nudged, moved = difference(runs[0], simulated(drive, False, beside(drive)), drive)
-            chaotic = nudged and moved > 0.1 * apart > 0.1 * SAME
-            return Verdict("chaotic" if chaotic else "depends on the order", text, finding)
+        return judge(seed)
     except SlowError:
-        return Verdict("slow", "", finding)
+        return Verdict("slow")
     except LumpedError as error:
-        return Verdict("refused", f"{type(error).__name__}: {str(error)[:300]}", finding)
+        return Verdict("refused", f"{type(error).__name__}: {str(error)[:300]}")
+    except Exception:
+        return Verdict("RAW", traceback.format_exc(limit=-3))
     finally:
         signal.alarm(0)
-    return Verdict("agrees", "", finding)
 
 
 def main(arguments):
+    """Random drives in both orders, or as units."""
+    judge = as_unit if "units" in arguments else in_both_orders
     first, last = [int(a) for a in arguments if a.isdigit()]
-    count, impacts, at = Counter(), 0, 0
-    begun = time.perf_counter()
+    count, total, begun = Counter(), Finding(), time.perf_counter()
+    warnings.simplefilter("ignore", ModelWarning)
     for seed in range(first, last):
-        try:
-            verdict = verdict_on(seed)
-        except Exception:
-            verdict = Verdict("RAW", traceback.format_exc(limit=-3), Finding())
+        verdict = verdict_on(seed, judge)
         count[verdict.word] += 1
-        impacts, at = impacts + verdict.finding.impacts, at + verdict.finding.instants
+        total.add(verdict.finding)
         if verdict.word != "agrees":
             kinds = ", ".join(InstantDrive(seed).kinds)
             print(f"{seed}: {verdict.word} {verdict.text} [{kinds}]", flush=True)
     seconds = time.perf_counter() - begun
-    print(f"{dict(count)}; {at} instants, {impacts} impacts, {seconds:.0f} s")
+    print(
+        f"{dict(count)}; {total.instants} instants, {total.impacts} impacts, "
+        f"{len(total.open)} of them open, {seconds:.0f} s"
+    )
 
 
 if __name__ == "__main__":
