@@ -33,6 +33,8 @@ SPEEDS, RATES, STATES, MARGINS = 1e-7, 1e-6, 1e-6, 1e-6
 """Differences allowed in speeds after impacts, accelerations, states after a motion, margins."""
 CREEP, YIELDING = 1e-7, 1e-4
 """Speed and acceleration, relative to the greatest, of what is at rest but yields a little."""
+MOMENT = 1e-8
+"""Length of a part of a run that is too short to see its modes, s."""
 KNIFE = 1e-6
 """Share of a limit by which it may be missed: events are met to rounding."""
 
@@ -105,6 +107,44 @@ def least_accelerations(J, free, rows, low, high):
     return free + G @ found.x / root
 
 
+def check(drive, parts, happened):
+    """What is wrong with a run.
+
+    Parameters
+    ----------
+    drive : Drive
+        Its reference, with positions and speeds before the run begins.
+    parts : list of Part
+        Between its events.
+    happened : list of tuple
+        Times of events, names of contacts that change or collide, and energies lost.
+    """
+    found, law = Finding(), Law(drive)
+    q, v, modes, named = drive.q, drive.v, None, set()
+    for part in parts:
+        t, size = part.t[0], 1.0 + np.abs(part.q[0]).max()
+        law.enter(t)
+        if np.abs(part.q[0] - q).max() > 1e-9 * size:
+            found.wrong.append(f"{t:.7f}: positions jump")
+        law.check_impact(t, part.q[0], v, part.v[0], found)
+        told = sum(loss for s, _, loss in happened if s == t)
+        lost = float(law.J @ (v**2 - part.v[0] ** 2)) / 2
+        if abs(lost - told) > MARGINS * (1 + float(law.J @ v**2)):
+            found.wrong.append(f"{t:.7f}: events say {told:.4g} J of {lost:.4g} J lost")
+        law.check_rates(part, found)
+        named |= {name for s, name, _ in happened if abs(s - t) < 1e-12}
+        if part.t[-1] - t > MOMENT:
+            before, modes = modes, law.check_motion(part, found)
+            changed = law.changed(before or modes, modes) - named
+            if changed:
+                found.wrong.append(f"{t:.7f}: {sorted(changed)} change without event")
+            named = set()
+        q, v = part.q[-1], part.v[-1]
+        if len(found.wrong) > 3:
+            break
+    return found
+
+
 class Law:
     """The laws of one drive."""
 
@@ -125,6 +165,11 @@ class Law:
         """Take the piece of the lines that begins at or before a time."""
         pieces = self.drive.pieces
         self.drive.piece = next((p for p in pieces if t < p[1] - 1e-12), pieces[-1])
+
+    def changed(self, before, after):
+        """Names of contacts whose modes differ; dogs are told from outside."""
+        pairs = zip(self.contacts, before, after, strict=True)
+        return {c.name for c, a, b in pairs if a != b and c.kind != "dog"}
 
     def level(self, k, t):
         value, slope = self.contacts[k].level.on(*self.drive.piece)
