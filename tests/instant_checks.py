@@ -20,8 +20,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from hybrid_reference import BACKWARD, FORWARD, OFF, STICK, Drive
+from instant_problems import NoAnswerError, least_accelerations, nearest
+from pressed_reference import Pressed
 from scipy.linalg import expm
-from scipy.optimize import lsq_linear, nnls
+from scipy.optimize import nnls
 
 REST = 1e-9
 """Speed that is none, relative to the greatest speed (plus 1)."""
@@ -37,10 +39,6 @@ MOMENT = 1e-8
 """Length of a part of a run that is too short to see its modes, s."""
 KNIFE = 1e-6
 """Share of a limit by which it may be missed: events are met to rounding."""
-
-
-class NoAnswerError(Exception):
-    """A problem of an instant has no answer."""
 
 
 @dataclass
@@ -70,41 +68,6 @@ class Finding:
         self.impacts += int(other.impacts)
         self.instants += other.instants
         self.brief += other.brief
-
-
-def nearest(J, v, W, least, D):
-    """Speeds nearest to v in the kinetic metric with ``W v >= least`` and ``D v == 0``.
-
-    Raises
-    ------
-    NoAnswerError
-        If there are none.
-    """
-    root = np.sqrt(J)
-    rows = np.concatenate([W, D, -D])
-    if not len(rows):
-        return v
-    wanted = np.concatenate([least, np.zeros(2 * len(D))]) - rows @ v
-    sizes = np.linalg.norm(rows / root, axis=1)
-    size = np.abs(wanted).max(initial=0.0) + 1e-300
-    E = np.vstack([(rows / root).T / sizes, wanted / sizes / size])
-    p, rest = nnls(E, np.append(np.zeros(len(J)), 1.0), maxiter=1000)
-    if rest < 1e-7:
-        raise NoAnswerError("Newton's law asks for speeds that others forbid")
-    gone = E @ p
-    return v - size * gone[:-1] / (gone[-1] - 1.0) / root
-
-
-def least_accelerations(J, free, rows, low, high):
-    """Accelerations by Gauss's principle: reactions in a box, least in the kinetic metric."""
-    if not len(rows):
-        return free
-    root = np.sqrt(J)
-    G = (rows / root).T
-    found = lsq_linear(G, -root * free, (low, high), method="bvls", tol=1e-15, max_iter=500)
-    if not found.success:
-        raise NoAnswerError("bounded least squares did not end")
-    return free + G @ found.x / root
 
 
 def check(drive, parts, happened):
@@ -153,6 +116,8 @@ class Law:
         self.contacts, self.J = drive.contacts, drive.J
         self.kinds = np.array([c.kind for c in drive.contacts])
         self.gaps = np.array([c.gap for c in drive.contacts])
+        self.pressed = [k for k, c in enumerate(drive.contacts) if isinstance(c.level, Pressed)]
+        self.pressing: dict[int, float] = {}
         drive.made = {}
 
     def state(self, t, q, v):
@@ -172,6 +137,8 @@ class Law:
         return {c.name for c, a, b in pairs if a != b and c.kind != "dog"}
 
     def level(self, k, t):
+        if k in self.pressing:
+            return self.pressing[k]
         value, slope = self.contacts[k].level.on(*self.drive.piece)
         return value + slope * (t - self.drive.piece[0])
 
@@ -215,6 +182,7 @@ class Law:
                 bounce = np.where(brief, 0.0, bounce)
                 D = np.concatenate([D, W[brief]])
                 expected = nearest(self.J, before, W, bounce, D)
+            expected = self.rubbed(before, expected, W, D)
             open_ = float(self.J @ (expected**2 - before**2)) > 1e-9 * size**2
         except NoAnswerError:
             expected, open_ = before, True
@@ -228,6 +196,25 @@ class Law:
         elif np.abs(after - expected).max() > allowed:
             wrong.append(f"speeds {after} follow on {before}, expected {expected}")
         return wrong, open_, is_impact
+
+    def rubbed(self, before, after, W, D):
+        """Speeds after an impact whose impulses press frictions; only what presses bounces."""
+        levels = {k: self.contacts[k].level for k in self.pressed}
+        bodies = {x.body for x in levels.values() if after[x.body] != before[x.body]}
+        rubbing = [k for k, x in levels.items() if x.body in bodies]
+        if not rubbing:
+            return after
+        start = before.copy()
+        start[list(bodies)] = after[list(bodies)]
+        most = [
+            levels[k].mu * self.J[levels[k].body] * (after - before)[levels[k].body]
+            for k in rubbing
+        ]
+        W = W[np.abs(W[:, list(bodies)]).max(axis=1, initial=0.0) == 0]
+        low = np.concatenate([np.negative(most), np.zeros(len(W)), np.full(len(D), -np.inf)])
+        high = np.concatenate([most, np.full(len(W) + len(D), np.inf)])
+        rows = np.concatenate([self.rows[rubbing], W, D])
+        return least_accelerations(self.J, start, rows, low, high)
 
     # -- accelerations ---------------------------------------------------------------------------
 
@@ -253,6 +240,11 @@ class Law:
         sliding = ~still & engaged & ((self.kinds == "friction") | (self.kinds == "freewheel"))
         modes[sliding] = np.sign(speed[sliding])
         free = self.smooth(tuple(modes), t, q, v)
+        for k in self.pressed:
+            level = self.contacts[k].level
+            force = max(float(self.drive.force(level.body) @ self.state(t, q, v)), 0.0)
+            self.pressing[k] = level.mu * force * (level.by in rest)
+            free = free - self.rows[k] / self.J * self.pressing[k] * sliding[k] * modes[k]
         load = np.abs(self.J * free).max(initial=0.0) + 1.0
         kinetic: set[int] = set()
         while True:
@@ -319,6 +311,8 @@ class Law:
                 found.append(STICK if fast == 0.0 else FORWARD)
             else:
                 found.append(STICK if fast == 0.0 else FORWARD if fast > 0 else BACKWARD)
+        for k in self.pressed:
+            found[k] = OFF if found[self.contacts[k].level.by] == OFF else found[k]
         return tuple(found)
 
     def check_motion(self, part, finding):

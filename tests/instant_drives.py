@@ -1,9 +1,10 @@
 """Random drives full of freewheels, plays and brakes, each instant of their runs checked.
 
-``python tests/instant_drives.py 0 1000`` tries a thousand drives in two orders of declaration and
-prints those that deviate, are refused or depend on the order; ``... units 0 100`` compares events
-of exported units with those of runs. What is checked, and how, stands in `instant_checks`; it
-shares no code with `lumped`.
+``python tests/instant_drives.py 0 1000`` tries a thousand drives (`dense_drives`) in two orders of
+declaration and prints those that deviate, are refused or depend on the order; ``... rough 0 1000``
+tries drives with friction that a stop presses, ``... units 0 100`` compares events of exported
+units with those of runs. What is checked, and how, stands in `instant_checks`; it shares no code
+with `lumped`.
 """
 
 import os
@@ -18,93 +19,17 @@ from dataclasses import dataclass, field
 from itertools import pairwise, zip_longest
 
 import numpy as np
-from hybrid_drives import END, RandomDrive
-from hybrid_reference import Contact, Line, steady
+from dense_drives import InstantDrive, RoughDrive
+from hybrid_drives import END
 from hybrid_verdicts import SlowError, alarm
 from instant_checks import Finding, Part, check
 
 import lumped as lp
-from lumped import components as rotating
 from lumped.errors import LumpedError, ModelWarning
 
 RTOL, POINTS, PATIENCE, STEPS = 1e-9, 30, 20, 20_000
 SAME = 1e-6
 """Difference of times and states of two orders of declaration that is none."""
-
-
-class InstantDrive(RandomDrive):
-    """Few bodies with many contacts between them; torques are constants, sines and steps."""
-
-    def __init__(self, seed):
-        rng = self.rng = np.random.default_rng((11, seed))
-        self.parts, self.joints, self.kinds = {}, [], []
-        self.loads, self.springs, self.contacts = [], [], []
-        self.turns = rng.random() < 0.9
-        self.n = n = int(rng.integers(2, 6))
-        self.J, self.v = rng.uniform(0.3, 2.0, n), np.zeros(n)
-        if rng.random() < 0.6:
-            self.v = rng.normal(size=n).round(2) * 2
-        self.total, self.points = self.J.copy(), [self.point(i) for i in range(n)]
-        for i in range(n):
-            if self.turns and rng.random() < 0.15:
-                self.points.append(self.geared(i))
-        for i in range(1, n):
-            if rng.random() < 0.4:
-                self.spring(self.points[i], self.points[int(rng.integers(0, i))])
-        if rng.random() < 0.5:
-            self.spring(self.any(), None)
-        for i in range(n):
-            if rng.random() < 0.8 or i == 0:
-                self.torque(self.points[i])
-        kinds = ["freewheel", "facing", "friction", "redundant", "play", "stop", "dog"]
-        odds = [0.3, 0.1, 0.15, 0.1, 0.2, 0.1, 0.05] if self.turns else [0, 0, 3, 2, 3, 1, 1]
-        for _ in range(int(rng.integers(2, 6))):
-            if len(self.contacts) < 6:
-                getattr(self, str(rng.choice(kinds, p=np.divide(odds, sum(odds)))))()
-
-    def line(self, size, least=-1.0):
-        rng = self.rng
-        values = size * rng.uniform(least, 1.0, 2)
-        if rng.random() < 0.7:
-            return steady(float(values[0]) or size)
-        at = float(rng.uniform(0.05, END - 0.05))
-        return Line((at, at), values.tolist())
-
-    def pair(self, ground=0.4):
-        """Neighbours, mostly: contacts then lie side by side."""
-        if self.rng.random() < 0.3:
-            return super().pair(ground)
-        i = int(self.rng.integers(0, self.n - 1))
-        ends = [self.points[i], self.points[i + 1]]
-        if self.rng.random() < 0.5:
-            ends.reverse()
-        return ends[0], None if self.rng.random() < ground else ends[1]
-
-    def facing(self):
-        """Two freewheels between the same bodies, of opposite directions."""
-        b, a = self.pair(0.0)
-        if a is None:
-            return self.freewheel()
-        for front, back in ((b, a), (a, b)):
-            part = rotating.OneWayClutch(u=0.0)
-            name, row = self.add("wheel", part, front, back)
-            self.contacts.append(Contact(name, "freewheel", row))
-        return None
-
-    def model(self, backwards=False):
-        """The model; `backwards` declares its parts and connections in the other order."""
-        turn = reversed if backwards else iter
-
-        def port(m, name):
-            owner, end = name.split(".")
-            return getattr(getattr(m, owner), end)
-
-        return lp.compose(
-            **dict(turn(list(self.parts.items()))),
-            connections=lambda m: [
-                lp.connect(*(port(m, end) for end in turn(joint))) for joint in turn(self.joints)
-            ],
-        )
 
 
 @dataclass
@@ -173,9 +98,9 @@ def beside(drive):
     return dict(zip(drive.names()[drive.n :], speeds.tolist(), strict=True))
 
 
-def in_both_orders(seed):
+def in_both_orders(seed, family=InstantDrive):
     """The verdict on one drive in two orders of declaration."""
-    drive, runs, finding = InstantDrive(seed), [], Finding()
+    drive, runs, finding = family(seed), [], Finding()
     for backwards in (False, True):
         runs.append(simulated(drive, backwards))
         found = checked(runs[-1], drive)
@@ -190,11 +115,11 @@ def in_both_orders(seed):
     return Verdict("chaotic" if chaotic else "depends on the order", text, finding)
 
 
-def as_unit(seed):
+def as_unit(seed, family=InstantDrive):
     """The verdict on the events of a drive as an exported unit."""
     import fmpy
 
-    drive = InstantDrive(seed)
+    drive = family(seed)
     names = drive.names()
     system = lp.assemble(drive.model(), keep=names[: drive.n])
     run = simulated(drive, False)
@@ -236,12 +161,12 @@ def near(times, others):
     return {t for t in times if np.abs(np.subtract(others, t)).min(initial=1.0) < SAME}
 
 
-def verdict_on(seed, judge):
+def verdict_on(seed, judge, family=InstantDrive):
     """What a judge says about a drive, unless it is refused or takes too long."""
     signal.signal(signal.SIGALRM, alarm)
     signal.alarm(PATIENCE)
     try:
-        return judge(seed)
+        return judge(seed, family)
     except SlowError:
         return Verdict("slow")
     except LumpedError as error:
@@ -255,15 +180,16 @@ def verdict_on(seed, judge):
 def main(arguments):
     """Random drives in both orders, or as units."""
     judge = as_unit if "units" in arguments else in_both_orders
+    family = RoughDrive if "rough" in arguments else InstantDrive
     first, last = [int(a) for a in arguments if a.isdigit()]
     count, total, begun = Counter(), Finding(), time.perf_counter()
     warnings.simplefilter("ignore", ModelWarning)
     for seed in range(first, last):
-        verdict = verdict_on(seed, judge)
+        verdict = verdict_on(seed, judge, family)
         count[verdict.word] += 1
         total.add(verdict.finding)
         if verdict.word != "agrees":
-            kinds = ", ".join(InstantDrive(seed).kinds)
+            kinds = ", ".join(family(seed).kinds)
             print(f"{seed}: {verdict.word} {verdict.text} [{kinds}]", flush=True)
     seconds = time.perf_counter() - begun
     print(

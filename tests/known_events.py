@@ -59,7 +59,7 @@ class Count:
         """Compare the last speed: a pulse that was not noticed leaves none."""
         self.cases, self.events = self.cases + 1, self.events + 1
         due, allowed = known.speed
-        if abs(speed - due) > 1e-3 * abs(due):
+        if not abs(speed - due) <= 1e-3 * abs(due):
             self.missed += 1
         else:
             self.worst = max(self.worst, abs(speed - due) / allowed)

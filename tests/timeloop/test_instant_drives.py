@@ -6,8 +6,10 @@
 import numpy as np
 import pytest
 from hybrid_reference import BACKWARD, FORWARD, OFF, STICK, Contact, Drive, Line, Load, steady
-from instant_checks import Law, Part, check, nearest
+from instant_checks import Law, Part, check
 from instant_drives import in_both_orders
+from instant_problems import nearest
+from pressed_reference import Pressed, PressedDrive
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
@@ -102,3 +104,21 @@ def test_impacts_are_the_nearest_speeds():
     assert received == pytest.approx([0.5, 1.5, 0.0], abs=1e-13)
     received = nearest(J, v, W[:1], np.array([1.0]), W[1:])  # one against two of half the speed
     assert received == pytest.approx([0.0, 1.0, 1.0], abs=1e-13)
+
+
+@pytest.mark.parametrize(("mu", "expected"), [(0.3, 3 - 0.3 * 1.5 * 2), (1.5, 0.0)])
+def test_friction_takes_its_share_of_an_impact_that_presses_it(mu, expected):
+    """A body that slides at 3 m/s meets the floor at 2 m/s, with restitution 0.5."""
+    along, up = np.eye(2)
+    floor = Contact("floor", "gap", up, e=0.5)
+    rub = Contact("floor", "friction", along, Pressed(mu, 0, 1))
+    weight = Load(up, steady(-9.81))
+    law = Law(PressedDrive(np.ones(2), np.zeros(2), np.zeros(2), [], [weight], [floor, rub], 1.0))
+    law.enter(0.0)
+    before = np.array([3.0, -2.0])
+    wrong, is_open, is_impact = law.judged(0.0, np.ones(2, bool), before, [expected, 1.0])
+    assert (wrong, is_open, is_impact) == ([], False, True)
+    wrong, _, _ = law.judged(0.0, np.ones(2, bool), before, np.array([3.0, 1.0]))
+    assert "speeds" in wrong[0]
+    rates = law.rates(0.0, np.zeros(2), np.array([1.0, 0.0]))
+    assert rates == pytest.approx([-mu * 9.81, 0.0], abs=1e-12)

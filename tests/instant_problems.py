@@ -1,0 +1,43 @@
+"""The two problems of an instant, for impulses and for reactions, solved by SciPy."""
+
+import numpy as np
+from scipy.optimize import lsq_linear, nnls
+
+
+class NoAnswerError(Exception):
+    """A problem of an instant has no answer."""
+
+
+def nearest(J, v, W, least, D):
+    """Speeds nearest to v in the kinetic metric with ``W v >= least`` and ``D v == 0``.
+
+    Raises
+    ------
+    NoAnswerError
+        If there are none.
+    """
+    root = np.sqrt(J)
+    rows = np.concatenate([W, D, -D])
+    if not len(rows):
+        return v
+    wanted = np.concatenate([least, np.zeros(2 * len(D))]) - rows @ v
+    sizes = np.linalg.norm(rows / root, axis=1)
+    size = np.abs(wanted).max(initial=0.0) + 1e-300
+    E = np.vstack([(rows / root).T / sizes, wanted / sizes / size])
+    p, rest = nnls(E, np.append(np.zeros(len(J)), 1.0), maxiter=1000)
+    if rest < 1e-7:
+        raise NoAnswerError("Newton's law asks for speeds that others forbid")
+    gone = E @ p
+    return v - size * gone[:-1] / (gone[-1] - 1.0) / root
+
+
+def least_accelerations(J, free, rows, low, high):
+    """Accelerations by Gauss's principle: reactions in a box, least in the kinetic metric."""
+    if not len(rows):
+        return free
+    root = np.sqrt(J)
+    G = (rows / root).T
+    found = lsq_linear(G, -root * free, (low, high), method="bvls", tol=1e-15, max_iter=500)
+    if not found.success:
+        raise NoAnswerError("bounded least squares did not end")
+    return free + G @ found.x / root
