@@ -3,6 +3,8 @@
 import numpy as np
 from scipy.optimize import lsq_linear, nnls
 
+_SOFT = 1e-6
+
 
 class NoAnswerError(Exception):
     """A problem of an instant has no answer."""
@@ -32,12 +34,26 @@ def nearest(J, v, W, least, D):
 
 
 def least_accelerations(J, free, rows, low, high):
-    """Accelerations by Gauss's principle: reactions in a box, least in the kinetic metric."""
+    """Accelerations by Gauss's principle: reactions in a box, least in the kinetic metric.
+
+    Redundant reactions are told apart by their squares, which count `_SOFT` squared of the rest.
+
+    Raises
+    ------
+    NoAnswerError
+        If what is found is not the least.
+    """
     if not len(rows):
         return free
     root = np.sqrt(J)
     G = (rows / root).T
-    found = lsq_linear(G, -root * free, (low, high), method="bvls", tol=1e-15, max_iter=500)
-    if not found.success:
-        raise NoAnswerError("bounded least squares did not end")
-    return free + G @ found.x / root
+    soft = np.eye(len(rows)) * _SOFT * np.linalg.norm(G)
+    wanted = np.append(-root * free, np.zeros(len(rows)))
+    box = {"bounds": (low, high), "method": "bvls", "tol": 1e-15, "max_iter": 500}
+    r = lsq_linear(np.vstack([G, soft]), wanted, **box).x
+    found = root * free + G @ r
+    slopes, size = G.T @ found, 1e-9 * (np.abs(root * free).max() + np.abs(G * r).max())
+    room = 1e-9 * np.abs(r).max()
+    if ((slopes > size) & (r > low + room)).any() or ((slopes < -size) & (r < high - room)).any():
+        raise NoAnswerError("bounded least squares ended before the least")
+    return found / root
