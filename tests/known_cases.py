@@ -269,6 +269,7 @@ class Family:
     component: str
     output: str
     unit: Path | None = None
+    folder: object = None
 
     @cached_property
     def system(self):

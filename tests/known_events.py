@@ -106,10 +106,13 @@ def in_lanes(family, cases, count):
         count.invented += max(n - len(known.times), 0)
         count.cases, count.events = count.cases + 1, count.events + len(known.times)
         if n == len(known.times):
-            inner = Known({}, known.times[places], known.allowed[places])
-            events, cases_ = count.events, count.cases
-            count.compare(inner, np.array([seen[k] for k in places]))
-            count.events, count.cases = events, cases_
+            inner, some = Known({}, known.times[places], known.allowed[places]), Count()
+            some.compare(inner, np.array([seen[k] for k in places]))
+            count.missed, count.invented = (
+                count.missed + some.missed,
+                count.invented + some.invented,
+            )
+            count.worst = max(count.worst, some.worst)
 
 
 def as_units(family, cases, count):
@@ -117,7 +120,8 @@ def as_units(family, cases, count):
     import fmpy
 
     if family.unit is None:
-        family.unit = Path(tempfile.mkdtemp()) / "known.fmu"
+        family.folder = tempfile.TemporaryDirectory()
+        family.unit = Path(family.folder.name) / "known.fmu"
         lp.export_fmu(family.system, family.unit, outputs=[family.output], rtol=RTOL)
     for known in cases:
         found = fmpy.simulate_fmu(
@@ -140,7 +144,7 @@ def as_units(family, cases, count):
 
 
 def main(arguments):
-    number = next(int(a) for a in arguments if a.isdigit())
+    number = next((int(a) for a in arguments if a.isdigit()), 30_000)
     words = [a for a in arguments if not a.isdigit()] or [*METHODS, "lanes", "units"]
     all_of_them = families()
     for method in words:
