@@ -30,7 +30,10 @@ def nearest(J, v, W, least, D):
     if rest < 1e-7:
         raise NoAnswerError("Newton's law asks for speeds that others forbid")
     gone = E @ p
-    return v - size * gone[:-1] / (gone[-1] - 1.0) / root
+    after = v - size * gone[:-1] / (gone[-1] - 1.0) / root
+    if (rows @ (after - v) < wanted - 1e-8 * size).any():
+        raise NoAnswerError("least squares ended beside the answer")
+    return after
 
 
 def least_accelerations(J, free, rows, low, high):

@@ -5,9 +5,8 @@
 
 import numpy as np
 import pytest
-from known_cases import Known, families
+from known_cases import PULSES, Known, families
 from known_events import METHODS, Count, by_runs, in_lanes
-from known_pulses import PULSES
 from scipy.integrate import quad
 
 FAMILIES = {family.name: family for family in families()}
