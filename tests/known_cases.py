@@ -20,7 +20,7 @@ from lumped.ops import cos, exp, interpolate, sin, tanh, where
 RTOL, ROUNDING, END = 1e-8, 1e-11, 1.0
 
 
-# -- pulses of time and models ----------------------------------------------------------------------
+# -- pulses of time and models ---------------------------------------------------------------------
 
 
 class Shape:
