@@ -29,10 +29,10 @@ from scipy.optimize import nnls
 
 REST = 1e-9
 """Speed that is none, relative to the greatest speed (plus 1)."""
-GAPS = 1e-14, 1e-12, 1e-9
+GAPS = 1e-12, 1e-13, 1e-14, 1e-11, 1e-10, 1e-9
 """Gaps that are none for one and may be open for another, rad or m."""
 BRIEF = 1e-4
-"""Speed, relative to the greatest, of a bounce that may be none as it is over at once."""
+"""Speed, relative to the greatest, that a bounce or friction may end as it is over at once."""
 SPEEDS, RATES, STATES, MARGINS = 1e-7, 1e-6, 1e-6, 1e-6
 """Differences allowed in speeds after impacts, accelerations, states after a motion, margins."""
 CREEP, YIELDING = 1e-7, 1e-4
@@ -156,7 +156,11 @@ class Law:
     def check_impact(self, t, q, before, after, finding):
         """Compare speeds after an instant with those before it."""
         gap = self.gaps + self.rows @ q
-        ways = [self.judged(t, gap < near, before, after) for near in GAPS]
+        ways = []
+        for near in GAPS:
+            ways.append(self.judged(t, gap < near, before, after))
+            if not ways[-1][0]:
+                break
         wrong, open_, is_impact = min(ways, key=lambda way: len(way[0]))
         finding.impacts += is_impact
         finding.wrong += [f"{t:.7f}: {text}" for text in wrong]
@@ -183,7 +187,7 @@ class Law:
             if np.abs(after - expected).max() > allowed:
                 brief = (np.abs(left) < allowed) & (W @ expected < BRIEF * size)
                 bounce = np.where(brief, 0.0, bounce)
-                D = np.concatenate([D, W[brief]])
+                D = np.concatenate([D, W[brief], self.slow(t, expected, after, size)])
                 expected = nearest(self.J, before, W, bounce, D)
             expected = self.rubbed(before, expected, W, D)
             open_ = float(self.J @ (expected**2 - before**2)) > 1e-9 * size**2
@@ -199,6 +203,12 @@ class Law:
         elif np.abs(after - expected).max() > allowed:
             wrong.append(f"speeds {after} follow on {before}, expected {expected}")
         return wrong, open_, is_impact
+
+    def slow(self, t, expected, after, size):
+        """Rows of friction that may come to rest at once, and does."""
+        rub = np.array([k == "friction" and self.engaged(i, t) for i, k in enumerate(self.kinds)])
+        slow = np.abs(self.rows @ expected) < BRIEF * size
+        return self.rows[rub & slow & (np.abs(self.rows @ after) < SPEEDS * size)]
 
     def rubbed(self, before, after, W, D):
         """Speeds after an impact whose impulses press frictions; only what presses bounces."""
@@ -232,7 +242,7 @@ class Law:
             "friction": (-level - abs(share) * slack * 1e-6, level + abs(share) * slack * 1e-6),
         }[c.kind]
 
-    def rates(self, t, q, v, share=0.0, near=GAPS[1], rest=REST, given=None):
+    def rates(self, t, q, v, share=0.0, near=GAPS[0], rest=REST, given=None):
         """Accelerations just after a time, with limits changed by a share of them.
 
         With given accelerations, limits are kinetic where these move, and static elsewhere.
