@@ -1,0 +1,385 @@
+"""Checks a run of a drive against the laws of its instants and motions; knows no `lumped`.
+
+A run is given by its states on both sides of each event, and at some times between. It is not
+simulated a second time, but each part of it is checked from its own states, so that chaos does not
+matter:
+
+* an impact is Newton's law, the nearest speeds in the kinetic metric that no contact forbids
+  (least distance programming by non-negative least squares: Lawson and Hanson, Solving Least
+  Squares Problems, ch. 23); where the law has no answer or adds energy, nothing approaches, no
+  energy is gained and contacts push;
+* accelerations just after an instant are those of Gauss's principle: of all reactions within their
+  limits those with the least accelerations in the kinetic metric. The limits are static for what is
+  at rest, and kinetic for what the problem sets in motion, until nothing else moves; where fewer
+  could move as well, the law is open;
+* the modes of a part are seen from speeds and gaps in it. Its states are those of a matrix
+  exponential in these modes, and no margin of the modes (`hybrid_reference.Motion.rows`: gaps,
+  sliding speeds, all facets of what is at rest can bear) falls below zero in between.
+"""
+
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+from hybrid_reference import BACKWARD, FORWARD, OFF, STICK, Drive
+from instant_problems import NoAnswerError, least_accelerations, nearest
+from pressed_reference import Pressed
+from scipy.linalg import expm
+from scipy.optimize import nnls
+
+REST = 1e-9
+"""Speed that is none, relative to the greatest speed (plus 1)."""
+GAPS = 1e-12, 1e-13, 1e-14, 1e-11, 1e-10, 1e-9
+"""Gaps that are none for one and may be open for another, rad or m."""
+BRIEF = 1e-4
+"""Speed, relative to the greatest, that a bounce or friction may end as it is over at once."""
+SPEEDS, RATES, STATES, MARGINS = 1e-7, 1e-6, 1e-6, 1e-6
+"""Differences allowed in speeds after impacts, accelerations, states after a motion, margins."""
+CREEP, YIELDING = 1e-7, 1e-4
+"""Speed and acceleration, relative to the greatest, of what is at rest but yields a little."""
+MOMENT = 1e-8
+"""Length of a part of a run that is too short to see its modes, s."""
+KNIFE = 1e-6
+"""Share of a limit by which it may be missed: events are met to rounding."""
+
+
+@dataclass
+class Part:
+    """Rows of a run between two events: times, positions, speeds and accelerations."""
+
+    t: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+
+
+@dataclass
+class Finding:
+    """What is wrong with a run, and where the law leaves it open."""
+
+    wrong: list[str] = field(default_factory=list)
+    open: list[str] = field(default_factory=list)
+    impacts: int = 0
+    instants: int = 0
+    brief: int = 0
+
+    def add(self, other):
+        """Take over what another has found."""
+        self.wrong += other.wrong
+        self.open += other.open
+        self.impacts += int(other.impacts)
+        self.instants += other.instants
+        self.brief += other.brief
+
+
+def check(drive, parts, happened):
+    """What is wrong with a run.
+
+    Parameters
+    ----------
+    drive : Drive
+        Its reference, with positions and speeds before the run begins.
+    parts : list of Part
+        Between its events.
+    happened : list of tuple
+        Times of events, names of contacts that change or collide, and energies lost.
+    """
+    found, law = Finding(), Law(drive)
+    q, v, modes, named = drive.q, drive.v, None, set()
+    for part in parts:
+        t, size = part.t[0], 1.0 + np.abs(part.q[0]).max()
+        law.enter(t)
+        if np.abs(part.q[0] - q).max() > 1e-9 * size:
+            found.wrong.append(f"{t:.7f}: positions jump")
+        law.check_impact(t, part.q[0], v, part.v[0], found)
+        told = sum(loss for s, _, loss in happened if s == t)
+        lost = float(law.J @ (v**2 - part.v[0] ** 2)) / 2
+        if abs(lost - told) > MARGINS * (1 + float(law.J @ v**2)):
+            found.wrong.append(f"{t:.7f}: events say {told:.4g} J of {lost:.4g} J lost")
+        law.check_rates(part, found)
+        named |= {name for s, name, _ in happened if abs(s - t) < 1e-12}
+        if part.t[-1] - t > MOMENT:
+            before, modes = modes, law.check_motion(part, found)
+            changed = law.changed(before or modes, modes) - named
+            if changed:
+                found.wrong.append(f"{t:.7f}: {sorted(changed)} change without event")
+            named = set()
+        q, v = part.q[-1], part.v[-1]
+        if len(found.wrong) > 3:
+            break
+    return found
+
+
+class Law:
+    """The laws of one drive."""
+
+    def __init__(self, drive: Drive):
+        self.drive, self.n, self.rows = drive, drive.n, drive.rows
+        self.contacts, self.J = drive.contacts, drive.J
+        self.kinds = np.array([c.kind for c in drive.contacts])
+        self.gaps = np.array([c.gap for c in drive.contacts])
+        self.pressed = [k for k, c in enumerate(drive.contacts) if isinstance(c.level, Pressed)]
+        self.pressing: dict[int, float] = {}
+        self.kinetic: set[int] = set()
+        drive.made = {}
+
+    def state(self, t, q, v):
+        """The whole state, for times in the present piece."""
+        d = self.drive
+        waves = [f(p.rate * t + p.phase) for p in d.waves for f in (np.sin, np.cos)]
+        return np.array([*q, *v, 1.0, t - d.piece[0], *waves])
+
+    def enter(self, t):
+        """Take the piece of the lines that begins at or before a time."""
+        pieces = self.drive.pieces
+        self.drive.piece = next((p for p in pieces if t < p[1] - 1e-12), pieces[-1])
+
+    def changed(self, before, after):
+        """Names of contacts whose modes differ; dogs are told from outside."""
+        pairs = zip(self.contacts, before, after, strict=True)
+        return {c.name for c, a, b in pairs if a != b and c.kind != "dog"}
+
+    def level(self, k, t):
+        if k in self.pressing:
+            return self.pressing[k]
+        value, slope = self.contacts[k].level.on(*self.drive.piece)
+        return value + slope * (t - self.drive.piece[0])
+
+    def engaged(self, k, t):
+        """Whether a dog is closed, or friction faces are pressed."""
+        if self.kinds[k] == "dog":
+            return self.level(k, t) > 0.5
+        return self.kinds[k] != "friction" or any(self.contacts[k].level.on(*self.drive.piece))
+
+    # -- impacts ---------------------------------------------------------------------------------
+
+    def check_impact(self, t, q, before, after, finding):
+        """Compare speeds after an instant with those before it."""
+        gap = self.gaps + self.rows @ q
+        ways = []
+        for near in GAPS:
+            ways.append(self.judged(t, gap < near, before, after))
+            if not ways[-1][0]:
+                break
+        wrong, open_, is_impact = min(ways, key=lambda way: len(way[0]))
+        finding.impacts += is_impact
+        finding.wrong += [f"{t:.7f}: {text}" for text in wrong]
+        finding.open += [f"{t:.7f}: Newton's law"] * int(open_)
+
+    def judged(self, t, closed, before, after):
+        """What is wrong with an instant; whether the law is open; whether it is an impact."""
+        size = 1.0 + np.abs(before).max()
+        one = (self.kinds == "freewheel") | ((self.kinds == "gap") & closed)
+        dogs = np.array([k == "dog" and self.engaged(i, t) for i, k in enumerate(self.kinds)], bool)
+        W, D = self.rows[one], self.rows[dogs]
+        u, left = W @ before, W @ after
+        e = np.array([c.e for c in self.contacts])[one]
+        allowed, wrong = SPEEDS * size, []
+        if left.min(initial=0.0) < -allowed:
+            names = [c.name for c, o in zip(self.contacts, one, strict=True) if o]
+            wrong.append(f"{names[left.argmin()]} approaches at {left.min():.1e}")
+        if np.abs(D @ after).max(initial=0.0) > allowed:
+            wrong.append("a dog slips")
+        is_impact = (u < -REST * size).any() or (np.abs(D @ before) > REST * size).any()
+        bounce = np.where(u < -REST * size, -e * u, 0.0)
+        try:
+            expected = nearest(self.J, before, W, bounce, D)
+            if np.abs(after - expected).max() > allowed:
+                brief = (np.abs(left) < allowed) & (W @ expected < BRIEF * size)
+                bounce = np.where(brief, 0.0, bounce)
+                D = np.concatenate([D, W[brief], self.slow(t, expected, after, size)])
+                expected = nearest(self.J, before, W, bounce, D)
+            expected = self.rubbed(before, expected, W, D)
+            open_ = float(self.J @ (expected**2 - before**2)) > 1e-9 * size**2
+        except NoAnswerError:
+            expected, open_ = before, True
+        if open_:
+            pushes = np.concatenate([W, D, -D]).T
+            if nnls(pushes, self.J * (after - before))[1] > 10 * allowed:
+                wrong.append("impulses pull, or momentum is lost")
+            gain = float(self.J @ (after**2 - before**2)) / 2
+            if gain > allowed * size:
+                wrong.append(f"an impact adds {gain:.2g} J")
+        elif np.abs(after - expected).max() > allowed:
+            wrong.append(f"speeds {after} follow on {before}, expected {expected}")
+        return wrong, open_, is_impact
+
+    def slow(self, t, expected, after, size):
+        """Rows of friction that may come to rest at once, and does."""
+        rub = np.array([k == "friction" and self.engaged(i, t) for i, k in enumerate(self.kinds)])
+        slow = np.abs(self.rows @ expected) < BRIEF * size
+        return self.rows[rub & slow & (np.abs(self.rows @ after) < SPEEDS * size)]
+
+    def rubbed(self, before, after, W, D):
+        """Speeds after an impact whose impulses press frictions; only what presses bounces."""
+        levels = {k: self.contacts[k].level for k in self.pressed}
+        bodies = {x.body for x in levels.values() if after[x.body] != before[x.body]}
+        rubbing = [k for k, x in levels.items() if x.body in bodies]
+        if not rubbing:
+            return after
+        start = before.copy()
+        start[list(bodies)] = after[list(bodies)]
+        most = [
+            levels[k].mu * self.J[levels[k].body] * (after - before)[levels[k].body]
+            for k in rubbing
+        ]
+        W = W[np.abs(W[:, list(bodies)]).max(axis=1, initial=0.0) == 0]
+        low = np.concatenate([np.negative(most), np.zeros(len(W)), np.full(len(D), -np.inf)])
+        high = np.concatenate([most, np.full(len(W) + len(D), np.inf)])
+        rows = np.concatenate([self.rows[rubbing], W, D])
+        return least_accelerations(self.J, start, rows, low, high)
+
+    # -- accelerations ---------------------------------------------------------------------------
+
+    def box(self, k, t, kinetic, share, slack):
+        """Least and greatest reaction of a contact at rest, towards positive speed."""
+        c, level = self.contacts[k], self.level(k, t)
+        level *= (1.0 if kinetic else c.peak) * (1 + share)
+        return {
+            "gap": (-share * slack, np.inf),
+            "dog": (-np.inf, np.inf),
+            "freewheel": (-level - share * slack, np.inf),
+            "friction": (-level - abs(share) * slack * 1e-6, level + abs(share) * slack * 1e-6),
+        }[c.kind]
+
+    def rates(self, t, q, v, share=0.0, near=GAPS[0], rest=REST, given=None):
+        """Accelerations just after a time, with limits changed by a share of them.
+
+        With given accelerations, limits are kinetic where these move, and static elsewhere.
+        """
+        size, gap, speed = 1.0 + np.abs(v).max(), self.gaps + self.rows @ q, self.rows @ v
+        still = np.abs(speed) <= rest * size
+        closed = (self.kinds != "gap") | (gap < near)
+        engaged = np.array([self.engaged(k, t) for k in range(len(self.kinds))], bool)
+        rest = np.flatnonzero(closed & engaged & (still | (self.kinds == "dog")))
+        modes = np.full(len(self.kinds), OFF)
+        sliding = ~still & engaged & ((self.kinds == "friction") | (self.kinds == "freewheel"))
+        modes[sliding] = np.sign(speed[sliding])
+        free = self.smooth(tuple(modes), t, q, v)
+        for k in self.pressed:
+            level = self.contacts[k].level
+            force = max(float(self.drive.force(level.body) @ self.state(t, q, v)), 0.0)
+            self.pressing[k] = level.mu * force * (level.by in rest)
+            free = free - self.rows[k] / self.J * self.pressing[k] * sliding[k] * modes[k]
+        load = np.abs(self.J * free).max(initial=0.0) + 1.0
+        still_rate = 1e-9 * load / self.J.min()
+        rubs = np.isin(self.kinds[rest], ("friction", "freewheel"))
+        kinetic: set[int] = set()
+        if given is not None:
+            moves = rubs & (np.abs(self.rows[rest] @ given) > RATES * load / self.J.min())
+            kinetic = set(rest[moves].tolist())
+        while True:
+            limits = [self.box(k, t, k in kinetic, share, load) for k in rest]
+            low, high = np.array(limits).reshape(-1, 2).T
+            bears = low < high
+            found = least_accelerations(
+                self.J, free, self.rows[rest][bears], low[bears], high[bears]
+            )
+            moves = np.abs(self.rows[rest] @ found) > still_rate
+            new = set(rest[moves & rubs].tolist()) - kinetic
+            if not new or given is not None:
+                self.kinetic = kinetic
+                return found
+            kinetic |= new
+
+    def smooth(self, modes, t, q, v):
+        """Accelerations by springs, loads and what slides; contacts at rest bear nothing."""
+        A = self.drive.motion(tuple(int(m) for m in modes)).A
+        return A[self.n : 2 * self.n] @ self.state(t, q, v)
+
+    def check_rates(self, part, finding):
+        """Compare accelerations at the begin of a part with Gauss's principle."""
+        t, q, v, a = part.t[0], part.q[0], part.v[0], part.a[0]
+        finding.instants += 1
+        expected = self.rates(t, q, v)
+        size = 1.0 + np.abs(expected).max() + np.abs(a).max()
+        if np.abs(a - expected).max() <= RATES * size:
+            return
+        away, may_move = np.inf, set()
+        for rest, near, share in product((REST, CREEP), GAPS, (-KNIFE, 0.0, KNIFE)):
+            away = min(away, np.abs(a - self.rates(t, q, v, share, near, rest)).max())
+            may_move |= self.kinetic
+        fewer = np.abs(a - self.rates(t, q, v, given=a)).max() <= 10 * RATES * size
+        if away * (part.t[-1] - t) < CREEP * (1.0 + np.abs(v).max()):
+            finding.brief += 1
+        elif fewer and self.kinetic < may_move:
+            finding.open.append(f"{t:.7f}: fewer let go")
+        elif away > 10 * RATES * size:
+            finding.wrong.append(f"{t:.7f}: accelerations {a}, expected {expected}")
+
+    # -- motions ---------------------------------------------------------------------------------
+
+    def modes(self, part):
+        """Modes of a part, from its speeds, gaps and accelerations."""
+        size = 1.0 + np.abs(part.v).max()
+        gap, speed = self.gaps + part.q @ self.rows.T, part.v @ self.rows.T
+        rate = part.a[[0, -1]] @ self.rows.T * [[1.0], [-1.0]]
+        rates = YIELDING * (1.0 + np.abs(part.a).max())
+        found = []
+        for k, kind in enumerate(self.kinds):
+            fast = speed[np.abs(speed[:, k]).argmax(), k]
+            if abs(fast) <= CREEP * size:
+                fast = rate[np.abs(rate[:, k]).argmax(), k]
+                fast = 0.0 if abs(fast) <= rates else fast
+            if not self.engaged(k, part.t[0]):
+                found.append(OFF)
+            elif kind == "dog":
+                found.append(STICK)
+            elif kind == "gap":
+                away = gap[:, k].max() > CREEP or fast != 0.0
+                found.append(OFF if away else STICK)
+            elif kind == "freewheel":
+                found.append(STICK if fast == 0.0 else FORWARD)
+            else:
+                found.append(STICK if fast == 0.0 else FORWARD if fast > 0 else BACKWARD)
+        for k in self.pressed:
+            found[k] = OFF if found[self.contacts[k].level.by] == OFF else found[k]
+        return tuple(found)
+
+    def check_motion(self, part, finding):
+        """Compare a part with a matrix exponential, and see that nothing is overlooked in it."""
+        modes = self.modes(part)
+        motion = self.drive.motion(modes)
+        length = part.t[-1] - part.t[0]
+        z = self.state(part.t[0], part.q[0], part.v[0])
+        after = np.array([expm(motion.A * (t - part.t[0])) @ z for t in part.t[1:]])
+        n = self.n
+        scale = np.repeat([0.3 + np.abs(part.q).max(), 1.0 + np.abs(part.v).max()], n)
+        received = np.concatenate([part.q, part.v], axis=1)[1:]
+        error = (np.abs(after[:, : 2 * n] - received) / scale).max(axis=1)
+        named = dict(zip([c.name for c in self.contacts], modes, strict=True))
+        if error.max() > STATES:
+            at = part.t[1:][error.argmax()]
+            finding.wrong.append(
+                f"{part.t[0]:.7f}: motion deviates by {error.max():.1e} at {at:.7f}, modes {named}"
+            )
+            return modes
+        steps = max(int(np.ceil(length / 2e-3)), 4)
+        lowest = lows(motion, z, length / steps, steps)
+        allowed = MARGINS * (1.0 + motion.sizes[0] @ np.maximum(np.abs(z), np.abs(after[-1])))
+        bad = lowest < -allowed
+        if bad.any():
+            k = int((lowest / allowed).argmin())
+            blamed = [c.name for c, b in zip(self.contacts, motion.blamed[k], strict=True) if b]
+            finding.wrong.append(
+                f"{part.t[0]:.7f}: margin of {blamed} falls to {lowest[k]:.1e} before "
+                f"{part.t[-1]:.7f}, modes {named}"
+            )
+        return modes
+
+
+def lows(motion, z, h, steps):
+    """Lowest values of all rows of a motion in so many steps, to about 1e-9 of their size."""
+    powers = [np.eye(len(z)), expm(motion.A * h)]
+    states = [z]
+    for _ in range(steps):
+        states.append(powers[1] @ states[-1])
+    states = np.array(states)
+    terms = motion.terms[:12]
+    at = np.linspace(0.0, h, 9)
+    powers = at ** np.arange(12)[:, None] / np.cumprod([1.0, *range(1, 12)])[:, None]
+    found = np.full(len(motion.rows), np.inf)
+    for part in np.array_split(states[:-1], max(len(states) // 64, 1)):
+        values = np.tensordot(terms, part.T, axes=1)  # derivative, row, step
+        found = np.minimum(found, np.einsum("drs,dk->rsk", values, powers).min(axis=(1, 2)))
+    return found
