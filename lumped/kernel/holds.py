@@ -24,6 +24,8 @@ __all__ = [
 TOUCHING = 1e-13
 """Gap of bodies that touch, m or rad."""
 _INFINITE = float("inf")
+_YIELDS = 10.0
+"""Speed that may be yielding, over the largest of those that stick."""
 STANDSTILL = 1e-9
 """Speed that is rounding, relative to the speeds from which it is computed."""
 
@@ -85,11 +87,16 @@ def look_at(run: Run, x: Numbers, m: Numbers, look: Look) -> None:
 
 
 @kernel
-def standstills(plant: Plant, instant: InstantSearch) -> None:
-    """Largest speeds that count as zero; a speed that is a state must be exactly zero."""
-    rest = instant.rest_speed
+def standstills(plant: Plant, instant: InstantSearch, seen: Look) -> None:
+    """Largest speeds that count as zero; a speed that is a state must be exactly zero.
+
+    What sticks is at rest: its speed tells how far redundant holds have yielded.
+    """
+    rest, yields = instant.rest_speed, 0.0
     for h in range(plant.holds):
         rest[h] = 0.0
+        if instant.was_stuck[h] and not instant.has_moved:
+            yields = max(yields, abs(seen.speed[h]))
     for i in range(plant.speed_uses):
         h = plant.use_hold[i]
         rest[h] = max(rest[h], abs(instant.x[plant.use_state[i]]))
@@ -97,6 +104,7 @@ def standstills(plant: Plant, instant: InstantSearch) -> None:
         rest[h] = 0.0 if plant.speed_state[h] >= 0 else STANDSTILL * (1.0 + rest[h])
         if instant.has_moved:
             rest[h] = max(rest[h], 1e-12 * (1.0 + instant.fastest))
+        rest[h] = max(rest[h], _YIELDS * yields)
 
 
 @kernel

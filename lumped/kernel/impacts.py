@@ -381,7 +381,7 @@ def collide(run: Run, seen: Look) -> int:
         `NOTHING_CLOSES`, `HAS_COLLIDED`, or `NO_ANSWER` if no impulses fit.
     """
     plant, instant = run.plant, run.instant
-    standstills(plant, instant)
+    standstills(plant, instant, seen)
     closes = False
     for h in range(plant.holds):
         instant.fastest = max(instant.fastest, abs(seen.speed[h]))

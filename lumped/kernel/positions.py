@@ -83,7 +83,7 @@ def _engage(run: Run, seen: Look) -> bool:
         if is_engaged == _acts(plant, instant.m, h):
             continue
         if not any_changes:
-            standstills(plant, instant)
+            standstills(plant, instant, seen)
         any_changes = True
         if is_engaged:
             put(plant, instant.m, h, _first_position(plant, instant, seen, h))
@@ -99,7 +99,8 @@ def _is_held_by_others(run: Run, seen: Look, h: int, calm: float) -> bool:
     if not run.may_be_redundant or run.instant.was_let_go[h]:
         return False
     touches = not run.plant.has_gap[h] or seen.gap[h] <= TOUCHING
-    is_calm = abs(seen.speed[h]) <= STANDSTILL and abs(seen.acceleration[h]) <= calm
+    slowest = max(STANDSTILL, run.instant.rest_speed[h])
+    is_calm = abs(seen.speed[h]) <= slowest and abs(seen.acceleration[h]) <= calm
     return touches and is_calm and seen.upper[h] > seen.lower[h]
 
 
@@ -151,7 +152,7 @@ def _rebalance(run: Run, seen: Look) -> int:
     plant = run.plant
     if plant.holds == 0:
         return FITS
-    standstills(plant, run.instant)
+    standstills(plant, run.instant, seen)
     largest = 0.0
     for i in range(plant.states):
         largest = max(largest, abs(seen.rates[i]))
