@@ -41,8 +41,6 @@ from lumped.kernel.sharing import share, watch_redundancy
 
 __all__ = ["begin", "calm_positions", "find_positions"]
 
-_NO_ROOM = 1e-8
-"""Reserve of redundant constraints that is rounding."""
 _CALM = 1e-9
 """Acceleration, relative to the largest rate, that is rounding."""
 _DEEPEST = 1e-9
@@ -177,9 +175,7 @@ def _share_again(run: Run) -> None:
     instant = run.instant
     count = 0
     for i in range(instant.fired_count):
-        if _shares(run, instant.fired[i]):
-            instant.least_reserve = _NO_ROOM
-        else:
+        if not _shares(run, instant.fired[i]):
             instant.fired[count] = instant.fired[i]
             count += 1
     instant.fired_count = count
@@ -233,7 +229,6 @@ def _prepare(run: Run) -> None:
     instant.prepared_at = run.t
     instant.has_moved = 0
     instant.fastest = 0.0
-    instant.least_reserve = -_NO_ROOM
     begin_rounds(instant.condition_rounds)
 
 

@@ -36,9 +36,9 @@ _EXCESS, _LEAST = 1e-10, 1e-13
 """Excess over a limit that is still rounding, relative and at least."""
 _ROUNDING = 1e-15
 """Of a reaction, relative to the largest of those at rest."""
-_STILL, _SLOW = 1e-10, 1e-3
+_STILL, _SLOW, _FINE = 1e-10, 1e-3, 1e-4
 """Acceleration of redundant holds that is rounding, relative to what it is without any; the least
-of those over the largest."""
+of those over the largest; and over what is rounding among all rates."""
 _PROXIMAL = 8
 """Most proximal steps; each makes the error of accelerations some 1e8 times smaller."""
 _INFINITE = float("inf")
@@ -214,7 +214,8 @@ def _know_room(run: Run) -> None:
         if problem.place[h] != OUTSIDE:
             largest = max(largest, abs(free.acceleration[h]))
     for h in range(plant.holds):
-        problem.room[h] = _STILL * max(abs(free.acceleration[h]), _SLOW * largest)
+        room = _STILL * max(abs(free.acceleration[h]), _SLOW * largest)
+        problem.room[h] = max(room, _FINE * problem.room[h])
 
 
 @kernel

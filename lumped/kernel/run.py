@@ -212,7 +212,6 @@ class InstantSearch(Record):
     gives_way: Annotated[Integers, "holds"]
     group: Annotated[Integers, "holds"]
     is_grouped: Annotated[Integers, "holds"]
-    least_reserve: float
     reserve: Reserve
 
     trial: Annotated[Numbers, "settings"]

@@ -25,6 +25,8 @@ _WEAKEST = 1e3
 """Most times that one constraint yields more than the strongest."""
 _NO_INFLUENCE, _NO_STRESS = 1e-6, 1e-6
 """Influence, and sum of its squares over a group, that is rounding."""
+_NO_RESERVE = -1e-8
+"""Reserve below which none is left but for rounding."""
 _ROUNDS = 10
 """Most rounds of sharing, as limits may depend on reactions."""
 _SLACK = 5e-8
@@ -203,7 +205,7 @@ def _share_if_redundant(run: Run, x: Numbers, m: Numbers) -> None:
             own[SLACK] = _SLACK * largest * run.yielding / own[COMPLIANCE]
             any_overload = any_overload or _is_overloaded(look, h)
     if any_overload:
-        instant.is_exhausted = _find_shares(run, x, m) <= instant.least_reserve
+        instant.is_exhausted = _find_shares(run, x, m) <= _NO_RESERVE
 
 
 @kernel
@@ -223,7 +225,7 @@ def _find_shares(run: Run, x: Numbers, m: Numbers) -> float:
             if is_held(plant, m, h) and not instant.is_grouped[h] and _is_overloaded(look, h):
                 any_overload = True
                 least = min(least, _share_in_group(run, m, look, _gathered(run, m, h)))
-        if not any_overload or least <= instant.least_reserve:
+        if not any_overload or least <= _NO_RESERVE:
             break
         look_at(run, x, m, look)
     return least
@@ -363,7 +365,7 @@ def _share_in_group(run: Run, m: Numbers, look: Look, count: int) -> float:
     reserve = largest_reserve(programme, count)
     for i in range(count):
         h = instant.group[i]
-        if reserve <= instant.least_reserve:
+        if reserve <= _NO_RESERVE:
             instant.gives_way[h] = programme.blocks[i]
         else:
             m[plant.hold_setting[h] + SHARE] = programme.carried[i]
