@@ -344,31 +344,39 @@ def _settle(run: Run, h: int, position: int) -> None:
     plant, instant = run.plant, run.instant
     put(plant, instant.m, h, position)
     instant.is_settled[h] = position == STUCK
-    if position == STUCK:
-        stop(plant, instant, h)
 
 
 @kernel
 def _take_answer(run: Run) -> None:
-    """Positions of all holds that took part."""
+    """Positions of all holds that took part; a contact that is back at once stays."""
     plant, instant, problem = run.plant, run.instant, run.instant.problem
     rest = _ROUNDING * (1.0 + instant.fastest)
     for h in range(plant.holds):
         place, after = problem.place[h], instant.after.speed[h]
         sticks = is_held(plant, instant.m, h) or instant.is_closing[h]
+        problem.next_place[h] = OUTSIDE
         if abs(after) > rest:
             instant.is_halted[h] = instant.is_settled[h] = 0
         if place == WITHIN:
             leaving = instant.leaving[h]
             away = FORWARD if leaving > 0.0 else BACKWARD
             _settle(run, h, away if abs(leaving) > rest else STUCK)
+            if abs(leaving) <= rest:
+                stop(plant, instant, h)
         elif place != OUTSIDE and sticks:
-            # others pull it away; a contact that is back at once stays
+            # others pull it away
             moves = after > rest if place == AT_UPPER else after < -rest
-            if moves and plant.has_gap[h]:
-                moves = not _returns_at_once(run, h, after)
             position = FORWARD if place == AT_UPPER else BACKWARD
             _settle(run, h, position if moves else STUCK)
+            if moves and plant.has_gap[h]:
+                problem.next_place[h] = AT_UPPER
+    for h in range(plant.holds):
+        opens = problem.next_place[h] == AT_UPPER
+        if opens and not _returns_at_once(run, h, instant.after.speed[h]):
+            problem.next_place[h] = OUTSIDE
+    for h in range(plant.holds):
+        if problem.next_place[h] == AT_UPPER:
+            _settle(run, h, STUCK)
 
 
 @kernel
