@@ -218,7 +218,6 @@ class RunRecords:
             order=run.order,
             terms=run.terms,
             row=run.row,
-            columns=run.columns,
             by_series=run.order > 0,
             caution=run.caution,
         )

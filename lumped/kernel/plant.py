@@ -3,6 +3,9 @@
 A function takes states x, parameters p, the time t and settings m, and writes its results one
 after the other. Settings are the positions of conditions and holds, then implicit quantities.
 
+One function takes the ends of ranges in place of the states and the time: the least values of all
+states, the greatest, and both times. `margin_floor` gives lower bounds of the margins in between.
+
 A hold is a constraint that sticks, or slides forward or backward, or is free; its settings are
 those of `lumped.flattening.hold_modes`. A condition has one, or those of a piece of a table: its
 number, its begin, and three of its margin, ``k0 + s (k1 + k2 s)`` with s the distance from the
@@ -70,7 +73,7 @@ class Plant(Record):
     jacobian: Function
     look: Function
     margin: Function
-    margin_rate: Function
+    margin_floor: Function
     closure: Function
     leverage: Function
     following: Function

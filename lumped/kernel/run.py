@@ -2,7 +2,8 @@
 
 Lengths are expressions of the sizes of a plant: ``states``, ``settings``, ``implicit``,
 ``parameters``, ``prepared``, ``margins``, ``conditions``, ``holds``, ``jumps``, ``jump_values``,
-``levers``, ``followers``, and ``work``, the numbers that its functions need while interpreted.
+``levers``, ``followers``, and ``work``, the numbers that its functions need while interpreted;
+``enclosed_rows`` and ``enclosed_work``, operations of those that are enclosed and their numbers.
 """
 
 from __future__ import annotations
@@ -26,9 +27,6 @@ STORM_WITHIN = 1e-9
 MOST_LEVERAGE = 1e3
 """Ratio of a dependent motion to the state that leads it, relative to the usual ratio, above which
 the state is unfit."""
-
-MOST_HALVINGS = 26
-"""How often a step is halved to isolate the roots of a margin: what is left is below rounding."""
 
 MOST_JUMP = 1e-9
 """Jump of a prescribed motion, relative and absolute, that is rounding."""
@@ -352,16 +350,40 @@ class Run(Record):
     steepness: float
     way: float
 
-    # margins in the step: at a point, with their tolerances; at five points; slopes at two of them
+    # margins in the step: at a point, with their tolerances; at both ends; lower bounds over all of
+    # it; when each fires, as a part of the step; parts that wait to be looked at: ends, and values
+    # there
     margin: Annotated[Numbers, "margins", "2 * margins"]
     tolerance: Annotated[Numbers, "margins"]
-    samples: Annotated[Numbers, "5 * margins"]
-    slopes: Annotated[Numbers, "2 * margins"]
-    sampled_to: float
-    suspect: Annotated[Integers, "margins"]
+    at_begin: Annotated[Numbers, "2 * margins"]
+    at_end: Annotated[Numbers, "2 * margins"]
+    floor: Annotated[Numbers, "margins"]
+    fires: Annotated[Numbers, "margins"]
     halves: Annotated[Numbers, "64"]
+    levels: Annotated[Numbers, "64"]
     inner: Annotated[Numbers, "states"]
     t_cross: float
+
+    # enclosures (see `enclosure`): ranges of states and time over the step; coefficients of one
+    # polynomial, and in the Bernstein basis; which operations give what moves in the present
+    # positions, and values of all others; those that each margin needs, then all that are open, and
+    # where they are noted; which margins are open; models of all values, and of margins
+    ranges: Annotated[Numbers, "2 * states + 2"]
+    powers: Annotated[Numbers, "64"]
+    bernstein: Annotated[Numbers, "64"]
+    needed: Annotated[Integers, "enclosed_work"]
+    is_surveyed: int
+    moves: Annotated[Integers, "enclosed_rows"]
+    fixed: Annotated[Numbers, "enclosed_rows"]
+    rows: Annotated[Integers, "4 * enclosed_rows"]
+    row_begin: Annotated[Integers, "margins + 1"]
+    row_number: Annotated[Integers, "margins + 1"]
+    row_next: int
+    row_first: int
+    row_count: int
+    is_open: Annotated[Integers, "margins"]
+    models: Annotated[Numbers, "10 * (12 + enclosed_work)"]
+    model: Annotated[Numbers, "10 * margins"]
 
     # results of functions
     found: Annotated[Numbers, "implicit", "2 * implicit"]
@@ -373,16 +395,12 @@ class Run(Record):
     work: Annotated[Numbers, "work"]
 
     # steps by Taylor's series: the function of its coefficients; its order (0: other steps are
-    # made); rows of coefficients and their length: those of states, then of integrals, then of
-    # integrals of margins, if these have series; how many columns come before margins; whether the
-    # present step is made by them; the part of the step that the last terms allow; coefficients of
-    # a margin in the Bernstein basis
+    # made); rows of coefficients and their length: those of states, then of integrals; whether the
+    # present step is made by them; the part of the step that the last terms allow
     series: Function
     order: int
     terms: int
     row: int
-    columns: int
     by_series: int
     caution: float
     coefficients: Numbers
-    bernstein: Numbers

@@ -6,7 +6,7 @@ import math
 
 from lumped.code.words import Numbers, kernel, sqrt
 from lumped.kernel import dop853, rodas5p, taylor
-from lumped.kernel.crossing import find_crossing, is_suspected
+from lumped.kernel.crossing import find_crossing
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.linkages import follow
 from lumped.kernel.observe import is_inside_wanted, observe
@@ -107,7 +107,7 @@ def _begin(run: Run) -> bool:
     """
     n, t, length = run.plant.states, run.t, run.end - run.t
     x, f, a, later = run.x, run.stages, run.argument, run.new
-    run.sampled_to = math.inf
+    run.is_surveyed = 0
     if run.watches:
         run.watch.ends_at = run.watch.loads_at = -math.inf
     run.was_rejected = run.stiff_steps = 0
@@ -292,7 +292,7 @@ def _attempt(run: Run) -> int:
         run.m[plant.settings - plant.implicit + i] = run.found[i]
     if not run.is_implicit:
         _note_stiffness(run)
-    run.is_crossed = plant.margins > 0 and is_suspected(run) and find_crossing(run)
+    run.is_crossed = plant.margins > 0 and find_crossing(run)
     return leave_step(run)
 
 

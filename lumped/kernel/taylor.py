@@ -14,7 +14,7 @@ from lumped.kernel import rodas5p
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
-__all__ = ["expand", "has_integrals", "integrals", "interpolate", "length", "step"]
+__all__ = ["expand", "has_integrals", "integrals", "interpolate", "length", "set_ranges", "step"]
 
 _TOGETHER = 3
 """States whose series are summed at a time."""
@@ -118,9 +118,31 @@ def interpolate(run: Run, part: float, out: Numbers) -> None:
 
 
 @kernel
+def set_ranges(run: Run) -> None:
+    """Ranges of the states in the step: the least and greatest Bernstein coefficients."""
+    n, order, row, c = run.plant.states, run.order, run.row, run.coefficients
+    h, b = run.t_new - run.t, run.bernstein
+    for i in range(n):
+        factor = h
+        b[0] = run.x[i]
+        for j in range(1, order + 1):
+            b[j] = c[j * row + i] * factor
+            factor = factor * h * (float(j + 1) / float(max(order - j, 1)))
+        for j in range(order):
+            b[j + 1] = b[j + 1] / float(order)
+        least, most = b[0], b[0]
+        for k in range(1, order + 1):
+            for j in range(order, k - 1, -1):
+                b[j] += b[j - 1]
+        for j in range(1, order + 1):
+            least, most = min(least, b[j]), max(most, b[j])
+        run.ranges[i], run.ranges[n + i] = least, most
+
+
+@kernel
 def has_integrals(run: Run) -> bool:
     """Whether there are coefficients of what is integrated."""
-    return run.columns > run.plant.states
+    return run.row > run.plant.states
 
 
 @kernel

@@ -22,6 +22,7 @@ from lumped.kernel.run import Matrix, Pattern, Run
 from lumped.support.made_once import made_once
 from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.kept_run import KeptRun, made_run, remember
+from lumped.timeloop.margin_floors import margin_floors
 from lumped.timeloop.output_room import OutputRoom
 from lumped.timeloop.programs import asking_ranks
 from lumped.timeloop.taylor_series import TaylorSeries
@@ -30,6 +31,7 @@ __all__ = [
     "WORTH",
     "Executable",
     "Parts",
+    "enclosed_sizes",
     "evaluated",
     "executable",
     "parts_of",
@@ -112,12 +114,10 @@ class Executable:
         whole = {name: operations_of(f) for name, f in {**functions, **(beside or {})}.items()}
         found, parts = prepared(whole, sizes["parameters"], beside or ())
         self.beside = {name: found.pop(name) for name in beside or ()}
-        self.sizes = {**sizes, "prepared": parts.results}
+        self.sizes = {**sizes, "prepared": parts.results, **enclosed_sizes(found.get("margin"))}
         plant.parameters, plant.prepared = sizes["parameters"], parts.results
         self._prepares = parts.results > 0
-        self.taylor = TaylorSeries(
-            found["rates"], sizes["states"], sizes["implicit"], found.get("margin")
-        )
+        self.taylor = TaylorSeries(found["rates"], sizes["states"], sizes["implicit"])
         self._add({**found, "prepare": parts} if parts.results else found)
 
     def _add(self, found: dict[str, Operations]) -> None:
@@ -153,7 +153,7 @@ class Executable:
 
     def compile_lanes(self, count: int) -> None:
         """Make machine code of what explicit steps need, for several lanes side by side."""
-        names = [n for n in ("rates", "margin", "margin_rate", "leverage") if n in self._operations]
+        names = [n for n in ("rates", "margin_floor", "leverage") if n in self._operations]
         if self.plant.rates.wide_address:
             return
         code = compiled_functions({name: self._operations[name] for name in names}, count)
@@ -324,6 +324,12 @@ def evaluated(
     return executable(system).evaluate(name, x, theta, t, settings)
 
 
+def enclosed_sizes(function: Operations | None) -> dict[str, int]:
+    """Sizes of what is needed to enclose the results of a function."""
+    rows, work = (0, 0) if function is None else (len(function.table), function.work)
+    return {"enclosed_rows": rows, "enclosed_work": work}
+
+
 def parts_of(system: System) -> Parts:
     """Functions and tables of a system as a plant has them."""
     s, implicit = system.switching, len(system.structure.implicit)
@@ -331,7 +337,7 @@ def parts_of(system: System) -> Parts:
     if s:
         functions["look"] = system.look
         if system.margins.size1_out(0):
-            functions |= {"margin": system.margins, "margin_rate": system.margin_rates}
+            functions |= {"margin": system.margins, "margin_floor": margin_floors(system)}
     if implicit:
         functions["closure"] = system.closure
     pairs, ratios = levers(system)

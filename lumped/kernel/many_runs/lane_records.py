@@ -119,18 +119,14 @@ class Lanes(Record):
     steepness: Annotated[Wide, "lanes"]
     way: Annotated[Wide, "lanes"]
 
-    margin: Annotated[Wides, "lanes * margins", "lanes * 2 * margins"]
-    tolerance: Annotated[Wides, "lanes * margins"]
-    samples: Annotated[Wides, "lanes * 5 * margins"]
-    slopes: Annotated[Wides, "lanes * 2 * margins"]
-    inner: Annotated[Wides, "lanes * states"]
+    floor: Annotated[Wides, "lanes * margins"]
+    ranges: Annotated[Wides, "lanes * (2 * states + 2)"]
     ratio: Annotated[Wides, "lanes * levers"]
 
     series: Function
     order: int
     terms: int
     row: int
-    columns: int
     by_series: int
     caution: float
     coefficients: Annotated[Wides, "lanes * terms * row"]

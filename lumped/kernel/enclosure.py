@@ -1,0 +1,456 @@
+"""What a quantity does over a part of a step, from its own operations.
+
+States are polynomials of the part of the step in all methods. The operations that a quantity needs
+are carried out on Taylor models (see `models`), so one that is linear in the states is exact. Only
+what is certain about a comparison is used: where both sides are possible, the model is the hull.
+"""
+
+from __future__ import annotations
+
+import math
+
+import casadi as ca
+
+from lumped.code.operations import PARAMETER, RESULT, SETTING, STATE, TIME
+from lumped.code.words import Numbers, floor, kernel
+from lumped.kernel import models
+from lumped.kernel.interpret import operate
+from lumped.kernel.models import DEGREE, REST, SIZE, TOP
+from lumped.kernel.plant import Function
+from lumped.kernel.run import Run
+
+__all__ = ["enclose", "select", "select_open", "to_bernstein", "value_at"]
+
+_ROOM = 12
+"""Models beside those of the work vector: a result, arguments, and what functions need."""
+
+
+@kernel
+def _survey(run: Run, function: Function) -> None:
+    """Note which operations give what moves in the present positions, and all other values."""
+    w, moves, values, operations = run.models, run.needed, run.fixed, function.operations
+    for i in range(function.count):
+        row = operations[4 * i :]
+        op, to, a, b = row[0], row[1], row[2], row[3]
+        if op == RESULT:
+            run.moves[i] = 1
+            continue
+        moving, value = 0, 0.0
+        if op == STATE or op == TIME:
+            moving = 1
+        elif op == PARAMETER:
+            value = run.p[a]
+        elif op == SETTING:
+            value = run.m[a]
+        elif op == ca.OP_CONST:
+            value = function.constants[a]
+        elif moves[a] + moves[b] == 0:
+            value = operate(op, w[a], w[b])
+        else:
+            is_off = (op == ca.OP_MUL or op == ca.OP_IF_ELSE_ZERO) and moves[a] == 0 and w[a] == 0.0
+            moving = 0 if is_off or (op == ca.OP_MUL and moves[b] == 0 and w[b] == 0.0) else 1
+        w[to], values[i] = value, value
+        moves[to] = run.moves[i] = moving
+    for i in range(function.count):
+        if operations[4 * i] != RESULT:
+            moves[operations[4 * i + 1]] = 0
+    _forget(run)
+    run.is_surveyed = 1
+
+
+@kernel
+def select(run: Run, function: Function, k: int) -> None:
+    """Find the operations that a result of a function needs, the last first, or find them again.
+
+    What does not move in the present positions needs none.
+    """
+    if run.row_begin[k] < 0:
+        _collect(run, function, k)
+    run.row_first, run.row_count = run.row_begin[k], run.row_number[k]
+
+
+@kernel
+def select_open(run: Run, function: Function) -> None:
+    """Find the operations of all margins whose lower bounds are below zero."""
+    n, is_same = run.plant.margins, 1
+    if not run.is_surveyed:
+        _survey(run, function)
+    for k in range(n):
+        is_open = 0 if run.floor[k] >= 0.0 else 1
+        is_same = is_same if run.is_open[k] == is_open else 0
+        run.is_open[k] = is_open
+    if not is_same or run.row_begin[n] < 0:
+        _collect(run, function, n)
+    run.row_first, run.row_count = run.row_begin[n], run.row_number[n]
+
+
+@kernel
+def _forget(run: Run) -> None:
+    """No operations are selected."""
+    for k in range(run.plant.margins + 1):
+        run.row_begin[k] = -1
+    run.row_next = 0
+
+
+@kernel
+def _collect(run: Run, function: Function, k: int) -> None:
+    """Note the operations that a result needs; of all that are open for the number beyond them."""
+    n, needed, count = run.plant.margins, run.needed, 0
+    if run.row_next > 3 * function.count:
+        _forget(run)
+    rows = run.rows[run.row_next :]
+    for i in range(function.count - 1, -1, -1):
+        operation = function.operations[4 * i :]
+        op, to = operation[0], operation[1]
+        is_input = op == STATE or op == PARAMETER or op == SETTING or op == TIME
+        if op == RESULT:
+            is_used = to < n and (to == k or (k == n and run.is_open[to] != 0))
+        else:
+            is_used = needed[to] != 0
+            if is_used:
+                needed[to] = 0
+        if is_used:
+            rows[count] = i
+            count += 1
+            if run.moves[i] != 0 and not is_input and op != ca.OP_CONST:
+                needed[operation[2]] = 1
+                if op != RESULT:
+                    needed[operation[3]] = 1
+    run.row_begin[k], run.row_number[k] = run.row_next, count
+    run.row_next += count
+
+
+@kernel
+def _powers(run: Run, i: int) -> int:
+    """Coefficients of a state by powers of the part of the step; gives the degree."""
+    n, q, c = run.plant.states, run.powers, run.dense
+    if run.is_implicit:
+        x, new = run.x[i], run.new[i]
+        q[0], q[1], q[2] = x, new - x + c[i], c[n + i] - c[i]
+        q[3], q[4] = c[2 * n + i] - c[n + i], -c[2 * n + i]
+        return 4
+    if run.by_series:
+        factor, h = 1.0, run.t_new - run.t
+        for j in range(run.order + 1):
+            q[j] = run.coefficients[j * run.row + i] * factor
+            factor = factor * h
+        return run.order
+    q[0] = c[6 * n + i]
+    for g in range(7):
+        # times the part, or the rest of it; then the next column
+        if g % 2 == 0:
+            for j in range(g + 1, 0, -1):
+                q[j] = q[j - 1]
+            q[0] = 0.0
+        else:
+            q[g + 1] = -q[g]
+            for j in range(g, 0, -1):
+                q[j] -= q[j - 1]
+        q[0] += c[(5 - g) * n + i] if g < 6 else run.x[i]
+    return 7
+
+
+@kernel
+def _state(run: Run, i: int, begin: float, width: float, out: Numbers) -> None:
+    """The model of a state over a part of the step."""
+    q, last = run.powers, _powers(run, i)
+    half, size = 0.5 * width, 1.0
+    middle = begin + half
+    for k in range(last):
+        for j in range(last - 1, k - 1, -1):
+            q[j] += middle * q[j + 1]
+    rest = 0.0
+    for j in range(last + 1):
+        if j <= TOP:
+            out[j] = q[j] * size
+        else:
+            rest += abs(q[j] * size)
+        size = size * half
+    out[REST], out[DEGREE] = rest, float(min(last, TOP))
+
+
+@kernel
+def _set_truth(out: Numbers, is_sure: bool, is_never: bool) -> None:
+    """1, 0, or anything between."""
+    if is_sure or is_never:
+        models.set_fixed(out, 1.0 if is_sure else 0.0)
+    else:
+        models.set_between(out, 0.0, 1.0)
+
+
+@kernel
+def _is_true(a: Numbers) -> bool:
+    return models.low(a) > 0.0 or models.high(a) < 0.0
+
+
+@kernel
+def _is_false(a: Numbers) -> bool:
+    return models.is_fixed(a) and a[0] == 0.0
+
+
+@kernel
+def _compare(op: int, a: Numbers, b: Numbers, out: Numbers, room: Numbers) -> None:
+    """A comparison, the lesser or greater of two, and what is chosen by a condition."""
+    models.add(a, b, -1.0, room)
+    least, most = models.low(room), models.high(room)
+    if op == ca.OP_LT:
+        _set_truth(out, most < 0.0, least >= 0.0)
+    elif op == ca.OP_LE:
+        _set_truth(out, most <= 0.0, least > 0.0)
+    elif op == ca.OP_EQ:
+        _set_truth(out, least == 0.0 and most == 0.0, least > 0.0 or most < 0.0)
+    elif op == ca.OP_NE:
+        _set_truth(out, least > 0.0 or most < 0.0, least == 0.0 and most == 0.0)
+    elif (op == ca.OP_FMIN and most <= 0.0) or (op == ca.OP_FMAX and least >= 0.0):
+        models.copy(a, out)
+    elif (op == ca.OP_FMIN and least >= 0.0) or (op == ca.OP_FMAX and most <= 0.0):
+        models.copy(b, out)
+    elif op == ca.OP_FMIN:
+        least, most = min(models.low(a), models.low(b)), min(models.high(a), models.high(b))
+        models.set_between(out, least, most)
+    else:
+        least, most = max(models.low(a), models.low(b)), max(models.high(a), models.high(b))
+        models.set_between(out, least, most)
+
+
+@kernel
+def _choose(op: int, a: Numbers, b: Numbers, out: Numbers) -> None:
+    """A value under a condition, and conditions together."""
+    if op == ca.OP_AND:
+        _set_truth(out, _is_true(a) and _is_true(b), _is_false(a) or _is_false(b))
+    elif op == ca.OP_OR:
+        _set_truth(out, _is_true(a) or _is_true(b), _is_false(a) and _is_false(b))
+    elif op == ca.OP_NOT:
+        _set_truth(out, _is_false(a), _is_true(a))
+    elif _is_false(a):
+        models.set_fixed(out, 0.0)
+    elif _is_true(a):
+        models.copy(b, out)
+    else:
+        models.set_between(out, min(models.low(b), 0.0), max(models.high(b), 0.0))
+
+
+@kernel
+def _rising(op: int, least: float, most: float, out: Numbers) -> None:
+    """A function that never falls, between its values at both ends of a range."""
+    if op == ca.OP_ACOSH:
+        least, most = max(least, 1.0), max(most, 1.0)
+    elif op == ca.OP_ATANH or op == ca.OP_ASIN or op == ca.OP_ACOS:
+        least, most = min(max(least, -1.0), 1.0), min(max(most, -1.0), 1.0)
+    elif op == ca.OP_LOG1P:
+        least, most = max(least, -1.0), max(most, -1.0)
+    first, last = operate(op, least, 0.0), operate(op, most, 0.0)
+    models.set_between(out, min(first, last), max(first, last))
+
+
+@kernel
+def _smooth(op: int, a: Numbers, out: Numbers, room: Numbers) -> None:
+    """A function of one argument from those that have series."""
+    first, rest = room, room[SIZE:]
+    if op == ca.OP_TAN:
+        models.cosine_of(a, out, rest)
+        models.inverse_of(out, first, rest)
+        models.sine_of(a, rest[8 * SIZE :], rest)
+        models.times(first, rest[8 * SIZE :], out)
+    elif op == ca.OP_ASIN or op == ca.OP_ACOS:
+        models.times(a, a, first)
+        models.scale(first, -1.0, out)
+        models.shift(out, 1.0)
+        models.root_of(out, first, rest)
+        models.inverse_of(first, out, rest)
+        models.times(a, out, first)
+        models.atan_of(first, out, rest)
+        if op == ca.OP_ACOS:
+            models.scale(out, -1.0, out)
+            models.shift(out, 0.5 * math.pi)
+    elif op == ca.OP_TANH:
+        models.scale(a, 2.0, first)
+        models.exp_of(first, out, rest)
+        models.shift(out, 1.0)
+        models.inverse_of(out, first, rest)
+        models.scale(first, -2.0, out)
+        models.shift(out, 1.0)
+    elif op == ca.OP_SINH or op == ca.OP_COSH:
+        models.scale(a, -1.0, out)
+        models.exp_of(out, first, rest)
+        models.exp_of(a, rest[8 * SIZE :], rest)
+        models.add(rest[8 * SIZE :], first, -1.0 if op == ca.OP_SINH else 1.0, out)
+        models.scale(out, 0.5, out)
+    elif op == ca.OP_EXPM1:
+        models.exp_of(a, out, rest)
+        models.shift(out, -1.0)
+    elif op == ca.OP_LOG1P:
+        models.copy(a, first)
+        models.shift(first, 1.0)
+        models.log_of(first, out, rest)
+    else:
+        models.set_between(out, -math.inf, math.inf)
+
+
+@kernel
+def _function(op: int, a: Numbers, b: Numbers, out: Numbers, room: Numbers) -> None:
+    """Any other function."""
+    least, most = models.low(a), models.high(a)
+    if op == ca.OP_ASSIGN or op == ca.OP_LIFT:
+        models.copy(a, out)
+    elif op == ca.OP_ATAN2:
+        models.atan2_of(a, b, out, room)
+    elif op == ca.OP_HYPOT:
+        models.times(a, a, out)
+        models.times(b, b, room)
+        models.add(out, room, 1.0, room[SIZE:])
+        models.root_of(room[SIZE:], out, room[2 * SIZE :])
+    elif op == ca.OP_EXP:
+        models.exp_of(a, out, room)
+    elif op == ca.OP_LOG:
+        models.log_of(a, out, room)
+    elif op == ca.OP_ATAN:
+        models.atan_of(a, out, room)
+    elif op == ca.OP_SIGN or op == ca.OP_FLOOR or op == ca.OP_CEIL:
+        _rising(op, least, most, out)
+    elif op == ca.OP_COPYSIGN:
+        size = max(abs(least), abs(most))
+        models.set_between(out, -size, size)
+    elif op == ca.OP_FMOD or op == ca.OP_REMAINDER:
+        size = min(max(abs(least), abs(most)), max(abs(models.low(b)), abs(models.high(b))))
+        models.set_between(out, -size, size)
+    else:
+        _smooth(op, a, out, room)
+        if not out[REST] < math.inf and not (op == ca.OP_TAN or op == ca.OP_COSH):
+            _rising(op, least, most, out)
+
+
+@kernel
+def _carry_out(op: int, a: Numbers, b: Numbers, out: Numbers, room: Numbers) -> None:
+    """One operation."""
+    if op == ca.OP_ADD:
+        models.add(a, b, 1.0, out)
+    elif op == ca.OP_SUB:
+        models.add(a, b, -1.0, out)
+    elif op == ca.OP_MUL:
+        if models.is_fixed(a):
+            models.scale(b, a[0], out)
+        elif models.is_fixed(b):
+            models.scale(a, b[0], out)
+        else:
+            models.times(a, b, out)
+    elif op == ca.OP_DIV:
+        if models.is_fixed(b) and b[0] != 0.0:
+            models.scale(a, 1.0 / b[0], out)
+        else:
+            models.inverse_of(b, room, room[SIZE:])
+            models.times(a, room, out)
+    elif op == ca.OP_NEG:
+        models.scale(a, -1.0, out)
+    elif op == ca.OP_TWICE:
+        models.scale(a, 2.0, out)
+    elif op == ca.OP_SQ:
+        models.times(a, a, out)
+    elif op == ca.OP_INV:
+        models.inverse_of(a, out, room)
+    elif op == ca.OP_SIN:
+        models.sine_of(a, out, room)
+    elif op == ca.OP_COS:
+        models.cosine_of(a, out, room)
+    elif op == ca.OP_SQRT:
+        models.root_of(a, out, room)
+    elif op == ca.OP_FABS:
+        least, most = models.low(a), models.high(a)
+        if least >= 0.0:
+            models.copy(a, out)
+        elif most <= 0.0:
+            models.scale(a, -1.0, out)
+        else:
+            models.set_between(out, 0.0, max(-least, most))
+    elif op == ca.OP_POW or op == ca.OP_CONSTPOW:
+        if not models.is_fixed(b):
+            models.log_of(a, out, room)
+            models.times(b, out, room)
+            models.exp_of(room, out, room[SIZE:])
+        elif b[0] < 0.0 and floor(b[0]) == b[0]:
+            models.power_of(a, -b[0], room, room[SIZE:])
+            models.inverse_of(room, out, room[SIZE:])
+        else:
+            models.power_of(a, b[0], out, room)
+    elif op == ca.OP_AND or op == ca.OP_OR or op == ca.OP_NOT or op == ca.OP_IF_ELSE_ZERO:
+        _choose(op, a, b, out)
+    elif (
+        op == ca.OP_LT
+        or op == ca.OP_LE
+        or op == ca.OP_EQ
+        or op == ca.OP_NE
+        or op == ca.OP_FMIN
+        or op == ca.OP_FMAX
+    ):
+        _compare(op, a, b, out, room)
+    else:
+        _function(op, a, b, out, room)
+
+
+@kernel
+def enclose(run: Run, function: Function, begin: float, width: float) -> None:
+    """The models of the selected results of a function over a part of the step, in `model`."""
+    w, length, operations = run.models, run.t_new - run.t, function.operations
+    out = w[0:]
+    room, work = w[SIZE:], w[SIZE * _ROOM :]
+    rows = run.rows[run.row_first :]
+    for i in range(run.row_count - 1, -1, -1):
+        row = operations[4 * rows[i] :]
+        op, to, a, b = row[0], row[1], row[2], row[3]
+        if run.moves[rows[i]] == 0:
+            models.set_fixed(work[SIZE * to :], run.fixed[rows[i]])
+        elif op == STATE:
+            _state(run, a, begin, width, work[SIZE * to :])
+        elif op == TIME:
+            time = work[SIZE * to :]
+            models.set_fixed(time, run.t + (begin + 0.5 * width) * length)
+            time[1], time[DEGREE] = 0.5 * width * length, 1.0
+        elif op == RESULT:
+            models.copy(work[SIZE * a :], run.model[SIZE * to :])
+        else:
+            first, second, made = work[SIZE * a :], work[SIZE * b :], work[SIZE * to :]
+            if to == a or to == b:
+                _carry_out(op, first, second, out, room)
+                models.copy(out, made)
+            else:
+                _carry_out(op, first, second, made, room)
+
+
+@kernel
+def to_bernstein(run: Run, model: Numbers) -> int:
+    """Coefficients of the polynomial of a model in the Bernstein basis; gives the degree."""
+    b, top = run.bernstein, int(model[DEGREE])
+    for j in range(top + 1):
+        b[j] = model[j]
+    # about the begin of the part, then as long as the part
+    for k in range(top):
+        for j in range(top - 1, k - 1, -1):
+            b[j] -= b[j + 1]
+    size = 1.0
+    for j in range(1, top + 1):
+        size = size * 2.0 * float(j) / float(top - j + 1)
+        b[j] *= size
+    for k in range(1, top + 1):
+        for j in range(top, k - 1, -1):
+            b[j] += b[j - 1]
+    return top
+
+
+@kernel
+def value_at(run: Run, function: Function, x: Numbers, t: float) -> float:
+    """The selected result of a function at a point, with the bits of the whole function."""
+    w, operations, rows = run.models, function.operations, run.rows[run.row_first :]
+    for i in range(run.row_count - 1, -1, -1):
+        row = operations[4 * rows[i] :]
+        op, to, a, b = row[0], row[1], row[2], row[3]
+        if run.moves[rows[i]] == 0:
+            w[to] = run.fixed[rows[i]]
+        elif op == STATE:
+            w[to] = x[a]
+        elif op == TIME:
+            w[to] = t
+        elif op == RESULT:
+            return w[a]
+        else:
+            w[to] = operate(op, w[a], w[b])
+    return math.nan
