@@ -231,7 +231,9 @@ def _fired_at(run: Run, k: int, low: float, high: float, is_crowded: bool) -> fl
         begin = max(_risen(run, k, high), low)
         if not _value(run, k, begin, extra) > 0.0:
             # it was within its tolerance all the time before, as rounding may move a rest
-            extra = 1.0
+            once, twice = _root(run, k, low, high, 1.0, 1.0), _root(run, k, low, high, 2.0, 1.0)
+            found = once - (twice - once)
+            return found if found > low + _TOUCH else low
     return _root(run, k, begin, high, extra, 1.0)
 
 
