@@ -10,7 +10,7 @@ from lumped.code.operations import Operations
 from lumped.code.records import Field, Record
 from lumped.kernel.cycles import Count
 from lumped.kernel.plant import Function, Plant
-from lumped.kernel.run import InstantSearch, Matrix, Pattern, Run, RunOutput
+from lumped.kernel.run import Enclosed, InstantSearch, Matrix, Pattern, Run, RunOutput
 from lumped.kernel.watch import Watch
 
 __all__ = ["Memory"]
@@ -23,6 +23,8 @@ _RECORDS: dict[str, type[Record]] = {
     "instant": InstantSearch,
     **{name: f.kind for name, f in InstantSearch.fields.items() if isinstance(f.kind, type)},
     "output": RunOutput,
+    "enclosed_margins": Enclosed,
+    "enclosed_rates": Enclosed,
     "matrix": Matrix,
     "pattern": Pattern,
     "plant": Plant,

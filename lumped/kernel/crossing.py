@@ -90,10 +90,10 @@ def _value(run: Run, k: int, part: float, extra: float) -> float:
     if part >= 1.0:
         margin = run.at_end[k]
     elif part > 0.0:
-        select(run, run.plant.margin, k)
+        select(run.enclosed_margins, run.plant.margin, k)
         inside(run, part, run.inner)
         t = run.t + part * (run.t_new - run.t)
-        margin = value_at(run, run.plant.margin, run.inner, t)
+        margin = value_at(run.enclosed_margins, run.plant.margin, run.inner, t)
     return margin + extra * _tolerance(run, k)
 
 
@@ -202,11 +202,11 @@ def _first_fall(run: Run, k: int, until: float) -> bool:
     while depth >= 0 and begin <= until:
         end, last = ends[depth], levels[depth]
         if parts > 0 or begin > 0.0:
-            select(run, run.plant.margin, k)
-            enclose(run, run.plant.margin, begin, end - begin)
+            select(run.enclosed_margins, run.plant.margin, k)
+            enclose(run, run.enclosed_margins, run.plant.margin, begin, end - begin)
         parts += 1
         width = end - begin if parts < _MOST_PARTS else 0.0
-        found = _judge(run, run.model[SIZE * k :], tolerance, last, width)
+        found = _judge(run, run.enclosed_margins.model[SIZE * k :], tolerance, last, width)
         if found == _FALLS:
             ends[0], ends[1] = above, end
             return True
@@ -272,10 +272,15 @@ def find_crossing(run: Run) -> bool:
     n = run.plant.margins
     if not _may_fire(run):
         return False
+    e, is_same = run.enclosed_margins, True
     if run.plant.implicit > 0:
-        run.is_surveyed = 0
-    select_open(run, run.plant.margin)
-    enclose(run, run.plant.margin, 0.0, 1.0)
+        e.is_surveyed = 0
+    for k in range(n):
+        is_open = 0 if run.floor[k] >= 0.0 else 1
+        is_same = is_same and e.is_open[k] == is_open
+        e.is_open[k] = is_open
+    select_open(run, e, run.plant.margin, is_same)
+    enclose(run, run.enclosed_margins, run.plant.margin, 0.0, 1.0)
     evaluate(run.plant.margin, run, run.x, run.t, run.m, run.at_begin)
     evaluate(run.plant.margin, run, run.new, run.t_new, run.m, run.at_end)
     first, last = _NEVER, -1

@@ -17,7 +17,7 @@ from lumped.kernel import models
 from lumped.kernel.interpret import operate
 from lumped.kernel.models import DEGREE, REST, SIZE, TOP
 from lumped.kernel.plant import Function
-from lumped.kernel.run import Run
+from lumped.kernel.run import Enclosed, Run
 
 __all__ = ["enclose", "select", "select_open", "to_bernstein", "value_at"]
 
@@ -26,18 +26,20 @@ _ROOM = 12
 
 
 @kernel
-def _survey(run: Run, function: Function) -> None:
+def _survey(run: Run, e: Enclosed, function: Function) -> None:
     """Note which operations give what moves in the present positions, and all other values."""
-    w, moves, values, operations = run.models, run.needed, run.fixed, function.operations
+    w, moves, values, operations = e.models, e.needed, e.fixed, function.operations
     for i in range(function.count):
         row = operations[4 * i :]
         op, to, a, b = row[0], row[1], row[2], row[3]
         if op == RESULT:
-            run.moves[i] = 1
+            e.moves[i] = 1
             continue
         moving, value = 0, 0.0
-        if op == STATE or op == TIME:
+        if op == TIME or (op == STATE and not e.is_still):
             moving = 1
+        elif op == STATE:
+            value = run.x[a]
         elif op == PARAMETER:
             value = run.p[a]
         elif op == SETTING:
@@ -50,61 +52,57 @@ def _survey(run: Run, function: Function) -> None:
             is_off = (op == ca.OP_MUL or op == ca.OP_IF_ELSE_ZERO) and moves[a] == 0 and w[a] == 0.0
             moving = 0 if is_off or (op == ca.OP_MUL and moves[b] == 0 and w[b] == 0.0) else 1
         w[to], values[i] = value, value
-        moves[to] = run.moves[i] = moving
+        moves[to] = e.moves[i] = moving
     for i in range(function.count):
         if operations[4 * i] != RESULT:
             moves[operations[4 * i + 1]] = 0
-    _forget(run)
-    run.is_surveyed = 1
+    _forget(e)
+    e.is_surveyed = 1
 
 
 @kernel
-def select(run: Run, function: Function, k: int) -> None:
+def select(e: Enclosed, function: Function, k: int) -> None:
     """Find the operations that a result of a function needs, the last first, or find them again.
 
     What does not move in the present positions needs none.
     """
-    if run.row_begin[k] < 0:
-        _collect(run, function, k)
-    run.row_first, run.row_count = run.row_begin[k], run.row_number[k]
+    if e.row_begin[k] < 0:
+        _collect(e, function, k)
+    e.row_first, e.row_count = e.row_begin[k], e.row_number[k]
 
 
 @kernel
-def select_open(run: Run, function: Function) -> None:
-    """Find the operations of all margins whose lower bounds are below zero."""
-    n, is_same = run.plant.margins, 1
-    if not run.is_surveyed:
-        _survey(run, function)
-    for k in range(n):
-        is_open = 0 if run.floor[k] >= 0.0 else 1
-        is_same = is_same if run.is_open[k] == is_open else 0
-        run.is_open[k] = is_open
-    if not is_same or run.row_begin[n] < 0:
-        _collect(run, function, n)
-    run.row_first, run.row_count = run.row_begin[n], run.row_number[n]
+def select_open(run: Run, e: Enclosed, function: Function, is_same: bool) -> None:
+    """Find the operations of all results that are open, unless the same ones were open before."""
+    n = e.results
+    if not e.is_surveyed:
+        _survey(run, e, function)
+    if not is_same or e.row_begin[n] < 0:
+        _collect(e, function, n)
+    e.row_first, e.row_count = e.row_begin[n], e.row_number[n]
 
 
 @kernel
-def _forget(run: Run) -> None:
+def _forget(e: Enclosed) -> None:
     """No operations are selected."""
-    for k in range(run.plant.margins + 1):
-        run.row_begin[k] = -1
-    run.row_next = 0
+    for k in range(e.results + 1):
+        e.row_begin[k] = -1
+    e.row_next = 0
 
 
 @kernel
-def _collect(run: Run, function: Function, k: int) -> None:
+def _collect(e: Enclosed, function: Function, k: int) -> None:
     """Note the operations that a result needs; of all that are open for the number beyond them."""
-    n, needed, count = run.plant.margins, run.needed, 0
-    if run.row_next > 3 * function.count:
-        _forget(run)
-    rows = run.rows[run.row_next :]
+    n, needed, count = e.results, e.needed, 0
+    if e.row_next > 3 * function.count:
+        _forget(e)
+    rows = e.rows[e.row_next :]
     for i in range(function.count - 1, -1, -1):
         operation = function.operations[4 * i :]
         op, to = operation[0], operation[1]
         is_input = op == STATE or op == PARAMETER or op == SETTING or op == TIME
         if op == RESULT:
-            is_used = to < n and (to == k or (k == n and run.is_open[to] != 0))
+            is_used = to < n and (to == k or (k == n and e.is_open[to] != 0))
         else:
             is_used = needed[to] != 0
             if is_used:
@@ -112,12 +110,12 @@ def _collect(run: Run, function: Function, k: int) -> None:
         if is_used:
             rows[count] = i
             count += 1
-            if run.moves[i] != 0 and not is_input and op != ca.OP_CONST:
+            if e.moves[i] != 0 and not is_input and op != ca.OP_CONST:
                 needed[operation[2]] = 1
                 if op != RESULT:
                     needed[operation[3]] = 1
-    run.row_begin[k], run.row_number[k] = run.row_next, count
-    run.row_next += count
+    e.row_begin[k], e.row_number[k] = e.row_next, count
+    e.row_next += count
 
 
 @kernel
@@ -388,17 +386,17 @@ def _carry_out(op: int, a: Numbers, b: Numbers, out: Numbers, room: Numbers) -> 
 
 
 @kernel
-def enclose(run: Run, function: Function, begin: float, width: float) -> None:
+def enclose(run: Run, e: Enclosed, function: Function, begin: float, width: float) -> None:
     """The models of the selected results of a function over a part of the step, in `model`."""
-    w, length, operations = run.models, run.t_new - run.t, function.operations
+    w, length, operations = e.models, run.t_new - run.t, function.operations
     out = w[0:]
     room, work = w[SIZE:], w[SIZE * _ROOM :]
-    rows = run.rows[run.row_first :]
-    for i in range(run.row_count - 1, -1, -1):
+    rows = e.rows[e.row_first :]
+    for i in range(e.row_count - 1, -1, -1):
         row = operations[4 * rows[i] :]
         op, to, a, b = row[0], row[1], row[2], row[3]
-        if run.moves[rows[i]] == 0:
-            models.set_fixed(work[SIZE * to :], run.fixed[rows[i]])
+        if e.moves[rows[i]] == 0:
+            models.set_fixed(work[SIZE * to :], e.fixed[rows[i]])
         elif op == STATE:
             _state(run, a, begin, width, work[SIZE * to :])
         elif op == TIME:
@@ -406,7 +404,7 @@ def enclose(run: Run, function: Function, begin: float, width: float) -> None:
             models.set_fixed(time, run.t + (begin + 0.5 * width) * length)
             time[1], time[DEGREE] = 0.5 * width * length, 1.0
         elif op == RESULT:
-            models.copy(work[SIZE * a :], run.model[SIZE * to :])
+            models.copy(work[SIZE * a :], e.model[SIZE * to :])
         else:
             first, second, made = work[SIZE * a :], work[SIZE * b :], work[SIZE * to :]
             if to == a or to == b:
@@ -437,14 +435,14 @@ def to_bernstein(run: Run, model: Numbers) -> int:
 
 
 @kernel
-def value_at(run: Run, function: Function, x: Numbers, t: float) -> float:
+def value_at(e: Enclosed, function: Function, x: Numbers, t: float) -> float:
     """The selected result of a function at a point, with the bits of the whole function."""
-    w, operations, rows = run.models, function.operations, run.rows[run.row_first :]
-    for i in range(run.row_count - 1, -1, -1):
+    w, operations, rows = e.models, function.operations, e.rows[e.row_first :]
+    for i in range(e.row_count - 1, -1, -1):
         row = operations[4 * rows[i] :]
         op, to, a, b = row[0], row[1], row[2], row[3]
-        if run.moves[rows[i]] == 0:
-            w[to] = run.fixed[rows[i]]
+        if e.moves[rows[i]] == 0:
+            w[to] = e.fixed[rows[i]]
         elif op == STATE:
             w[to] = x[a]
         elif op == TIME:

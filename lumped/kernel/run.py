@@ -16,7 +16,17 @@ from lumped.kernel.plant import Function, Plant
 from lumped.kernel.rounds import Rounds
 from lumped.kernel.watch import Watch
 
-__all__ = ["InstantSearch", "Look", "Matrix", "Pattern", "Reserve", "Run", "RunOutput", "Samples"]
+__all__ = [
+    "Enclosed",
+    "InstantSearch",
+    "Look",
+    "Matrix",
+    "Pattern",
+    "Reserve",
+    "Run",
+    "RunOutput",
+    "Samples",
+]
 
 STORM_SIZE = 200
 """Changes of position that may follow each other at practically the same instant."""
@@ -266,6 +276,51 @@ class Samples(Record):
     found: Numbers
 
 
+class Enclosed(Record):
+    """A function whose results are enclosed (see `enclosure`).
+
+    Attributes
+    ----------
+    results : int
+        How many may be enclosed.
+    is_still : int
+        Whether states stay at the begin of the step, and only the time moves.
+    is_surveyed : int
+        Whether it is known what moves in the present positions.
+    moves, fixed : Integers, Numbers
+        Which operations give what moves, and the values of all others.
+    needed : Integers
+        Numbers of the work vector that are still to be found; zero but in a search.
+    rows, row_next : Integers, int
+        Operations that results need, the last first, one result after the other; the end of all.
+    row_begin, row_number : Integers
+        Where those of each result begin (below zero: not found yet), and how many there are; then
+        those of all that are open.
+    row_first, row_count : int
+        Those that are selected.
+    is_open : Integers
+        Which results are open.
+    models, model : Numbers
+        Models of all values, and of the results.
+    """
+
+    results: int
+    is_still: int
+    is_surveyed: int
+    moves: Annotated[Integers, "enclosed_rows"]
+    fixed: Annotated[Numbers, "enclosed_rows"]
+    needed: Annotated[Integers, "enclosed_work"]
+    rows: Annotated[Integers, "4 * enclosed_rows"]
+    row_next: int
+    row_begin: Annotated[Integers, "margins + states + 1"]
+    row_number: Annotated[Integers, "margins + states + 1"]
+    row_first: int
+    row_count: int
+    is_open: Annotated[Integers, "margins + states"]
+    models: Annotated[Numbers, "10 * (12 + enclosed_work)"]
+    model: Annotated[Numbers, "10 * (margins + states)"]
+
+
 class Run(Record):
     """A run."""
 
@@ -365,25 +420,21 @@ class Run(Record):
     t_cross: float
 
     # enclosures (see `enclosure`): ranges of states and time over the step; coefficients of one
-    # polynomial, and in the Bernstein basis; which operations give what moves in the present
-    # positions, and values of all others; those that each margin needs, then all that are open, and
-    # where they are noted; which margins are open; models of all values, and of margins
+    # polynomial, and in the Bernstein basis; operations of margins, and of rates while states rest
     ranges: Annotated[Numbers, "2 * states + 2"]
     powers: Annotated[Numbers, "64"]
     bernstein: Annotated[Numbers, "64"]
-    needed: Annotated[Integers, "enclosed_work"]
-    is_surveyed: int
-    moves: Annotated[Integers, "enclosed_rows"]
-    fixed: Annotated[Numbers, "enclosed_rows"]
-    rows: Annotated[Integers, "4 * enclosed_rows"]
-    row_begin: Annotated[Integers, "margins + 1"]
-    row_number: Annotated[Integers, "margins + 1"]
-    row_next: int
-    row_first: int
-    row_count: int
-    is_open: Annotated[Integers, "margins"]
-    models: Annotated[Numbers, "10 * (12 + enclosed_work)"]
-    model: Annotated[Numbers, "10 * margins"]
+    enclosed_margins: Enclosed
+    enclosed_rates: Enclosed
+
+    # what acts by the time alone: values at nodes of the step, and between which bounds; rates at
+    # these nodes, and their least and greatest
+    force: Annotated[Numbers, "forcings"]
+    force_low: Annotated[Numbers, "forcings"]
+    force_high: Annotated[Numbers, "forcings"]
+    force_range: Annotated[Numbers, "2 * forcings"]
+    rate_low: Annotated[Numbers, "states"]
+    rate_high: Annotated[Numbers, "states"]
 
     # results of functions
     found: Annotated[Numbers, "implicit", "2 * implicit"]

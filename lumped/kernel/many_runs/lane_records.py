@@ -121,6 +121,10 @@ class Lanes(Record):
 
     floor: Annotated[Wides, "lanes * margins"]
     ranges: Annotated[Wides, "lanes * (2 * states + 2)"]
+    force: Annotated[Wides, "lanes * forcings"]
+    force_low: Annotated[Wides, "lanes * forcings"]
+    force_high: Annotated[Wides, "lanes * forcings"]
+    force_range: Annotated[Wides, "lanes * 2 * forcings"]
     ratio: Annotated[Wides, "lanes * levers"]
 
     series: Function

@@ -31,6 +31,7 @@ from lumped.kernel.extremes import (
     rough_bound,
     sample_extremes,
 )
+from lumped.kernel.forcing import is_clear
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.many_runs.lane_records import IDLE, STEPPING, WAITING, LaneWatch
 from lumped.kernel.many_runs.lane_transfer import hand_over, load, load_sums, unload_step
@@ -114,6 +115,19 @@ def _try_implicit(lanes: Lanes, h: Wide) -> bool:
     if not any_lane(is_due):
         return False
     lanes.mark = 1.0 if is_due else 0.0
+    for k in range(lanes.count):
+        if flat(lanes.mark)[k] > 0.5:
+            hand_over(lanes, k, lanes.attempt_of)
+    return True
+
+
+@kernel
+def _leave_unseen(lanes: Lanes, h: Wide) -> bool:
+    """Let runs go on alone whose steps may miss what acts by the time; whether there are any."""
+    clear = is_clear(lanes, h)
+    lanes.mark = 1.0 if clear < 0.5 and lanes.is_on > 0.5 else 0.0
+    if not any_lane(lanes.mark > 0.5):
+        return False
     for k in range(lanes.count):
         if flat(lanes.mark)[k] > 0.5:
             hand_over(lanes, k, lanes.attempt_of)
@@ -368,6 +382,8 @@ def _attempt(lanes: Lanes) -> None:
     if lanes.by_series and _expand(lanes):
         return
     h = min(max(min(lanes.h, lanes.longest), LEAST * abs(t)), end - t)
+    if lanes.plant.forcings > 0 and _leave_unseen(lanes, h):
+        return
     if lanes.chooses_method and _try_implicit(lanes, h):
         return
     lanes.t_new = end if h >= end - t else t + h
