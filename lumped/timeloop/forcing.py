@@ -14,7 +14,6 @@ _STATES, _TIME = 0, 2
 """Inputs of the rates."""
 _FIXED, _EVEN, _TIMED, _MOVING = range(4)
 """What follows parameters and settings; the time linearly; the time; states."""
-_EVEN_OPERATIONS = (ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE)
 
 
 def forcing(system: System) -> dict[str, ca.Function]:
@@ -40,9 +39,10 @@ def forcing(system: System) -> dict[str, ca.Function]:
 
 
 def _timed(rates: ca.Function, inputs: list[ca.SX]) -> ca.SX:
-    """Expressions of the time alone that anything else reads."""
+    """Functions of the time alone of which anything else reads sums and multiples."""
     count = max(rates.sz_w(), 1)
     kinds, held = [_FIXED] * count, [ca.SX(0)] * count
+    terms: list[dict[int, ca.SX]] = [{}] * count
     found: dict[int, ca.SX] = {}
     given = [ca.vertsplit(each) for each in inputs]
     for k in range(rates.n_instructions()):
@@ -50,33 +50,36 @@ def _timed(rates: ca.Function, inputs: list[ca.SX]) -> ca.SX:
         read, made = rates.instruction_input(k), rates.instruction_output(k)
         if operation == ca.OP_INPUT:
             kinds[made[0]] = {_STATES: _MOVING, _TIME: _EVEN}.get(read[0], _FIXED)
-            held[made[0]] = given[read[0]][read[1]]
+            held[made[0]], terms[made[0]] = given[read[0]][read[1]], {}
             continue
         if operation == ca.OP_CONST:
             kinds[made[0]], held[made[0]] = _FIXED, ca.SX(rates.instruction_constant(k))
+            terms[made[0]] = {}
             continue
-        kind = _MOVING if operation == ca.OP_OUTPUT else _kind(operation, [kinds[i] for i in read])
-        if kind == _MOVING:
-            for i in read:
-                if kinds[i] == _TIMED:
-                    found[held[i].element_hash()] = held[i]
+        own = [kinds[i] for i in read]
+        kind = max(own)
+        together = {key: term for i in read for key, term in terms[i].items()}
+        if kind == _MOVING or operation == ca.OP_OUTPUT:
+            found |= together
         if operation == ca.OP_OUTPUT:
             continue
+        place = made[0]
         if kind != _MOVING:
             a, b = held[read[0]], held[read[-1]]
             is_two = operation in TWO
-            value = ca.SX.binary(operation, a, b) if is_two else ca.SX.unary(operation, a)
-            held[made[0]] = value
-        kinds[made[0]] = kind
+            held[place] = ca.SX.binary(operation, a, b) if is_two else ca.SX.unary(operation, a)
+            if kind != _FIXED and not _is_linear(operation, own):
+                kind, together = _TIMED, {held[place].element_hash(): held[place]}
+        kinds[place], terms[place] = kind, {} if kind == _MOVING else together
     return ca.vertcat(ca.SX(0, 1), *found.values())
 
 
-def _kind(operation: int, kinds: list[int]) -> int:
-    """Kind of what an operation gives."""
-    most = max(kinds)
-    if most != _EVEN:
-        return most
-    is_even = operation in _EVEN_OPERATIONS
-    is_even |= operation == ca.OP_MUL and min(kinds) == _FIXED
-    is_even |= operation == ca.OP_DIV and kinds[1] == _FIXED
-    return _EVEN if is_even else _TIMED
+def _is_linear(operation: int, kinds: list[int]) -> bool:
+    """Whether an operation gives sums and multiples of what it is given."""
+    if operation in (ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE):
+        return True
+    if operation == ca.OP_MUL:
+        return min(kinds) == _FIXED
+    if operation == ca.OP_DIV:
+        return kinds[1] == _FIXED
+    return operation == ca.OP_IF_ELSE_ZERO and kinds[0] == _FIXED
