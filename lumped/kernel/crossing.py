@@ -109,7 +109,7 @@ def _root(run: Run, k: int, low: float, high: float, extra: float, sign: float) 
     """Part of the step at which a margin falls to zero, or rises (sign -1): the end that has.
 
     Chandrupatla's method, Advances in Engineering Software 28 (1997) 145: the inverse parabola
-    where it is sure to gain, else bisection, always with a bracket.
+    where it is sure to gain, else bisection, always with a bracket. The secant is tried first.
     """
     a, fa = low, sign * _value(run, k, low, extra)
     b, fb = high, sign * _value(run, k, high, extra)
@@ -117,7 +117,7 @@ def _root(run: Run, k: int, low: float, high: float, extra: float, sign: float) 
         return a
     if not fb < 0.0:
         return b
-    c, fc, share = a, fa, 0.5
+    c, fc, share = a, fa, fa / (fa - fb)
     for i in range(_ITERATIONS + _BISECTIONS):
         x = a + share * (b - a)
         fx = sign * _value(run, k, x, extra)
@@ -212,7 +212,7 @@ def _first_fall(run: Run, k: int, until: float) -> bool:
             return True
         if found == _CLEAR:
             begin = end
-            above = end if last > 0.0 else above
+            above = end if last > tolerance else above
             depth -= 1
         else:
             depth += 1
@@ -227,7 +227,8 @@ def _fired_at(run: Run, k: int, low: float, high: float, is_crowded: bool) -> fl
     # speeds and gaps may stay where they stop, so they fire at half of their tolerance
     extra = 0.0 if not is_crowded else 0.5 if run.plant.margin_kind[k] == SLIDE else 1.0
     begin = low
-    if not _value(run, k, low, extra) > 0.0:
+    if not _value(run, k, low, -1.0) > 0.0:
+        # it may rise from zero first
         begin = max(_risen(run, k, high), low)
         if not _value(run, k, begin, extra) > 0.0:
             # it was within its tolerance all the time before, as rounding may move a rest

@@ -17,7 +17,7 @@ from lumped.kernel.run import Run
 
 __all__ = ["is_clear", "seen"]
 
-_NODES = 5
+_NODES = 3
 """Nodes at equal distances, both ends included."""
 _SHARE = 0.25
 """Part of the span at the nodes by which bounds may be wider."""

@@ -16,6 +16,7 @@ from lumped import functionals as fun
 from lumped.code.operations import operations_of
 from lumped.kernel import enclosure, engine
 from lumped.kernel.models import REST
+from lumped.kernel.run import Enclosed
 
 # -- models ----------------------------------------------------------------------------------------
 
@@ -86,7 +87,7 @@ class Step:
             constants=operations.constants,
         )
         self.run = SimpleNamespace(
-            plant=SimpleNamespace(states=n, margins=1),
+            plant=SimpleNamespace(states=n),
             is_implicit=0,
             by_series=1,
             order=order,
@@ -99,31 +100,20 @@ class Step:
             dense=np.zeros(0),
             powers=np.zeros(64),
             bernstein=np.zeros(64),
-            needed=np.zeros(operations.work, dtype=int),
-            is_surveyed=0,
-            moves=np.zeros(len(operations.table), dtype=int),
-            fixed=np.zeros(len(operations.table)),
-            rows=np.zeros(4 * len(operations.table), dtype=int),
-            row_begin=np.zeros(2, dtype=int),
-            row_number=np.zeros(2, dtype=int),
-            row_next=0,
-            row_first=0,
-            row_count=0,
-            is_open=np.zeros(1, dtype=int),
-            floor=np.array([-1.0]),
-            models=np.zeros(10 * (12 + operations.work)),
-            model=np.zeros(10),
         )
+        sizes = {"margins": 1, "states": n, "enclosed_work": operations.work}
+        sizes["enclosed_rows"] = len(operations.table)
+        self.enclosed = Enclosed(sizes, results=1)
+        self.enclosed.is_open[0] = 1
         with np.errstate(all="ignore"):
-            enclosure.select_open(self.run, self.made)
-            enclosure.select(self.run, self.made, 0)
+            enclosure.select_open(self.run, self.enclosed, self.made, False)
 
     def bounds(self, begin, width):
         """Lower and upper bound by the Bernstein coefficients and the rest."""
         with np.errstate(all="ignore"):
-            enclosure.enclose(self.run, self.made, begin, width)
-            top = enclosure.to_bernstein(self.run, self.run.model)
-        b, rest = self.run.bernstein[: top + 1], self.run.model[REST]
+            enclosure.enclose(self.run, self.enclosed, self.made, begin, width)
+            top = enclosure.to_bernstein(self.run, self.enclosed.model)
+        b, rest = self.run.bernstein[: top + 1], self.enclosed.model[REST]
         return b.min() - rest, b.max() + rest
 
     def values(self, begin, width):
