@@ -66,6 +66,9 @@ def select(e: Enclosed, function: Function, k: int) -> None:
 
     What does not move in the present positions needs none.
     """
+    if e.row_begin[k] < 0 and e.open_count == 1:
+        # they are those of all that are open
+        e.row_begin[k], e.row_number[k] = e.row_begin[e.results], e.row_number[e.results]
     if e.row_begin[k] < 0:
         _collect(e, function, k)
     e.row_first, e.row_count = e.row_begin[k], e.row_number[k]
@@ -78,6 +81,9 @@ def select_open(run: Run, e: Enclosed, function: Function, is_same: bool) -> Non
     if not e.is_surveyed:
         _survey(run, e, function)
     if not is_same or e.row_begin[n] < 0:
+        e.open_count = 0
+        for k in range(n):
+            e.open_count += e.is_open[k]
         _collect(e, function, n)
     e.row_first, e.row_count = e.row_begin[n], e.row_number[n]
 

@@ -298,8 +298,8 @@ class Enclosed(Record):
         those of all that are open.
     row_first, row_count : int
         Those that are selected.
-    is_open : Integers
-        Which results are open.
+    is_open, open_count : Integers, int
+        Which results are open, and how many.
     models, model : Numbers
         Models of all values, and of the results.
     """
@@ -317,6 +317,7 @@ class Enclosed(Record):
     row_first: int
     row_count: int
     is_open: Annotated[Integers, "margins + states"]
+    open_count: int
     models: Annotated[Numbers, "10 * (12 + enclosed_work)"]
     model: Annotated[Numbers, "10 * (margins + states)"]
 

@@ -31,7 +31,8 @@ def forcing(system: System) -> dict[str, ca.Function]:
     _, p, _, m = inputs
     ends = ca.SX.sym("ends", 2)
     parameters, settings = ([(v, v) for v in ca.vertsplit(part)] for part in (p, m))
-    bounds = bounds_of(function, [[], parameters, [tuple(ca.vertsplit(ends))], settings])[0]
+    between = [[], parameters, [(ends[0], ends[1])], settings]
+    bounds = bounds_of(function, between)[0]
     lows, highs = zip(*bounds, strict=True)
     both = ca.vertcat(*lows, *highs)
     ranges = ca.Function("range", [ends, p, inputs[2], m], [both])
