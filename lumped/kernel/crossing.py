@@ -98,8 +98,16 @@ def _value(run: Run, k: int, part: float, extra: float) -> float:
 
 
 @kernel
+def _look(run: Run, part: float) -> None:
+    """Margins and tolerances inside the step."""
+    inside(run, part, run.inner)
+    t = run.t + part * (run.t_new - run.t)
+    evaluate(run.plant.margin, run, run.inner, t, run.m, run.margin)
+
+
+@kernel
 def _tolerance(run: Run, k: int) -> float:
-    """Tolerance of a margin in the step."""
+    """Tolerance of a margin at the ends of the step."""
     n = run.plant.margins
     return min(run.at_begin[n + k], run.at_end[n + k])
 
@@ -217,7 +225,10 @@ def _first_fall(run: Run, k: int, until: float) -> bool:
         else:
             depth += 1
             ends[depth] = begin + 0.5 * (end - begin)
-            levels[depth] = _value(run, k, ends[depth], 0.0)
+            _look(run, ends[depth])
+            levels[depth] = run.margin[k]
+            # sides that are small inside the step leave a smaller tolerance
+            tolerance = min(tolerance, run.tolerance[k])
     return False
 
 

@@ -10,15 +10,17 @@ shortened.
 from __future__ import annotations
 
 from lumped.code.words import kernel
+from lumped.kernel import rodas5p
 from lumped.kernel.enclosure import enclose, select_open, to_bernstein
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.models import REST, SIZE
 from lumped.kernel.run import Run
 
-__all__ = ["is_clear", "seen"]
+__all__ = ["NODES", "is_clear", "seen"]
 
-_NODES = 3
-"""Nodes at equal distances, both ends included."""
+NODES = (0.25, 0.6)
+"""Inner nodes of an explicit step, at which it has stages; series look at the rates there."""
+_NODES_IMPLICIT = (rodas5p.NODES[2], rodas5p.NODES[1])
 _SHARE = 0.25
 """Part of the span at the nodes by which bounds may be wider."""
 _FINEST = 1.0 / 32.0
@@ -29,14 +31,15 @@ _TRIES = 60
 
 
 @kernel
-def is_clear(run: Run, h: float) -> float:
+def is_clear(run: Run, h: float, first: float, second: float) -> float:
     """1 if bounds of what follows the time alone are those that nodes of a step tell, else 0."""
     n, low, high, force = run.plant.forcings, run.force_low, run.force_high, run.force
     evaluate(run.plant.forcing, run, run.x, run.t, run.m, force)
     for i in range(n):
         low[i] = high[i] = force[i]
-    for j in range(1, _NODES):
-        t = run.t + float(j) / float(_NODES - 1) * h
+    for j in range(1, 4):
+        part = first if j == 1 else second if j == 2 else 1.0
+        t = run.t + part * h
         evaluate(run.plant.forcing, run, run.x, t, run.m, force)
         for i in range(n):
             low[i], high[i] = min(low[i], force[i]), max(high[i], force[i])
@@ -52,11 +55,12 @@ def is_clear(run: Run, h: float) -> float:
 
 
 @kernel
-def _set_rates(run: Run, h: float) -> None:
+def _set_rates(run: Run, h: float, first: float, second: float) -> None:
     """Least and greatest rates at the nodes of a step, with the states as they are."""
     n, rates = run.plant.states, run.argument
-    for j in range(_NODES):
-        t = run.t + float(j) / float(_NODES - 1) * h
+    for j in range(4):
+        part = 0.0 if j == 0 else first if j == 1 else second if j == 2 else 1.0
+        t = run.t + part * h
         evaluate(run.plant.rates, run, run.x, t, run.m, rates)
         for i in range(n):
             run.rate_low[i] = min(run.rate_low[i], rates[i]) if j > 0 else rates[i]
@@ -107,15 +111,18 @@ def _is_even(number: float) -> bool:
 def seen(run: Run, h: float) -> float:
     """A step no longer than a given one in which nothing that acts by the time alone is missed."""
     plant, e = run.plant, run.enclosed_rates
+    first, second = NODES[0], NODES[1]
+    if run.is_implicit:
+        first, second = _NODES_IMPLICIT[0], _NODES_IMPLICIT[1]
     for _ in range(_TRIES):
-        if is_clear(run, h) > 0.5:
+        if is_clear(run, h, first, second) > 0.5:
             break
         run.t_new = run.t + h
         e.is_surveyed = 0
         for i in range(plant.states):
             e.is_open[i] = 1
         select_open(run, e, plant.rates, False)
-        _set_rates(run, h)
+        _set_rates(run, h, first, second)
         part = _first_unseen(run, h)
         if part >= 1.0:
             break

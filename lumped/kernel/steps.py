@@ -217,9 +217,9 @@ def _is_implicit_longer(run: Run, h: float) -> bool:
     If not, the next trial waits twice as long.
     """
     longer = rodas5p.LONGER * h
+    run.is_implicit = 1
     pays = run.plant.forcings == 0 or seen(run, longer) == longer
     if pays:
-        run.is_implicit = 1
         run.t_new = run.t + longer
         error = _tried(run, longer)
         pays = error <= SAFETY ** (1.0 / _IMPLICIT_POWER) and is_finite(run)

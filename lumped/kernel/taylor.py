@@ -11,6 +11,7 @@ from typing import Any
 
 from lumped.code.words import Numbers, exp, kernel, log, sqrt, written
 from lumped.kernel import rodas5p
+from lumped.kernel.forcing import NODES
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
@@ -100,8 +101,8 @@ def step(run: Run, h: float) -> float:
     f = run.stages[12 * n :]
     inner = h * 0.0
     if run.plant.forcings > 0:
-        for j in range(1, 4):
-            part = 0.25 * float(j) * h
+        for j in range(2):
+            part = NODES[j] * h
             _ends(c, order, row, n, part, new, slope)
             evaluate(run.plant.rates, run, new, run.t + part, run.m, f)
             total = h * 0.0
@@ -110,7 +111,7 @@ def step(run: Run, h: float) -> float:
                 miss = h * (slope[i] - f[i]) / scale
                 total += miss * miss
             inner = max(inner, total)
-        run.evaluations += 3
+        run.evaluations += 2
     _ends(c, order, row, n, h, new, slope)
     evaluate(run.plant.rates, run, new, run.t_new, run.m, f)
     run.evaluations += 1

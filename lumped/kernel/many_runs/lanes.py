@@ -31,7 +31,7 @@ from lumped.kernel.extremes import (
     rough_bound,
     sample_extremes,
 )
-from lumped.kernel.forcing import is_clear
+from lumped.kernel.forcing import NODES, is_clear
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.many_runs.lane_records import IDLE, STEPPING, WAITING, LaneWatch
 from lumped.kernel.many_runs.lane_transfer import hand_over, load, load_sums, unload_step
@@ -124,7 +124,7 @@ def _try_implicit(lanes: Lanes, h: Wide) -> bool:
 @kernel
 def _leave_unseen(lanes: Lanes, h: Wide) -> bool:
     """Let runs go on alone whose steps may miss what acts by the time; whether there are any."""
-    clear = is_clear(lanes, h)
+    clear = is_clear(lanes, h, NODES[0], NODES[1])
     lanes.mark = 1.0 if clear < 0.5 and lanes.is_on > 0.5 else 0.0
     if not any_lane(lanes.mark > 0.5):
         return False
