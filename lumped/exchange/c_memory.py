@@ -9,8 +9,9 @@ import numpy as np
 from lumped.code.operations import Operations
 from lumped.code.records import Field, Record
 from lumped.kernel.cycles import Count
+from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.plant import Function, Plant
-from lumped.kernel.run import Enclosed, InstantSearch, Matrix, Pattern, Run, RunOutput
+from lumped.kernel.run import InstantSearch, Matrix, Pattern, Run, RunOutput
 from lumped.kernel.watch import Watch
 
 __all__ = ["Memory"]

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from lumped.code.records import Record
+from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.plant import Plant
-from lumped.kernel.run import Enclosed, InstantSearch, Run
+from lumped.kernel.run import InstantSearch, Run
 from lumped.timeloop.output_room import OutputRoom
 
 __all__ = ["KeptRun", "made_run", "remember"]

@@ -15,8 +15,8 @@ import lumped as lp
 from lumped import functionals as fun
 from lumped.code.operations import operations_of
 from lumped.kernel import enclosure, engine
+from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.models import REST
-from lumped.kernel.run import Enclosed
 
 # -- models ----------------------------------------------------------------------------------------
 
