@@ -62,17 +62,18 @@ def test_a_cam_switches_twice_a_turn(method, w, degrees):
 
 
 def test_cams_in_lanes_switch_as_in_single_runs():
-    width = np.radians(2.9)
-    system, points = cam(width), np.linspace(20.0, 400.0, 19)[:, None]
+    widths, until = np.radians(np.linspace(0.1, 5.0, 11)), 1.0
     of = {"count": fun.count("cam"), "on": fun.final("count.on")}
     for method in ("steps", "taylor"):
         lanes, alone = (
-            ran(system, ["wheel.J"], np.ones((9, 1)), of, kind=kind, until=1.0, method=method)
+            ran(cam(0.1), ["cam.width"], widths[:, None], of, kind=kind, until=until, method=method)
             for kind in (lp.ensembles.native_runs.NativeRuns, Alone)
         )
         assert_same_bits(lanes, alone)
-        assert (lanes.values[:, 0] == len(passed(width, 100.0, 1.0))).all()
-    assert len(points)
+        expected = [passed(width, 100.0, until) for width in widths]
+        assert lanes.values[:, 0].tolist() == [len(times) for times in expected]
+        on = [(times[1::2] - times[: len(times) // 2 * 2 : 2]).sum() for times in expected]
+        np.testing.assert_allclose(lanes.values[:, 1], on, rtol=1e-7)
 
 
 class Even(lp.Component):
