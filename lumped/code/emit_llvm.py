@@ -42,6 +42,8 @@ _INTRINSIC = {
     ca.OP_FMIN: "minnum",
     ca.OP_FMAX: "maxnum",
     ca.OP_COPYSIGN: "copysign",
+    ca.OP_FLOOR: "floor",
+    ca.OP_CEIL: "ceil",
 }
 OWN = {ca.OP_SIN: "lumped_sin", ca.OP_COS: "lumped_cos"}
 """Functions of ours (see `trigonometry`)."""
@@ -50,7 +52,7 @@ _LIBRARY = {
     for name in (
         *("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"),
         *("asinh", "acosh", "atanh", "exp", "expm1", "log", "log1p", "erf"),
-        *("floor", "ceil", "atan2", "hypot", "pow", "fmod", "remainder"),
+        *("atan2", "hypot", "pow", "fmod", "remainder"),
     )
 } | {ca.OP_CONSTPOW: "pow"}
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-__all__ = ["TWO", "Operations", "UnsupportedError", "first_results", "joined", "operations_of"]
+__all__ = ["TWO", "Operations", "UnsupportedError", "joined", "operations_of"]
 
 
 STATE, PARAMETER, TIME, SETTING, RESULT = range(-5, 0)
@@ -104,26 +104,6 @@ def operations_of(function: ca.Function, *, full: bool = True) -> Operations:
             rows.append((op, out[0], given[0], given[-1]))
     table = np.array(rows, dtype=np.int64).reshape(-1, 4)
     return Operations(table, np.array(constants), max(function.sz_w(), 1), first)
-
-
-def first_results(function: Operations, count: int) -> Operations:
-    """Some of the results of a function, with the operations that they need."""
-    rows: list[list[int]] = []
-    read: set[int] = set()
-    for row in reversed(function.table.tolist()):
-        op, out, a, b = row
-        if op == RESULT:
-            if out >= count:
-                continue
-        elif out in read:
-            read.discard(out)
-        else:
-            continue
-        rows.append(row)
-        if op not in _INPUTS and op != ca.OP_CONST:
-            read |= {a, b} if op in TWO else {a}
-    table = np.array(rows[::-1], dtype=np.int64).reshape(-1, 4)
-    return Operations(table, function.constants, function.work, count)
 
 
 def joined(first: Operations, second: Operations) -> Operations:

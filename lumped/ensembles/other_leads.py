@@ -98,7 +98,7 @@ def _take_over(own: Variants, other: Variants) -> None:
     new, old = own.run, other.run
     new.memory[:] = new.memory_at_first
     new.t, new.end, new.segment, new.segments = old.t, old.end, old.segment, old.segments
-    new.phase, new.sampled_to = RESTART, math.inf
+    new.phase = RESTART
     new.steps, new.rejected = old.steps, old.rejected
     new.changed[:], new.changed_count = old.changed, old.changed_count
     new.watch.next_time = old.watch.next_time

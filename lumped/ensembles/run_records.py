@@ -195,6 +195,7 @@ class RunRecords:
         sizes = {"lanes": len(slots), "states": plant.states, "settings": plant.settings}
         sizes |= {"margins": plant.margins, "levers": plant.levers, "integrands": watch.integrands}
         sizes |= {"parameters": plant.parameters, "prepared": plant.prepared}
+        sizes |= {"forcings": plant.forcings}
         sizes |= {"extremes": watch.extremes, "terms": run.terms, "row": run.row}
         own = LaneWatch(sizes, integrands=watch.integrands, extremes=watch.extremes)
         own.loads = watch.loads
@@ -218,7 +219,6 @@ class RunRecords:
             order=run.order,
             terms=run.terms,
             row=run.row,
-            columns=run.columns,
             by_series=run.order > 0,
             caution=run.caution,
         )

@@ -6,8 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from lumped.code.operations import Operations
 from lumped.code.records import Field, Record
 from lumped.kernel.cycles import Count
+from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.plant import Function, Plant
 from lumped.kernel.run import InstantSearch, Matrix, Pattern, Run, RunOutput
 from lumped.kernel.watch import Watch
@@ -22,6 +24,8 @@ _RECORDS: dict[str, type[Record]] = {
     "instant": InstantSearch,
     **{name: f.kind for name, f in InstantSearch.fields.items() if isinstance(f.kind, type)},
     "output": RunOutput,
+    "enclosed_margins": Enclosed,
+    "enclosed_rates": Enclosed,
     "matrix": Matrix,
     "pattern": Pattern,
     "plant": Plant,
@@ -55,6 +59,8 @@ class Memory:
         For some records what their fields hold: numbers, and tables that do not change.
     functions : iterable of str
         Functions of the plant and of functionals that there are.
+    enclosed : mapping of str to Operations
+        Those whose operations are read, as they are enclosed.
     watch : Watch, optional
         What functionals take from a run; what it holds besides zeros does not change.
     """
@@ -64,6 +70,7 @@ class Memory:
         sizes: Mapping[str, int],
         values: Mapping[str, Mapping[str, int | np.ndarray]],
         functions: list[str],
+        enclosed: Mapping[str, Operations],
         watch: Watch | None = None,
     ) -> None:
         changes = sizes["conditions"] + sizes["holds"] + 1
@@ -81,6 +88,8 @@ class Memory:
         for name, kind in _RECORDS.items():
             for field in kind.fields.values():
                 self._field(name, field, given.get(name, {}))
+        for name, operations in enclosed.items():
+            self._operations(name, operations)
         limits = {"most_rows": _ROWS, "most_pieces": _PIECES, "most_changes": changes}
         self._lines += [f"    memory->output.{name} = {n};" for name, n in limits.items()]
 
@@ -104,6 +113,20 @@ class Memory:
                 self._lines.append(f"    {place} = memory->{block} + {first};")
                 self._counts[block] += int(eval(length, {"max": max}, self._sizes))
 
+    def _operations(self, name: str, operations: Operations) -> None:
+        place = f"memory->functions[FUNCTION_{name}]"
+        held = {"operations": operations.table.ravel(), "constants": operations.constants}
+        for field, value in held.items():
+            kind = "int64_t" if field == "operations" else "double"
+            self._table(kind, f"{name}_{field}", value)
+            self._lines.append(f"    {place}.{field} = ({kind} *){name}_{field};")
+        self._lines.append(f"    {place}.count = {len(operations.table)};")
+
+    def _table(self, kind: str, symbol: str, value: np.ndarray) -> None:
+        listed = ", ".join(repr(v) for v in [*value.tolist(), 0])
+        listed = listed.replace("inf", "INFINITY").replace("nan", "NAN")
+        self.tables.append(f"static const {kind} {symbol}[] = {{{listed}}};")
+
     def _given(self, record: str, field: Field, value: int | np.ndarray) -> None:
         place = f"memory->{record}.{field.name}"
         if isinstance(value, np.ndarray) and not value.any():
@@ -112,9 +135,7 @@ class Memory:
             self._counts[block] += len(value)
         elif isinstance(value, np.ndarray):
             kind, symbol = "double" if field.kind == "numbers" else "int64_t", field.name
-            listed = ", ".join(repr(v) for v in [*value.tolist(), 0])
-            listed = listed.replace("inf", "INFINITY").replace("nan", "NAN")
-            self.tables.append(f"static const {kind} {record}_{symbol}[] = {{{listed}}};")
+            self._table(kind, f"{record}_{symbol}", value)
             self._lines.append(f"    {place} = ({kind} *){record}_{symbol};")
         else:
             self._lines.append(f"    {place} = {value};")

@@ -31,7 +31,7 @@ from lumped.kernel.positions import begin, calm_positions, find_positions
 from lumped.kernel.run import Pattern
 from lumped.kernel.sharing import watch_redundancy
 from lumped.kernel.steps import is_unfit
-from lumped.timeloop.executable import parts_of
+from lumped.timeloop.executable import enclosed_of, enclosed_sizes, parts_of
 from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.instants import clocks
 from lumped.timeloop.run import nominals
@@ -110,10 +110,16 @@ def model_files(
     if watched is not None:
         functions |= {name: operations_of(f) for name, f in watched.functions.items()}
         values["run"]["watches"] = 1
-    memory = Memory(lengths, values, list(functions), watch)
+    enclosed = enclosed_of(functions)
+    lengths |= enclosed_sizes(enclosed)
+    values["enclosed_margins"] = {"results": lengths["margins"]}
+    values["enclosed_rates"] = {"results": lengths["states"], "is_still": 1}
+    memory = Memory(lengths, values, list(functions), enclosed, watch)
     functions |= _own_functions(interface)
     functions |= {name: operations_of(f) for name, f in (beside or {}).items()}
     # the interface calls these directly
+    if system.switching:
+        functions["margin_rate"] = operations_of(system.margin_rates)
     for name in ("rates", "look", "margin", "margin_rate", "following"):
         if name not in functions:
             functions[name] = _operations(name, system, [])

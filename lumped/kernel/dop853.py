@@ -21,6 +21,7 @@ __all__ = [
     "integral_error",
     "integrals_by_stages",
     "interpolate",
+    "set_ranges",
     "stages",
     "step",
 ]
@@ -88,6 +89,29 @@ _errors = _loop(
     ],
     "run.error_6, run.error_5, run.error_3 = e6, e5, e3\n    run.steepness, run.way = steep, moved",
 )
+
+
+def _bernstein() -> list[str]:
+    """Coefficients of the interpolation in the Bernstein basis, column after column."""
+    held, lines = ["k[6 * n + i]"], []
+    for g in range(7):
+        next_ = f"k[{5 - g} * n + i]" if g < 6 else "x[i]"
+        lines.append(f"c = {next_}")
+        shares = [(j / (g + 1), (g + 1 - j) / (g + 1)) for j in range(g + 2)]
+        if g % 2 == 0:  # times the part of the step
+            new = ["c", *(f"{shares[j][0]!r} * {held[j - 1]} + c" for j in range(1, g + 2))]
+        else:  # times the rest of it
+            new = [*(f"{shares[j][1]!r} * {held[j]} + c" for j in range(g + 1)), "c"]
+        lines += [f"b{g}_{j} = {text}" for j, text in enumerate(new)]
+        held = [f"b{g}_{j}" for j in range(g + 2)]
+    least = most = held[0]
+    for name in held[1:]:
+        least, most = f"min({least}, {name})", f"max({most}, {name})"
+    return [*lines, f"out[i] = {least}", f"out[n + i] = {most}"]
+
+
+set_ranges = _loop("set_ranges", "x: Numbers, out: Numbers", "pass", _bernstein())
+"""Least and greatest of these coefficients for each state, from columns of the interpolation."""
 
 
 _LOOKED = (0, 5, 6, 7, 8, 9, 10, 11)

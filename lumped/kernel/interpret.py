@@ -6,6 +6,8 @@ need no compiling; see `lumped.timeloop.executable`.
 
 from __future__ import annotations
 
+import math
+
 import casadi as ca
 
 from lumped.code.operations import PARAMETER, RESULT, SETTING, STATE, TIME
@@ -44,7 +46,7 @@ from lumped.code.words import (
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Run
 
-__all__ = ["evaluate", "prepare"]
+__all__ = ["evaluate", "operate", "prepare"]
 
 
 @kernel
@@ -63,6 +65,106 @@ def prepare(run: Run) -> None:
     plant = run.plant
     if plant.prepared > 0:
         evaluate(plant.prepare, run, run.x, run.t, run.m, run.p[plant.parameters :])
+
+
+@kernel
+def operate(op: int, a: float, b: float) -> float:
+    """Carry out one operation."""
+    if op == ca.OP_MUL:
+        return a * b
+    if op == ca.OP_ADD:
+        return a + b
+    if op == ca.OP_SUB:
+        return a - b
+    if op == ca.OP_DIV:
+        return a / b
+    if op == ca.OP_NEG:
+        return -a
+    if op == ca.OP_SQ:
+        return a * a
+    if op == ca.OP_TWICE:
+        return a + a
+    if op == ca.OP_INV:
+        return 1.0 / a
+    if op == ca.OP_IF_ELSE_ZERO:
+        return b if a != 0.0 else 0.0
+    if op == ca.OP_NOT:
+        return 1.0 if a == 0.0 else 0.0
+    if op == ca.OP_LT:
+        return 1.0 if a < b else 0.0
+    if op == ca.OP_LE:
+        return 1.0 if a <= b else 0.0
+    if op == ca.OP_EQ:
+        return 1.0 if a == b else 0.0
+    if op == ca.OP_NE:
+        return 1.0 if a != b else 0.0
+    if op == ca.OP_AND:
+        return 1.0 if a != 0.0 and b != 0.0 else 0.0
+    if op == ca.OP_OR:
+        return 1.0 if a != 0.0 or b != 0.0 else 0.0
+    if op == ca.OP_SIN:
+        return sine(a)
+    if op == ca.OP_COS:
+        return cosine(a)
+    if op == ca.OP_SQRT:
+        return sqrt(a)
+    if op == ca.OP_FABS:
+        return abs(a)
+    if op == ca.OP_FMIN:
+        return fmin(a, b)
+    if op == ca.OP_FMAX:
+        return fmax(a, b)
+    if op == ca.OP_POW or op == ca.OP_CONSTPOW:
+        return power(a, b)
+    if op == ca.OP_ASSIGN or op == ca.OP_LIFT:
+        return a
+    if op == ca.OP_SIGN:
+        return -1.0 if a < 0.0 else 1.0 if a > 0.0 else a
+    if op == ca.OP_TAN:
+        return tan(a)
+    if op == ca.OP_ASIN:
+        return asin(a)
+    if op == ca.OP_ACOS:
+        return acos(a)
+    if op == ca.OP_ATAN:
+        return atan(a)
+    if op == ca.OP_ATAN2:
+        return atan2(a, b)
+    if op == ca.OP_TANH:
+        return tanh(a)
+    if op == ca.OP_SINH:
+        return sinh(a)
+    if op == ca.OP_COSH:
+        return cosh(a)
+    if op == ca.OP_ASINH:
+        return asinh(a)
+    if op == ca.OP_ACOSH:
+        return acosh(a)
+    if op == ca.OP_ATANH:
+        return atanh(a)
+    if op == ca.OP_EXP:
+        return exp(a)
+    if op == ca.OP_EXPM1:
+        return expm1(a)
+    if op == ca.OP_LOG:
+        return log(a)
+    if op == ca.OP_LOG1P:
+        return log1p(a)
+    if op == ca.OP_ERF:
+        return erf(a)
+    if op == ca.OP_FLOOR:
+        return floor(a)
+    if op == ca.OP_CEIL:
+        return ceil(a)
+    if op == ca.OP_HYPOT:
+        return hypot(a, b)
+    if op == ca.OP_FMOD:
+        return fmod(a, b)
+    if op == ca.OP_REMAINDER:
+        return remainder(a, b)
+    if op == ca.OP_COPYSIGN:
+        return copysign(a, b)
+    return math.nan
 
 
 @kernel
@@ -93,90 +195,5 @@ def _interpret(
             w[to] = constants[a]
         elif op == TIME:
             w[to] = t
-        elif op == ca.OP_NEG:
-            w[to] = -w[a]
-        elif op == ca.OP_SQ:
-            w[to] = w[a] * w[a]
-        elif op == ca.OP_TWICE:
-            w[to] = w[a] + w[a]
-        elif op == ca.OP_INV:
-            w[to] = 1.0 / w[a]
-        elif op == ca.OP_IF_ELSE_ZERO:
-            w[to] = w[b] if w[a] != 0.0 else 0.0
-        elif op == ca.OP_NOT:
-            w[to] = 1.0 if w[a] == 0.0 else 0.0
-        elif op == ca.OP_LT:
-            w[to] = 1.0 if w[a] < w[b] else 0.0
-        elif op == ca.OP_LE:
-            w[to] = 1.0 if w[a] <= w[b] else 0.0
-        elif op == ca.OP_EQ:
-            w[to] = 1.0 if w[a] == w[b] else 0.0
-        elif op == ca.OP_NE:
-            w[to] = 1.0 if w[a] != w[b] else 0.0
-        elif op == ca.OP_AND:
-            w[to] = 1.0 if w[a] != 0.0 and w[b] != 0.0 else 0.0
-        elif op == ca.OP_OR:
-            w[to] = 1.0 if w[a] != 0.0 or w[b] != 0.0 else 0.0
-        elif op == ca.OP_SIN:
-            w[to] = sine(w[a])
-        elif op == ca.OP_COS:
-            w[to] = cosine(w[a])
-        elif op == ca.OP_SQRT:
-            w[to] = sqrt(w[a])
-        elif op == ca.OP_FABS:
-            w[to] = abs(w[a])
-        elif op == ca.OP_SIGN:
-            value = w[a]
-            w[to] = -1.0 if value < 0.0 else 1.0 if value > 0.0 else value
-        elif op == ca.OP_FMIN:
-            w[to] = fmin(w[a], w[b])
-        elif op == ca.OP_FMAX:
-            w[to] = fmax(w[a], w[b])
-        elif op == ca.OP_POW or op == ca.OP_CONSTPOW:
-            w[to] = power(w[a], w[b])
-        elif op == ca.OP_ASSIGN or op == ca.OP_LIFT:
-            w[to] = w[a]
-        elif op == ca.OP_TAN:
-            w[to] = tan(w[a])
-        elif op == ca.OP_ASIN:
-            w[to] = asin(w[a])
-        elif op == ca.OP_ACOS:
-            w[to] = acos(w[a])
-        elif op == ca.OP_ATAN:
-            w[to] = atan(w[a])
-        elif op == ca.OP_ATAN2:
-            w[to] = atan2(w[a], w[b])
-        elif op == ca.OP_TANH:
-            w[to] = tanh(w[a])
-        elif op == ca.OP_SINH:
-            w[to] = sinh(w[a])
-        elif op == ca.OP_COSH:
-            w[to] = cosh(w[a])
-        elif op == ca.OP_ASINH:
-            w[to] = asinh(w[a])
-        elif op == ca.OP_ACOSH:
-            w[to] = acosh(w[a])
-        elif op == ca.OP_ATANH:
-            w[to] = atanh(w[a])
-        elif op == ca.OP_EXP:
-            w[to] = exp(w[a])
-        elif op == ca.OP_EXPM1:
-            w[to] = expm1(w[a])
-        elif op == ca.OP_LOG:
-            w[to] = log(w[a])
-        elif op == ca.OP_LOG1P:
-            w[to] = log1p(w[a])
-        elif op == ca.OP_ERF:
-            w[to] = erf(w[a])
-        elif op == ca.OP_FLOOR:
-            w[to] = floor(w[a])
-        elif op == ca.OP_CEIL:
-            w[to] = ceil(w[a])
-        elif op == ca.OP_HYPOT:
-            w[to] = hypot(w[a], w[b])
-        elif op == ca.OP_FMOD:
-            w[to] = fmod(w[a], w[b])
-        elif op == ca.OP_REMAINDER:
-            w[to] = remainder(w[a], w[b])
-        elif op == ca.OP_COPYSIGN:
-            w[to] = copysign(w[a], w[b])
+        else:
+            w[to] = operate(op, w[a], w[b])

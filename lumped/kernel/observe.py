@@ -220,9 +220,7 @@ def _take(run: Run, k: int, value: float) -> None:
 
 
 @kernel
-def observe_event(
-    run: Run, kind: int, number: int, after: int, loss: float, delay: float
-) -> None:
+def observe_event(run: Run, kind: int, number: int, after: int, loss: float, delay: float) -> None:
     """Take what functionals need from a change of position.
 
     The states and settings before it are those of the run, apart from functions of time; those

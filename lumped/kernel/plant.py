@@ -3,6 +3,11 @@
 A function takes states x, parameters p, the time t and settings m, and writes its results one
 after the other. Settings are the positions of conditions and holds, then implicit quantities.
 
+One function takes the ends of ranges in place of the states and the time: the least values of all
+states, the greatest, and both times. `margin_floor` gives lower bounds of the margins in between.
+`forcing` gives what of the rates follows the time alone, `forcing_range` lower and upper bounds of
+that between two times, which stand in place of the states.
+
 A hold is a constraint that sticks, or slides forward or backward, or is free; its settings are
 those of `lumped.flattening.hold_modes`. A condition has one, or those of a piece of a table: its
 number, its begin, and three of its margin, ``k0 + s (k1 + k2 s)`` with s the distance from the
@@ -63,6 +68,7 @@ class Plant(Record):
     speed_uses: int
     parameters: int
     prepared: int
+    forcings: int
 
     # functions; the first gives what others need of parameters alone, which stands behind these
     prepare: Function
@@ -70,7 +76,9 @@ class Plant(Record):
     jacobian: Function
     look: Function
     margin: Function
-    margin_rate: Function
+    margin_floor: Function
+    forcing: Function
+    forcing_range: Function
     closure: Function
     leverage: Function
     following: Function

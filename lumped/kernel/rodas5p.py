@@ -25,6 +25,7 @@ __all__ = [
     "dense_error",
     "dense_output",
     "interpolate",
+    "set_ranges",
     "step",
 ]
 
@@ -156,3 +157,17 @@ def interpolate(run: Run, part: float, out: Numbers) -> None:
     for i in range(n):
         inner = c[i] + part * (c[n + i] + part * c[2 * n + i])
         out[i] = x[i] + part * (new[i] - x[i] + rest * inner)
+
+
+@kernel
+def set_ranges(run: Run) -> None:
+    """Ranges of the states in the step: the least and greatest Bernstein coefficients."""
+    n, x, new, c = run.plant.states, run.x, run.new, run.dense
+    for i in range(n):
+        first, last = x[i], new[i]
+        a, b, d = c[i], c[n + i], c[2 * n + i]
+        one = (3.0 * first + last + a) / 4.0
+        two = (3.0 * (first + last) + 2.0 * a + b) / 6.0
+        three = (first + 3.0 * last + a + b + d) / 4.0
+        run.ranges[i] = min(min(min(first, last), min(one, two)), three)
+        run.ranges[n + i] = max(max(max(first, last), max(one, two)), three)

@@ -2,7 +2,8 @@
 
 Lengths are expressions of the sizes of a plant: ``states``, ``settings``, ``implicit``,
 ``parameters``, ``prepared``, ``margins``, ``conditions``, ``holds``, ``jumps``, ``jump_values``,
-``levers``, ``followers``, and ``work``, the numbers that its functions need while interpreted.
+``levers``, ``followers``, and ``work``, the numbers that its functions need while interpreted;
+``enclosed_rows`` and ``enclosed_work``, operations of those that are enclosed and their numbers.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from typing import Annotated
 
 from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers
+from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.plant import Function, Plant
 from lumped.kernel.rounds import Rounds
 from lumped.kernel.watch import Watch
@@ -36,9 +38,6 @@ STORM_WITHIN = 1e-9
 MOST_LEVERAGE = 1e3
 """Ratio of a dependent motion to the state that leads it, relative to the usual ratio, above which
 the state is unfit."""
-
-MOST_HALVINGS = 26
-"""How often a step is halved to isolate the roots of a margin: what is left is below rounding."""
 
 MOST_JUMP = 1e-9
 """Jump of a prescribed motion, relative and absolute, that is rounding."""
@@ -395,16 +394,36 @@ class Run(Record):
     steepness: float
     way: float
 
-    # margins in the step: at a point, with their tolerances; at five points; slopes at two of them
+    # margins in the step: at a point, with their tolerances; at both ends; lower bounds over all of
+    # it; when each fires, as a part of the step; parts that wait to be looked at: ends, and values
+    # there
     margin: Annotated[Numbers, "margins", "2 * margins"]
     tolerance: Annotated[Numbers, "margins"]
-    samples: Annotated[Numbers, "5 * margins"]
-    slopes: Annotated[Numbers, "2 * margins"]
-    sampled_to: float
-    suspect: Annotated[Integers, "margins"]
+    at_begin: Annotated[Numbers, "2 * margins"]
+    at_end: Annotated[Numbers, "2 * margins"]
+    floor: Annotated[Numbers, "margins"]
+    fires: Annotated[Numbers, "margins"]
     halves: Annotated[Numbers, "64"]
+    levels: Annotated[Numbers, "64"]
     inner: Annotated[Numbers, "states"]
     t_cross: float
+
+    # enclosures (see `enclosure`): ranges of states and time over the step; coefficients of one
+    # polynomial, and in the Bernstein basis; operations of margins, and of rates while states rest
+    ranges: Annotated[Numbers, "2 * states + 2"]
+    powers: Annotated[Numbers, "64"]
+    bernstein: Annotated[Numbers, "64"]
+    enclosed_margins: Enclosed
+    enclosed_rates: Enclosed
+
+    # what acts by the time alone: values at nodes of the step, and between which bounds; rates at
+    # these nodes, and their least and greatest
+    force: Annotated[Numbers, "forcings"]
+    force_low: Annotated[Numbers, "forcings"]
+    force_high: Annotated[Numbers, "forcings"]
+    force_range: Annotated[Numbers, "2 * forcings"]
+    rate_low: Annotated[Numbers, "states"]
+    rate_high: Annotated[Numbers, "states"]
 
     # results of functions
     found: Annotated[Numbers, "implicit", "2 * implicit"]
@@ -416,16 +435,12 @@ class Run(Record):
     work: Annotated[Numbers, "work"]
 
     # steps by Taylor's series: the function of its coefficients; its order (0: other steps are
-    # made); rows of coefficients and their length: those of states, then of integrals, then of
-    # integrals of margins, if these have series; how many columns come before margins; whether the
-    # present step is made by them; the part of the step that the last terms allow; coefficients of
-    # a margin in the Bernstein basis
+    # made); rows of coefficients and their length: those of states, then of integrals; whether the
+    # present step is made by them; the part of the step that the last terms allow
     series: Function
     order: int
     terms: int
     row: int
-    columns: int
     by_series: int
     caution: float
     coefficients: Numbers
-    bernstein: Numbers

@@ -6,7 +6,8 @@ import math
 
 from lumped.code.words import Numbers, kernel, sqrt
 from lumped.kernel import dop853, rodas5p, taylor
-from lumped.kernel.crossing import find_crossing, is_suspected
+from lumped.kernel.crossing import find_crossing
+from lumped.kernel.forcing import seen
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.linkages import follow
 from lumped.kernel.observe import is_inside_wanted, observe
@@ -107,7 +108,7 @@ def _begin(run: Run) -> bool:
     """
     n, t, length = run.plant.states, run.t, run.end - run.t
     x, f, a, later = run.x, run.stages, run.argument, run.new
-    run.sampled_to = math.inf
+    run.enclosed_margins.is_surveyed = run.enclosed_rates.is_surveyed = 0
     if run.watches:
         run.watch.ends_at = run.watch.loads_at = -math.inf
     run.was_rejected = run.stiff_steps = 0
@@ -215,10 +216,13 @@ def _is_implicit_longer(run: Run, h: float) -> bool:
 
     If not, the next trial waits twice as long.
     """
+    longer = rodas5p.LONGER * h
     run.is_implicit = 1
-    run.t_new = run.t + rodas5p.LONGER * h
-    error = _tried(run, rodas5p.LONGER * h)
-    pays = error <= SAFETY ** (1.0 / _IMPLICIT_POWER) and is_finite(run)
+    pays = run.plant.forcings == 0 or seen(run, longer) == longer
+    if pays:
+        run.t_new = run.t + longer
+        error = _tried(run, longer)
+        pays = error <= SAFETY ** (1.0 / _IMPLICIT_POWER) and is_finite(run)
     run.is_implicit = pays
     run.stiff_steps = run.untried_steps = 0
     if not pays:
@@ -268,6 +272,8 @@ def _attempt(run: Run) -> int:
     if run.order > 0 and not run.is_implicit:
         taylor.expand(run)
     h = min(max(min(run.h, run.longest), LEAST * abs(t)), end - t)
+    if plant.forcings > 0:
+        h = seen(run, h)
     if _is_trial_due(run, h):
         if not run.has_matrix:
             return NEEDS_MATRIX
@@ -293,7 +299,7 @@ def _attempt(run: Run) -> int:
         run.m[plant.settings - plant.implicit + i] = run.found[i]
     if not run.is_implicit:
         _note_stiffness(run)
-    run.is_crossed = plant.margins > 0 and is_suspected(run) and find_crossing(run)
+    run.is_crossed = plant.margins > 0 and find_crossing(run)
     return leave_step(run)
 
 

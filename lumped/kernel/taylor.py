@@ -11,10 +11,11 @@ from typing import Any
 
 from lumped.code.words import Numbers, exp, kernel, log, sqrt, written
 from lumped.kernel import rodas5p
+from lumped.kernel.forcing import NODES
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
-__all__ = ["expand", "has_integrals", "integrals", "interpolate", "length", "step"]
+__all__ = ["expand", "has_integrals", "integrals", "interpolate", "length", "set_ranges", "step"]
 
 _TOGETHER = 3
 """States whose series are summed at a time."""
@@ -88,6 +89,9 @@ def step(run: Run, h: float) -> float:
     The series lacks the term of the next order, and so do its derivatives: by as many times more
     as the order of the term they miss the rates at the end of the step.
 
+    Where the time acts by itself, rates inside the step are looked at, too, as a pulse ahead leaves
+    no trace in the series at its begin.
+
     The motion itself would allow a longer implicit step if the term of the order of that method is
     small at its end; then what holds the step is stability: the step times the fastest eigenvalue
     is about the order.
@@ -95,6 +99,19 @@ def step(run: Run, h: float) -> float:
     n, order, row, c = run.plant.states, run.order, run.row, run.coefficients
     new, slope = run.new, run.argument
     f = run.stages[12 * n :]
+    inner = h * 0.0
+    if run.plant.forcings > 0:
+        for j in range(2):
+            part = NODES[j] * h
+            _ends(c, order, row, n, part, new, slope)
+            evaluate(run.plant.rates, run, new, run.t + part, run.m, f)
+            total = h * 0.0
+            for i in range(n):
+                scale = run.atol[i] + run.rtol * max(abs(run.x[i]), abs(new[i]))
+                miss = h * (slope[i] - f[i]) / scale
+                total += miss * miss
+            inner = max(inner, total)
+        run.evaluations += 2
     _ends(c, order, row, n, h, new, slope)
     evaluate(run.plant.rates, run, new, run.t_new, run.m, f)
     run.evaluations += 1
@@ -107,7 +124,7 @@ def step(run: Run, h: float) -> float:
     far = rodas5p.LONGER * h
     is_held = bend * far * far * far * far * far <= _HELD
     run.stiffness = float(order) if is_held else 0.0
-    return sqrt(total / n) / (order + 1)
+    return sqrt(max(total, inner) / n) / (order + 1)
 
 
 @kernel
@@ -118,9 +135,31 @@ def interpolate(run: Run, part: float, out: Numbers) -> None:
 
 
 @kernel
+def set_ranges(run: Run) -> None:
+    """Ranges of the states in the step: the least and greatest Bernstein coefficients."""
+    n, order, row, c = run.plant.states, run.order, run.row, run.coefficients
+    h, b = run.t_new - run.t, run.bernstein
+    for i in range(n):
+        factor = h
+        b[0] = run.x[i]
+        for j in range(1, order + 1):
+            b[j] = c[j * row + i] * factor
+            factor = factor * h * (float(j + 1) / float(max(order - j, 1)))
+        for j in range(order):
+            b[j + 1] = b[j + 1] / float(order)
+        least, most = b[0], b[0]
+        for k in range(1, order + 1):
+            for j in range(order, k - 1, -1):
+                b[j] += b[j - 1]
+        for j in range(1, order + 1):
+            least, most = min(least, b[j]), max(most, b[j])
+        run.ranges[i], run.ranges[n + i] = least, most
+
+
+@kernel
 def has_integrals(run: Run) -> bool:
     """Whether there are coefficients of what is integrated."""
-    return run.columns > run.plant.states
+    return run.row > run.plant.states
 
 
 @kernel

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -20,8 +20,10 @@ from lumped.kernel.pivots import pattern_of
 from lumped.kernel.plant import Function, Plant
 from lumped.kernel.run import Matrix, Pattern, Run
 from lumped.support.made_once import made_once
+from lumped.timeloop.forcing import forcing
 from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.kept_run import KeptRun, made_run, remember
+from lumped.timeloop.margin_floors import margin_floors
 from lumped.timeloop.output_room import OutputRoom
 from lumped.timeloop.programs import asking_ranks
 from lumped.timeloop.taylor_series import TaylorSeries
@@ -30,6 +32,8 @@ __all__ = [
     "WORTH",
     "Executable",
     "Parts",
+    "enclosed_of",
+    "enclosed_sizes",
     "evaluated",
     "executable",
     "parts_of",
@@ -112,12 +116,10 @@ class Executable:
         whole = {name: operations_of(f) for name, f in {**functions, **(beside or {})}.items()}
         found, parts = prepared(whole, sizes["parameters"], beside or ())
         self.beside = {name: found.pop(name) for name in beside or ()}
-        self.sizes = {**sizes, "prepared": parts.results}
+        self.sizes = {**sizes, "prepared": parts.results, **enclosed_sizes(enclosed_of(found))}
         plant.parameters, plant.prepared = sizes["parameters"], parts.results
         self._prepares = parts.results > 0
-        self.taylor = TaylorSeries(
-            found["rates"], sizes["states"], sizes["implicit"], found.get("margin")
-        )
+        self.taylor = TaylorSeries(found["rates"], sizes["states"], sizes["implicit"])
         self._add({**found, "prepare": parts} if parts.results else found)
 
     def _add(self, found: dict[str, Operations]) -> None:
@@ -153,7 +155,11 @@ class Executable:
 
     def compile_lanes(self, count: int) -> None:
         """Make machine code of what explicit steps need, for several lanes side by side."""
-        names = [n for n in ("rates", "margin", "margin_rate", "leverage") if n in self._operations]
+        names = [
+            n
+            for n in ("rates", "margin_floor", "forcing", "forcing_range", "leverage")
+            if n in self._operations
+        ]
         if self.plant.rates.wide_address:
             return
         code = compiled_functions({name: self._operations[name] for name in names}, count)
@@ -309,7 +315,17 @@ def smooth_executable(
     """
     x, p, _, m = inputs
     sizes = dict.fromkeys(
-        ("margins", "conditions", "holds", "jumps", "jump_values", "levers", "followers"), 0
+        (
+            "margins",
+            "conditions",
+            "holds",
+            "jumps",
+            "jump_values",
+            "levers",
+            "followers",
+            "forcings",
+        ),
+        0,
     )
     sizes |= {"states": x.numel(), "parameters": p.numel(), "settings": m.numel()}
     sizes["implicit"] = implicit
@@ -324,6 +340,19 @@ def evaluated(
     return executable(system).evaluate(name, x, theta, t, settings)
 
 
+def enclosed_of(functions: Mapping[str, Operations]) -> dict[str, Operations]:
+    """Those functions of a plant that are enclosed."""
+    names = ["margin"] * ("margin" in functions) + ["rates"] * ("forcing" in functions)
+    return {name: functions[name] for name in names}
+
+
+def enclosed_sizes(enclosed: Mapping[str, Operations]) -> dict[str, int]:
+    """Sizes of what is needed to enclose the results of functions."""
+    rows = max((len(function.table) for function in enclosed.values()), default=0)
+    work = max((function.work for function in enclosed.values()), default=0)
+    return {"enclosed_rows": rows, "enclosed_work": work}
+
+
 def parts_of(system: System) -> Parts:
     """Functions and tables of a system as a plant has them."""
     s, implicit = system.switching, len(system.structure.implicit)
@@ -331,9 +360,10 @@ def parts_of(system: System) -> Parts:
     if s:
         functions["look"] = system.look
         if system.margins.size1_out(0):
-            functions |= {"margin": system.margins, "margin_rate": system.margin_rates}
+            functions |= {"margin": system.margins, "margin_floor": margin_floors(system)}
     if implicit:
         functions["closure"] = system.closure
+    functions |= forcing(system)
     pairs, ratios = levers(system)
     if pairs:
         functions["leverage"] = ratios
@@ -353,6 +383,7 @@ def parts_of(system: System) -> Parts:
         "jump_values": s.values.numel(),
         "levers": len(pairs),
         "followers": len(names),
+        "forcings": functions["forcing"].numel_out(0) if "forcing" in functions else 0,
     }
     uses = system.speed_uses
     fields = {

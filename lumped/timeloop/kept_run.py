@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lumped.code.records import Record
+from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.plant import Plant
 from lumped.kernel.run import InstantSearch, Run
 from lumped.timeloop.output_room import OutputRoom
@@ -75,6 +76,8 @@ def made_run(sizes: dict[str, int], plant: Plant) -> Run:
     held = {name: kind(sizes, memory) for (name, kind), memory in places}
     instant = InstantSearch(sizes, search, **held)
     run = Run(sizes, own, plant=plant, instant=instant)
+    run.enclosed_margins = Enclosed(sizes, results=plant.margins)
+    run.enclosed_rates = Enclosed(sizes, results=plant.states, is_still=1)
     run.memory, run.memory_at_first, run.memory_size = block, np.zeros_like(block), len(block)
     return run
 

@@ -167,7 +167,6 @@ class RunBySteps(Simulation):
         run.rtol, run.max_steps = self.rtol, self.max_steps
         run.atol[:] = self._relative_atol * nominals(self.system)
         run.chooses_method = self._method in ("auto", "steps", "taylor")
-        run.sampled_to = math.inf
         self._take_method(run)
         room = self._new_room()
         run.output = room.output

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -88,7 +87,6 @@ def _with_options(code: Executable, options: tuple[float, Method, int]) -> KeptR
     run, plant = code.blank_run(), code.plant
     run.rtol, run.max_steps = rtol, 1 << 60
     run.phase, run.segments = RESTART, 1
-    run.sampled_to = math.inf
     if method == "implicit":
         code.add_matrix(run)
         run.is_implicit = 1

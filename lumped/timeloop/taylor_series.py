@@ -9,11 +9,11 @@ import numpy as np
 
 from lumped.code.functions import compiled_series
 from lumped.code.machine_code import Code
-from lumped.code.operations import Operations, UnsupportedError, first_results, joined
+from lumped.code.operations import Operations, UnsupportedError, joined
 from lumped.code.taylor import series_of
 from lumped.errors import OptionError
 from lumped.kernel.plant import Function
-from lumped.kernel.run import MOST_HALVINGS, Run
+from lumped.kernel.run import Run
 
 __all__ = ["TaylorSeries"]
 
@@ -38,16 +38,10 @@ class TaylorSeries:
         Number of states.
     implicit : int
         Number of quantities that are found by iteration.
-    margin : Operations, optional
-        Margins, then their tolerances. The coefficients of margins are those of integrals, one
-        order more.
     """
 
-    def __init__(
-        self, rates: Operations, states: int, implicit: int, margin: Operations | None = None
-    ) -> None:
+    def __init__(self, rates: Operations, states: int, implicit: int) -> None:
         self._rates, self._states, self._implicit = rates, states, implicit
-        self._margin = margin
         self._functions: dict[int, Function] = {}
         self._kept: list[Code] = []
 
@@ -60,7 +54,7 @@ class TaylorSeries:
         if not _has_series(integrands):
             return self
         whole = joined(self._rates, integrands)
-        more = TaylorSeries(whole, self._states, self._implicit, self._margin)
+        more = TaylorSeries(whole, self._states, self._implicit)
         return self if self.is_linear and not more.is_linear else more
 
     @cached_property
@@ -99,26 +93,9 @@ class TaylorSeries:
         begin, rise = _LINEAR if self.is_linear else _SUMMED
         return math.ceil(begin - rise * math.log10(rtol))
 
-    @cached_property
-    def _margins(self) -> Operations | None:
-        """Margins alone, if all have series."""
-        if self._margin is None:
-            return None
-        found = first_results(self._margin, self._margin.results // 2)
-        return found if _has_series(found) else None
-
-    @cached_property
-    def _whole(self) -> Operations:
-        """Rates, what is integrated, margins."""
-        return self._rates if self._margins is None else joined(self._rates, self._margins)
-
-    def _last(self, order: int) -> int:
-        """The last order of coefficients: those of margins begin as integrals."""
-        return order if self._margins is None else order + 1
-
     def _function(self, order: int) -> Function:
         if order not in self._functions:
-            code = compiled_series(self._whole, self._last(order), self._states)
+            code = compiled_series(self._rates, order, self._states)
             self._kept.append(code)
             self._functions[order] = Function(address=code.addresses["series"])
         return self._functions[order]
@@ -128,7 +105,7 @@ class TaylorSeries:
         order = self.order(rtol)
         function = self._function(order)
         if not function.wide_address:
-            code = compiled_series(self._whole, self._last(order), self._states, count)
+            code = compiled_series(self._rates, order, self._states, count)
             self._kept.append(code)
             function.wide_address = code.addresses["series"]
 
@@ -137,10 +114,8 @@ class TaylorSeries:
         run.order = self.order(rtol)
         run.series = self._function(run.order)
         run.caution = 1.0 if self.is_linear else _CAUTION
-        run.terms, run.row = self._last(run.order) + 1, self._whole.results
-        run.columns = self._rates.results
+        run.terms, run.row = run.order + 1, self._rates.results
         run.coefficients = np.zeros(run.terms * run.row)
-        run.bernstein = np.zeros((MOST_HALVINGS + 1) * (run.order + 3))
 
 
 def _has_series(function: Operations) -> bool:

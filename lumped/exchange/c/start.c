@@ -34,7 +34,7 @@ void unit_reset(Unit *unit)
     run->chooses_method = MAY_CHOOSE;
     run->is_implicit = IS_IMPLICIT;
     run->has_matrix = MAY_CHOOSE || IS_IMPLICIT;
-    run->longest = run->sampled_to = INFINITY;
+    run->longest = INFINITY;
     run->yielding = -1.0;
     run->pause = INT64_MAX;
     run->max_steps = INT64_MAX;

@@ -119,18 +119,18 @@ class Lanes(Record):
     steepness: Annotated[Wide, "lanes"]
     way: Annotated[Wide, "lanes"]
 
-    margin: Annotated[Wides, "lanes * margins", "lanes * 2 * margins"]
-    tolerance: Annotated[Wides, "lanes * margins"]
-    samples: Annotated[Wides, "lanes * 5 * margins"]
-    slopes: Annotated[Wides, "lanes * 2 * margins"]
-    inner: Annotated[Wides, "lanes * states"]
+    floor: Annotated[Wides, "lanes * margins"]
+    ranges: Annotated[Wides, "lanes * (2 * states + 2)"]
+    force: Annotated[Wides, "lanes * forcings"]
+    force_low: Annotated[Wides, "lanes * forcings"]
+    force_high: Annotated[Wides, "lanes * forcings"]
+    force_range: Annotated[Wides, "lanes * 2 * forcings"]
     ratio: Annotated[Wides, "lanes * levers"]
 
     series: Function
     order: int
     terms: int
     row: int
-    columns: int
     by_series: int
     caution: float
     coefficients: Annotated[Wides, "lanes * terms * row"]

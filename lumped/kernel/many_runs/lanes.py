@@ -20,8 +20,8 @@ from lumped.code.words import (
     kernel,
     record_at,
 )
-from lumped.kernel import dop853, falls, rodas5p, taylor
-from lumped.kernel.crossing import inside, inside_explicit, may_dip
+from lumped.kernel import dop853, rodas5p, taylor
+from lumped.kernel.crossing import inside, inside_explicit, set_ranges
 from lumped.kernel.extremes import (
     bound,
     end_bound,
@@ -31,6 +31,7 @@ from lumped.kernel.extremes import (
     rough_bound,
     sample_extremes,
 )
+from lumped.kernel.forcing import NODES, is_clear
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.many_runs.lane_records import IDLE, STEPPING, WAITING, LaneWatch
 from lumped.kernel.many_runs.lane_transfer import hand_over, load, load_sums, unload_step
@@ -121,63 +122,33 @@ def _try_implicit(lanes: Lanes, h: Wide) -> bool:
 
 
 @kernel
-def _sample_margins(lanes: Lanes) -> None:
-    """Margins with their tolerances at five points of the step, and their slopes at its ends."""
-    plant, samples, slopes = lanes.plant, lanes.samples, lanes.slopes
-    n = plant.margins
-    if any_lane(lanes.is_fresh * lanes.is_on > 0.5):
-        evaluate_wide(plant.margin, lanes, lanes.x, lanes.t, lanes.m, lanes.margin)
-        evaluate_wide(plant.margin_rate, lanes, lanes.x, lanes.t, lanes.m, slopes)
-        for i in range(n):
-            samples[i] = lanes.margin[i] + lanes.tolerance[i]
-    else:
-        for i in range(n):
-            samples[i] = samples[4 * n + i]
-            slopes[i] = slopes[n + i]
-    for j in range(1, 4):
-        part = 0.25 * j
-        inside_explicit(lanes, part, lanes.inner)
-        t = lanes.t + part * (lanes.t_new - lanes.t)
-        evaluate_wide(plant.margin, lanes, lanes.inner, t, lanes.m, lanes.margin)
-        for i in range(n):
-            samples[j * n + i] = lanes.margin[i] + lanes.tolerance[i]
-    evaluate_wide(plant.margin, lanes, lanes.new, lanes.t_new, lanes.m, lanes.margin)
-    for i in range(n):
-        samples[4 * n + i] = lanes.margin[i] + lanes.tolerance[i]
-    evaluate_wide(plant.margin_rate, lanes, lanes.new, lanes.t_new, lanes.m, slopes[n:])
+def _leave_unseen(lanes: Lanes, h: Wide) -> bool:
+    """Let runs go on alone whose steps may miss what acts by the time; whether there are any."""
+    clear = is_clear(lanes, h, NODES[0], NODES[1])
+    lanes.mark = 1.0 if clear < 0.5 and lanes.is_on > 0.5 else 0.0
+    if not any_lane(lanes.mark > 0.5):
+        return False
+    for k in range(lanes.count):
+        if flat(lanes.mark)[k] > 0.5:
+            hand_over(lanes, k, lanes.attempt_of)
+    return True
 
 
 @kernel
-def _dipping(lanes: Lanes, accepted: Wide) -> Wide:
-    """Mark lanes in which a margin fires or may fire between samples."""
-    n, samples = lanes.plant.margins, lanes.samples
-    _sample_margins(lanes)
-    mark = accepted * 0.0
-    for i in range(n):
-        for j in range(1, 5):
-            mark = 1.0 if samples[j * n + i] < 0.0 else mark
-        mark = 1.0 if may_dip(lanes, i, lanes.t_new - lanes.t) else mark
-    return mark
-
-
-@kernel
-def _falling(lanes: Lanes, accepted: Wide) -> Wide:
-    """Mark lanes in which the polynomial of a margin may fall below zero."""
-    mark, h = accepted * 0.0, lanes.t_new - lanes.t
-    evaluate_wide(lanes.plant.margin, lanes, lanes.x, lanes.t, lanes.m, lanes.margin)
+def _suspected(lanes: Lanes, accepted: Wide) -> Wide:
+    """Mark lanes in which a margin may be below zero."""
+    mark, floor = accepted * 0.0, lanes.floor
+    set_ranges(lanes)
+    evaluate_wide(lanes.plant.margin_floor, lanes, lanes.ranges, lanes.t, lanes.m, floor)
     for i in range(lanes.plant.margins):
-        bound = falls.rest(lanes, i, h)
-        is_clear = bound > 0.0 or accepted < 0.5
-        if any_lane(not is_clear):
-            is_clear = is_clear or falls.least(lanes, i, h, bound) > 0.0
-        mark = mark if is_clear else 1.0
+        mark = mark if floor[i] >= 0.0 else 1.0
     return mark
 
 
 @kernel
 def _without_suspects(lanes: Lanes, accepted: Wide) -> Wide:
     """Accepted lanes but for those in which a margin fires or may fire, whose runs go on alone."""
-    mark = _falling(lanes, accepted) if lanes.row > lanes.columns else _dipping(lanes, accepted)
+    mark = _suspected(lanes, accepted)
     mark = mark if accepted > 0.5 else 0.0
     lanes.mark = mark
     for k in range(lanes.count if any_lane(mark > 0.5) else 0):
@@ -338,7 +309,7 @@ def _note_rough(lanes: Lanes, is_good: Wide) -> None:
     watch, t, t_new = lanes.watch, lanes.t, lanes.t_new
     rough = 1.0 + 0.0 * t
     if lanes.by_series:
-        if lanes.columns > lanes.plant.states:
+        if lanes.row > lanes.plant.states:
             rough = 1.0 if taylor.integrals(lanes, t_new - t) > 1.0 else 0.0
     else:
         rough = 1.0 if dop853.integrals_by_stages(lanes, t_new - t) > 1.0 else 0.0
@@ -411,6 +382,8 @@ def _attempt(lanes: Lanes) -> None:
     if lanes.by_series and _expand(lanes):
         return
     h = min(max(min(lanes.h, lanes.longest), LEAST * abs(t)), end - t)
+    if lanes.plant.forcings > 0 and _leave_unseen(lanes, h):
+        return
     if lanes.chooses_method and _try_implicit(lanes, h):
         return
     lanes.t_new = end if h >= end - t else t + h

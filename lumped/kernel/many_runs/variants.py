@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated
 
 from lumped.code.records import Record
@@ -219,7 +218,6 @@ def _begin_variant(variants: Variants) -> int:
             observe_event(run, 1, hit[0], hit[1], variants.collision_loss[i], 0.0)
     place_instants(variants.clocks, run)
     run.phase, run.segment, run.end = BEGIN_SEGMENT, 0, run.edges[1]
-    run.sampled_to = math.inf
     watch_redundancy(run)
     return GOES_ON
 

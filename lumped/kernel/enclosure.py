@@ -1,0 +1,240 @@
+"""What a quantity does over a part of a step, from its own operations.
+
+States are polynomials of the part of the step in all methods. The operations that a quantity needs
+are carried out on Taylor models (see `models`), so one that is linear in the states is exact.
+"""
+
+from __future__ import annotations
+
+import math
+
+import casadi as ca
+
+from lumped.code.operations import PARAMETER, RESULT, SETTING, STATE, TIME
+from lumped.code.words import Numbers, kernel
+from lumped.kernel import models
+from lumped.kernel.enclosed import Enclosed
+from lumped.kernel.interpret import operate
+from lumped.kernel.model_operations import ROOM, carry_out
+from lumped.kernel.models import DEGREE, REST, SIZE, TOP
+from lumped.kernel.plant import Function
+from lumped.kernel.run import Run
+
+__all__ = ["enclose", "select", "select_open", "to_bernstein", "value_at"]
+
+
+@kernel
+def _survey(run: Run, e: Enclosed, function: Function) -> None:
+    """Note which operations give what moves in the present positions, and all other values."""
+    w, moves, values, operations = e.models, e.needed, e.fixed, function.operations
+    for i in range(function.count):
+        row = operations[4 * i :]
+        op, to, a, b = row[0], row[1], row[2], row[3]
+        if op == RESULT:
+            e.moves[i] = 1
+            continue
+        moving, value = 0, 0.0
+        if op == TIME or (op == STATE and not e.is_still):
+            moving = 1
+        elif op == STATE:
+            value = run.x[a]
+        elif op == PARAMETER:
+            value = run.p[a]
+        elif op == SETTING:
+            value = run.m[a]
+        elif op == ca.OP_CONST:
+            value = function.constants[a]
+        elif moves[a] + moves[b] == 0:
+            value = operate(op, w[a], w[b])
+        else:
+            is_off = (op == ca.OP_MUL or op == ca.OP_IF_ELSE_ZERO) and moves[a] == 0 and w[a] == 0.0
+            moving = 0 if is_off or (op == ca.OP_MUL and moves[b] == 0 and w[b] == 0.0) else 1
+        w[to], values[i] = value, value
+        moves[to] = e.moves[i] = moving
+    for i in range(function.count):
+        if operations[4 * i] != RESULT:
+            moves[operations[4 * i + 1]] = 0
+    _forget(e)
+    e.is_surveyed = 1
+
+
+@kernel
+def select(e: Enclosed, function: Function, k: int) -> None:
+    """Find the operations that a result of a function needs, the last first, or find them again.
+
+    What does not move in the present positions needs none.
+    """
+    if e.row_begin[k] < 0 and e.open_count == 1:
+        # they are those of all that are open
+        e.row_begin[k], e.row_number[k] = e.row_begin[e.results], e.row_number[e.results]
+    if e.row_begin[k] < 0:
+        _collect(e, function, k)
+    e.row_first, e.row_count = e.row_begin[k], e.row_number[k]
+
+
+@kernel
+def select_open(run: Run, e: Enclosed, function: Function, is_same: bool) -> None:
+    """Find the operations of all results that are open, unless the same ones were open before."""
+    n = e.results
+    if not e.is_surveyed:
+        _survey(run, e, function)
+    if not is_same or e.row_begin[n] < 0:
+        e.open_count = 0
+        for k in range(n):
+            e.open_count += e.is_open[k]
+        _collect(e, function, n)
+    e.row_first, e.row_count = e.row_begin[n], e.row_number[n]
+
+
+@kernel
+def _forget(e: Enclosed) -> None:
+    """No operations are selected."""
+    for k in range(e.results + 1):
+        e.row_begin[k] = -1
+    e.row_next = 0
+
+
+@kernel
+def _collect(e: Enclosed, function: Function, k: int) -> None:
+    """Note the operations that a result needs; of all that are open for the number beyond them."""
+    n, needed, count = e.results, e.needed, 0
+    if e.row_next > 3 * function.count:
+        _forget(e)
+    rows = e.rows[e.row_next :]
+    for i in range(function.count - 1, -1, -1):
+        operation = function.operations[4 * i :]
+        op, to = operation[0], operation[1]
+        is_input = op == STATE or op == PARAMETER or op == SETTING or op == TIME
+        if op == RESULT:
+            is_used = to < n and (to == k or (k == n and e.is_open[to] != 0))
+        else:
+            is_used = needed[to] != 0
+            if is_used:
+                needed[to] = 0
+        if is_used:
+            rows[count] = i
+            count += 1
+            if e.moves[i] != 0 and not is_input and op != ca.OP_CONST:
+                needed[operation[2]] = 1
+                if op != RESULT:
+                    needed[operation[3]] = 1
+    e.row_begin[k], e.row_number[k] = e.row_next, count
+    e.row_next += count
+
+
+@kernel
+def _powers(run: Run, i: int) -> int:
+    """Coefficients of a state by powers of the part of the step; gives the degree."""
+    n, q, c = run.plant.states, run.powers, run.dense
+    if run.is_implicit:
+        x, new = run.x[i], run.new[i]
+        q[0], q[1], q[2] = x, new - x + c[i], c[n + i] - c[i]
+        q[3], q[4] = c[2 * n + i] - c[n + i], -c[2 * n + i]
+        return 4
+    if run.by_series:
+        factor, h = 1.0, run.t_new - run.t
+        for j in range(run.order + 1):
+            q[j] = run.coefficients[j * run.row + i] * factor
+            factor = factor * h
+        return run.order
+    q[0] = c[6 * n + i]
+    for g in range(7):
+        # times the part, or the rest of it; then the next column
+        if g % 2 == 0:
+            for j in range(g + 1, 0, -1):
+                q[j] = q[j - 1]
+            q[0] = 0.0
+        else:
+            q[g + 1] = -q[g]
+            for j in range(g, 0, -1):
+                q[j] -= q[j - 1]
+        q[0] += c[(5 - g) * n + i] if g < 6 else run.x[i]
+    return 7
+
+
+@kernel
+def _state(run: Run, i: int, begin: float, width: float, out: Numbers) -> None:
+    """The model of a state over a part of the step."""
+    q, last = run.powers, _powers(run, i)
+    half, size = 0.5 * width, 1.0
+    middle = begin + half
+    for k in range(last):
+        for j in range(last - 1, k - 1, -1):
+            q[j] += middle * q[j + 1]
+    rest = 0.0
+    for j in range(last + 1):
+        if j <= TOP:
+            out[j] = q[j] * size
+        else:
+            rest += abs(q[j] * size)
+        size = size * half
+    out[REST], out[DEGREE] = rest, float(min(last, TOP))
+
+
+@kernel
+def enclose(run: Run, e: Enclosed, function: Function, begin: float, width: float) -> None:
+    """The models of the selected results of a function over a part of the step, in `model`."""
+    w, length, operations = e.models, run.t_new - run.t, function.operations
+    out = w[0:]
+    room, work = w[SIZE:], w[SIZE * ROOM :]
+    rows = e.rows[e.row_first :]
+    for i in range(e.row_count - 1, -1, -1):
+        row = operations[4 * rows[i] :]
+        op, to, a, b = row[0], row[1], row[2], row[3]
+        if e.moves[rows[i]] == 0:
+            models.set_fixed(work[SIZE * to :], e.fixed[rows[i]])
+        elif op == STATE:
+            _state(run, a, begin, width, work[SIZE * to :])
+        elif op == TIME:
+            time = work[SIZE * to :]
+            models.set_fixed(time, run.t + (begin + 0.5 * width) * length)
+            time[1], time[DEGREE] = 0.5 * width * length, 1.0
+        elif op == RESULT:
+            models.copy(work[SIZE * a :], e.model[SIZE * to :])
+        else:
+            first, second, made = work[SIZE * a :], work[SIZE * b :], work[SIZE * to :]
+            if to == a or to == b:
+                carry_out(op, first, second, out, room)
+                models.copy(out, made)
+            else:
+                carry_out(op, first, second, made, room)
+
+
+@kernel
+def to_bernstein(run: Run, model: Numbers) -> int:
+    """Coefficients of the polynomial of a model in the Bernstein basis; gives the degree."""
+    b, top = run.bernstein, int(model[DEGREE])
+    for j in range(top + 1):
+        b[j] = model[j]
+    # about the begin of the part, then as long as the part
+    for k in range(top):
+        for j in range(top - 1, k - 1, -1):
+            b[j] -= b[j + 1]
+    size = 1.0
+    for j in range(1, top + 1):
+        size = size * 2.0 * float(j) / float(top - j + 1)
+        b[j] *= size
+    for k in range(1, top + 1):
+        for j in range(top, k - 1, -1):
+            b[j] += b[j - 1]
+    return top
+
+
+@kernel
+def value_at(e: Enclosed, function: Function, x: Numbers, t: float) -> float:
+    """The selected result of a function at a point, with the bits of the whole function."""
+    w, operations, rows = e.models, function.operations, e.rows[e.row_first :]
+    for i in range(e.row_count - 1, -1, -1):
+        row = operations[4 * rows[i] :]
+        op, to, a, b = row[0], row[1], row[2], row[3]
+        if e.moves[rows[i]] == 0:
+            w[to] = e.fixed[rows[i]]
+        elif op == STATE:
+            w[to] = x[a]
+        elif op == TIME:
+            w[to] = t
+        elif op == RESULT:
+            return w[a]
+        else:
+            w[to] = operate(op, w[a], w[b])
+    return math.nan
