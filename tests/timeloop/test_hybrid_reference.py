@@ -22,9 +22,8 @@ IMPACTS = range(150)
 
 # Where lumped breaks the law, or gives up by name.
 
-_NONE = "no positions fit where impacts of redundant contacts contradict each other"
 FAILING_DRIVES = dict[int, str]()
-FAILING_IMPACTS = dict.fromkeys((14,), _NONE)
+FAILING_IMPACTS = dict[int, str]()
 FAILING_STORMS = dict[tuple[str, float, int], str]()
 
 
