@@ -13,14 +13,14 @@ from pressed_reference import Pressed, PressedDrive
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-SEEDS = (2, 11, 21, 39, 43, 49, 63, 72, 117, 125)
+SEEDS = range(24)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_random_drives_obey_their_laws_whatever_the_order_of_declaration(seed):
     verdict = in_both_orders(seed)
     assert verdict.word == "agrees", verdict.text
-    assert verdict.finding.impacts > 3
+    assert verdict.finding.instants > 0
 
 
 # -- runs that are right, and wrong ones that must be found ----------------------------------------
