@@ -174,11 +174,12 @@ def _find_impulses(run: Run, seen: Look) -> bool:
 @kernel
 def _is_obeyed(run: Run, fastest: float) -> bool:
     """Whether constraints leave at their speeds: redundant ones may contradict each other."""
-    problem = run.instant.problem
+    problem, obeyed = run.instant.problem, True
     for h in range(run.plant.holds):
-        if problem.place[h] == WITHIN and not abs(problem.motion[h]) <= _MISS * (1.0 + fastest):
-            return False
-    return True
+        miss = problem.motion[h] if problem.place[h] == WITHIN else 0.0
+        problem.is_wrong[h] = not abs(miss) <= _MISS * (1.0 + fastest)
+        obeyed = obeyed and not problem.is_wrong[h]
+    return obeyed
 
 
 @kernel

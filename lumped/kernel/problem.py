@@ -50,7 +50,8 @@ def change_places(instant: InstantSearch, holds: int) -> bool:
     """Go to the next places, to all or to the first that differs; whether any does."""
     problem, wrong, count = instant.problem, instant.wrong, 0
     for h in range(holds):
-        if problem.next_place[h] != problem.place[h]:
+        problem.is_wrong[h] = problem.next_place[h] != problem.place[h]
+        if problem.is_wrong[h]:
             wrong[count] = h
             count += 1
     if count == 0:

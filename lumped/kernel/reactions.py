@@ -168,6 +168,7 @@ def _solve(run: Run) -> bool:
         is_exact = True
         for h in range(plant.holds):
             off = problem.place[h] == WITHIN and abs(problem.motion[h]) > 0.1 * problem.room[h]
+            problem.is_wrong[h] = off
             is_exact = is_exact and not off
         if is_exact:
             return True

@@ -133,6 +133,8 @@ class Problem(Record):
         Acceleration that is rounding.
     slides : Integers
         Whether its limit is that of sliding.
+    is_wrong : Integers
+        Whether its place was wrong when it was looked at last.
     """
 
     place: Annotated[Integers, "holds"]
@@ -144,6 +146,7 @@ class Problem(Record):
     beyond: Annotated[Numbers, "holds"]
     room: Annotated[Numbers, "holds"]
     slides: Annotated[Integers, "holds"]
+    is_wrong: Annotated[Integers, "holds"]
 
 
 class InstantSearch(Record):

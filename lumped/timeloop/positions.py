@@ -107,7 +107,7 @@ def _inside(system: System, run: Run) -> str:
 
 
 def no_fit(system: System, run: Run) -> LumpedError:
-    """What was tried last where no modes fit."""
+    """Which holds have no answer where no modes fit, and what was tried last."""
     s, at, theta = system.switching, run.instant, np.asarray(run.p)[: run.plant.parameters].copy()
     holds = Holds(system, theta)
     settings = at.m.copy()
@@ -120,10 +120,12 @@ def no_fit(system: System, run: Run) -> LumpedError:
     texts = [
         "{}: {}".format(*s.relation_text(k, settings[m])) for k, m in enumerate(s.relation_modes)
     ]
-    most = 40 + 20 * (len(s.first_modes) + len(s.relation_modes) + len(s.jumps))
+    against = list(dict.fromkeys(n for n, w in zip(s.names, at.problem.is_wrong, strict=True) if w))
+    why = "changes follow each other without end"
+    if against:
+        why = f"no impulses or reactions of {', '.join(against)} fit"
     return SolverError(
-        f"{system.name}: no set of modes fits at t = {run.t:.9g} s after {most} attempts; changes "
-        "follow each other without end. Last tried:\n  "
+        f"{system.name}: no set of modes fits at t = {run.t:.9g} s: {why}. Last tried:\n  "
         + "\n  ".join((listed + texts)[:12])
         + "\nCheck conditions that switch each other, limits of reactions that depend on the "
         "reaction itself, and jumps that make their own condition true again.",
