@@ -243,7 +243,7 @@ def _take_answer(run: Run) -> bool:
 
 @kernel
 def _let_blocking_go(run: Run) -> bool:
-    """Let those go that keep redundant holds from sharing their load; whether there are any."""
+    """Let those go that keep redundant holds from sharing more, or bear nothing; whether any."""
     any_goes = False
     for h in range(run.plant.holds):
         way = run.instant.gives_way[h]
@@ -280,7 +280,7 @@ def settle_reactions(run: Run, seen: Look, calm: float) -> int:
                 # if a motion is prescribed, no share keeps it at rest
                 instant.is_exhausted = instant.is_exhausted or abs(problem.motion[h]) > calm
     if not (_find_right_places(run) or instant.is_exhausted):
-        return FITS
+        return CHANGES if _let_blocking_go(run) else FITS
     copy_settings(plant, instant.m, instant.trial)
     if run.may_be_redundant:
         weigh(run, instant.x, instant.trial)

@@ -198,13 +198,16 @@ def _share_if_redundant(run: Run, x: Numbers, m: Numbers) -> None:
     yield_from(run, m, yielding)
     look_at(run, x, m, look)
     yield_from(run, m, look)
-    largest, any_overload = _largest(run, m, look), False
+    largest, any_overload, any_void = _largest(run, m, look), False, False
     for h in range(plant.holds):
         if is_held(plant, m, h):
             own = m[plant.hold_setting[h] :]
             own[SLACK] = _SLACK * largest * run.yielding / own[COMPLIANCE]
             any_overload = any_overload or _is_overloaded(look, h)
-    if any_overload:
+            if look.upper[h] <= look.lower[h]:  # it can bear no share
+                instant.gives_way[h] = 1 if look.reaction[h] >= 0.0 else -1
+                any_void = True
+    if any_overload and not any_void:
         instant.is_exhausted = _find_shares(run, x, m) <= _NO_RESERVE
 
 
