@@ -27,7 +27,9 @@ _FINEST = 1.0 / 32.0
 """Part of a step that is not divided."""
 _SHORTER = 0.25
 """Of a step whose first part is to blame."""
-_TRIES = 60
+_BRIEFEST = 1e-8
+"""Step, relative to the size of all times, that is not shortened: nothing briefer is looked for, as
+roots at zero would be without end."""
 
 
 @kernel
@@ -114,7 +116,7 @@ def seen(run: Run, h: float) -> float:
     first, second = NODES[0], NODES[1]
     if run.is_implicit:
         first, second = _NODES_IMPLICIT[0], _NODES_IMPLICIT[1]
-    for _ in range(_TRIES):
+    while h > _BRIEFEST * run.span:
         if is_clear(run, h, first, second) > 0.5:
             break
         run.t_new = run.t + h

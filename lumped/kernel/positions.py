@@ -24,7 +24,14 @@ from lumped.kernel.holds import (
 from lumped.kernel.impacts import HAS_COLLIDED, NO_ANSWER, collide, halt
 from lumped.kernel.linkages import close
 from lumped.kernel.plant import CONDITION, FREE, LOWER, SLIDE, UPPER, Plant
-from lumped.kernel.reactions import CHANGES, FITS, UNSOLVED, let_go, settle_reactions
+from lumped.kernel.reactions import (
+    CHANGES,
+    FITS,
+    UNSOLVED,
+    calmness,
+    let_go,
+    settle_reactions,
+)
 from lumped.kernel.rounds import begin_rounds
 from lumped.kernel.run import (
     ASKS,
@@ -41,8 +48,6 @@ from lumped.kernel.sharing import share, watch_redundancy
 
 __all__ = ["begin", "calm_positions", "find_positions"]
 
-_CALM = 1e-9
-"""Acceleration, relative to the largest rate, that is rounding."""
 _DEEPEST = 1e-9
 """How deep bodies may start inside each other, m or rad: rounding of start values."""
 _INFINITE = float("inf")
@@ -151,10 +156,7 @@ def _rebalance(run: Run, seen: Look) -> int:
     if plant.holds == 0:
         return FITS
     standstills(plant, run.instant, seen)
-    largest = 0.0
-    for i in range(plant.states):
-        largest = max(largest, abs(seen.rates[i]))
-    calm = _CALM * (1.0 + largest)
+    calm = calmness(run, seen)
     if _follow_speeds(run, seen, calm):
         return CHANGES
     return settle_reactions(run, seen, calm)

@@ -27,13 +27,15 @@ from lumped.kernel.rounds import begin_rounds
 from lumped.kernel.run import Look, Run
 from lumped.kernel.sharing import weigh, yield_from
 
-__all__ = ["CHANGES", "FITS", "UNSOLVED", "let_go", "settle_reactions"]
+__all__ = ["CHANGES", "FITS", "UNSOLVED", "calmness", "let_go", "settle_reactions"]
 
 FITS, CHANGES, UNSOLVED = range(3)
 """Whether positions fit, others were found, or there are none."""
 
 _EXCESS, _LEAST = 1e-10, 1e-13
 """Excess over a limit that is still rounding, relative and at least."""
+_CALM = 1e-9
+"""Acceleration, relative to the largest rate, that is rounding."""
 _ROUNDING = 1e-15
 """Of a reaction, relative to the largest of those at rest."""
 _STILL, _SLOW, _FINE = 1e-10, 1e-3, 1e-4
@@ -42,6 +44,15 @@ of those over the largest; and over what is rounding among all rates."""
 _PROXIMAL = 8
 """Most proximal steps; each makes the error of accelerations some 1e8 times smaller."""
 _INFINITE = float("inf")
+
+
+@kernel
+def calmness(run: Run, look: Look) -> float:
+    """Acceleration that is rounding."""
+    largest = 0.0
+    for i in range(run.plant.states):
+        largest = max(largest, abs(look.rates[i]))
+    return _CALM * (1.0 + largest)
 
 
 @kernel
@@ -92,7 +103,8 @@ def _find_right_places(run: Run) -> bool:
     plant, problem = run.plant, run.instant.problem
     differs = False
     for h in range(plant.holds):
-        size = abs(problem.carried[h])
+        # at a dead centre no reaction holds, and the one that would is infinite
+        size = abs(problem.carried[h]) if abs(problem.carried[h]) < _INFINITE else 0.0
         if problem.most[h] < _INFINITE:
             size = max(size, abs(problem.most[h]))
         if problem.least[h] > -_INFINITE:
@@ -147,8 +159,11 @@ def _pivot(run: Run) -> bool:
         look_at(run, instant.x, instant.trial, look)
         if turn_wrong(run, look, instant.trial) or _carry_limits(run, look):
             continue
+        calm = calmness(run, look)
         for h in range(plant.holds):
             problem.carried[h], problem.motion[h] = look.reaction[h], look.acceleration[h]
+            # what sticks at a dead centre makes all rates huge
+            problem.room[h] = min(problem.room[h], calm)
             _limit(run, look, h)
         _find_right_places(run)
         if not change_places(instant, plant.holds):
@@ -216,7 +231,7 @@ def _know_room(run: Run) -> None:
             largest = max(largest, abs(free.acceleration[h]))
     for h in range(plant.holds):
         room = _STILL * max(abs(free.acceleration[h]), _SLOW * largest)
-        problem.room[h] = max(room, _FINE * problem.room[h])
+        problem.room[h] = max(room, _FINE * calmness(run, free))
 
 
 @kernel

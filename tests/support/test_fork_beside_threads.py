@@ -12,7 +12,11 @@ from lumped.code import machine_code
 from lumped.components import Inertia, Spring
 from lumped.support.locks import Lock
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are not forked here")
+pytestmark = [
+    pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are not forked here"),
+    # of JAX, if another test of this process has loaded it
+    pytest.mark.filterwarnings("ignore:os.fork:RuntimeWarning"),
+]
 
 
 def in_child(work, seconds=60.0):
