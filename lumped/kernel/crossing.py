@@ -90,7 +90,7 @@ def _value(run: Run, k: int, part: float, extra: float) -> float:
     if part >= 1.0:
         margin = run.at_end[k]
     elif part > 0.0:
-        select(run.enclosed_margins, run.plant.margin, k)
+        select(run, run.enclosed_margins, run.plant.margin, k)
         inside(run, part, run.inner)
         t = run.t + part * (run.t_new - run.t)
         margin = value_at(run.enclosed_margins, run.plant.margin, run.inner, t)
@@ -210,7 +210,7 @@ def _first_fall(run: Run, k: int, until: float) -> bool:
     while depth >= 0 and begin <= until:
         end, last = ends[depth], levels[depth]
         if parts > 0 or begin > 0.0:
-            select(run.enclosed_margins, run.plant.margin, k)
+            select(run, run.enclosed_margins, run.plant.margin, k)
             enclose(run, run.enclosed_margins, run.plant.margin, begin, end - begin)
         parts += 1
         width = end - begin if parts < _MOST_PARTS else 0.0
