@@ -101,43 +101,46 @@ def _forget(e: Enclosed) -> None:
 
 
 @kernel
-def _is_needed(e: Enclosed, row: Integers, moves: int, k: int) -> bool:
-    """Whether an operation is needed for a result, after those behind it; notes what it needs."""
-    op, to, needed = row[0], row[1], e.needed
+def _note_needs(e: Enclosed, row: Integers, moves: int) -> None:
+    """Note what an operation needs that is needed itself."""
+    op, needed = row[0], e.needed
     if op == RESULT:
-        n = e.results
-        if not (to < n and (to == k or (k == n and e.is_open[to] != 0))):
-            return False
         needed[row[2]] = 1
-        return True
-    if needed[to] == 0:
-        return False
-    needed[to] = 0
+        return
+    needed[row[1]] = 0
     is_given = op == STATE or op == PARAMETER or op == SETTING or op == TIME or op == ca.OP_CONST
     if moves != 0 and not is_given:
         needed[row[2]] = needed[row[3]] = 1
-    return True
 
 
 @kernel
 def _collect(run: Run, e: Enclosed, function: Function, k: int) -> None:
     """Note the operations that a result needs; of all that are open for the number beyond them."""
-    operations, count, found, is_known = function.operations, 0, 0, True
+    n, needed, operations = e.results, e.needed, function.operations
     if e.row_next > 3 * function.count:
         _forget(e)
-    rows = e.rows[e.row_next :]
+    rows, found, is_known = e.rows[e.row_next :], 0, True
     for i in range(function.count - 1, -1, -1):
-        if _is_needed(e, operations[4 * i :], e.moves[i], k):
+        row = operations[4 * i :]
+        to = row[1]
+        if row[0] == RESULT:
+            is_used = to < n and (to == k or (k == n and e.is_open[to] != 0))
+        else:
+            is_used = needed[to] != 0
+        if is_used:
+            _note_needs(e, row, e.moves[i])
+            is_known = is_known and e.moves[i] >= 0
             rows[found] = i
             found += 1
-            is_known = is_known and e.moves[i] >= 0
-    if is_known:
-        count = found
-    else:
+    count = found
+    if not is_known:
         _survey(run, e, function, rows, found)
+        count = 0
         for j in range(found):
             i = rows[j]
-            if _is_needed(e, operations[4 * i :], e.moves[i], k):
+            row = operations[4 * i :]
+            if row[0] == RESULT or needed[row[1]] != 0:
+                _note_needs(e, row, e.moves[i])
                 rows[count] = i
                 count += 1
     e.row_begin[k], e.row_number[k] = e.row_next, count
