@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 import sys
 from collections.abc import Iterator
@@ -33,19 +34,20 @@ def _names(text: str) -> Iterator[str]:
 
 
 def _file(module: str) -> Path | None:
-    if not module:
-        return None
-    place = _PACKAGE.joinpath(*module.split(".")[1:])
-    found = (place / "__init__.py", place.with_suffix(".py"))
-    return next((file for file in found if file.is_file()), None)
+    place = os.path.join(_PACKAGE, *module.split(".")[1:])
+    found = (os.path.join(place, "__init__.py"), f"{place}.py")
+    return next((Path(file) for file in found if os.path.isfile(file)), None)
 
 
 def imported() -> tuple[dict[str, Path], list[str]]:
     """Modules of lumped that compiled code is made from, and other packages that these import."""
     waiting, files, others = list(_BEGINS), dict[str, Path](), set[str]()
+    seen = {""}
     while waiting:
-        file = _file(module := waiting.pop())
-        if file is None or module in files:
+        if (module := waiting.pop()) in seen:
+            continue
+        seen.add(module)
+        if (file := _file(module)) is None:
             continue
         files[module] = file
         waiting.append(module.rpartition(".")[0])

@@ -22,6 +22,18 @@ _INTRINSIC = {"sqrt": "sqrt", "fabs": "fabs", "pow": "pow", "copysign": "copysig
 _INTRINSIC |= {"fmin": "minnum", "fmax": "maxnum"}
 _LARGE = 40
 """Instructions above which a function is not inlined."""
+_MUCH = 12
+"""Operations for which a loop gets a vector form."""
+
+
+def _is_worth_a_vector_form(body: list[ast.stmt]) -> bool:
+    """Whether a loop sets numbers by arithmetic alone, and by much of it."""
+    parts = [part for statement in body for part in ast.walk(statement)]
+    return (
+        all(isinstance(statement, ast.Assign | ast.AugAssign) for statement in body)
+        and not any(isinstance(part, ast.Call | ast.IfExp) for part in parts)
+        and sum(isinstance(part, ast.BinOp) for part in parts) >= _MUCH
+    )
 
 
 def literal(value: float) -> str:
@@ -161,7 +173,16 @@ class _LlvmFunction(Writer):
         self._looped(after, following, body)
         self._enter(following)
         self.write_variable(name, self.arithmetic("+", self.variable(name), step))
-        self._lines += [f"  br label %{again}", f"{after}:"]
+        hint = "" if _is_worth_a_vector_form(body) else self._unwidened()
+        self._lines += [f"  br label %{again}{hint}", f"{after}:"]
+
+    def _unwidened(self) -> str:
+        """Hint to leave a loop as it is: a vector form takes long to make, and gains nothing."""
+        self.declared |= {
+            "!0 = distinct !{!0, !1}",
+            '!1 = !{!"llvm.loop.vectorize.enable", i1 false}',
+        }
+        return ", !llvm.loop !0"
 
     def _looped(self, end: str, following: str, body: list[ast.stmt]) -> None:
         self._loops.append((end, following))

@@ -17,7 +17,7 @@ from lumped.kernel.models import REST, SIZE
 from lumped.kernel.plant import SLIDE
 from lumped.kernel.run import STORM_SIZE, Run
 
-__all__ = ["find_crossing", "inside", "inside_explicit", "set_ranges"]
+__all__ = ["find_below", "find_crossing", "inside", "inside_explicit", "set_ranges"]
 
 _TOUCH = 1e-12
 """Part of a step that is not divided: what is open there touches zero."""
@@ -90,7 +90,7 @@ def _value(run: Run, k: int, part: float, extra: float) -> float:
     if part >= 1.0:
         margin = run.at_end[k]
     elif part > 0.0:
-        select(run.enclosed_margins, run.plant.margin, k)
+        select(run, run.enclosed_margins, run.plant.margin, k)
         inside(run, part, run.inner)
         t = run.t + part * (run.t_new - run.t)
         margin = value_at(run.enclosed_margins, run.plant.margin, run.inner, t)
@@ -210,7 +210,7 @@ def _first_fall(run: Run, k: int, until: float) -> bool:
     while depth >= 0 and begin <= until:
         end, last = ends[depth], levels[depth]
         if parts > 0 or begin > 0.0:
-            select(run.enclosed_margins, run.plant.margin, k)
+            select(run, run.enclosed_margins, run.plant.margin, k)
             enclose(run, run.enclosed_margins, run.plant.margin, begin, end - begin)
         parts += 1
         width = end - begin if parts < _MOST_PARTS else 0.0
@@ -281,9 +281,13 @@ def find_crossing(run: Run) -> bool:
 
     Leaves the states there in `inner`, the time in `t_cross`, and the margins that fired.
     """
+    return _may_fire(run) and find_below(run)
+
+
+@kernel
+def find_below(run: Run) -> bool:
+    """The same, where lower bounds of the margins are known, and one is below zero."""
     n = run.plant.margins
-    if not _may_fire(run):
-        return False
     e, is_same = run.enclosed_margins, True
     if run.plant.implicit > 0:
         e.is_surveyed = 0

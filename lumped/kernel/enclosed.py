@@ -20,9 +20,9 @@ class Enclosed(Record):
     is_still : int
         Whether states stay at the begin of the step, and only the time moves.
     is_surveyed : int
-        Whether it is known what moves in the present positions.
+        Whether what is known of operations holds in the present positions.
     moves, fixed : Integers, Numbers
-        Which operations give what moves, and the values of all others.
+        Which operations give what moves (below zero: not known yet), and the values of all others.
     needed : Integers
         Numbers of the work vector that are still to be found; zero but in a search.
     rows, row_next : Integers, int

@@ -11,7 +11,7 @@ import math
 import casadi as ca
 
 from lumped.code.operations import PARAMETER, RESULT, SETTING, STATE, TIME
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Integers, Numbers, kernel
 from lumped.kernel import models
 from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.interpret import operate
@@ -24,42 +24,45 @@ __all__ = ["enclose", "select", "select_open", "to_bernstein", "value_at"]
 
 
 @kernel
-def _survey(run: Run, e: Enclosed, function: Function) -> None:
-    """Note which operations give what moves in the present positions, and all other values."""
-    w, moves, values, operations = e.models, e.needed, e.fixed, function.operations
-    for i in range(function.count):
+def _survey(run: Run, e: Enclosed, function: Function, rows: Integers, count: int) -> None:
+    """Note which of some operations give what moves in the present positions, and other values."""
+    w, moves, operations = e.models, e.needed, function.operations
+    for j in range(count - 1, -1, -1):
+        i = rows[j]
         row = operations[4 * i :]
         op, to, a, b = row[0], row[1], row[2], row[3]
         if op == RESULT:
             e.moves[i] = 1
             continue
-        moving, value = 0, 0.0
-        if op == TIME or (op == STATE and not e.is_still):
-            moving = 1
-        elif op == STATE:
-            value = run.x[a]
-        elif op == PARAMETER:
-            value = run.p[a]
-        elif op == SETTING:
-            value = run.m[a]
-        elif op == ca.OP_CONST:
-            value = function.constants[a]
-        elif moves[a] + moves[b] == 0:
-            value = operate(op, w[a], w[b])
-        else:
-            is_off = (op == ca.OP_MUL or op == ca.OP_IF_ELSE_ZERO) and moves[a] == 0 and w[a] == 0.0
-            moving = 0 if is_off or (op == ca.OP_MUL and moves[b] == 0 and w[b] == 0.0) else 1
-        w[to], values[i] = value, value
-        moves[to] = e.moves[i] = moving
-    for i in range(function.count):
-        if operations[4 * i] != RESULT:
-            moves[operations[4 * i + 1]] = 0
-    _forget(e)
-    e.is_surveyed = 1
+        if e.moves[i] < 0:
+            moving, value = 0, 0.0
+            if op == TIME or (op == STATE and not e.is_still):
+                moving = 1
+            elif op == STATE:
+                value = run.x[a]
+            elif op == PARAMETER:
+                value = run.p[a]
+            elif op == SETTING:
+                value = run.m[a]
+            elif op == ca.OP_CONST:
+                value = function.constants[a]
+            elif moves[a] + moves[b] == 0:
+                value = operate(op, w[a], w[b])
+            else:
+                is_product = op == ca.OP_MUL or op == ca.OP_IF_ELSE_ZERO
+                is_off = is_product and moves[a] == 0 and w[a] == 0.0
+                is_off = is_off or (op == ca.OP_MUL and moves[b] == 0 and w[b] == 0.0)
+                moving = 0 if is_off else 1
+            e.moves[i], e.fixed[i] = moving, value
+        w[to], moves[to] = e.fixed[i], e.moves[i]
+    for j in range(count):
+        row = operations[4 * rows[j] :]
+        if row[0] != RESULT:
+            moves[row[1]] = 0
 
 
 @kernel
-def select(e: Enclosed, function: Function, k: int) -> None:
+def select(run: Run, e: Enclosed, function: Function, k: int) -> None:
     """Find the operations that a result of a function needs, the last first, or find them again.
 
     What does not move in the present positions needs none.
@@ -68,7 +71,7 @@ def select(e: Enclosed, function: Function, k: int) -> None:
         # they are those of all that are open
         e.row_begin[k], e.row_number[k] = e.row_begin[e.results], e.row_number[e.results]
     if e.row_begin[k] < 0:
-        _collect(e, function, k)
+        _collect(run, e, function, k)
     e.row_first, e.row_count = e.row_begin[k], e.row_number[k]
 
 
@@ -77,12 +80,15 @@ def select_open(run: Run, e: Enclosed, function: Function, is_same: bool) -> Non
     """Find the operations of all results that are open, unless the same ones were open before."""
     n = e.results
     if not e.is_surveyed:
-        _survey(run, e, function)
+        for i in range(function.count):
+            e.moves[i] = -1
+        _forget(e)
+        e.is_surveyed = 1
     if not is_same or e.row_begin[n] < 0:
         e.open_count = 0
         for k in range(n):
             e.open_count += e.is_open[k]
-        _collect(e, function, n)
+        _collect(run, e, function, n)
     e.row_first, e.row_count = e.row_begin[n], e.row_number[n]
 
 
@@ -95,29 +101,48 @@ def _forget(e: Enclosed) -> None:
 
 
 @kernel
-def _collect(e: Enclosed, function: Function, k: int) -> None:
+def _note_needs(e: Enclosed, row: Integers, moves: int) -> None:
+    """Note what an operation needs that is needed itself."""
+    op, needed = row[0], e.needed
+    if op == RESULT:
+        needed[row[2]] = 1
+        return
+    needed[row[1]] = 0
+    is_given = op == STATE or op == PARAMETER or op == SETTING or op == TIME or op == ca.OP_CONST
+    if moves != 0 and not is_given:
+        needed[row[2]] = needed[row[3]] = 1
+
+
+@kernel
+def _collect(run: Run, e: Enclosed, function: Function, k: int) -> None:
     """Note the operations that a result needs; of all that are open for the number beyond them."""
-    n, needed, count = e.results, e.needed, 0
+    n, needed, operations = e.results, e.needed, function.operations
     if e.row_next > 3 * function.count:
         _forget(e)
-    rows = e.rows[e.row_next :]
+    rows, found, is_known = e.rows[e.row_next :], 0, True
     for i in range(function.count - 1, -1, -1):
-        operation = function.operations[4 * i :]
-        op, to = operation[0], operation[1]
-        is_input = op == STATE or op == PARAMETER or op == SETTING or op == TIME
-        if op == RESULT:
+        row = operations[4 * i :]
+        to = row[1]
+        if row[0] == RESULT:
             is_used = to < n and (to == k or (k == n and e.is_open[to] != 0))
         else:
             is_used = needed[to] != 0
-            if is_used:
-                needed[to] = 0
         if is_used:
-            rows[count] = i
-            count += 1
-            if e.moves[i] != 0 and not is_input and op != ca.OP_CONST:
-                needed[operation[2]] = 1
-                if op != RESULT:
-                    needed[operation[3]] = 1
+            _note_needs(e, row, e.moves[i])
+            is_known = is_known and e.moves[i] >= 0
+            rows[found] = i
+            found += 1
+    count = found
+    if not is_known:
+        _survey(run, e, function, rows, found)
+        count = 0
+        for j in range(found):
+            i = rows[j]
+            row = operations[4 * i :]
+            if row[0] == RESULT or needed[row[1]] != 0:
+                _note_needs(e, row, e.moves[i])
+                rows[count] = i
+                count += 1
     e.row_begin[k], e.row_number[k] = e.row_next, count
     e.row_next += count
 

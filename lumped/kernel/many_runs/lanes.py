@@ -153,7 +153,9 @@ def _without_suspects(lanes: Lanes, accepted: Wide) -> Wide:
     lanes.mark = mark
     for k in range(lanes.count if any_lane(mark > 0.5) else 0):
         if flat(lanes.mark)[k] > 0.5:
-            unload_step(lanes, k)
+            variants = unload_step(lanes, k)
+            for i in range(lanes.plant.margins):
+                variants.run.floor[i] = flat(lanes.floor)[i * lanes.count + k]
             lanes.entry[k] = lanes.crossing_of
     return accepted if mark < 0.5 else 0.0
 

@@ -7,7 +7,7 @@ from typing import Annotated
 from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers, kernel
 from lumped.kernel.clocks import Clocks, place_instants, set_clocks
-from lumped.kernel.crossing import find_crossing
+from lumped.kernel.crossing import find_below
 from lumped.kernel.interpret import evaluate, prepare
 from lumped.kernel.loop import position_of, until_steps
 from lumped.kernel.observe import begin_watch, end_watch, observe, observe_event
@@ -321,7 +321,7 @@ def attempt_of(variants: Variants) -> int:
 def crossing_of(variants: Variants) -> int:
     """End a step in which margins may fire, and go on; as `until_steps_of`."""
     run = variants.run
-    run.is_crossed = find_crossing(run)
+    run.is_crossed = find_below(run)
     return after_attempt(variants, end_attempt(run, leave_step(run)))
 
 
