@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import sys
+from functools import cached_property
 from threading import RLock
 from types import TracebackType
 from weakref import WeakSet
@@ -51,6 +53,21 @@ def forked_between(lock: RLock) -> RLock:
 def _open_all() -> None:
     for lock in list(_known):
         lock.open()
+    if sys.version_info < (3, 12):
+        _open_properties()
+
+
+def _open_properties() -> None:
+    """The same for cached properties, which Python 3.11 computes under locks of their own."""
+    modules = [module for name, module in list(sys.modules.items()) if name.startswith("lumped")]
+    classes = {c for module in modules for c in list(vars(module).values()) if isinstance(c, type)}
+    for own in [own for c in classes for own in list(vars(c).values())]:
+        if isinstance(own, cached_property):
+            lock = vars(own)["lock"]
+            if lock.acquire(blocking=False):
+                lock.release()
+            else:
+                vars(own)["lock"] = RLock()
 
 
 if hasattr(os, "register_at_fork"):
