@@ -9,6 +9,7 @@ from lumped.kernel.plant import FREE, Plant
 from lumped.kernel.run import InstantSearch, Look, Run
 
 __all__ = [
+    "ROUNDING",
     "STANDSTILL",
     "TOUCHING",
     "copy_settings",
@@ -24,6 +25,8 @@ __all__ = [
 TOUCHING = 1e-13
 """Gap of bodies that touch, m or rad."""
 _INFINITE = float("inf")
+ROUNDING = 1e-12
+"""Impulse, and speed after an impact, relative to the largest, that are rounding."""
 _YIELDS = 10.0
 """Speed that may be yielding, over the largest of those that stick."""
 STANDSTILL = 1e-9
@@ -103,7 +106,7 @@ def standstills(plant: Plant, instant: InstantSearch, seen: Look) -> None:
     for h in range(plant.holds):
         rest[h] = 0.0 if plant.speed_state[h] >= 0 else STANDSTILL * (1.0 + rest[h])
         if instant.has_moved:
-            rest[h] = max(rest[h], 1e-12 * (1.0 + instant.fastest))
+            rest[h] = max(rest[h], ROUNDING * (1.0 + instant.fastest))
         rest[h] = max(rest[h], _YIELDS * yields)
 
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 from lumped.code.words import kernel
 from lumped.flattening.hold_modes import BACKWARD, DEMAND, FORWARD, STUCK
 from lumped.kernel.holds import (
+    ROUNDING,
     STANDSTILL,
     TOUCHING,
     copy_settings,
@@ -42,8 +43,6 @@ __all__ = ["HAS_COLLIDED", "LOWEST", "NO_ANSWER", "collide", "halt"]
 
 NOTHING_CLOSES, HAS_COLLIDED, NO_ANSWER = range(3)
 
-_ROUNDING = 1e-12
-"""Impulse and speed, relative to the largest, that are rounding."""
 _PRESSED = 1e-9
 """Gain of a limit by impulses, relative to the largest of them, that is rounding."""
 _MISS = 1e-6
@@ -150,7 +149,7 @@ def _right_place(run: Run, h: int, largest: float, fastest: float) -> int:
             return OUTSIDE if place == WITHIN else place
         if place == OUTSIDE and is_held(plant, run.instant.m, h):
             return WITHIN
-    return right_place(problem, h, _ROUNDING * largest, _ROUNDING * (1.0 + fastest))
+    return right_place(problem, h, ROUNDING * largest, ROUNDING * (1.0 + fastest))
 
 
 @kernel
@@ -229,7 +228,7 @@ def _closes(run: Run, seen: Look, h: int) -> bool:
     """Whether a constraint without limit closes at a speed."""
     plant, instant = run.plant, run.instant
     m, v = instant.m[plant.hold_setting[h] :], seen.speed[h]
-    rest = max(instant.rest_speed[h], _ROUNDING * instant.fastest)
+    rest = max(instant.rest_speed[h], ROUNDING * instant.fastest)
     acts = m[STUCK] > 0.5 or m[FORWARD] > 0.5 or m[BACKWARD] > 0.5
     near = not plant.has_gap[h] or seen.gap[h] <= TOUCHING or instant.is_halted[h]
     comes = v < -rest and not plant.has_backward[h] and near
@@ -351,7 +350,7 @@ def _settle(run: Run, h: int, position: int) -> None:
 def _take_answer(run: Run) -> None:
     """Positions of all holds that took part; a contact that is back at once stays."""
     plant, instant, problem = run.plant, run.instant, run.instant.problem
-    rest = _ROUNDING * (1.0 + instant.fastest)
+    rest = ROUNDING * (1.0 + instant.fastest)
     for h in range(plant.holds):
         place, after = problem.place[h], instant.after.speed[h]
         sticks = is_held(plant, instant.m, h) or instant.is_closing[h]
