@@ -5,19 +5,17 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Sequence
 from functools import cache
-from threading import RLock
 from typing import Any
 
 import llvmlite
 import llvmlite.binding as llvm
 
 from lumped.code import code_cache
-from lumped.support.locks import forked_between
+from lumped.support.process_lock import process_lock
 
 __all__ = ["Code", "built", "compiled", "kept"]
 
 
-_compiling = forked_between(RLock())
 """LLVM compiles and links for one thread at a time."""
 
 
@@ -83,7 +81,7 @@ def built(
     beside : callable
         Gives the assembly of functions that it calls; they are optimised in any case.
     """
-    with _compiling:
+    with process_lock:
         found = kept(source, names, prefix)
         if found is not None:
             return found
@@ -94,7 +92,7 @@ def built(
 
 def kept(source: str, names: Sequence[str], prefix: str = "") -> Code | None:
     """Object code made before from the same source; None if there is none."""
-    with _compiling:
+    with process_lock:
         code = code_cache.load(_key(source, prefix))
         return None if code is None else Code(code, names)
 

@@ -14,6 +14,7 @@ from lumped.errors import ModelWarning
 from lumped.flattening.flatten import flatten
 from lumped.language.component import Component
 from lumped.support.arguments import checked
+from lumped.support.process_lock import process_lock
 
 __all__ = ["assemble"]
 
@@ -65,7 +66,7 @@ def assemble(
     UnknownNameError
         If `outputs` or `keep` names something the model does not have.
     """
-    with _paused_collector():
+    with process_lock, _paused_collector():
         begin = clock.perf_counter()
         flat = flatten(model)
         flattened = clock.perf_counter()

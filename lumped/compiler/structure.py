@@ -74,7 +74,7 @@ class Structure(Shared):
         *,
         foresee: bool,
     ) -> None:
-        super().__init__(flat.building)
+        super().__init__()
         self.flat, self.tree = flat, flat.tree
         self.ranks = dict(ranks or {})
         begin = clock.perf_counter()

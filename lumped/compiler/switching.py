@@ -173,7 +173,7 @@ class Switching(Shared):
     """
 
     def __init__(self, values: Values, *, foresee: bool = True) -> None:
-        super().__init__(values.flat.building)
+        super().__init__()
         self._values, self.flat = values, values.flat
         self.rows: list[tuple[str, int]] = []
         found_conditions: list[Condition] = []

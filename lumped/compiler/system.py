@@ -20,8 +20,8 @@ from lumped.language.formula import Formula, unit_of
 from lumped.language.quantity import Quantity
 from lumped.reduction.pruning import independent_of, samples, uses
 from lumped.reduction.state_selection import RANK
-from lumped.support.locks import Lock
 from lumped.support.made_once import Recent, Shared, made_once
+from lumped.support.process_lock import process_lock
 from lumped.support.rich_html import RichHtml
 
 __all__ = ["Changes", "Name", "System"]
@@ -63,7 +63,7 @@ class System(Shared, RichHtml):
         *,
         foresee: bool = True,
     ) -> None:
-        super().__init__(flat.building)
+        super().__init__()
         self.structure = Structure(flat, outputs, keep, ranks, foresee=foresee)
         self.model = flat.tree.model
         self.switching = self.structure.switching
@@ -83,15 +83,15 @@ class System(Shared, RichHtml):
             flat = self.structure.flat.motions, self.structure.tree.freed
             watched = tuple(self.structure.flat.watched)
             return _to_be_made, (self.model, *flat, watched, outputs, kept, self.structure.ranks)
-        return _to_be_made, vars(self)["_origin"][1]
+        return _to_be_made, vars(self)["_origin"]
 
     if not TYPE_CHECKING:  # type checkers shall go on finding misspelt names
 
         def __getattr__(self, name: str) -> Any:
             """Assemble a copy when it is first used."""
             if not name.startswith("__") and "_origin" in vars(self):
-                assembling, (model, motions, freed, watched, *rest) = vars(self)["_origin"]
-                with assembling:
+                model, motions, freed, watched, *rest = vars(self)["_origin"]
+                with process_lock:
                     if "made" not in vars(self):
                         flat = watching(flatten(model, motions, freed), watched)
                         vars(self).update(vars(System(flat, *rest)))
@@ -244,7 +244,7 @@ class System(Shared, RichHtml):
         formulas = tuple(dict.fromkeys(name for name in names if isinstance(name, Formula)))
         if not formulas:
             return self
-        with self.building:
+        with process_lock:
             return self._watching.of(formulas, lambda: self._made_to_watch(formulas))
 
     def _made_to_watch(self, formulas: tuple[Formula, ...]) -> System:
@@ -314,7 +314,7 @@ class System(Shared, RichHtml):
             )
             ranks.update(dict.fromkeys(range(first, first + highest), rank))
         own, key = (tuple(sorted(r.items())) for r in (structure.ranks, ranks))
-        with self.building:
+        with process_lock:
             self._charts[own] = self
             if key not in self._charts:
                 _, outputs, kept = self.origin
@@ -409,5 +409,5 @@ class System(Shared, RichHtml):
 def _to_be_made(*origin: Any) -> System:
     """A copy of a system, by what it was made from; it is assembled when it is first used."""
     system = object.__new__(System)
-    vars(system)["_origin"] = Lock(), origin
+    vars(system)["_origin"] = origin
     return system

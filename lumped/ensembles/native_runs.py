@@ -19,8 +19,8 @@ from lumped.kernel.many_runs.lane_records import WAITING
 from lumped.kernel.many_runs.variants import Queue
 from lumped.kernel.run import ASKS, DONE, FULL, NEEDS_MATRIX, NO_START, UNFIT, Run
 from lumped.simulation.simulate import simulate
-from lumped.support.locks import Lock
 from lumped.support.optional_packages import extra
+from lumped.support.process_lock import process_lock
 from lumped.timeloop.programs import Answers
 
 __all__ = ["Batch", "NativeRuns"]
@@ -70,7 +70,6 @@ class NativeRuns(RunRecords):
         self._idle: list[_Worker] = []
         self._workers: list[_Worker] = []
         self._led: dict[System, RunRecords] = {}
-        self._building = Lock()
         self.is_stopped = False
 
     def run(self, values: np.ndarray) -> Batch:
@@ -92,7 +91,7 @@ class NativeRuns(RunRecords):
 
     def led(self, system: System) -> RunRecords:
         """Records for runs in which other states lead."""
-        with self._building:
+        with process_lock:
             if system not in self._led:
                 of = self.watched.of
                 self._led[system] = AloneRecords(system, self.names, self.theta, of, self.options)

@@ -132,7 +132,7 @@ def sweep(
     waiting = [(i, points[i]) for i, outcome in known.items() if outcome is None]
     try:
         with Progress(f"{system.name}: runs", len(points)) as progress:
-            for i, outcome, spent in outcomes(job, waiting, count, client, system.building):
+            for i, outcome, spent in outcomes(job, waiting, count, client):
                 found[i] = outcome
                 busy += spent
                 done.add(points[i], outcome)

@@ -22,7 +22,6 @@ from lumped.language.formula import Formula
 from lumped.language.quantity import Input, Param, Var, param
 from lumped.language.switch import Hold, Item, Single, When
 from lumped.language.validity import borders, checked_ranges
-from lumped.support.locks import Lock
 
 __all__ = ["FlatModel", "Group", "flatten", "numbered"]
 
@@ -87,8 +86,6 @@ class FlatModel:
         Quantities that are prescribed beside the model, and what they are.
     watched : dict of Formula to Group
         Formulas of a user at whose kinks runs stop, and their groups.
-    building : Lock
-        Held while anything is made of the symbols of this model.
     """
 
     tree: Tree
@@ -102,7 +99,6 @@ class FlatModel:
     initial: list[Group]
     motions: Mapping[str, Expr]
     watched: Mapping[Formula, Group] = field(default_factory=dict)
-    building: Lock = field(default_factory=Lock)
 
     @property
     def name(self) -> str:

@@ -102,7 +102,7 @@ class Causes(Shared):
     """Causes of the changes of one system."""
 
     def __init__(self, system: System, looks: InstantLooks) -> None:
-        super().__init__(system.building)
+        super().__init__()
         self.system, self.looks, s = system, looks, system.switching
         self._count = system.structure.mode_count
         self._timed_modes = [m for c in looks.clocks for m in c.condition.modes]

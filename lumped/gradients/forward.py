@@ -92,7 +92,7 @@ class _Tangents(Shared):
     """
 
     def __init__(self, steps: Steps, seed: np.ndarray) -> None:
-        super().__init__(steps.building)
+        super().__init__()
         self.steps, self.system, self.seed = steps, steps.system, seed
         self.S = ca.SX.sym("S", steps.states, seed.shape[1])
 

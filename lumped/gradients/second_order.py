@@ -214,7 +214,7 @@ def _twice(steps: Steps) -> StepCode:
     inputs = [ca.vertcat(x, s), ca.vertcat(p, along), t, m]
     rates, integrands = both(system.rates), both(ca.densify(steps.integrands))
     nominal = np.tile(nominals(system), 2)
-    return StepCode(system.name, system.building, inputs, rates, integrands, nominal)
+    return StepCode(system.name, inputs, rates, integrands, nominal)
 
 
 @made_once

@@ -137,7 +137,7 @@ class Changes(Shared):
     """Changes of the states of one system, made once each."""
 
     def __init__(self, system: System) -> None:
-        super().__init__(system.building)
+        super().__init__()
         self.system, s = system, system.switching
         held = s.first_modes[:, None] + np.arange(hold_modes.COUNT)
         self._not_held = np.setdiff1d(np.arange(system.structure.mode_count), held)

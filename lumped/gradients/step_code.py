@@ -18,7 +18,6 @@ from lumped.kernel.recorded_steps.course import LOOKS, Course, Sweep
 from lumped.kernel.recorded_steps.stops_back import Stops
 from lumped.kernel.recorded_steps.sweep_back import LEAST
 from lumped.kernel.run import GIVEN_UP, Run
-from lumped.support.locks import Lock
 from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.counted_function import CountedFunction
 from lumped.timeloop.executable import Executable, smooth_executable
@@ -159,8 +158,6 @@ class StepCode(Shared):
     ----------
     name : str
         Of the system, for errors.
-    building : Lock
-        The same lock for all objects with the same symbols.
     inputs : list of SX
         States, parameters, time, settings.
     rates, integrands : SX
@@ -172,13 +169,12 @@ class StepCode(Shared):
     def __init__(
         self,
         name: str,
-        building: Lock,
         inputs: list[ca.SX],
         rates: ca.SX,
         integrands: ca.SX,
         nominal: np.ndarray,
     ) -> None:
-        super().__init__(building)
+        super().__init__()
         self.name = name
         x, self._p, self._t, self._m = inputs
         self.states, self.integrals = x.numel(), integrands.numel()

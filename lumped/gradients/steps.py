@@ -34,7 +34,7 @@ class Steps(StepCode):
         self.integrands = ca.vertcat(ca.SX(0, 1), *(math.prod(f) for f in factors))
         rates, inputs = system.rates, system.inputs
         own = rates, self.integrands, nominals(system)
-        super().__init__(system.name, system.building, inputs, *own)
+        super().__init__(system.name, inputs, *own)
 
     @property
     @made_once

@@ -15,7 +15,6 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache, wraps
 from pathlib import Path
-from threading import RLock
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -26,7 +25,7 @@ from lumped.code.records import Record, address
 from lumped.code.sources import hash_of_all
 from lumped.code.to_c import as_c
 from lumped.code.to_llvm import as_llvm
-from lumped.support.locks import forked_between
+from lumped.support.process_lock import process_lock
 
 __all__ = ["LANES", "call", "entry_addresses", "is_compiled", "lanes", "using"]
 
@@ -59,8 +58,6 @@ ARGUMENTS = {
 }
 """Number of arguments of each entry (see `lumped.kernel.entries`)."""
 
-_loading = forked_between(RLock())
-
 
 def _once(function: Callable[..., _T]) -> Callable[..., _T]:
     """Keep what a function gives; of threads that ask first, all wait for one.
@@ -71,7 +68,7 @@ def _once(function: Callable[..., _T]) -> Callable[..., _T]:
 
     @wraps(function)
     def found(*args: Engine) -> _T:
-        with _loading:
+        with process_lock:
             return kept(*args)
 
     return found

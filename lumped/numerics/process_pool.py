@@ -9,7 +9,6 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager
 from typing import Any
 
 from lumped.numerics.cluster import handed_out
@@ -34,7 +33,6 @@ def outcomes(
     tasks: Sequence[Task],
     workers: int,
     client: Any,
-    lock: AbstractContextManager[Any],
 ) -> Iterator[Done]:
     """Yield the outcome of each task and the seconds that it took, in the order of completion.
 
@@ -50,9 +48,6 @@ def outcomes(
         Processes.
     client : dask.distributed.Client or None
         Cluster that works instead of own processes.
-    lock : context manager
-        Closed while processes are forked: in them, a lock that another thread has closed would
-        stay so.
     """
     size = max(1, len(tasks) // (_CHUNKS * workers))
     chunks = [list(tasks[i : i + size]) for i in range(0, len(tasks), size)]
@@ -66,10 +61,10 @@ def outcomes(
         else:
             suspects: list[Task] = []
             while chunks:
-                chunks = yield from _in_pool(job, chunks, workers, suspects, lock)
+                chunks = yield from _in_pool(job, chunks, workers, suspects)
             for task in suspects:  # one by one, so that the fatal one is known
                 alone: list[Task] = []
-                yield from _in_pool(job, [[task]], 1, alone, lock)
+                yield from _in_pool(job, [[task]], 1, alone)
                 for number, _ in alone:
                     yield number, _DIED, 0.0
     except KeyboardInterrupt:
@@ -81,7 +76,6 @@ def _in_pool(
     chunks: list[list[Task]],
     workers: int,
     suspects: list[Task],
-    lock: AbstractContextManager[Any],
 ) -> Any:
     """Work until all is done or a process dies; give back the tasks not begun."""
     waiting = list(reversed(chunks))
@@ -91,8 +85,8 @@ def _in_pool(
         while waiting or running:
             while waiting and len(running) < _AHEAD * workers:
                 chunk = waiting.pop()
-                with lock, warnings.catch_warnings():
-                    # threads that libraries keep hold no lock here
+                with warnings.catch_warnings():
+                    # forks wait until no other thread holds the lock of the process
                     warnings.filterwarnings("ignore", ".*fork", DeprecationWarning)
                     running[pool.submit(_work, chunk)] = chunk
             done, _ = wait(running, return_when=FIRST_COMPLETED)

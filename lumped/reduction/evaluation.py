@@ -20,6 +20,7 @@ from lumped.reduction.block_errors import singular_block, unheld
 from lumped.reduction.elimination import Entry, SingularBlockError, solve
 from lumped.reduction.incidence import Occurrence
 from lumped.reduction.reduce import Block, Reduced
+from lumped.support.process_lock import process_lock
 
 __all__ = ["Values"]
 
@@ -89,14 +90,14 @@ class Values:
     def of(self, nodes: Iterable[int]) -> ca.SX:
         """Expressions of nodes, shape (n, 1)."""
         wanted = list(nodes)
-        with self.flat.building:
+        with process_lock:
             self._compute({int(self.reduced.block_of[n]) for n in wanted} - {-1})
             return self._sx[wanted] if wanted else ca.SX(0, 1)
 
     def arguments(self, seen: Occurrence) -> list[ca.SX]:
         """Arguments of a template's functions, one column per instance but for the time."""
         nodes = self._nodes(seen)
-        with self.flat.building:
+        with process_lock:
             self.of(sorted({int(n) for n in nodes.ravel() if n < self.reduced.first[-1]}))
             return self._arguments(seen, nodes)
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import wraps
 from typing import Any, Generic, TypeVar, TypeVarTuple
 
-from lumped.support.locks import Lock
+from lumped.support.process_lock import process_lock
 
 __all__ = ["Recent", "Shared", "made_once"]
 
@@ -18,21 +18,13 @@ Arguments = TypeVarTuple("Arguments")
 class Shared:
     """An object that threads share; one thread at a time makes missing results.
 
-    An interrupt may leave the lock closed, but only for other threads and this one model.
-
-    Parameters
-    ----------
-    building : Lock
-        The same lock for all objects with the same symbols.
-
     Attributes
     ----------
     made : dict
         Results of the functions marked `made_once` for this object.
     """
 
-    def __init__(self, building: Lock) -> None:
-        self.building = building
+    def __init__(self) -> None:
         self.made: dict[object, Any] = {}
 
 
@@ -43,7 +35,7 @@ def made_once(function: Callable[[S, *Arguments], T]) -> Callable[[S, *Arguments
     def kept(owner: S, *arguments: *Arguments) -> T:
         key = function, arguments
         if key not in owner.made:
-            with owner.building:
+            with process_lock:
                 if key not in owner.made:
                     owner.made[key] = function(owner, *arguments)
         found: T = owner.made[key]

@@ -11,7 +11,7 @@ from lumped.code.functions import (
 from lumped.code.machine_code import Code
 from lumped.code.operations import Operations
 from lumped.kernel.plant import Function
-from lumped.support.locks import Lock
+from lumped.support.process_lock import process_lock
 from lumped.timeloop.executable import WORTH
 
 __all__ = ["CountedFunction"]
@@ -39,7 +39,6 @@ class CountedFunction:
         self._operations, self._columns, self._from = operations, columns, columns_from
         self.work = operations.work
         self._evaluations = 0
-        self._lock = Lock()
         self._code: Code | None = None
         self._record = Function(
             count=len(operations.table),
@@ -53,14 +52,19 @@ class CountedFunction:
 
     def for_more(self, evaluations: int) -> Function:
         """The function, which will be evaluated so many times more."""
-        with self._lock:
-            self._evaluations += evaluations * max(self._columns, 1)
-            if self._code is None and self._evaluations > WORTH:
-                if self._columns:
-                    self._take(compiled_columns(self._operations, self._columns, self._from))
-                else:
-                    self._take(compiled_functions({"columns": self._operations}))
+        if self._code is None:
+            with process_lock:
+                self._count(evaluations * max(self._columns, 1))
         return self._record
+
+    def _count(self, evaluations: int) -> None:
+        self._evaluations += evaluations
+        if self._code is not None or self._evaluations <= WORTH:
+            return
+        if self._columns:
+            self._take(compiled_columns(self._operations, self._columns, self._from))
+        else:
+            self._take(compiled_functions({"columns": self._operations}))
 
     def _take(self, code: Code | None) -> None:
         if code is None:

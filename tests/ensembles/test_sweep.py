@@ -11,6 +11,7 @@ import pytest
 import lumped as lp
 from lumped.components import Fixed, Inertia, Spring, SwingingMass
 from lumped.errors import OptionError, UnknownNameError
+from lumped.support.process_lock import process_lock
 
 
 @pytest.fixture(scope="module")
@@ -54,17 +55,17 @@ def test_a_grid_agrees_with_the_closed_form_whoever_works(system, workers):
 
 def test_processes_are_forked_while_no_thread_builds(system):
     """In a process that is forked, the lock of a thread that builds would stay closed."""
-    fresh, over, ended = lp.assemble(system.model), threading.Event(), threading.Event()
+    over, ended = threading.Event(), threading.Event()
 
     def build():
         while not over.is_set():
-            with fresh.building:
+            with process_lock:
                 ended.wait(0.02)
 
     builder = threading.Thread(target=build, daemon=True)
     builder.start()
     try:
-        found = lp.sweep(fresh, over={"shaft.c": C}, until=0.7, of={"x": last}, workers=2)
+        found = lp.sweep(system, over={"shaft.c": C}, until=0.7, of={"x": last}, workers=2)
     finally:
         over.set()
         builder.join()

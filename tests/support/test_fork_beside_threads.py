@@ -1,4 +1,4 @@
-"""Processes that are forked while other threads of this one assemble, compile or hold locks."""
+"""Processes that are forked while other threads of this one assemble and compile."""
 
 import os
 import threading
@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.code import machine_code
 from lumped.components import Inertia, Spring
-from lumped.support.locks import Lock
+from lumped.support.process_lock import process_lock
 
 pytestmark = [
     pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are not forked here"),
@@ -38,29 +37,6 @@ def in_child(work, seconds=60.0):
     return False
 
 
-class Held:
-    """A thread that holds a lock until it is told."""
-
-    def __init__(self, lock):
-        self.is_held, self.ends = threading.Event(), threading.Event()
-        self.lock = lock
-        self.thread = threading.Thread(target=self.hold, daemon=True)
-
-    def hold(self):
-        with self.lock:
-            self.is_held.set()
-            self.ends.wait(60.0)
-
-    def __enter__(self):
-        self.thread.start()
-        assert self.is_held.wait(60.0)
-        return self
-
-    def __exit__(self, *_):
-        self.ends.set()
-        self.thread.join()
-
-
 def swung(c=300.0):
     """Twist of a spring between two bodies after a second, and its closed form."""
     model = lp.compose(
@@ -79,40 +55,26 @@ def is_right():
     return abs(received - expected) < 1e-7
 
 
-def test_a_lock_that_another_thread_holds_is_open_in_the_child():
-    lock = Lock()
+def test_a_fork_waits_until_no_other_thread_assembles_or_compiles():
+    is_held = threading.Event()
 
-    def takes():
-        with lock:
-            return True
+    def holds():
+        with process_lock:
+            is_held.set()
+            time.sleep(0.3)
 
-    with Held(lock):
-        assert in_child(takes, 10.0)
-
-
-def test_a_lock_that_the_forking_thread_holds_is_released_in_the_child_too():
-    lock = Lock()
-
-    def takes():
-        with lock:
-            return True
-
-    with lock:
-        assert in_child(lambda: takes() and lock.__exit__(None, None, None) is None, 10.0)
+    holder = threading.Thread(target=holds, daemon=True)
+    holder.start()
+    assert is_held.wait(60.0)
+    begun = time.monotonic()
+    assert in_child(is_right)
+    assert time.monotonic() - begun > 0.25
+    holder.join()
 
 
-def test_a_fork_waits_until_nothing_is_compiled():
-    with Held(machine_code._compiling) as held:
-        threading.Timer(0.3, held.ends.set).start()
-        begun = time.monotonic()
+def test_the_thread_that_forks_may_hold_the_lock():
+    with process_lock:
         assert in_child(is_right)
-        assert time.monotonic() - begun > 0.25
-
-
-def test_a_model_that_another_thread_works_on_is_used_in_the_child():
-    system = lp.assemble(lp.compose(a=Inertia(J=2.0, w=1.5)))
-    with Held(system.building):
-        assert in_child(lambda: lp.simulate(system, until=1.0)["a.w"][-1] == 1.5)
 
 
 def test_children_of_a_process_whose_threads_assemble_make_their_runs():
