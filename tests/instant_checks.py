@@ -29,7 +29,7 @@ from scipy.optimize import nnls
 
 REST = 1e-9
 """Speed that is none, relative to the greatest speed (plus 1)."""
-GAPS = 1e-12, 1e-13, 1e-14, 1e-11, 1e-10, 1e-9
+GAPS = 1e-12, 1e-13, 1e-14, 1e-11, 1e-10, 1e-9, 1e-8, 3e-8
 """Gaps that are none for one and may be open for another, rad or m."""
 BRIEF = 1e-4
 """Speed, relative to the greatest, that a bounce or friction may end as it is over at once."""
@@ -37,6 +37,8 @@ SPEEDS, RATES, STATES, MARGINS = 1e-7, 1e-6, 1e-6, 1e-6
 """Differences allowed in speeds after impacts, accelerations, states after a motion, margins."""
 CREEP, YIELDING = 1e-7, 1e-4
 """Speed and acceleration, relative to the greatest, of what is at rest but yields a little."""
+ROUNDING = 1e-13
+"""Speed, relative to the greatest, that is rounding."""
 MOMENT = 1e-8
 """Length of a part of a run that is too short to see its modes, s."""
 KNIFE = 1e-6
@@ -191,10 +193,14 @@ class Law:
         try:
             expected = nearest(self.J, before, W, bounce, D)
             if np.abs(after - expected).max() > allowed:
-                brief = (np.abs(left) < allowed) & (W @ expected < BRIEF * size)
-                bounce = np.where(brief, 0.0, bounce)
+                brief, bounces = (np.abs(left) < allowed), bounce > 0
+                brief &= W @ expected < BRIEF * size
+                bounce[brief] = 0.0
+                own = np.concatenate([D, W[brief & bounces]])
+                expected = nearest(self.J, before, W, bounce, own)
+                # what others have thrown comes back
                 D = np.concatenate([D, W[brief], self.slow(t, expected, after, size)])
-                expected = nearest(self.J, before, W, bounce, D)
+                expected = nearest(self.J, expected, W, 0 * bounce, D)
             expected = self.rubbed(before, expected, W, D)
             open_ = float(self.J @ (expected**2 - before**2)) > 1e-9 * size**2
         except NoAnswerError:
@@ -325,8 +331,9 @@ class Law:
         for k, kind in enumerate(self.kinds):
             fast = speed[np.abs(speed[:, k]).argmax(), k]
             if abs(fast) <= CREEP * size:
-                fast = rate[np.abs(rate[:, k]).argmax(), k]
-                fast = 0.0 if abs(fast) <= rates else fast
+                gains = rate[np.abs(rate[:, k]).argmax(), k]
+                fast = fast if abs(fast) > ROUNDING * size else gains
+                fast = 0.0 if abs(gains) <= rates else fast
             if not self.engaged(k, part.t[0]):
                 found.append(OFF)
             elif kind == "dog":

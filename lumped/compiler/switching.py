@@ -452,7 +452,7 @@ class Switching(Shared):
             add(margin, _SHARP * size + 1e-13, "relation", k)
         for h, first in enumerate(self.first_modes.tolist()):
             own = modes[first : first + hold_modes.COUNT]
-            stuck, forward, backward, compliance, _, _, slack, parted = ca.vertsplit(own)
+            stuck, forward, backward, compliance, _, _, slack, parted, _ = ca.vertsplit(own)
             reaction = self.reaction[h]
             for kind, given, limit, sign in (
                 ("upper", self.has_upper[h], self.upper[h], 1),

@@ -3,8 +3,9 @@
 The first three tell its position, 0 or 1 each. What sticks accelerates by `DEMAND`, as impulses ask
 for it, and by `COMPLIANCE` times what it carries beyond its `SHARE`, as redundant constraints share
 what they carry; what does not stick carries its `SHARE` beside its law, as a limit at rest asks for
-it. `SLACK` is what of a reaction is rounding. `PARTED` is the gap at which bodies
-parted last, zero but for rounding; gaps count from there.
+it. `DAMPING` times its speed slows what redundant constraints yield. `SLACK` is what of a reaction
+is rounding. `PARTED` is the gap at which bodies parted last, zero but for rounding; gaps count from
+there.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ __all__ = [
     "BACKWARD",
     "COMPLIANCE",
     "COUNT",
+    "DAMPING",
     "DEMAND",
     "FORWARD",
     "PARTED",
@@ -21,5 +23,5 @@ __all__ = [
     "STUCK",
 ]
 
-STUCK, FORWARD, BACKWARD, COMPLIANCE, DEMAND, SHARE, SLACK, PARTED = range(8)
-COUNT = 8
+STUCK, FORWARD, BACKWARD, COMPLIANCE, DEMAND, SHARE, SLACK, PARTED, DAMPING = range(9)
+COUNT = 9

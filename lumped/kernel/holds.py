@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
-from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, PARTED, SHARE, SLACK, STUCK
+from lumped.flattening.hold_modes import COMPLIANCE, DAMPING, DEMAND, PARTED, SHARE, SLACK, STUCK
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import FREE, Plant
 from lumped.kernel.run import InstantSearch, Look, Run
@@ -15,6 +15,7 @@ __all__ = [
     "copy_settings",
     "is_at_rest",
     "is_held",
+    "is_shared",
     "look_at",
     "put",
     "release_demands",
@@ -27,8 +28,6 @@ TOUCHING = 1e-13
 _INFINITE = float("inf")
 ROUNDING = 1e-12
 """Impulse, and speed after an impact, relative to the largest, that are rounding."""
-_YIELDS = 10.0
-"""Speed that may be yielding, over the largest of those that stick."""
 STANDSTILL = 1e-9
 """Speed that is rounding, relative to the speeds from which it is computed."""
 
@@ -51,6 +50,12 @@ def is_held(plant: Plant, m: Numbers, hold: int) -> bool:
 
 
 @kernel
+def is_shared(plant: Plant, m: Numbers, hold: int) -> bool:
+    """Whether a hold sticks and shares its load with others."""
+    return is_held(plant, m, hold) and m[plant.hold_setting[hold] + COMPLIANCE] > 0.0
+
+
+@kernel
 def is_at_rest(instant: InstantSearch, seen: Look, hold: int) -> bool:
     """Whether a speed is zero: by decision, or but for rounding."""
     if instant.is_halted[hold] != 0 or instant.is_settled[hold] != 0:
@@ -60,10 +65,11 @@ def is_at_rest(instant: InstantSearch, seen: Look, hold: int) -> bool:
 
 @kernel
 def release_demands(plant: Plant, m: Numbers) -> None:
-    """Clear demands, compliances, shares and gaps of parting."""
+    """Clear demands, compliances, shares, damping and gaps of parting."""
     for h in range(plant.holds):
         own = m[plant.hold_setting[h] :]
         own[COMPLIANCE] = own[DEMAND] = own[SHARE] = own[SLACK] = own[PARTED] = 0.0
+        own[DAMPING] = 0.0
 
 
 @kernel
@@ -90,16 +96,11 @@ def look_at(run: Run, x: Numbers, m: Numbers, look: Look) -> None:
 
 
 @kernel
-def standstills(plant: Plant, instant: InstantSearch, seen: Look) -> None:
-    """Largest speeds that count as zero; a speed that is a state must be exactly zero.
-
-    What sticks is at rest: its speed tells how far redundant holds have yielded.
-    """
-    rest, yields = instant.rest_speed, 0.0
+def standstills(plant: Plant, instant: InstantSearch) -> None:
+    """Largest speeds that count as zero; a speed that is a state must be exactly zero."""
+    rest = instant.rest_speed
     for h in range(plant.holds):
         rest[h] = 0.0
-        if instant.was_stuck[h] and not instant.has_moved:
-            yields = max(yields, abs(seen.speed[h]))
     for i in range(plant.speed_uses):
         h = plant.use_hold[i]
         rest[h] = max(rest[h], abs(instant.x[plant.use_state[i]]))
@@ -107,7 +108,6 @@ def standstills(plant: Plant, instant: InstantSearch, seen: Look) -> None:
         rest[h] = 0.0 if plant.speed_state[h] >= 0 else STANDSTILL * (1.0 + rest[h])
         if instant.has_moved:
             rest[h] = max(rest[h], ROUNDING * (1.0 + instant.fastest))
-        rest[h] = max(rest[h], _YIELDS * yields)
 
 
 @kernel

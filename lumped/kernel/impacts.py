@@ -380,6 +380,21 @@ def _take_answer(run: Run) -> None:
 
 
 @kernel
+def _end_flights(run: Run) -> None:
+    """Bring back what the impact has thrown but rises by nothing."""
+    plant, instant, problem = run.plant, run.instant, run.instant.problem
+    flies = False
+    for h in range(plant.holds):
+        stays = is_held(plant, instant.m, h) and instant.is_settled[h] != 0
+        problem.place[h] = WITHIN if stays else OUTSIDE
+        instant.leaving[h] = 0.0
+        flies = flies or (stays and abs(instant.after.speed[h]) > ROUNDING * instant.fastest)
+    if flies:
+        _push(run, instant.after)
+        _strike(run)
+
+
+@kernel
 def collide(run: Run, seen: Look) -> int:
     """Let contacts that close at a speed collide.
 
@@ -389,7 +404,7 @@ def collide(run: Run, seen: Look) -> int:
         `NOTHING_CLOSES`, `HAS_COLLIDED`, or `NO_ANSWER` if no impulses fit.
     """
     plant, instant = run.plant, run.instant
-    standstills(plant, instant, seen)
+    standstills(plant, instant)
     closes = False
     for h in range(plant.holds):
         instant.fastest = max(instant.fastest, abs(seen.speed[h]))
@@ -404,4 +419,5 @@ def collide(run: Run, seen: Look) -> int:
     look_at(run, instant.x, instant.m, instant.after)
     _note_work(run, seen)
     _take_answer(run)
+    _end_flights(run)
     return HAS_COLLIDED

@@ -44,7 +44,7 @@ from lumped.kernel.run import (
     Look,
     Run,
 )
-from lumped.kernel.sharing import share, watch_redundancy
+from lumped.kernel.sharing import damp, share, watch_redundancy
 
 __all__ = ["begin", "calm_positions", "find_positions"]
 
@@ -86,7 +86,7 @@ def _engage(run: Run, seen: Look) -> bool:
         if is_engaged == _acts(plant, instant.m, h):
             continue
         if not any_changes:
-            standstills(plant, instant, seen)
+            standstills(plant, instant)
         any_changes = True
         if is_engaged:
             put(plant, instant.m, h, _first_position(plant, instant, seen, h))
@@ -155,7 +155,7 @@ def _rebalance(run: Run, seen: Look) -> int:
     plant = run.plant
     if plant.holds == 0:
         return FITS
-    standstills(plant, run.instant, seen)
+    standstills(plant, run.instant)
     calm = calmness(run, seen)
     if _follow_speeds(run, seen, calm):
         return CHANGES
@@ -215,6 +215,7 @@ def _prepare(run: Run) -> None:
     for i in range(plant.states):
         instant.x[i] = run.x[i]
     copy_settings(plant, run.m, instant.m)
+    any_stuck = False
     for h in range(plant.holds):
         instant.was_stuck[h] = is_held(plant, instant.before, h)
         instant.is_halted[h] = instant.is_settled[h] = 0
@@ -222,6 +223,10 @@ def _prepare(run: Run) -> None:
         instant.loss[h] = instant.impulse[h] = instant.delay[h] = 0.0
         if instant.was_stuck[h]:
             stop(plant, instant, h)  # implicit steps leave rounding there
+            any_stuck = True
+    if run.may_be_redundant and any_stuck:
+        look_at(run, instant.x, instant.m, instant.seen)
+        halt(run, instant.seen)  # redundant constraints have yielded
     for k in range(plant.conditions):
         # one that changed at practically the same time may stay although its sides are equal
         if run.t - instant.prepared_at > run.soon:
@@ -268,6 +273,8 @@ def _fit(run: Run, may_collide: bool) -> int:
         if may_collide:
             halt(run, seen)
         _part(run, seen)
+        if instant.is_shared:
+            damp(run, instant.m)
         return GOES_ON
     return NO_FIT
 

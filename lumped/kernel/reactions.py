@@ -13,7 +13,7 @@ from __future__ import annotations
 from lumped.code.words import kernel
 from lumped.flattening.hold_modes import BACKWARD, FORWARD, SHARE, STUCK
 from lumped.kernel.conditions import copy_conditions, turn_wrong
-from lumped.kernel.holds import TOUCHING, copy_settings, is_at_rest, look_at, put
+from lumped.kernel.holds import TOUCHING, copy_settings, is_at_rest, is_shared, look_at, put
 from lumped.kernel.plant import FREE
 from lumped.kernel.problem import (
     AT_LOWER,
@@ -290,7 +290,7 @@ def settle_reactions(run: Run, seen: Look, calm: float) -> int:
         problem.room[h] = calm
     if instant.is_shared:  # what redundant holds carry was shared within their limits
         for h in range(plant.holds):
-            if problem.place[h] == WITHIN:
+            if problem.place[h] == WITHIN and is_shared(plant, instant.m, h):
                 problem.most[h], problem.least[h] = _INFINITE, -_INFINITE
                 # if a motion is prescribed, no share keeps it at rest
                 instant.is_exhausted = instant.is_exhausted or abs(problem.motion[h]) > calm

@@ -9,16 +9,20 @@ load, `lumped.kernel.reactions` finds.
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel, sqrt
-from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, SHARE, SLACK, STUCK
-from lumped.kernel.holds import copy_settings, is_held, look_at, put
+from lumped.flattening.hold_modes import COMPLIANCE, DAMPING, DEMAND, SHARE, SLACK, STUCK
+from lumped.kernel.holds import copy_settings, is_held, is_shared, look_at, put
 from lumped.kernel.plant import FREE
 from lumped.kernel.reserve import largest_reserve
 from lumped.kernel.run import Look, Run
 
-__all__ = ["share", "soften", "watch_redundancy", "weigh", "yield_from"]
+__all__ = ["damp", "share", "soften", "watch_redundancy", "weigh", "yield_from"]
 
 _COMPLIANCE = 1e-8
 """Compliance of redundant constraints, relative to that of the parts they hold."""
+_DAMPING = 100.0
+"""Damping of their speeds, over the inverse of the size of the times of a run."""
+_FOLLOWS = 1e-3
+"""Error of accelerations asked for, some of which are 1, that holds have that are not redundant."""
 _ASKED = 64
 """Holds, evenly chosen, at which the compliance of the parts is found."""
 _WEAKEST = 1e3
@@ -109,7 +113,7 @@ def soften(run: Run, x: Numbers, m: Numbers) -> bool:
     any_stuck = False
     for h in range(plant.holds):
         own = m[plant.hold_setting[h] :]
-        own[COMPLIANCE] = own[DEMAND] = own[SHARE] = 0.0
+        own[COMPLIANCE] = own[DEMAND] = own[SHARE] = own[DAMPING] = 0.0
         any_stuck = any_stuck or is_held(plant, m, h)
     if not (run.may_be_redundant and any_stuck):
         return False
@@ -117,7 +121,23 @@ def soften(run: Run, x: Numbers, m: Numbers) -> bool:
     if not _is_redundant(run, x, instant.sole):
         return False
     weigh(run, x, m)
+    _keep_rigid(run, x, m)
     return True
+
+
+@kernel
+def _keep_rigid(run: Run, x: Numbers, m: Numbers) -> None:
+    """Let holds not yield that can follow any accelerations, whatever the others do."""
+    plant, rest, pushed, trial = run.plant, run.instant.at_rest, run.instant.pushed, run.instant.sole
+    copy_settings(plant, m, trial)
+    look_at(run, x, trial, rest)
+    for h in range(plant.holds):
+        trial[plant.hold_setting[h] + DEMAND] = plant.any_demand[h]
+    look_at(run, x, trial, pushed)
+    for h in range(plant.holds):
+        error = abs(pushed.acceleration[h] - rest.acceleration[h] - plant.any_demand[h])
+        if is_held(plant, m, h) and error < _FOLLOWS:
+            m[plant.hold_setting[h] + COMPLIANCE] = 0.0
 
 
 @kernel
@@ -137,6 +157,14 @@ def weigh(run: Run, x: Numbers, m: Numbers) -> None:
         reach = min(abs(look.upper[h]), abs(look.lower[h]))
         if reach > 0.0 and reach < _INFINITE and strongest > 0.0:
             m[plant.hold_setting[h] + COMPLIANCE] *= min(strongest / reach, _WEAKEST)
+
+
+@kernel
+def damp(run: Run, m: Numbers) -> None:
+    """Slow down what redundant constraints will yield."""
+    for h in range(run.plant.holds):
+        if is_shared(run.plant, m, h):
+            m[run.plant.hold_setting[h] + DAMPING] = _DAMPING / run.span
 
 
 @kernel
@@ -200,7 +228,7 @@ def _share_if_redundant(run: Run, x: Numbers, m: Numbers) -> None:
     yield_from(run, m, look)
     largest, any_overload, any_void = _largest(run, m, look), False, False
     for h in range(plant.holds):
-        if is_held(plant, m, h):
+        if is_shared(plant, m, h):
             own = m[plant.hold_setting[h] :]
             own[SLACK] = _SLACK * largest * run.yielding / own[COMPLIANCE]
             any_overload = any_overload or _is_overloaded(look, h)
@@ -225,7 +253,7 @@ def _find_shares(run: Run, x: Numbers, m: Numbers) -> float:
         _ask_each(run, x, m)
         any_overload = False
         for h in range(plant.holds):
-            if is_held(plant, m, h) and not instant.is_grouped[h] and _is_overloaded(look, h):
+            if is_shared(plant, m, h) and not instant.is_grouped[h] and _is_overloaded(look, h):
                 any_overload = True
                 least = min(least, _share_in_group(run, m, look, _gathered(run, m, h)))
         if not any_overload or least <= _NO_RESERVE:
