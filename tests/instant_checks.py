@@ -35,10 +35,10 @@ BRIEF = 1e-4
 """Speed, relative to the greatest, that a bounce or friction may end as it is over at once."""
 SPEEDS, RATES, STATES, MARGINS = 1e-7, 1e-6, 1e-6, 1e-6
 """Differences allowed in speeds after impacts, accelerations, states after a motion, margins."""
-CREEP, YIELDING = 1e-7, 1e-4
-"""Speed and acceleration, relative to the greatest, of what is at rest but yields a little."""
+CREEP, YIELDING, CLOSED = 1e-8, 1e-6, 1e-8
+"""Speed and acceleration, relative to the greatest, and gap of what rests but yields a little."""
 ROUNDING = 1e-13
-"""Speed, relative to the greatest, that is rounding."""
+"""Speed that is rounding."""
 MOMENT = 1e-8
 """Length of a part of a run that is too short to see its modes, s."""
 KNIFE = 1e-6
@@ -325,21 +325,19 @@ class Law:
         """Modes of a part, from its speeds, gaps and accelerations."""
         size = 1.0 + np.abs(part.v).max()
         gap, speed = self.gaps + part.q @ self.rows.T, part.v @ self.rows.T
-        rate = part.a[[0, -1]] @ self.rows.T * [[1.0], [-1.0]]
-        rates = YIELDING * (1.0 + np.abs(part.a).max())
+        rate = part.a[[0, -1]] @ self.rows.T
+        still = YIELDING * (1.0 + np.abs(part.a).max())
         found = []
         for k, kind in enumerate(self.kinds):
             fast = speed[np.abs(speed[:, k]).argmax(), k]
             if abs(fast) <= CREEP * size:
-                gains = rate[np.abs(rate[:, k]).argmax(), k]
-                fast = fast if abs(fast) > ROUNDING * size else gains
-                fast = 0.0 if abs(gains) <= rates else fast
+                fast = sense(speed[[0, -1], k], rate[:, k], still, REST * size)
             if not self.engaged(k, part.t[0]):
                 found.append(OFF)
             elif kind == "dog":
                 found.append(STICK)
             elif kind == "gap":
-                away = gap[:, k].max() > CREEP or fast != 0.0
+                away = gap[:, k].max() > CLOSED or fast != 0.0
                 found.append(OFF if away else STICK)
             elif kind == "freewheel":
                 found.append(STICK if fast == 0.0 else FORWARD)
@@ -379,6 +377,17 @@ class Law:
                 f"{part.t[-1]:.7f}, modes {named}"
             )
         return modes
+
+
+def sense(speed, rate, still, rest):
+    """Sense of a motion that is hardly seen, by speeds and accelerations at both ends."""
+    if abs(rate[0]) > still:
+        slows = speed[0] * rate[0] < 0 and abs(speed[0]) > rest
+        return speed[0] if slows else rate[0]
+    if abs(rate[1]) > still:
+        grows = speed[1] * rate[1] > 0 and abs(speed[1]) > ROUNDING
+        return speed[1] if grows else -rate[1]
+    return 0.0
 
 
 def lows(motion, z, h, steps):

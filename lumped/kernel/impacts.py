@@ -204,16 +204,19 @@ def _gains_energy(run: Run, seen: Look) -> bool:
 
 
 @kernel
-def halt(run: Run, seen: Look) -> None:
-    """Bring the speeds of holds that stick to exactly zero, with the least change of energy."""
+def halt(run: Run, seen: Look) -> bool:
+    """Bring the speeds of holds that stick to exactly zero, with the least change of energy.
+
+    Gives whether any was more than rounding.
+    """
     plant, instant, trial = run.plant, run.instant, run.instant.trial
-    moves = False
+    fastest = 0.0
     copy_settings(plant, instant.m, trial)
     for h in range(plant.holds):
-        if is_held(plant, instant.m, h) and seen.speed[h] != 0.0:
+        if is_held(plant, instant.m, h):
             trial[plant.hold_setting[h] + DEMAND] = -seen.speed[h]
-            moves = True
-    if moves:
+            fastest = max(fastest, abs(seen.speed[h]))
+    if fastest > 0.0:
         look_at(run, instant.x, trial, instant.pushed)
         for i in range(plant.states):
             instant.x[i] += instant.pushed.rates[i] - seen.rates[i]
@@ -221,6 +224,7 @@ def halt(run: Run, seen: Look) -> None:
         is_halted = instant.is_halted[h] and not plant.has_gap[h]
         if is_held(plant, instant.m, h) or is_halted or instant.is_settled[h]:
             stop(plant, instant, h)
+    return fastest > ROUNDING * (1.0 + instant.fastest)
 
 
 @kernel

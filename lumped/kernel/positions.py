@@ -270,8 +270,8 @@ def _fit(run: Run, may_collide: bool) -> int:
             return NO_FIT
         if balance == CHANGES:
             continue
-        if may_collide:
-            halt(run, seen)
+        if may_collide and halt(run, seen):
+            continue
         _part(run, seen)
         if instant.is_shared:
             damp(run, instant.m)
