@@ -29,8 +29,8 @@ from scipy.optimize import nnls
 
 REST = 1e-9
 """Speed that is none, relative to the greatest speed (plus 1)."""
-GAPS = 1e-12, 1e-13, 1e-14, 1e-11, 1e-10, 1e-9, 1e-8, 3e-8
-"""Gaps that are none for one and may be open for another, rad or m."""
+GAPS = 1e-12, 1e-13, 1e-14, 1e-11, 1e-10, 1e-9, 1e-8, 3e-8, -1e-9
+"""Gaps that are none for one and may be open for another, rad or m; what has yielded overlaps."""
 BRIEF = 1e-4
 """Speed, relative to the greatest, that a bounce or friction may end as it is over at once."""
 SPEEDS, RATES, STATES, MARGINS = 1e-7, 1e-6, 1e-6, 1e-6
@@ -331,7 +331,8 @@ class Law:
         for k, kind in enumerate(self.kinds):
             fast = speed[np.abs(speed[:, k]).argmax(), k]
             if abs(fast) <= CREEP * size:
-                fast = sense(speed[[0, -1], k], rate[:, k], still, REST * size)
+                moved = gap[-1, k] - gap[0, k]
+                fast = sense(moved, speed[[0, -1], k], rate[:, k], still, REST * size)
             if not self.engaged(k, part.t[0]):
                 found.append(OFF)
             elif kind == "dog":
@@ -379,8 +380,10 @@ class Law:
         return modes
 
 
-def sense(speed, rate, still, rest):
+def sense(moved, speed, rate, still, rest):
     """Sense of a motion that is hardly seen, by speeds and accelerations at both ends."""
+    if max(abs(rate)) > still and abs(moved) > 1e-10:
+        return moved
     if abs(rate[0]) > still:
         slows = speed[0] * rate[0] < 0 and abs(speed[0]) > rest
         return speed[0] if slows else rate[0]

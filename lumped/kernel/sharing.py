@@ -21,8 +21,8 @@ _COMPLIANCE = 1e-8
 """Compliance of redundant constraints, relative to that of the parts they hold."""
 _DAMPING = 100.0
 """Damping of their speeds, over the inverse of the size of the times of a run."""
-_FOLLOWS = 1e-3
-"""Error of accelerations asked for, some of which are 1, that holds have that are not redundant."""
+_FOLLOWS = 1e-4
+"""Error of accelerations asked for, which are about 1, of holds that are not redundant."""
 _ASKED = 64
 """Holds, evenly chosen, at which the compliance of the parts is found."""
 _WEAKEST = 1e3
@@ -132,11 +132,18 @@ def _keep_rigid(run: Run, x: Numbers, m: Numbers) -> None:
     copy_settings(plant, m, trial)
     look_at(run, x, trial, rest)
     for h in range(plant.holds):
-        trial[plant.hold_setting[h] + DEMAND] = plant.any_demand[h]
-    look_at(run, x, trial, pushed)
+        run.instant.is_grouped[h] = 0
+    for other in range(2):
+        for h in range(plant.holds):
+            wanted = plant.any_demand[(h + other) % plant.holds]
+            trial[plant.hold_setting[h] + DEMAND] = wanted
+        look_at(run, x, trial, pushed)
+        for h in range(plant.holds):
+            wanted = trial[plant.hold_setting[h] + DEMAND]
+            error = abs(pushed.acceleration[h] - rest.acceleration[h] - wanted)
+            run.instant.is_grouped[h] = run.instant.is_grouped[h] or not error < _FOLLOWS
     for h in range(plant.holds):
-        error = abs(pushed.acceleration[h] - rest.acceleration[h] - plant.any_demand[h])
-        if is_held(plant, m, h) and error < _FOLLOWS:
+        if is_held(plant, m, h) and not run.instant.is_grouped[h]:
             m[plant.hold_setting[h] + COMPLIANCE] = 0.0
 
 
