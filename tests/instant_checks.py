@@ -246,6 +246,7 @@ class Law:
     def box(self, k, t, kinetic, share, slack):
         """Least and greatest reaction of a contact at rest, towards positive speed."""
         c, level = self.contacts[k], self.level(k, t)
+        share = 0.0 if kinetic else share
         level *= (1.0 if kinetic else c.peak) * (1 + share)
         return {
             "gap": (-share * slack, np.inf),
