@@ -243,7 +243,7 @@ def _prepare(run: Run) -> None:
 def _fit(run: Run, may_collide: bool) -> int:
     """Change positions and states until all fit."""
     plant, instant = run.plant, run.instant
-    seen = instant.seen
+    seen, is_last = instant.seen, not may_collide
     for _ in range(40 + 20 * (plant.holds + plant.conditions + plant.jumps)):
         share(run, instant.x, instant.m)
         if turn_wrong(run, seen, instant.m):
@@ -270,7 +270,8 @@ def _fit(run: Run, may_collide: bool) -> int:
             return NO_FIT
         if balance == CHANGES:
             continue
-        if may_collide and halt(run, seen):
+        if may_collide and halt(run, seen) and not is_last:
+            is_last = True
             continue
         _part(run, seen)
         if instant.is_shared:
