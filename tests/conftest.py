@@ -21,7 +21,7 @@ from lumped.models import machine
 # are loaded. --hypothesis-profile=long takes more, and shrinks what fails.
 settings.register_profile(
     "default",
-    max_examples=15,
+    max_examples=10,
     derandomize=True,
     deadline=None,
     database=None,

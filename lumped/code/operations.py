@@ -9,7 +9,16 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-__all__ = ["TWO", "Operations", "UnsupportedError", "joined", "operations_of"]
+__all__ = [
+    "INPUTS",
+    "TWO",
+    "Operations",
+    "UnsupportedError",
+    "first_results",
+    "joined",
+    "operations_of",
+    "packed",
+]
 
 
 STATE, PARAMETER, TIME, SETTING, RESULT = range(-5, 0)
@@ -20,7 +29,9 @@ class UnsupportedError(Exception):
     """An operation that kernels do not know."""
 
 
-_INPUTS = (STATE, PARAMETER, TIME, SETTING)
+INPUTS = (STATE, PARAMETER, TIME, SETTING)
+_NO_PLACES = frozenset((*INPUTS, ca.OP_CONST))
+"""Operations that read no places of the work vector."""
 
 TWO = {
     *(ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_DIV, ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE),
@@ -75,7 +86,7 @@ def operations_of(function: ca.Function, *, full: bool = True) -> Operations:
     """
     if not function.is_a("SXFunction"):
         raise UnsupportedError(f"{function.name()}: not a function of scalar operations")
-    rows: list[tuple[int, int, int, int]] = []
+    rows: list[int] = []  # one after the other: lists of tuples keep the garbage collector busy
     constants: list[float] = []
     first, targets = 0, []
     for i in range(function.n_out()):
@@ -85,23 +96,23 @@ def operations_of(function: ca.Function, *, full: bool = True) -> Operations:
         count = sparsity.size1() if whole else sparsity.nnz()
         targets.append(first + places)
         for missing in np.setdiff1d(np.arange(count), places).tolist() if whole else ():
-            rows.append((ca.OP_CONST, 0, len(constants), 0))
-            rows.append((RESULT, first + missing, 0, 0))
+            rows += (ca.OP_CONST, 0, len(constants), 0)
+            rows += (RESULT, first + missing, 0, 0)
             constants.append(0.0)
         first += count
     for k in range(function.n_instructions()):
         op, out = function.instruction_id(k), function.instruction_output(k)
         if op == ca.OP_CONST:
-            rows.append((op, out[0], len(constants), 0))
+            rows += (op, out[0], len(constants), 0)
             constants.append(function.instruction_constant(k))
             continue
         given = function.instruction_input(k)
         if op == ca.OP_INPUT:
-            rows.append((_INPUTS[given[0]], out[0], given[1], 0))
+            rows += (INPUTS[given[0]], out[0], given[1], 0)
         elif op == ca.OP_OUTPUT:
-            rows.append((RESULT, int(targets[out[0]][out[1]]), given[0], 0))
+            rows += (RESULT, int(targets[out[0]][out[1]]), given[0], 0)
         else:
-            rows.append((op, out[0], given[0], given[-1]))
+            rows += (op, out[0], given[0], given[-1])
     table = np.array(rows, dtype=np.int64).reshape(-1, 4)
     return Operations(table, np.array(constants), max(function.sz_w(), 1), first)
 
@@ -110,7 +121,7 @@ def joined(first: Operations, second: Operations) -> Operations:
     """The results of one function, then those of another one with the same arguments."""
     table = second.table.copy()
     op = table[:, 0]
-    reads = ~np.isin(op, _INPUTS) & (op != ca.OP_CONST)
+    reads = ~np.isin(op, INPUTS) & (op != ca.OP_CONST)
     table[op != RESULT, 1] += first.work
     table[op == RESULT, 1] += first.results
     table[op == ca.OP_CONST, 2] += len(first.constants)
@@ -122,3 +133,64 @@ def joined(first: Operations, second: Operations) -> Operations:
         first.work + second.work,
         first.results + second.results,
     )
+
+
+def first_results(function: Operations, count: int) -> Operations:
+    """The same without operations that the first results do not need."""
+    live = bytearray(function.work)
+    kept = bytearray(len(function.table))
+    k = len(kept)
+    for op, out, a, b in zip(*function.table[::-1].T.tolist(), strict=True):
+        k -= 1
+        if op == RESULT:
+            if out >= count:
+                continue
+            live[a] = 1
+        elif live[out]:
+            live[out] = 0
+            if op not in _NO_PLACES:
+                live[a] = 1
+                if op in TWO:
+                    live[b] = 1
+        else:
+            continue
+        kept[k] = 1
+    table = function.table[np.frombuffer(kept, dtype=bool)]
+    return Operations(table, function.constants, function.work, count)
+
+
+def packed(function: Operations) -> Operations:
+    """The same with values in places of others that nobody reads any more.
+
+    Each value has a place of its own before.
+    """
+    columns = function.table.T.tolist()
+    last = [0] * function.work
+    for k, (op, out, a, b) in enumerate(zip(*columns, strict=True)):
+        if op != RESULT:
+            last[out] = k
+        if op not in _NO_PLACES:
+            last[a] = k
+            if op in TWO:
+                last[b] = k
+    place, free, count = [0] * function.work, list[int](), 0
+    rows: list[int] = []
+    for k, (op, out, a, b) in enumerate(zip(*columns, strict=True)):
+        first, second = a, b
+        if op not in _NO_PLACES:
+            second = b if op in TWO else a
+            if last[a] == k:
+                free.append(place[a])
+            if second != a and last[second] == k:
+                free.append(place[second])
+            first = place[a]
+            second = b if op == RESULT else place[second]
+        to = out
+        if op != RESULT:
+            if not free:
+                free.append(count)
+                count += 1
+            to = place[out] = free.pop()
+        rows += (op, to, first, second)
+    table = np.array(rows, dtype=np.int64).reshape(-1, 4)
+    return Operations(table, function.constants, max(count, 1), function.results)

@@ -19,12 +19,15 @@ from lumped.code.operations import (
     TIME,
     TWO,
     Operations,
+    first_results,
+    packed,
 )
 
 __all__ = ["prepared"]
 
 _VARYING = (STATE, TIME, SETTING)
 _READ = (PARAMETER, ca.OP_CONST)
+_NO_PLACES = frozenset((*_READ, *_VARYING))
 Row = tuple[int, int, int, int]
 
 
@@ -81,20 +84,20 @@ class _Parts:
         """A function that reads what depends on parameters only."""
         held: dict[int, int] = {}
         missing: set[int] = set()
-        rows: list[Row] = []
+        rows: list[int] = []
 
         def need(place: int) -> None:
             if place in missing:
                 slot = self._slots.setdefault(held[place], len(self._slots))
-                rows.append((PARAMETER, place, self._parameters + slot, 0))
+                rows.extend((PARAMETER, place, self._parameters + slot, 0))
                 missing.discard(place)
 
-        for op, out, a, b in function.table.tolist():
+        for op, out, a, b in zip(*function.table.T.tolist(), strict=True):
             if op == RESULT:
                 need(a)
-                rows.append((op, out, a, b))
+                rows += (op, out, a, b)
                 continue
-            read = () if op in (*_READ, *_VARYING) else (a, b) if op in TWO else (a,)
+            read = () if op in _NO_PLACES else (a, b) if op in TWO else (a,)
             if op in _READ:
                 constant = op == ca.OP_CONST
                 value = (
@@ -102,7 +105,7 @@ class _Parts:
                     if constant
                     else self._value((op, 0, a, 0))
                 )
-                rows.append((op, out, a, b))
+                rows += (op, out, a, b)
                 held[out] = value
                 missing.discard(out)
             elif read and all(place in held for place in read):
@@ -113,17 +116,19 @@ class _Parts:
                 need(a)
                 inverse = self._value((ca.OP_INV, 0, held[b], held[b]))
                 slot = self._slots.setdefault(inverse, len(self._slots))
-                rows.append((PARAMETER, function.work, self._parameters + slot, 0))
-                rows.append((ca.OP_MUL, out, a, function.work))
+                rows += (PARAMETER, function.work, self._parameters + slot, 0)
+                rows += (ca.OP_MUL, out, a, function.work)
                 held.pop(out, None)
                 missing.discard(out)
             else:
                 for place in read:
                     need(place)
-                rows.append((op, out, a, b))
+                rows += (op, out, a, b)
                 held.pop(out, None)
                 missing.discard(out)
-        return _used(rows, replace(function, work=function.work + inverts))
+        table = np.array(rows, dtype=np.int64).reshape(-1, 4)
+        whole = replace(function, table=table, work=function.work + inverts)
+        return first_results(whole, whole.results)
 
     @property
     def operations(self) -> Operations:
@@ -136,54 +141,4 @@ class _Parts:
             max(len(self._rows), 1),
             len(self._slots),
         )
-        return _packed(_used(rows, whole))
-
-
-def _packed(function: Operations) -> Operations:
-    """The same with values in places of others that nobody reads any more."""
-    last: dict[int, int] = {}
-    rows = function.table.tolist()
-    for k, (op, out, a, b) in enumerate(rows):
-        if op not in (*_READ, *_VARYING):
-            last[a] = k
-            if op in TWO:
-                last[b] = k
-        if op != RESULT:
-            last.setdefault(out, k)
-    place: dict[int, int] = {}
-    free: list[int] = []
-    count = 0
-    for k, row in enumerate(rows):
-        op, out, a, b = row
-        read = () if op in (*_READ, *_VARYING) else (a, b) if op in TWO else (a,)
-        if read:
-            row[2], row[3] = place[a], place[read[-1]] if op != RESULT else b
-        for value in set(read):
-            if last[value] == k:
-                free.append(place.pop(value))
-        if op != RESULT:
-            if not free:
-                free.append(count)
-                count += 1
-            place[out] = row[1] = free.pop()
-    table = np.array(rows, dtype=np.int64).reshape(-1, 4)
-    return Operations(table, function.constants, max(count, 1), function.results)
-
-
-def _used(rows: list[Row], function: Operations) -> Operations:
-    """The same without operations whose results nobody reads."""
-    live: set[int] = set()
-    kept: list[Row] = []
-    for row in reversed(rows):
-        op, out, a, b = row
-        if op == RESULT:
-            live.add(a)
-        elif out in live:
-            live.discard(out)
-            if op not in (*_READ, *_VARYING):
-                live.update((a, b) if op in TWO else (a,))
-        else:
-            continue
-        kept.append(row)
-    table = np.array(kept[::-1], dtype=np.int64).reshape(-1, 4)
-    return Operations(table, function.constants, function.work, function.results)
+        return packed(first_results(whole, whole.results))

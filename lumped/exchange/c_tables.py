@@ -93,8 +93,7 @@ def model_files(
         Further functions that the interface calls.
     """
     system = interface.system
-    given, lengths, fields = parts_of(system)
-    functions = {name: operations_of(f) for name, f in given.items()}
+    functions, lengths, fields = parts_of(system)
     lengths = {**lengths, "nonzeros": 0, "entries": 0}
     values: dict[str, dict[str, int | np.ndarray]] = {"plant": fields}
     if method != "explicit" and lengths["states"]:

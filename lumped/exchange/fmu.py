@@ -14,7 +14,6 @@ from typing import Literal
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
-from lumped.exchange.c_compiler import LARGE
 from lumped.exchange.c_tables import model_files
 from lumped.exchange.derivatives import derivative_functions
 from lumped.exchange.fmu_description import build_description, model_description
@@ -183,8 +182,7 @@ def export_fmu(
     )
     if version == "3.0":
         files["buildDescription.xml"] = build_description(identifier, sources)
-    level = "-O1" if operations > LARGE else "-O2"
-    made = libraries(files, sources, version, level, wanted)
+    made = libraries(files, sources, version, wanted)
     path = Path(path)
     with whole_file(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", described)

@@ -62,7 +62,6 @@ def libraries(
     files: Mapping[str, str],
     sources: Sequence[str],
     version: str,
-    level: str,
     platforms: Sequence[str],
 ) -> list[Library]:
     """Libraries for platforms; without any, for this machine, if it has a compiler.
@@ -75,23 +74,21 @@ def libraries(
         If a compiler refuses the sources.
     """
     if platforms:
-        return [_crossed(files, sources, version, level, name) for name in platforms]
+        return [_crossed(files, sources, version, name) for name in platforms]
     own, compiler = _own_platform(), own_compiler()
     if compiler is None:
         return []
     system = own.partition("-")[2]
     made = _linked(system, () if system == "darwin" else ("-s",))  # Apple's linker knows no -s
-    content = compiled(files, sources, compiler, level, made)
+    content = compiled(files, sources, compiler, made)
     return [Library(_folder(version, own), made.suffix, content)]
 
 
-def _crossed(
-    files: Mapping[str, str], sources: Sequence[str], version: str, level: str, name: str
-) -> Library:
+def _crossed(files: Mapping[str, str], sources: Sequence[str], version: str, name: str) -> Library:
     machine, _, system = name.partition("-")
     compiler = zig_compiler(f"{machine}-{_SYSTEMS[system][0]}", "export_fmu(platforms=)")
     made = _linked(system, ("-s",))
-    content = compiled(files, sources, compiler, level, made)
+    content = compiled(files, sources, compiler, made)
     return Library(_folder(version, name), made.suffix, content)
 
 

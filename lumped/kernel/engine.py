@@ -169,6 +169,6 @@ def _c_library() -> ctypes.CDLL:
     with tempfile.TemporaryDirectory() as folder:
         source, made = Path(folder) / "loop.c", Path(folder) / "loop.so"
         source.write_text(as_c(_kernels()))
-        options = ["-std=c99", "-O2", "-ffp-contract=off", "-shared", "-fPIC"]
+        options = ["-std=c99", "-O1", "-ffp-contract=off", "-shared", "-fPIC"]
         subprocess.run([compiler, *options, str(source), "-o", str(made), "-lm"], check=True)
         return ctypes.CDLL(str(made))

@@ -7,7 +7,7 @@ from importlib import resources
 
 from lumped.compiler.system import Changes, System
 from lumped.ensembles.watched import Watched
-from lumped.exchange.c_compiler import LARGE, Linked, compiled, zig_compiler
+from lumped.exchange.c_compiler import Linked, compiled, zig_compiler
 from lumped.exchange.c_tables import model_files
 from lumped.exchange.interface import Interface
 from lumped.timeloop.result import OperatingPoint
@@ -51,13 +51,12 @@ def run_code(
     """
     compiler = zig_compiler("wasm32-wasi", "live_page")
     interface = Interface(system, (), names, {} if start is None else start)
-    files, operations = model_files(interface, "", rtol, "auto", watched=watched)
+    files, _ = model_files(interface, "", rtol, "auto", watched=watched)
     folder = resources.files("lumped.exchange") / "c"
     for name in (*_SOURCES, "lumped.h"):
         files[name] = (folder / name).read_text()
     files["shown.h"] = _shown(interface, names, watched, grid)
-    level = "-O1" if operations > LARGE else "-O2"
-    return compiled(files, ("loop.c", "model.c", *_SOURCES), compiler, level, _MADE)
+    return compiled(files, ("loop.c", "model.c", *_SOURCES), compiler, _MADE)
 
 
 def _shown(interface: Interface, names: Sequence[str], watched: Watched, grid: int) -> str:

@@ -1,44 +1,333 @@
-"""Bounds of functions of scalar operations over intervals of their arguments."""
+"""Bounds of scalar operations over intervals of their arguments (Moore, Interval Analysis, 1966).
+
+Ends are rounded to nearest, so bounds are valid except for rounding.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from typing import Generic, Protocol, TypeVar
 
 import casadi as ca
 
-__all__ = ["INFINITE", "bounds_of", "interval_bounds"]
+__all__ = ["INFINITE", "Intervals", "Made", "interval_bounds"]
 
-Interval = tuple[ca.SX, ca.SX]
-"""Lower and upper end; the same expression twice if it does not depend on the interval."""
+V = TypeVar("V")
 
 INFINITE = 1e290
 """Ends beyond this are no bounds."""
-_LOWEST, _HIGHEST = ca.SX(-1e300), ca.SX(1e300)
+_LOWEST, _HIGHEST = -1e300, 1e300
 
 
-_ZERO, _HALF, _UNIT, _TURN = (ca.SX(v) for v in (0.0, 0.5, 1.0, 2 * math.pi))
+class Made(Protocol[V]):
+    """What makes values: expressions, or rows of a table."""
+
+    def constant(self, value: float) -> V:
+        """A constant."""
+
+    def known(self, value: V) -> float | None:
+        """The number that a value is; None if it is no constant."""
+
+    def made(self, operation: int, *args: V) -> V:
+        """An operation of CasADi."""
 
 
-def _by(operation: int) -> Callable[[ca.SX, ca.SX], ca.SX]:
-    """An operation on two scalars, many times faster than the operators of CasADi's matrices."""
-    return lambda a, b: ca.SX.binary(operation, a, b)
+class Intervals(Generic[V]):
+    """Operations on intervals (lower end, upper end); both are the same object if it is a point.
+
+    Parameters
+    ----------
+    by : Made
+        Makes the ends.
+    """
+
+    def __init__(self, by: Made[V]) -> None:
+        self._by = by
+        self._made, self._constant = by.made, by.constant
+        self._one = {
+            ca.OP_NEG: self._negative,
+            ca.OP_SQ: self._square,
+            ca.OP_INV: self._inverse,
+            ca.OP_FABS: self._magnitude,
+            ca.OP_SIN: lambda a: self._wave(ca.OP_SIN, a, 0.5 * math.pi),
+            ca.OP_COS: lambda a: self._wave(ca.OP_COS, a, 0.0),
+            ca.OP_TAN: self._tan,
+            ca.OP_ACOS: self._acos,
+            ca.OP_COSH: self._cosh,
+            ca.OP_NOT: self._not,
+        }
+        self._two = {
+            ca.OP_ADD: self._sum,
+            ca.OP_SUB: self._difference,
+            ca.OP_MUL: self._times,
+            ca.OP_DIV: self._over,
+            ca.OP_POW: self._power,
+            ca.OP_CONSTPOW: self._power,
+            ca.OP_FMIN: lambda a, b: self._each(ca.OP_FMIN, a, b),
+            ca.OP_FMAX: lambda a, b: self._each(ca.OP_FMAX, a, b),
+            ca.OP_ATAN2: self._atan2,
+            ca.OP_LT: lambda a, b: self._relation(ca.OP_LT, ca.OP_LE, a, b),
+            ca.OP_LE: lambda a, b: self._relation(ca.OP_LE, ca.OP_LT, a, b),
+            ca.OP_EQ: self._equal,
+            ca.OP_NE: lambda a, b: self._not(self._equal(a, b)),
+            ca.OP_AND: lambda a, b: self._not(self._or(self._not(a), self._not(b))),
+            ca.OP_OR: self._or,
+            ca.OP_IF_ELSE_ZERO: self._if_else_zero,
+        }
+
+    def applied(self, operation: int, args: list[tuple[V, V]]) -> tuple[V, V]:
+        """Interval in which an operation lies."""
+        if all(low is high for low, high in args):
+            value = self._made(operation, *(low for low, _ in args))
+            return value, value
+        if operation in _RISING:
+            low, high = self._clipped(args[0], *_RISING[operation])
+            found = self._made(operation, low), self._made(operation, high)
+        elif operation in self._one:
+            found = self._one[operation](args[0])
+        elif operation in self._two:
+            found = self._two[operation](*args)
+        else:
+            found = self._constant(-math.inf), self._constant(math.inf)
+        if operation in _CALM:
+            return found
+        # zero times an end that is not finite would be no bound
+        return self._most(found[0], self._constant(_LOWEST)), self._least(
+            found[1], self._constant(_HIGHEST)
+        )
+
+    def _least(self, a: V, b: V) -> V:
+        return self._made(ca.OP_FMIN, a, b)
+
+    def _most(self, a: V, b: V) -> V:
+        return self._made(ca.OP_FMAX, a, b)
+
+    def _both(self, a: V, b: V) -> V:
+        return self._made(ca.OP_AND, a, b)
+
+    def _minus(self, a: V) -> V:
+        return self._made(ca.OP_NEG, a)
+
+    def _choice(self, condition: V, yes: V, no: V) -> V:
+        other = self._made(ca.OP_NOT, condition)
+        return self._made(
+            ca.OP_ADD,
+            self._made(ca.OP_IF_ELSE_ZERO, condition, yes),
+            self._made(ca.OP_IF_ELSE_ZERO, other, no),
+        )
+
+    def _clipped(self, a: tuple[V, V], least: float, most: float) -> tuple[V, V]:
+        low, high = a
+        if least > -math.inf:
+            edge = self._constant(least)
+            low, high = self._most(low, edge), self._most(high, edge)
+        if most < math.inf:
+            edge = self._constant(most)
+            low, high = self._least(low, edge), self._least(high, edge)
+        return low, high
+
+    def _hull(self, *candidates: V) -> tuple[V, V]:
+        low = high = candidates[0]
+        for other in candidates[1:]:
+            low, high = self._least(low, other), self._most(high, other)
+        return low, high
+
+    def _each(self, operation: int, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
+        return self._made(operation, a[0], b[0]), self._made(operation, a[1], b[1])
+
+    def _negative(self, a: tuple[V, V]) -> tuple[V, V]:
+        return self._minus(a[1]), self._minus(a[0])
+
+    def _sum(self, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
+        return self._each(ca.OP_ADD, a, b)
+
+    def _difference(self, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
+        return self._each(ca.OP_SUB, a, b[::-1])
+
+    def _times(self, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
+        if a[0] is not a[1] and b[0] is not b[1]:
+            return self._hull(*(self._made(ca.OP_MUL, x, y) for x in a for y in b))
+        ends = self._each(ca.OP_MUL, a, b)
+        factor = self._by.known(a[0] if a[0] is a[1] else b[0])
+        if factor is None:
+            return self._hull(*ends)
+        return ends if factor >= 0 else ends[::-1]
+
+    def _over(self, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
+        if b[0] is b[1]:
+            return self._hull(*self._each(ca.OP_DIV, a, b))
+        return self._times(a, self._inverse(b))
+
+    def _inverse(self, a: tuple[V, V]) -> tuple[V, V]:
+        """Of what may be zero only what is certain: nothing."""
+        zero, unit = self._constant(0.0), self._constant(1.0)
+        inside = self._both(self._made(ca.OP_LE, a[0], zero), self._made(ca.OP_LE, zero, a[1]))
+        low, high = (self._made(ca.OP_DIV, unit, end) for end in a[::-1])
+        lowest, highest = self._constant(_LOWEST), self._constant(_HIGHEST)
+        return self._choice(inside, lowest, low), self._choice(inside, highest, high)
+
+    def _magnitude(self, a: tuple[V, V]) -> tuple[V, V]:
+        low = self._most(self._most(a[0], self._minus(a[1])), self._constant(0.0))
+        return low, self._most(self._minus(a[0]), a[1])
+
+    def _square(self, a: tuple[V, V]) -> tuple[V, V]:
+        low, high = self._magnitude(a)
+        return self._made(ca.OP_SQ, low), self._made(ca.OP_SQ, high)
+
+    def _cosh(self, a: tuple[V, V]) -> tuple[V, V]:
+        low, high = self._magnitude(a)
+        return self._made(ca.OP_COSH, low), self._made(ca.OP_COSH, high)
+
+    def _acos(self, a: tuple[V, V]) -> tuple[V, V]:
+        low, high = self._clipped(a, -1.0, 1.0)
+        return self._made(ca.OP_ACOS, high), self._made(ca.OP_ACOS, low)
+
+    def _holds_whole(self, low: V, high: V) -> V:
+        """Whether a whole number lies between both."""
+        least = self._minus(self._made(ca.OP_FLOOR, self._minus(low)))
+        return self._made(ca.OP_LE, least, self._made(ca.OP_FLOOR, high))
+
+    def _periods(self, a: tuple[V, V], begin: float, period: float) -> tuple[V, V]:
+        """Both ends in periods from a begin."""
+        first, length = self._constant(begin), self._constant(period)
+        low, high = (
+            self._made(ca.OP_DIV, self._made(ca.OP_SUB, side, first), length) for side in a
+        )
+        return low, high
+
+    def _wave(self, operation: int, a: tuple[V, V], top: float) -> tuple[V, V]:
+        """Interval of a sine or cosine with maxima at `top` and every turn from there."""
+        low, high = self._hull(self._made(operation, a[0]), self._made(operation, a[1]))
+        crest = self._holds_whole(*self._periods(a, top, 2 * math.pi))
+        trough = self._holds_whole(*self._periods(a, top + math.pi, 2 * math.pi))
+        return (
+            self._choice(trough, self._constant(-1.0), low),
+            self._choice(crest, self._constant(1.0), high),
+        )
+
+    def _tan(self, a: tuple[V, V]) -> tuple[V, V]:
+        pole = self._holds_whole(*self._periods(a, 0.5 * math.pi, math.pi))
+        low, high = (self._made(ca.OP_TAN, end) for end in a)
+        return (
+            self._choice(pole, self._constant(-math.inf), low),
+            self._choice(pole, self._constant(math.inf), high),
+        )
+
+    def _power(self, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
+        if b[0] is not b[1]:
+            return self._power_that_moves(a, b)
+        exponent = self._by.known(b[0])
+        n = self._made(ca.OP_FABS, b[0])
+        least, most = (self._made(ca.OP_POW, end, n) for end in self._magnitude(a))
+        rising = [self._made(ca.OP_POW, end, n) for end in a]
+        half = self._made(ca.OP_FLOOR, self._made(ca.OP_DIV, n, self._constant(2.0)))
+        even = self._made(ca.OP_EQ, self._made(ca.OP_TWICE, half), n)
+        found = self._choice(even, least, rising[0]), self._choice(even, most, rising[1])
+        if exponent is not None and exponent >= 0:
+            return found
+        over = self._inverse(found)
+        negative = self._made(ca.OP_LT, b[0], self._constant(0.0))
+        return (
+            self._choice(negative, over[0], found[0]),
+            self._choice(negative, over[1], found[1]),
+        )
+
+    def _power_that_moves(self, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
+        low, high = self._clipped(a, 0.0, math.inf)
+        log = self._made(ca.OP_LOG, low), self._made(ca.OP_LOG, high)
+        low, high = (self._made(ca.OP_EXP, end) for end in self._times(b, log))
+        bad = self._made(ca.OP_LT, a[0], self._constant(0.0))
+        return (
+            self._choice(bad, self._constant(-math.inf), low),
+            self._choice(bad, self._constant(math.inf), high),
+        )
+
+    def _atan2(self, y: tuple[V, V], x: tuple[V, V]) -> tuple[V, V]:
+        low, high = self._hull(*(self._made(ca.OP_ATAN2, s, c) for s in y for c in x))
+        zero = self._constant(0.0)
+        across = self._both(self._made(ca.OP_LE, y[0], zero), self._made(ca.OP_LE, zero, y[1]))
+        around = self._both(self._made(ca.OP_LE, x[0], zero), across)
+        return (
+            self._choice(around, self._constant(-math.pi), low),
+            self._choice(around, self._constant(math.pi), high),
+        )
+
+    def _truth(self, yes: V, no: V) -> tuple[V, V]:
+        """1 if a relation is certainly true, 0 if certainly false, else both."""
+        return yes, self._made(ca.OP_NOT, no)
+
+    def _relation(self, holds: int, opposite: int, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
+        return self._truth(self._made(holds, a[1], b[0]), self._made(opposite, b[1], a[0]))
+
+    def _equal(self, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
+        same = self._both(self._made(ca.OP_EQ, a[0], b[1]), self._made(ca.OP_EQ, a[1], b[0]))
+        apart = self._made(
+            ca.OP_OR, self._made(ca.OP_LT, a[1], b[0]), self._made(ca.OP_LT, b[1], a[0])
+        )
+        return self._truth(same, apart)
+
+    def _is_surely_true(self, a: tuple[V, V]) -> V:
+        zero = self._constant(0.0)
+        return self._made(
+            ca.OP_OR, self._made(ca.OP_LT, zero, a[0]), self._made(ca.OP_LT, a[1], zero)
+        )
+
+    def _is_surely_false(self, a: tuple[V, V]) -> V:
+        zero = self._constant(0.0)
+        return self._both(self._made(ca.OP_EQ, a[0], zero), self._made(ca.OP_EQ, a[1], zero))
+
+    def _not(self, a: tuple[V, V]) -> tuple[V, V]:
+        return self._truth(self._is_surely_false(a), self._is_surely_true(a))
+
+    def _or(self, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
+        return self._truth(
+            self._made(ca.OP_OR, self._is_surely_true(a), self._is_surely_true(b)),
+            self._both(self._is_surely_false(a), self._is_surely_false(b)),
+        )
+
+    def _if_else_zero(self, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
+        if a[0] is a[1]:
+            return self._each(ca.OP_IF_ELSE_ZERO, a, b)
+        sure, never, zero = self._is_surely_true(a), self._is_surely_false(a), self._constant(0.0)
+        low = self._choice(never, zero, self._least(b[0], zero))
+        high = self._choice(never, zero, self._most(b[1], zero))
+        return self._choice(sure, b[0], low), self._choice(sure, b[1], high)
 
 
-_sum, _difference, _product, _quotient = map(_by, (ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_DIV))
-_least, _most, _both = map(_by, (ca.OP_FMIN, ca.OP_FMAX, ca.OP_AND))
-_is_at_most, _if = map(_by, (ca.OP_LE, ca.OP_IF_ELSE_ZERO))
+_ALL = (-math.inf, math.inf)
+_RISING = {
+    **dict.fromkeys((ca.OP_ASSIGN, ca.OP_TWICE, ca.OP_EXP, ca.OP_ATAN, ca.OP_SINH), _ALL),
+    **dict.fromkeys((ca.OP_TANH, ca.OP_SIGN, ca.OP_FLOOR, ca.OP_CEIL, ca.OP_EXPM1), _ALL),
+    ca.OP_SQRT: (0.0, math.inf),
+    ca.OP_LOG: (0.0, math.inf),
+    ca.OP_LOG1P: (-1.0, math.inf),
+    ca.OP_ASIN: (-1.0, 1.0),
+}
+"""Operations that rise with their argument, and where they are defined."""
+_CALM = {
+    *(ca.OP_ASSIGN, ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_MUL, ca.OP_TWICE, ca.OP_SQ, ca.OP_FABS),
+    *(ca.OP_FMIN, ca.OP_FMAX, ca.OP_SIN, ca.OP_COS, ca.OP_ATAN, ca.OP_ATAN2, ca.OP_TANH),
+    *(ca.OP_SIGN, ca.OP_FLOOR, ca.OP_CEIL),
+    *(ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR, ca.OP_NOT, ca.OP_IF_ELSE_ZERO),
+}
+"""Operations that give finite numbers of finite ones."""
 
 
-def _unary(operation: int) -> Callable[[ca.SX], ca.SX]:
-    return lambda a: ca.SX.unary(operation, a)
+class _Expressions:
+    """Values as CasADi expressions."""
 
+    # many times faster than the operators of CasADi's matrices
+    @staticmethod
+    def made(operation: int, *args: ca.SX) -> ca.SX:
+        return ca.SX.unary(operation, *args) if len(args) == 1 else ca.SX.binary(operation, *args)
 
-_negative, _floor, _no = map(_unary, (ca.OP_NEG, ca.OP_FLOOR, ca.OP_NOT))
+    @staticmethod
+    def constant(value: float) -> ca.SX:
+        return ca.SX(value)
 
-
-def _choice(condition: ca.SX, yes: ca.SX, no: ca.SX) -> ca.SX:
-    return _sum(_if(condition, yes), _if(_no(condition), no))
+    @staticmethod
+    def known(value: ca.SX) -> float | None:
+        return float(value) if value.is_constant() else None
 
 
 def interval_bounds(function: ca.Function) -> ca.Function:
@@ -56,26 +345,9 @@ def interval_bounds(function: ca.Function) -> ca.Function:
     """
     low, high = ca.SX.sym("low"), ca.SX.sym("high")
     rest = [ca.SX.sym(f"i{i}", function.nnz_in(i)) for i in range(1, function.n_in())]
-    points = [[(known, known) for known in ca.vertsplit(each)] for each in rest]
-    found = bounds_of(function, [[(low, high)], *points])
-    outputs = [ca.vertcat(ca.SX(0, 1), *side) for ends in found for side in zip(*ends, strict=True)]
-    return ca.Function("bounds", [low, high, *rest], outputs)
-
-
-def bounds_of(function: ca.Function, inputs: Sequence[Sequence[Interval]]) -> list[list[Interval]]:
-    """Intervals in which the results lie (Moore, Interval Analysis, 1966).
-
-    Ends are rounded to nearest, so bounds are valid except for rounding.
-
-    Parameters
-    ----------
-    function : Function
-        Of scalar operations.
-    inputs : sequence of sequence of (SX, SX)
-        Ends of each nonzero of each input; the same expression twice if it does not move.
-    """
+    applied = Intervals(_Expressions()).applied
     none = (ca.SX(0), ca.SX(0))
-    held: list[Interval] = [none] * max(function.sz_w(), 1)
+    held = [none] * max(function.sz_w(), 1)
     results = [[none] * function.nnz_out(i) for i in range(function.n_out())]
     for k in range(function.n_instructions()):
         operation = function.instruction_id(k)
@@ -83,223 +355,15 @@ def bounds_of(function: ca.Function, inputs: Sequence[Sequence[Interval]]) -> li
         if operation == ca.OP_OUTPUT:
             results[made[0]][made[1]] = held[given[0]]
         elif operation == ca.OP_INPUT:
-            held[made[0]] = inputs[given[0]][given[1]]
+            which, place = given
+            known = rest[which - 1].nz[place] if which else None
+            held[made[0]] = (low, high) if known is None else (known, known)
         elif operation == ca.OP_CONST:
             value = ca.SX(function.instruction_constant(k))
             held[made[0]] = (value, value)
         else:
-            held[made[0]] = _applied(operation, [held[i] for i in given])
-    return results
-
-
-def _applied(operation: int, args: list[Interval]) -> Interval:
-    if all(low is high for low, high in args):
-        points = [low for low, _ in args]
-        made = ca.SX.unary if len(points) == 1 else ca.SX.binary
-        value = made(operation, *points)
-        return value, value
-    if operation in _RISING:
-        found = _RISING[operation](args[0][0]), _RISING[operation](args[0][1])
-    elif operation in _ONE:
-        found = _ONE[operation](args[0])
-    elif operation in _TWO:
-        found = _TWO[operation](args[0], args[1])
-    else:
-        found = (ca.SX(-math.inf), ca.SX(math.inf))
-    if operation in _CALM:
-        return found
-    # zero times an end that is not finite would be no bound
-    return _most(found[0], _LOWEST), _least(found[1], _HIGHEST)
-
-
-def _hull(*candidates: ca.SX) -> Interval:
-    low = high = candidates[0]
-    for other in candidates[1:]:
-        low, high = _least(low, other), _most(high, other)
-    return low, high
-
-
-def _times(a: Interval, b: Interval) -> Interval:
-    for fixed, other in ((a, b), (b, a)):
-        if fixed[0] is fixed[1] and fixed[0].is_constant():
-            ends = _product(fixed[0], other[0]), _product(fixed[0], other[1])
-            return ends if float(fixed[0]) >= 0 else (ends[1], ends[0])
-    if a[0] is a[1] or b[0] is b[1]:
-        return _hull(*(_product(x, y) for x, y in zip(a, b, strict=True)))
-    return _hull(*(_product(x, y) for x in a for y in b))
-
-
-def _over(a: Interval, b: Interval) -> Interval:
-    if b[0] is b[1]:
-        return _hull(_quotient(a[0], b[0]), _quotient(a[1], b[0]))
-    return _times(a, _inverse(b))
-
-
-def _inverse(a: Interval) -> Interval:
-    """Of what may be zero only what is certain: nothing."""
-    inside = _both(_is_at_most(a[0], _ZERO), _is_at_most(_ZERO, a[1]))
-    low, high = (_quotient(_UNIT, end) for end in a[::-1])
-    return _choice(inside, _LOWEST, low), _choice(inside, _HIGHEST, high)
-
-
-def _magnitude(a: Interval) -> Interval:
-    low = _most(_most(a[0], _negative(a[1])), _ZERO)
-    return low, _most(_negative(a[0]), a[1])
-
-
-def _square(a: Interval) -> Interval:
-    low, high = _magnitude(a)
-    return ca.SX.unary(ca.OP_SQ, low), ca.SX.unary(ca.OP_SQ, high)
-
-
-def _wave(a: Interval, top: float, function: Callable[[ca.SX], ca.SX]) -> Interval:
-    """Interval of a sine or cosine with maxima at `top` and every turn from there."""
-    low, high = _hull(function(a[0]), function(a[1]))
-    begin, end = (_quotient(_difference(side, ca.SX(top)), _TURN) for side in a)
-    # a whole number lies between both
-    crest = _is_at_most(_negative(_floor(_negative(begin))), _floor(end))
-    begin, end = _difference(begin, _HALF), _difference(end, _HALF)
-    trough = _is_at_most(_negative(_floor(_negative(begin))), _floor(end))
-    return _choice(trough, ca.SX(-1.0), low), _choice(crest, _UNIT, high)
-
-
-def _tan(a: Interval) -> Interval:
-    pole = ca.floor(a[1] / math.pi - 0.5) >= ca.ceil(a[0] / math.pi - 0.5)
-    return ca.if_else(pole, -math.inf, ca.tan(a[0])), ca.if_else(pole, math.inf, ca.tan(a[1]))
-
-
-def _cosh(a: Interval) -> Interval:
-    low, high = _magnitude(a)
-    return ca.cosh(low), ca.cosh(high)
-
-
-def _power(a: Interval, b: Interval) -> Interval:
-    if b[0] is not b[1]:
-        log = (ca.log(ca.fmax(a[0], 0)), ca.log(ca.fmax(a[1], 0)))
-        low, high = _times(b, log)
-        bad = a[0] < 0
-        return ca.if_else(bad, -math.inf, ca.exp(low)), ca.if_else(bad, math.inf, ca.exp(high))
-    n = ca.fabs(b[0])
-    even = ca.floor(n / 2) * 2 == n
-    least, most = _magnitude(a)
-    rising = (a[0] ** n, a[1] ** n)
-    found = (ca.if_else(even, least**n, rising[0]), ca.if_else(even, most**n, rising[1]))
-    over = _inverse(found)
-    negative = b[0] < 0
-    return ca.if_else(negative, over[0], found[0]), ca.if_else(negative, over[1], found[1])
-
-
-def _atan2(y: Interval, x: Interval) -> Interval:
-    low, high = _hull(*(ca.atan2(s, c) for s in y for c in x))
-    around = ca.logic_and(x[0] <= 0, ca.logic_and(y[0] <= 0, y[1] >= 0))
-    return ca.if_else(around, -math.pi, low), ca.if_else(around, math.pi, high)
-
-
-def _truth(yes: ca.SX, no: ca.SX) -> Interval:
-    """1 if a relation is certainly true, 0 if certainly false, else both."""
-    return yes, 1 - no
-
-
-def _less(a: Interval, b: Interval) -> Interval:
-    return _truth(a[1] < b[0], a[0] >= b[1])
-
-
-def _at_most(a: Interval, b: Interval) -> Interval:
-    return _truth(a[1] <= b[0], a[0] > b[1])
-
-
-def _equal(a: Interval, b: Interval) -> Interval:
-    same = ca.logic_and(a[0] == b[1], a[1] == b[0])
-    return _truth(same, ca.logic_or(a[1] < b[0], b[1] < a[0]))
-
-
-def _not(a: Interval) -> Interval:
-    return _truth(
-        ca.logic_and(a[0] == 0, a[1] == 0),
-        ca.logic_or(a[0] > 0, a[1] < 0),
-    )
-
-
-def _or(a: Interval, b: Interval) -> Interval:
-    sure = [ca.logic_or(x[0] > 0, x[1] < 0) for x in (a, b)]
-    never = [ca.logic_and(x[0] == 0, x[1] == 0) for x in (a, b)]
-    return _truth(ca.logic_or(*sure), ca.logic_and(*never))
-
-
-def _and(a: Interval, b: Interval) -> Interval:
-    return _not(_or(_not(a), _not(b)))
-
-
-def _if_else_zero(a: Interval, b: Interval) -> Interval:
-    if a[0] is a[1]:
-        return _if(a[0], b[0]), _if(a[0], b[1])
-    sure, never = ca.logic_or(a[0] > 0, a[1] < 0), ca.logic_and(a[0] == 0, a[1] == 0)
-    low = ca.if_else(sure, b[0], ca.if_else(never, 0, ca.fmin(b[0], 0)))
-    return low, ca.if_else(sure, b[1], ca.if_else(never, 0, ca.fmax(b[1], 0)))
-
-
-def _clipped(x: ca.SX) -> ca.SX:
-    return ca.fmin(ca.fmax(x, -1), 1)
-
-
-_RISING: dict[int, Callable[[ca.SX], ca.SX]] = {
-    ca.OP_ASSIGN: lambda x: x,
-    ca.OP_TWICE: _unary(ca.OP_TWICE),
-    ca.OP_SQRT: lambda x: ca.SX.unary(ca.OP_SQRT, _most(x, _ZERO)),
-    ca.OP_EXP: _unary(ca.OP_EXP),
-    ca.OP_LOG: lambda x: ca.log(ca.fmax(x, 0)),
-    ca.OP_ASIN: lambda x: ca.asin(_clipped(x)),
-    ca.OP_ATAN: _unary(ca.OP_ATAN),
-    ca.OP_SINH: ca.sinh,
-    ca.OP_TANH: _unary(ca.OP_TANH),
-    ca.OP_SIGN: ca.sign,
-    ca.OP_FLOOR: ca.floor,
-    ca.OP_CEIL: ca.ceil,
-    ca.OP_LOG1P: lambda x: ca.log1p(ca.fmax(x, -1)),
-    ca.OP_EXPM1: ca.expm1,
-}
-_ONE: dict[int, Callable[[Interval], Interval]] = {
-    ca.OP_NEG: lambda a: (_negative(a[1]), _negative(a[0])),
-    ca.OP_SQ: _square,
-    ca.OP_INV: _inverse,
-    ca.OP_FABS: _magnitude,
-    ca.OP_SIN: lambda a: _wave(a, 0.5 * math.pi, _unary(ca.OP_SIN)),
-    ca.OP_COS: lambda a: _wave(a, 0.0, _unary(ca.OP_COS)),
-    ca.OP_TAN: _tan,
-    ca.OP_ACOS: lambda a: (ca.acos(_clipped(a[1])), ca.acos(_clipped(a[0]))),
-    ca.OP_COSH: _cosh,
-    ca.OP_NOT: _not,
-}
-_TWO: dict[int, Callable[[Interval, Interval], Interval]] = {
-    ca.OP_ADD: lambda a, b: (_sum(a[0], b[0]), _sum(a[1], b[1])),
-    ca.OP_SUB: lambda a, b: (_difference(a[0], b[1]), _difference(a[1], b[0])),
-    ca.OP_MUL: _times,
-    ca.OP_DIV: _over,
-    ca.OP_POW: _power,
-    ca.OP_CONSTPOW: _power,
-    ca.OP_FMIN: lambda a, b: (_least(a[0], b[0]), _least(a[1], b[1])),
-    ca.OP_FMAX: lambda a, b: (_most(a[0], b[0]), _most(a[1], b[1])),
-    ca.OP_ATAN2: _atan2,
-    ca.OP_LT: _less,
-    ca.OP_LE: _at_most,
-    ca.OP_EQ: _equal,
-    ca.OP_NE: lambda a, b: _not(_equal(a, b)),
-    ca.OP_AND: _and,
-    ca.OP_OR: _or,
-    ca.OP_IF_ELSE_ZERO: _if_else_zero,
-}
-_CALM = {
-    *(ca.OP_ASSIGN, ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_MUL, ca.OP_TWICE, ca.OP_SQ, ca.OP_FABS),
-    *(
-        ca.OP_FMIN,
-        ca.OP_FMAX,
-        ca.OP_SIN,
-        ca.OP_COS,
-        ca.OP_ATAN,
-        ca.OP_ATAN2,
-        ca.OP_TANH,
-        ca.OP_SIGN,
-    ),
-    *(ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR, ca.OP_NOT, ca.OP_IF_ELSE_ZERO),
-}
-"""Operations that give finite numbers of finite ones."""
+            held[made[0]] = applied(operation, [held[i] for i in given])
+    outputs = [
+        ca.vertcat(ca.SX(0, 1), *side) for ends in results for side in zip(*ends, strict=True)
+    ]
+    return ca.Function("bounds", [low, high, *rest], outputs)

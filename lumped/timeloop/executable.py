@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
+from lumped.code.bounds import bounds_of
 from lumped.code.functions import compiled_functions, known_functions
-from lumped.code.operations import Operations, operations_of
+from lumped.code.operations import Operations, first_results, operations_of
 from lumped.code.prepared import prepared
 from lumped.compiler.system import System
 from lumped.kernel import engine
@@ -23,7 +24,6 @@ from lumped.support.made_once import made_once
 from lumped.timeloop.forcing import forcing
 from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.kept_run import KeptRun, made_run, remember
-from lumped.timeloop.margin_floors import margin_floors
 from lumped.timeloop.output_room import OutputRoom
 from lumped.timeloop.programs import asking_ranks
 from lumped.timeloop.taylor_series import TaylorSeries
@@ -54,7 +54,7 @@ class Parts(NamedTuple):
 
     Attributes
     ----------
-    functions : dict of str to Function
+    functions : dict of str to Operations
         Functions of the plant by the names of its fields, but for the Jacobian.
     sizes : dict of str to int
         States, settings, parameters, and so on (see `lumped.kernel.run`).
@@ -62,7 +62,7 @@ class Parts(NamedTuple):
         All other fields of the plant: its sizes and tables.
     """
 
-    functions: dict[str, ca.Function]
+    functions: dict[str, Operations]
     sizes: dict[str, int]
     fields: dict[str, Any]
 
@@ -75,7 +75,7 @@ class Executable:
 
     Parameters
     ----------
-    functions : dict of str to Function
+    functions : dict of str to Operations
         Functions of the plant by the names of its fields.
     jacobian : callable
         Gives the Jacobian of the rates and their derivative by time when it is needed.
@@ -97,7 +97,7 @@ class Executable:
 
     def __init__(
         self,
-        functions: dict[str, ca.Function],
+        functions: dict[str, Operations],
         jacobian: Callable[[], ca.Function],
         sizes: dict[str, int],
         plant: Plant,
@@ -113,7 +113,7 @@ class Executable:
         for name, field in Plant.fields.items():
             if field.kind is Function:
                 setattr(plant, name, none)
-        whole = {name: operations_of(f) for name, f in {**functions, **(beside or {})}.items()}
+        whole = {**functions, **_operations(beside or {})}
         found, parts = prepared(whole, sizes["parameters"], beside or ())
         self.beside = {name: found.pop(name) for name in beside or ()}
         self.sizes = {**sizes, "prepared": parts.results, **enclosed_sizes(enclosed_of(found))}
@@ -330,7 +330,7 @@ def smooth_executable(
     sizes |= {"states": x.numel(), "parameters": p.numel(), "settings": m.numel()}
     sizes["implicit"] = implicit
     plant = Plant(**_given(sizes), any_direction=_any_direction(implicit))
-    return Executable(functions, jacobian, sizes, plant, beside)
+    return Executable(_operations(functions), jacobian, sizes, plant, beside)
 
 
 def evaluated(
@@ -357,13 +357,13 @@ def parts_of(system: System) -> Parts:
     """Functions and tables of a system as a plant has them."""
     s, implicit = system.switching, len(system.structure.implicit)
     functions = {"rates": system.rhs}
+    margins = system.margins.size1_out(0) if s else 0
     if s:
         functions["look"] = system.look
-        if system.margins.size1_out(0):
-            functions |= {"margin": system.margins, "margin_floor": margin_floors(system)}
+    if margins:
+        functions["margin"] = system.margins
     if implicit:
         functions["closure"] = system.closure
-    functions |= forcing(system)
     pairs, ratios = levers(system)
     if pairs:
         functions["leverage"] = ratios
@@ -371,19 +371,26 @@ def parts_of(system: System) -> Parts:
     if s.timed:
         names, following = followers(system)
         functions |= {"following": following} if names else {}
+    operations, states = _operations(functions), len(system.state_names)
+    if margins:
+        floors = first_results(operations["margin"], margins)
+        operations["margin_floor"] = bounds_of(floors, states, upper=False)
+    forced = forcing(operations["rates"])
+    if forced.results:
+        operations |= {"forcing": forced, "forcing_range": bounds_of(forced, 0)}
     sizes = {
-        "states": len(system.state_names),
+        "states": states,
         "settings": system.inputs[3].numel(),
         "implicit": implicit,
         "parameters": system.inputs[1].numel(),
-        "margins": len(s.rows) if "margin" in functions else 0,
+        "margins": margins,
         "conditions": len(s.relation_modes),
         "holds": len(s.names),
         "jumps": len(s.jumps),
         "jump_values": s.values.numel(),
         "levers": len(pairs),
         "followers": len(names),
-        "forcings": functions["forcing"].numel_out(0) if "forcing" in functions else 0,
+        "forcings": forced.results,
     }
     uses = system.speed_uses
     fields = {
@@ -395,7 +402,11 @@ def parts_of(system: System) -> Parts:
         "any_direction": _any_direction(implicit),
         **_tables(system),
     }
-    return Parts(functions, sizes, fields)
+    return Parts(operations, sizes, fields)
+
+
+def _operations(functions: Mapping[str, ca.Function]) -> dict[str, Operations]:
+    return {name: operations_of(function) for name, function in functions.items()}
 
 
 def _given(sizes: dict[str, int]) -> dict[str, Any]:

@@ -1,81 +1,62 @@
-"""What of the rates follows the time alone, as functions of a plant."""
+"""What of the rates follows the time alone."""
 
 from __future__ import annotations
 
-import casadi as ca
+from dataclasses import replace
 
-from lumped.code.operations import TWO
-from lumped.compiler.system import System
-from lumped.numerics.interval_bounds import bounds_of
+import casadi as ca
+import numpy as np
+
+from lumped.code.operations import (
+    INPUTS,
+    RESULT,
+    STATE,
+    TIME,
+    TWO,
+    Operations,
+    first_results,
+)
 
 __all__ = ["forcing"]
 
-_STATES, _TIME = 0, 2
-"""Inputs of the rates."""
 _FIXED, _EVEN, _TIMED, _MOVING = range(4)
 """What follows parameters and settings; the time linearly; the time; states."""
+_NONE = frozenset[int]()
 
 
-def forcing(system: System) -> dict[str, ca.Function]:
-    """`forcing` and `forcing_range` (see `lumped.kernel.plant`); empty if all follows states.
+def forcing(rates: Operations) -> Operations:
+    """Functions of the time alone of which anything else reads sums and multiples.
 
     What is linear in the time is left out: both ends of a step tell of it.
     """
-    inputs = system.inputs
-    if not ca.depends_on(system.rates, inputs[2]):
-        return {}
-    found = _timed(system.rhs, inputs)
-    if not found.numel():
-        return {}
-    function = ca.Function("forcing", inputs, [found])
-    _, p, _, m = inputs
-    ends = ca.SX.sym("ends", 2)
-    parameters, settings = ([(v, v) for v in ca.vertsplit(part)] for part in (p, m))
-    between = [[], parameters, [(ends[0], ends[1])], settings]
-    bounds = bounds_of(function, between)[0]
-    lows, highs = zip(*bounds, strict=True)
-    both = ca.vertcat(*lows, *highs)
-    ranges = ca.Function("range", [ends, p, inputs[2], m], [both])
-    return {"forcing": function, "forcing_range": ranges}
-
-
-def _timed(rates: ca.Function, inputs: list[ca.SX]) -> ca.SX:
-    """Functions of the time alone of which anything else reads sums and multiples."""
-    count = max(rates.sz_w(), 1)
-    kinds, held = [_FIXED] * count, [ca.SX(0)] * count
-    terms: list[dict[int, ca.SX]] = [{}] * count
-    found: dict[int, ca.SX] = {}
-    given = [ca.vertsplit(each) for each in inputs]
-    for k in range(rates.n_instructions()):
-        operation = rates.instruction_id(k)
-        read, made = rates.instruction_input(k), rates.instruction_output(k)
-        if operation == ca.OP_INPUT:
-            kinds[made[0]] = {_STATES: _MOVING, _TIME: _EVEN}.get(read[0], _FIXED)
-            held[made[0]], terms[made[0]] = given[read[0]][read[1]], {}
+    kinds, terms = [_FIXED] * rates.work, [_NONE] * rates.work
+    found = _NONE
+    for k, (op, out, a, b) in enumerate(zip(*rates.table.T.tolist(), strict=True)):
+        if op == RESULT:
+            found |= terms[a]
             continue
-        if operation == ca.OP_CONST:
-            kinds[made[0]], held[made[0]] = _FIXED, ca.SX(rates.instruction_constant(k))
-            terms[made[0]] = {}
-            continue
-        own = [kinds[i] for i in read]
-        kind = max(own)
-        together = {key: term for i in read for key, term in terms[i].items()}
-        if kind == _MOVING or operation == ca.OP_OUTPUT:
-            found |= together
-        if operation == ca.OP_OUTPUT:
-            continue
-        place = made[0]
-        if kind != _MOVING:
-            a, b = held[read[0]], held[read[-1]]
-            is_two = operation in TWO
-            held[place] = ca.SX.binary(operation, a, b) if is_two else ca.SX.unary(operation, a)
-            if kind != _FIXED and not _is_linear(operation, own):
-                kind, together = _TIMED, {held[place].element_hash(): held[place]}
-        kinds[place], terms[place] = kind, {} if kind == _MOVING else together
-    return ca.vertcat(ca.SX(0, 1), *found.values())
+        kind, together = {STATE: _MOVING, TIME: _EVEN}.get(op, _FIXED), _NONE
+        if op not in INPUTS and op != ca.OP_CONST:
+            own = kinds[a], kinds[b if op in TWO else a]
+            kind = max(own)
+            together = terms[a] | terms[b] if op in TWO else terms[a]
+            if kind == _MOVING:
+                found |= together
+                together = _NONE
+            elif kind != _FIXED and not _is_linear(op, own):
+                kind, together = _TIMED, frozenset([k])
+        kinds[out], terms[out] = kind, together
+    ends = np.array(sorted(found), dtype=np.int64)
+    told = np.zeros((len(ends), 4), dtype=np.int64)
+    told[:, 0], told[:, 1], told[:, 2] = RESULT, np.arange(len(ends)), rates.table[ends, 1]
+    is_own = rates.table[:, 0] != RESULT
+    # results stand behind what gives them
+    order = np.argsort(np.concatenate([np.flatnonzero(is_own), ends]), kind="stable")
+    table = np.concatenate([rates.table[is_own], told])[order]
+    return first_results(replace(rates, table=table, results=len(ends)), len(ends))
 
 
-def _is_linear(operation: int, kinds: list[int]) -> bool:
+def _is_linear(operation: int, kinds: tuple[int, int]) -> bool:
     """Whether an operation gives sums and multiples of what it is given."""
     if operation in (ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE):
         return True

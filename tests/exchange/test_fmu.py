@@ -216,7 +216,8 @@ def test_sources_compile_without_warnings_and_agree_with_the_official_headers(tm
     with zipfile.ZipFile(path) as archive:
         archive.extractall(tmp_path)
     folder, official = tmp_path / "sources", Path(fmpy.__file__).parent / "c-code"
-    own = sorted(file.name for file in folder.glob("*.c"))
+    own = {file.name for file in folder.glob("*.c")}
+    own = sorted(own - {"loop.c"} if version == "2.0" else own)  # the loop is the same in both
     strict = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-O2"]
     major = version[0]
     header = ["-I", str(official), "-include", f"fmi{major}Functions.h"]

@@ -17,7 +17,7 @@ from hybrid_verdicts import alarm, compare
 
 from lumped.errors import SolverError
 
-DRIVES = range(40)
+DRIVES = range(24)
 IMPACTS = range(150)
 
 # Where lumped breaks the law, or gives up by name.
