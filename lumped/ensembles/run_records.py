@@ -127,7 +127,7 @@ class RunRecords:
 
     def _compile_watch(self) -> None:
         """Machine code of what is looked at inside steps, for several lanes side by side."""
-        names = [n for n in self._functions if n in ("integrand", "extreme", "end_value")]
+        names = [n for n in self._functions if n in ("integrand", "height")]
         if not names:
             return
         operations = {name: operations_of(self.watched.functions[name]) for name in names}
@@ -156,7 +156,7 @@ class RunRecords:
         run.output = _no_output()
         run.watches = 1
         run.watch = watch_of(self.watched)
-        for name in ("integrand", "extreme", "end_value", "load", "point", "final", "event_point"):
+        for name in ("integrand", "extreme", "height", "load", "point", "final", "event_point"):
             setattr(run.watch, name, self._functions.get(name, self._nothing))
         self._set_instants(run, self._first_instants)
         if options.method == "implicit" and n:
@@ -199,9 +199,8 @@ class RunRecords:
         sizes |= {"extremes": watch.extremes, "terms": run.terms, "row": run.row}
         own = LaneWatch(sizes, integrands=watch.integrands, extremes=watch.extremes)
         own.loads = watch.loads
-        own.integrand, own.extreme = watch.integrand, watch.extreme
-        own.end_value = watch.end_value
-        own.begin[:], own.end[:], own.sign[:] = watch.begin, watch.end, watch.sign
+        own.integrand, own.height = watch.integrand, watch.height
+        own.begin[:], own.end[:] = watch.begin, watch.end
         entries = engine.entry_addresses()
         names = ("until_steps_of", "attempt_of", "crossing_of", "look_of", "end_of")
         lanes = Lanes(

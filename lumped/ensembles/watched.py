@@ -28,7 +28,9 @@ from lumped.simulation.functional_kinds import (
     product,
 )
 from lumped.timeloop.cycle_count import DamageLaw, count_record
+from lumped.timeloop.executable import enclosed
 from lumped.timeloop.holds import hold_words
+from lumped.timeloop.step_bounds import heights
 from lumped.timeloop.validity import Held, ranges
 
 __all__ = ["POSITIONS", "Collected", "Reading", "Watched"]
@@ -140,7 +142,8 @@ class Watched:
             if t.rows
         }
         if self._extremes.rows:
-            self.functions["end_value"] = _with_slopes(system, self._extremes.quantities)
+            signs = [int(row[2]) for row in self._extremes.rows]
+            self.functions["height"] = heights(system, self._extremes.quantities, signs)
         if self._loads.rows:
             self.functions["load"] = _with_slopes(system, self._loads.quantities)
         tables = (self._integrals, self._extremes, self._loads, self._points)
@@ -280,6 +283,7 @@ class Watched:
         ends = np.array(parts).reshape(-1, 2)
         watch.begin[:], watch.end[:] = ends[:, 0], ends[:, 1]
         watch.sign[:] = [int(row[2]) for row in self._extremes.rows]
+        watch.enclosed_extremes = enclosed(self.functions.get("extreme"))
         watch.count = count_record(self._laws, _DEPTH)
         times = sorted(self._times)
         watch.times = len(times)

@@ -26,6 +26,7 @@ _RECORDS: dict[str, type[Record]] = {
     "output": RunOutput,
     "enclosed_margins": Enclosed,
     "enclosed_rates": Enclosed,
+    "enclosed_extremes": Enclosed,
     "matrix": Matrix,
     "pattern": Pattern,
     "plant": Plant,
@@ -85,9 +86,11 @@ class Memory:
         given = dict(values)
         if watch is not None:
             given |= {"watch": _held(watch), "count": _held(watch.count)}
+            given["enclosed_extremes"] = {"results": watch.extremes}
         for name, kind in _RECORDS.items():
-            for field in kind.fields.values():
-                self._field(name, field, given.get(name, {}))
+            if watch is not None or name != "enclosed_extremes":
+                for field in kind.fields.values():
+                    self._field(name, field, given.get(name, {}))
         for name, operations in enclosed.items():
             self._operations(name, operations)
         limits = {"most_rows": _ROWS, "most_pieces": _PIECES, "most_changes": changes}

@@ -3,7 +3,8 @@
 Lengths are expressions of the sizes of a plant: ``states``, ``settings``, ``implicit``,
 ``parameters``, ``prepared``, ``margins``, ``conditions``, ``holds``, ``jumps``, ``jump_values``,
 ``levers``, ``followers``, and ``work``, the numbers that its functions need while interpreted;
-``enclosed_rows`` and ``enclosed_work``, operations of those that are enclosed and their numbers.
+``enclosed_rows``, ``enclosed_work`` and ``enclosed_results``, operations of those that are enclosed,
+their numbers and results.
 """
 
 from __future__ import annotations

@@ -12,6 +12,7 @@ from typing import Annotated
 from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers
 from lumped.kernel.cycles import Count
+from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.plant import Function
 
 __all__ = ["ALL", "ANY", "COUNT", "IMPULSE", "INSTANT", "LOSS", "TIMED", "VALUE", "Watch"]
@@ -39,10 +40,13 @@ class Watch(Record):
     integrand, extreme, point, final, event_point : Function
         Quantities that are integrated; whose extremes, values at given instants, at the end, and
         beside events are wanted.
-    end_value : Function
-        Quantities whose extremes are wanted, then their derivatives by time along the run.
-    ends, ends_at : Numbers, float
-        These at the begin and at the end of the step, and the time of the end, s.
+    height, heights : Function, Numbers
+        What these, with their signs, do not exceed while states and time move (see `margin_floor`
+        of a plant); that in the step.
+    at_begin, at_end : Numbers
+        The same quantities at both ends of a part of the step.
+    enclosed_extremes, curves : Enclosed, Numbers
+        What is known of them, and their polynomials in parts that wait to be looked at.
     may_rise : int
         Whether an extreme may rise in the step.
     begin, end : Numbers
@@ -103,12 +107,14 @@ class Watch(Record):
 
     extremes: int
     extreme: Function
-    end_value: Function
-    ends: Annotated[Numbers, "4 * extremes"]
-    ends_at: float
+    height: Function
+    heights: Annotated[Numbers, "extremes"]
+    at_begin: Annotated[Numbers, "extremes"]
+    at_end: Annotated[Numbers, "extremes"]
+    enclosed_extremes: Enclosed
+    curves: Annotated[Numbers, "832"]
     may_rise: int
     sign: Annotated[Integers, "extremes"]
-    samples: Annotated[Numbers, "8 * extremes"]
     best: Annotated[Numbers, "extremes"]
 
     loads: int

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import casadi as ca
 
-__all__ = ["INFINITE", "bounds_of", "interval_bounds"]
+__all__ = ["INFINITE", "Interval", "bounds_of", "interval_bounds"]
 
 Interval = tuple[ca.SX, ca.SX]
 """Lower and upper end; the same expression twice if it does not depend on the interval."""

@@ -101,7 +101,7 @@ class Step:
             powers=np.zeros(64),
             bernstein=np.zeros(64),
         )
-        sizes = {"margins": 1, "states": n, "enclosed_work": operations.work}
+        sizes = {"enclosed_results": 1, "enclosed_work": operations.work}
         sizes["enclosed_rows"] = len(operations.table)
         self.enclosed = Enclosed(sizes, results=1)
         self.enclosed.is_open[0] = 1
