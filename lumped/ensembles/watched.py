@@ -30,7 +30,7 @@ from lumped.simulation.functional_kinds import (
 from lumped.timeloop.cycle_count import DamageLaw, count_record
 from lumped.timeloop.executable import enclosed
 from lumped.timeloop.holds import hold_words
-from lumped.timeloop.step_bounds import heights
+from lumped.timeloop.step_bounds import heights, kinks
 from lumped.timeloop.validity import Held, ranges
 
 __all__ = ["POSITIONS", "Collected", "Reading", "Watched"]
@@ -144,6 +144,8 @@ class Watched:
         if self._extremes.rows:
             signs = [int(row[2]) for row in self._extremes.rows]
             self.functions["height"] = heights(system, self._extremes.quantities, signs)
+            kinked = kinks(system, self._extremes.quantities)
+            self.functions |= {} if kinked is None else {"kink": kinked}
         if self._loads.rows:
             self.functions["load"] = _with_slopes(system, self._loads.quantities)
         tables = (self._integrals, self._extremes, self._loads, self._points)
@@ -270,6 +272,7 @@ class Watched:
             "states": len(self.system.state_names),
             "integrands": len(self._integrals.rows),
             "extremes": len(self._extremes.rows),
+            "kinks": self.functions["kink"].numel_out(0) if "kink" in self.functions else 0,
             "loads": len(self._loads.rows),
             "points": len(self._points.rows),
             "finals": len(self._finals.rows),

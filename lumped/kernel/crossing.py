@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.kernel import dop853, rodas5p, taylor
-from lumped.kernel.enclosure import enclose, select, select_open, to_bernstein, value_at
+from lumped.kernel.enclosure import enclose, select, select_open, value_at
 from lumped.kernel.interpret import evaluate
-from lumped.kernel.models import REST, SIZE
+from lumped.kernel.models import REST, SIZE, to_bernstein
 from lumped.kernel.plant import SLIDE
 from lumped.kernel.run import STORM_SIZE, Run
 
@@ -181,7 +181,7 @@ def _is_crowded(run: Run) -> bool:
 @kernel
 def _judge(run: Run, model: Numbers, tolerance: float, last: float, width: float) -> int:
     """What a margin does in a part, from its model and its value at the end."""
-    top, rest, b = to_bernstein(run, model), model[REST], run.bernstein
+    top, rest, b = to_bernstein(model, run.bernstein), model[REST], run.bernstein
     least, changes = b[0], 0
     for j in range(1, top + 1):
         least = min(least, b[j])

@@ -10,9 +10,15 @@ from __future__ import annotations
 from lumped.code.words import Numbers, kernel, sqrt
 from lumped.kernel import dop853, rodas5p
 from lumped.kernel.crossing import inside, set_all_ranges
-from lumped.kernel.enclosure import enclose, select, select_open, to_bernstein, value_at
+from lumped.kernel.enclosure import (
+    begin_survey,
+    enclose,
+    select,
+    set_ranges_in,
+)
 from lumped.kernel.interpret import evaluate
-from lumped.kernel.models import REST, SIZE
+from lumped.kernel.models import REST, SIZE, to_bernstein
+from lumped.kernel.plant import Function
 from lumped.kernel.run import Run
 
 __all__ = [
@@ -42,6 +48,12 @@ _LEAST_PART = 1.0 / 16.0
 _SEARCHES = 60
 _CLOSE = 1e-8
 """Part of a part at which the top of a polynomial is found; its value is known to the square."""
+
+_SAME = 1e-15
+"""Distance of parts of a step that differ by rounding."""
+_BESIDE = 1e-10
+"""Of a kink, where parts with smooth quantities begin and end."""
+_NEVER = 2.0
 
 _BEGIN, _END, _LACKS, _TOP, _WIDTH, _FIRST = range(6)
 """A part of the step that waits: its ends, what its polynomial lacks, the degree of that, the width
@@ -107,12 +119,24 @@ def _raise(run: Run, k: int, value: float) -> None:
 
 
 @kernel
+def _set_values(run: Run, function: Function, part: float, out: Numbers) -> None:
+    """Results of a function at a part of the step."""
+    t, x = run.t + part * (run.t_new - run.t), run.watch.x
+    if part <= 0.0:
+        evaluate(function, run, run.x, run.t, run.m, out)
+    elif part >= 1.0:
+        evaluate(function, run, run.new, run.t_new, run.m, out)
+    else:
+        inside(run, part, x)
+        evaluate(function, run, x, t, run.m, out)
+
+
+@kernel
 def _raise_inside(run: Run, k: int, part: float) -> None:
     """Raise an extreme to the value at a part of the step."""
-    watch, t = run.watch, run.t + part * (run.t_new - run.t)
-    select(run, watch.enclosed_extremes, watch.extreme, k)
-    inside(run, part, watch.x)
-    _raise(run, k, value_at(watch.enclosed_extremes, watch.extreme, watch.x, t))
+    watch = run.watch
+    _set_values(run, watch.extreme, part, watch.value)
+    _raise(run, k, watch.value[k])
 
 
 # -- polynomials ---------------------------------------------------------------------------------
@@ -122,7 +146,7 @@ def _raise_inside(run: Run, k: int, part: float) -> None:
 def _set_part(run: Run, part: Numbers, k: int, begin: float, end: float, tolerance: float) -> None:
     """What the model of a quantity tells of a part of the step."""
     model = run.watch.enclosed_extremes.model[SIZE * k :]
-    top, b = to_bernstein(run, model), run.bernstein
+    top, b = to_bernstein(model, run.bernstein), run.bernstein
     least, most = b[0], b[0]
     for j in range(top + 1):
         part[_FIRST + j] = b[j]
@@ -218,6 +242,8 @@ def _search(run: Run, k: int, begin: float, end: float) -> None:
     best, sign, depth, enclosed = watch.best, watch.sign[k], 0, 1
     size = max(abs(best[k]), max(abs(watch.at_begin[k]), abs(watch.at_end[k])))
     tolerance = _EXACT * size
+    select(run, e, watch.extreme, k)
+    enclose(run, e, watch.extreme, begin, end - begin)
     _set_part(run, watch.curves, k, begin, end, tolerance)
     while depth >= 0 and best[k] == best[k]:
         part = watch.curves[_WORDS * depth :]
@@ -255,49 +281,90 @@ def _search(run: Run, k: int, begin: float, end: float) -> None:
 
 
 @kernel
-def _set_values(run: Run, t: float, out: Numbers) -> None:
-    """All quantities at an instant of the step."""
+def _set_cuts(run: Run, begin: float, end: float) -> None:
+    """Find where quantities have kinks in a part of the step, as far as its ends tell."""
     watch = run.watch
-    if t == run.t:
-        evaluate(watch.extreme, run, run.x, t, run.m, out)
-    elif t == run.t_new:
-        evaluate(watch.extreme, run, run.new, t, run.m, out)
-    else:
-        inside(run, (t - run.t) / (run.t_new - run.t), watch.x)
-        evaluate(watch.extreme, run, watch.x, t, run.m, out)
+    _set_values(run, watch.kink, begin, watch.kink_begin)
+    _set_values(run, watch.kink, end, watch.kink_end)
+    for i in range(watch.kinks):
+        watch.cuts[i] = _NEVER
+    for i in range(watch.kinks):
+        a, b, fa, fb = begin, end, watch.kink_begin[i], watch.kink_end[i]
+        if fa * fb < 0.0:
+            for _ in range(_SEARCHES):
+                c = (a * fb - b * fa) / (fb - fa)
+                _set_values(run, watch.kink, c, watch.kink_end)
+                fc = watch.kink_end[i]
+                is_close = abs(c - b) <= _SAME
+                if fc * fb < 0.0:
+                    a, fa = b, fb
+                else:
+                    fa = 0.5 * fa
+                b, fb = c, fc
+                if is_close or fc == 0.0:
+                    break
+            watch.cuts[i] = b
+            _set_values(run, watch.kink, end, watch.kink_end)
+
+
+@kernel
+def _next_cut(run: Run, after: float) -> float:
+    """The first part of the step at which a quantity has a kink after another part."""
+    found = _NEVER
+    for i in range(run.watch.kinks):
+        cut = run.watch.cuts[i]
+        if cut > after and cut < found:
+            found = cut
+    return found
+
+
+@kernel
+def _raise_all_to(run: Run, first: int, part: float, values: Numbers) -> None:
+    """Raise extremes to the values at a part of the step."""
+    watch, n = run.watch, run.watch.integrands
+    _set_values(run, watch.extreme, part, values)
+    for k in range(first, watch.extremes):
+        if has_same_part(watch.begin, watch.end, n + k, n + first):
+            _raise(run, k, values[k])
+
+
+@kernel
+def _raise_between(run: Run, first: int, begin: float, end: float, is_whole: bool) -> None:
+    """Extremes over a part of the step in which quantities are smooth, as far as is known."""
+    watch, e, n = run.watch, run.watch.enclosed_extremes, run.watch.integrands
+    _raise_all_to(run, first, begin, watch.at_begin)
+    _raise_all_to(run, first, end, watch.at_end)
+    if not is_whole:
+        set_ranges_in(run, begin, end - begin)
+        evaluate(watch.height, run, run.ranges, run.t, run.m, watch.heights)
+    if run.plant.implicit > 0:
+        e.is_surveyed = 0
+    for k in range(first, watch.extremes):
+        if has_same_part(watch.begin, watch.end, n + k, n + first):
+            best = watch.best[k]
+            # what is no number is known to be none
+            is_clear = best != best or watch.heights[k] <= best + _EXACT * abs(best)
+            if end > begin and not is_clear:
+                begin_survey(e, watch.extreme)
+                _search(run, k, begin, end)
 
 
 @kernel
 def raise_all(run: Run, first: int, begin: float, end: float) -> None:
-    """Extremes over a part of the step: of a quantity and of all others with the same part.
-
-    Bounds of their heights over the step are known.
-    """
-    watch, e, length, is_same = run.watch, run.watch.enclosed_extremes, run.t_new - run.t, True
-    n, low, high, count = watch.integrands, (begin - run.t) / length, (end - run.t) / length, 0
-    _set_values(run, begin, watch.at_begin)
-    _set_values(run, end, watch.at_end)
-    for k in range(watch.extremes):
-        is_open = 0
-        if has_same_part(watch.begin, watch.end, n + k, n + first):
-            _raise(run, k, watch.at_begin[k])
-            _raise(run, k, watch.at_end[k])
-            best = watch.best[k]
-            # what is no number is known to be none
-            if best == best and not watch.heights[k] <= best + _EXACT * abs(best):
-                is_open = 1
-        count += is_open
-        is_same = is_same and e.is_open[k] == is_open
-        e.is_open[k] = is_open
-    if count == 0 or high <= low:
-        return
-    if run.plant.implicit > 0:
-        e.is_surveyed = 0
-    select_open(run, e, watch.extreme, is_same)
-    enclose(run, e, watch.extreme, low, high - low)
-    for k in range(watch.extremes):
-        if e.is_open[k] != 0:
-            _search(run, k, low, high)
+    """Extremes over a part of the step: of a quantity and of all others with the same part."""
+    length = run.t_new - run.t
+    low, high = (begin - run.t) / length, (end - run.t) / length
+    cut = _NEVER
+    if run.watch.kinks > 0:
+        _set_cuts(run, low, high)
+        cut = _next_cut(run, low)
+    while cut < high:
+        _raise_between(run, first, low, max(cut - _BESIDE, low), False)
+        _raise_all_to(run, first, cut, run.watch.at_begin)
+        low = cut + _BESIDE
+        cut = _next_cut(run, low)
+    if low <= high:
+        _raise_between(run, first, low, high, low == 0.0 and high == 1.0)
 
 
 @kernel

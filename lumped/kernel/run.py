@@ -413,10 +413,11 @@ class Run(Record):
     t_cross: float
 
     # enclosures (see `enclosure`): ranges of states and time over the step; coefficients of one
-    # polynomial, and in the Bernstein basis; operations of margins, and of rates while states rest
+    # polynomial, and in the Bernstein basis; a model; operations of margins, and of rates while states rest
     ranges: Annotated[Numbers, "2 * states + 2"]
     powers: Annotated[Numbers, "64"]
     bernstein: Annotated[Numbers, "64"]
+    part_model: Annotated[Numbers, "10"]
     enclosed_margins: Enclosed
     enclosed_rates: Enclosed
 

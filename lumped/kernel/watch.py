@@ -47,6 +47,10 @@ class Watch(Record):
         The same quantities at both ends of a part of the step.
     enclosed_extremes, curves : Enclosed, Numbers
         What is known of them, and their polynomials in parts that wait to be looked at.
+    kinks, kink : int, Function
+        What changes its sign where they have kinks or jump.
+    kink_begin, kink_end, cuts : Numbers
+        This at both ends of a part of the step, and the parts at which it changes its sign there.
     may_rise : int
         Whether an extreme may rise in the step.
     begin, end : Numbers
@@ -113,6 +117,11 @@ class Watch(Record):
     at_end: Annotated[Numbers, "extremes"]
     enclosed_extremes: Enclosed
     curves: Annotated[Numbers, "832"]
+    kinks: int
+    kink: Function
+    kink_begin: Annotated[Numbers, "kinks"]
+    kink_end: Annotated[Numbers, "kinks"]
+    cuts: Annotated[Numbers, "kinks"]
     may_rise: int
     sign: Annotated[Integers, "extremes"]
     best: Annotated[Numbers, "extremes"]
