@@ -156,7 +156,16 @@ class RunRecords:
         run.output = _no_output()
         run.watches = 1
         run.watch = watch_of(self.watched)
-        for name in ("integrand", "extreme", "height", "kink", "load", "point", "final", "event_point"):
+        for name in (
+            "integrand",
+            "extreme",
+            "height",
+            "kink",
+            "load",
+            "point",
+            "final",
+            "event_point",
+        ):
             setattr(run.watch, name, self._functions.get(name, self._nothing))
         self._set_instants(run, self._first_instants)
         if options.method == "implicit" and n:

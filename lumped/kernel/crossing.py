@@ -17,7 +17,14 @@ from lumped.kernel.models import REST, SIZE, to_bernstein
 from lumped.kernel.plant import SLIDE
 from lumped.kernel.run import STORM_SIZE, Run
 
-__all__ = ["find_below", "find_crossing", "inside", "inside_explicit", "set_all_ranges", "set_ranges"]
+__all__ = [
+    "find_below",
+    "find_crossing",
+    "inside",
+    "inside_explicit",
+    "set_all_ranges",
+    "set_ranges",
+]
 
 _TOUCH = 1e-12
 """Part of a step that is not divided: what is open there touches zero."""

@@ -130,7 +130,9 @@ def _rough() -> list[str]:
 
 _ROOM = 0.25
 """Part of the span of the rates at the stages by which rates between them may lie beyond it."""
-set_rough_ranges = _loop("set_rough_ranges", "x: Numbers, new: Numbers, out: Numbers", "pass", _rough())
+set_rough_ranges = _loop(
+    "set_rough_ranges", "x: Numbers, new: Numbers, out: Numbers", "pass", _rough()
+)
 """Ranges of the states before the interpolation is known, from the rates at the stages."""
 
 set_ranges = _loop("set_ranges", "x: Numbers, out: Numbers", "pass", _bernstein())

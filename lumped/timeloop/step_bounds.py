@@ -83,9 +83,7 @@ def _apart(a: ca.SX, b: ca.SX) -> ca.SX:
 
 
 _KINKS: dict[int, Callable[..., ca.SX]] = {
-    **dict.fromkeys(
-        (ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_FMIN, ca.OP_FMAX), _apart
-    ),
+    **dict.fromkeys((ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_FMIN, ca.OP_FMAX), _apart),
     **dict.fromkeys((ca.OP_FABS, ca.OP_SIGN), lambda a: a),
     **dict.fromkeys((ca.OP_FLOOR, ca.OP_CEIL), lambda a: ca.sin(math.pi * a)),
     ca.OP_FMOD: lambda a, b: ca.sin(math.pi * a / b),
