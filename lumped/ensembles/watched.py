@@ -144,10 +144,12 @@ class Watched:
         if self._extremes.rows:
             signs = [int(row[2]) for row in self._extremes.rows]
             self.functions["height"] = heights(system, self._extremes.quantities, signs)
-            kinked = kinks(system, self._extremes.quantities)
-            self.functions |= {} if kinked is None else {"kink": kinked}
         if self._loads.rows:
-            self.functions["load"] = _with_slopes(system, self._loads.quantities)
+            loads = ca.densify(ca.vertcat(*self._loads.quantities))
+            self.functions["load"] = ca.Function("load", system.inputs, [loads])
+        kinked = kinks(system, self._extremes.quantities + self._loads.quantities)
+        if kinked is not None:
+            self.functions["kink"] = kinked
         tables = (self._integrals, self._extremes, self._loads, self._points)
         counts = [len(t.rows) for t in tables]
         self._first = np.cumsum([0, *counts, len(self._finals.rows)]).tolist()
@@ -287,6 +289,7 @@ class Watched:
         watch.begin[:], watch.end[:] = ends[:, 0], ends[:, 1]
         watch.sign[:] = [int(row[2]) for row in self._extremes.rows]
         watch.enclosed_extremes = enclosed(self.functions.get("extreme"))
+        watch.enclosed_loads = enclosed(self.functions.get("load"))
         watch.count = count_record(self._laws, _DEPTH)
         times = sorted(self._times)
         watch.times = len(times)
@@ -362,11 +365,3 @@ class Watched:
                 "earlier"
             )
         return f"{label}: not a number"
-
-
-def _with_slopes(system: System, quantities: Sequence[ca.SX]) -> ca.Function:
-    """Quantities, then their derivatives by time along a run: (x, p, t, m) -> (2 k,)."""
-    x, _, t, _ = system.inputs
-    y = ca.vertcat(*quantities)
-    along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
-    return ca.Function("end_value", system.inputs, [ca.densify(ca.vertcat(y, along))])

@@ -3,8 +3,8 @@
 Lengths are expressions of the sizes of a plant: ``states``, ``settings``, ``implicit``,
 ``parameters``, ``prepared``, ``margins``, ``conditions``, ``holds``, ``jumps``, ``jump_values``,
 ``levers``, ``followers``, and ``work``, the numbers that its functions need while interpreted;
-``enclosed_rows``, ``enclosed_work`` and ``enclosed_results``, operations of those that are enclosed,
-their numbers and results.
+``enclosed_rows``, ``enclosed_work`` and ``enclosed_results``: operations, numbers and results of
+those that are enclosed.
 """
 
 from __future__ import annotations
@@ -413,7 +413,8 @@ class Run(Record):
     t_cross: float
 
     # enclosures (see `enclosure`): ranges of states and time over the step; coefficients of one
-    # polynomial, and in the Bernstein basis; a model; operations of margins, and of rates while states rest
+    # polynomial, and in the Bernstein basis; a model; operations of margins, and of rates while
+    # states rest
     ranges: Annotated[Numbers, "2 * states + 2"]
     powers: Annotated[Numbers, "64"]
     bernstein: Annotated[Numbers, "64"]

@@ -40,15 +40,15 @@ class Watch(Record):
     integrand, extreme, point, final, event_point : Function
         Quantities that are integrated; whose extremes, values at given instants, at the end, and
         beside events are wanted.
-    height, heights : Function, Numbers
+    height, heights, part_heights : Function, Numbers, Numbers
         What these, with their signs, do not exceed while states and time move (see `margin_floor`
-        of a plant); that in the step.
+        of a plant); that in the step, and in a part of it.
     at_begin, at_end : Numbers
         The same quantities at both ends of a part of the step.
     enclosed_extremes, curves : Enclosed, Numbers
         What is known of them, and their polynomials in parts that wait to be looked at.
     kinks, kink : int, Function
-        What changes its sign where they have kinks or jump.
+        What changes its sign where they, and loads, have kinks or jump.
     kink_begin, kink_end, cuts : Numbers
         This at both ends of a part of the step, and the parts at which it changes its sign there.
     may_rise : int
@@ -68,14 +68,13 @@ class Watch(Record):
     best : Numbers
         Extremes so far.
     load : Function
-        Loads whose cycles are counted, then their derivatives by time along the run.
-    load_ends, loads_at : Numbers, float
-        These at the begin and at the end of the step, and the time of the end, s.
+        Loads whose cycles are counted.
+    load_end, loads_at : Numbers, float
+        These at the end of the step, and its time, s.
+    enclosed_loads : Enclosed
+        What is known of them.
     load_size : Numbers
         Largest sizes of the loads so far.
-    spans : Numbers
-        Parts of a step that wait to be looked at: begin, value and slope there, end, value and
-        slope there, and how far the load may be from the cubic through both.
     times, time_of : Numbers, Integers
         Instants at which values are wanted, ascending, and of which point; then what is added to.
     totals : Numbers
@@ -113,10 +112,11 @@ class Watch(Record):
     extreme: Function
     height: Function
     heights: Annotated[Numbers, "extremes"]
+    part_heights: Annotated[Numbers, "extremes"]
     at_begin: Annotated[Numbers, "extremes"]
     at_end: Annotated[Numbers, "extremes"]
     enclosed_extremes: Enclosed
-    curves: Annotated[Numbers, "832"]
+    curves: Annotated[Numbers, "832 * (extremes + loads > 0)"]
     kinks: int
     kink: Function
     kink_begin: Annotated[Numbers, "kinks"]
@@ -128,11 +128,11 @@ class Watch(Record):
 
     loads: int
     load: Function
-    load_value: Annotated[Numbers, "2 * loads"]
-    load_ends: Annotated[Numbers, "4 * loads"]
+    enclosed_loads: Enclosed
+    load_value: Annotated[Numbers, "loads"]
+    load_end: Annotated[Numbers, "loads"]
     loads_at: float
     load_size: Annotated[Numbers, "loads"]
-    spans: Annotated[Numbers, "256 * loads"]
     count: Count
 
     points: int

@@ -24,9 +24,9 @@ from lumped.support.made_once import made_once
 from lumped.timeloop.forcing import forcing
 from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.kept_run import KeptRun, made_run, remember
-from lumped.timeloop.step_bounds import margin_floors
 from lumped.timeloop.output_room import OutputRoom
 from lumped.timeloop.programs import asking_ranks
+from lumped.timeloop.step_bounds import margin_floors
 from lumped.timeloop.taylor_series import TaylorSeries
 
 __all__ = [
@@ -344,7 +344,7 @@ def evaluated(
 
 def enclosed_of(functions: Mapping[str, Operations]) -> dict[str, Operations]:
     """Those functions of a plant, and of functionals, that are enclosed."""
-    wanted = {"margin": "margin", "rates": "forcing", "extreme": "extreme"}
+    wanted = {"margin": "margin", "rates": "forcing", "extreme": "extreme", "load": "load"}
     return {name: functions[name] for name, of in wanted.items() if of in functions}
 
 
