@@ -1,8 +1,9 @@
-"""Extremes over runs, which are enclosed inside steps, against closed forms."""
+"""Extremes and cycles in runs, which are enclosed inside steps, against closed forms."""
 
 import numpy as np
 import pytest
-from ensemble_runs import Alone, assert_same_bits, ran
+from ensemble_runs import CURVE, Alone, assert_same_bits, ran
+from scipy.optimize import brentq
 
 import lumped as lp
 from lumped import functionals as fun
@@ -191,3 +192,38 @@ def test_extremes_of_random_swings(method):
         off = (row - expected) * [1, 1, -1]
         assert (off > -1e-7).all(), (a, b, n, off)
         assert (off < below + 1e-7).all(), (a, b, n, off)
+
+
+class Pulses(lp.Component):
+    """A load with a narrow pulse upon a ramp that no state feels."""
+
+    at: lp.Param = lp.param("s", "instant", 0.5)
+    width: lp.Param = lp.param("s", "width", 1e-3)
+    x: lp.Var = lp.var("1", "ramp", 0.0, state="always")
+    load: lp.Var = lp.var("1", "load")
+
+    def equations(self):
+        yield lp.der(self.x) == 1.0
+        yield self.load == self.x - 3 * exp(-(((lp.time - self.at) / self.width) ** 2))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_cycles_of_a_narrow_pulse(method):
+    """The load goes from 0 to `top`, to `low`, to 1: three half cycles, or two and a whole one."""
+    width = np.geomspace(1e-6, 1e-2, 15)
+    at = np.linspace(0.2, 0.9, 15)
+    values = found(
+        Pulses(), {"damage": fun.damage("load", CURVE)}, {"at": at, "width": width}, 1.0, method
+    )
+    expected = []
+    for t, w in zip(at, width, strict=True):
+
+        def slope(s, w=w):
+            return w + 6 * s * np.exp(-(s**2))
+
+        tops = [brentq(slope, -9.0, -1.0), brentq(slope, -0.5, 0.0)]
+        high, low = (t + w * s - 3 * np.exp(-(s**2)) for s in tops)
+        # rainflow: 0 to high lies within high to low to 1, and no cycle closes in between
+        ranges = np.array([high, high - low, 1.0 - low])
+        expected.append(0.5 * CURVE.damage(ranges / 2).sum())
+    np.testing.assert_allclose(values[:, 0], expected, rtol=1e-7)
