@@ -121,14 +121,14 @@ CAM |= {"still": fun.swing("still"), "size": fun.peak("still")}
 @pytest.mark.parametrize("method", METHODS)
 def test_a_narrow_cam_and_edges(method):
     """A turn and a half, and no step feels them: the speed is constant."""
-    count = 24
+    count = 12
     w, b = np.geomspace(1.0, 3000.0, count), np.geomspace(1e-3, 0.3, count)
     until = 9.0
     for speed, half in zip(w, b, strict=True):
         end = until / speed
         row = found(Cam(), CAM, {"w": [speed], "b": [half]}, end, method)[0]
         # 2 pi is passed; the factor beside it changes slowly
-        near = 2 * np.pi + np.linspace(-half, half, 400_001)
+        near = 2 * np.pi + np.linspace(-half, half, 100_001)
         lift = np.exp(-((np.sin(near / 2) / half) ** 2)) * (1 + 0.1 * np.cos(near / 7))
         roof = 2 - 0.1 * np.cos(1.0)
         # sin == cos at pi / 4
@@ -143,9 +143,11 @@ def test_lanes_and_engines_find_the_same_bits(method):
     given = system, ["w", "b"], points, CAM, 0.4
     expected = ran(*given, method=method)
     assert_same_bits(ran(*given, kind=Alone, method=method), expected)
-    for name in ("c", "python"):
-        with engine.using(name):
-            assert_same_bits(ran(*given, kind=Alone, method=method), expected)
+    with engine.using("c"):
+        assert_same_bits(ran(*given, kind=Alone, method=method), expected)
+    with engine.using("python"):
+        few = ran(system, ["w", "b"], points[2:4], CAM, 0.4, kind=Alone, method=method)
+    np.testing.assert_array_equal(few.values, expected.values[2:4])
 
 
 class Swing(lp.Component):
@@ -174,12 +176,12 @@ class Swing(lp.Component):
 def test_extremes_of_random_swings(method):
     """What is off is what the states are: tolerances of 1e-10."""
     rng = np.random.default_rng(8)
-    count, until = 200, 1.3
+    count, until = 60, 1.3
     over = {"a": rng.uniform(1, 9, count), "b": rng.uniform(1, 9, count)}
     over["n"] = np.exp(rng.uniform(0, 6, count))
     of = {"peak": fun.peak("product"), "high": fun.highest("product"), "low": fun.lowest("narrow")}
     values = found(Swing(), of, over, until, method, 1e-10)
-    t = np.linspace(0, until, 400_001)
+    t = np.linspace(0, until, 200_001)
     for row, a, b, n in zip(values, *over.values(), strict=True):
         x, y = np.sin(a * t), np.sin(b * t)
         product = x * y + 0.2 * np.sin(n * x)
