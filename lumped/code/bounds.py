@@ -77,7 +77,9 @@ class _Rows:
         return packed(first_results(whole, results))
 
 
-def bounds_of(function: Operations, states: int, *, upper: bool = True) -> Operations:
+def bounds_of(
+    function: Operations, states: int, *, lower: bool = True, upper: bool = True
+) -> Operations:
     """Lower bounds of all results, then the upper ones, while states and time move.
 
     What it makes takes ends in place of the states: the least values of all states, then the
@@ -88,18 +90,17 @@ def bounds_of(function: Operations, states: int, *, upper: bool = True) -> Opera
     function : Operations
     states : int
         How many states there are.
-    upper : bool
-        Whether upper bounds are wanted.
+    lower, upper : bool
+        Which bounds are wanted.
     """
     rows = _Rows()
-    applied = Intervals(rows).applied
+    applied, wanted = Intervals(rows).applied, [0] * lower + [1] * upper
     held = [(0, 0)] * function.work
     for op, out, a, b in zip(*function.table.T.tolist(), strict=True):
         if op == RESULT:
-            low, high = held[a]
-            rows.result(out, low)
-            if upper:
-                rows.result(function.results + out, high)
+            ends = [held[a][k] for k in wanted]
+            for number, end in enumerate(ends):
+                rows.result(number * function.results + out, end)
         elif op == ca.OP_CONST:
             value = rows.constant(float(function.constants[a]))
             held[out] = (value, value)
@@ -112,4 +113,4 @@ def bounds_of(function: Operations, states: int, *, upper: bool = True) -> Opera
             held[out] = (value, value)
         else:
             held[out] = applied(op, [held[a], held[b]] if op in TWO else [held[a]])
-    return rows.operations(function.results * (1 + upper))
+    return rows.operations(function.results * len(wanted))

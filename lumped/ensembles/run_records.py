@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.code.functions import compiled_functions
-from lumped.code.operations import operations_of
+from lumped.code.operations import Operations, operations_of
 from lumped.code.records import address
 from lumped.compiler.system import Changes, System
 from lumped.ensembles.watched import POSITIONS, Collected, Watched
@@ -93,12 +93,12 @@ class RunRecords:
         self._start = direct_start(system, tuple(changed))
         functions = dict(self.watched.functions)
         if self._start is not None:
-            functions["start"] = _with_inputs(system, self._start, len(changed))
+            functions["start"] = operations_of(_with_inputs(system, self._start, len(changed)))
         varied = system.inputs[1][self.places.tolist()]
         self._moved = moved_clocks(system, varied)
         self.are_instants_same = self._moved.are_plain
         if self._moved.numbers:
-            functions["at"] = self._moved.function
+            functions["at"] = operations_of(self._moved.function)
         self._functions, self._nothing = self._compiled(functions), Function()
         self._first_instants = self._instants(theta)
         if options.method == "taylor":
@@ -110,8 +110,7 @@ class RunRecords:
             engine.lanes()
             self._compile_watch()
 
-    def _compiled(self, functions: Mapping[str, ca.Function]) -> dict[str, Function]:
-        operations = {name: operations_of(f) for name, f in functions.items()}
+    def _compiled(self, operations: Mapping[str, Operations]) -> dict[str, Function]:
         if not operations:
             return {}
         self._machine_code = compiled_functions(operations)
@@ -127,10 +126,10 @@ class RunRecords:
 
     def _compile_watch(self) -> None:
         """Machine code of what is looked at inside steps, for several lanes side by side."""
-        names = [n for n in self._functions if n in ("integrand", "extreme", "end_value")]
+        names = [n for n in self._functions if n in ("integrand", "height")]
         if not names:
             return
-        operations = {name: operations_of(self.watched.functions[name]) for name in names}
+        operations = {name: self.watched.functions[name] for name in names}
         self._wide_code = compiled_functions(operations, engine.LANES)
         for name in names:
             self._functions[name].wide_address = self._wide_code.addresses[name]
@@ -156,7 +155,16 @@ class RunRecords:
         run.output = _no_output()
         run.watches = 1
         run.watch = watch_of(self.watched)
-        for name in ("integrand", "extreme", "end_value", "load", "point", "final", "event_point"):
+        for name in (
+            "integrand",
+            "extreme",
+            "height",
+            "kink",
+            "load",
+            "point",
+            "final",
+            "event_point",
+        ):
             setattr(run.watch, name, self._functions.get(name, self._nothing))
         self._set_instants(run, self._first_instants)
         if options.method == "implicit" and n:
@@ -199,9 +207,8 @@ class RunRecords:
         sizes |= {"extremes": watch.extremes, "terms": run.terms, "row": run.row}
         own = LaneWatch(sizes, integrands=watch.integrands, extremes=watch.extremes)
         own.loads = watch.loads
-        own.integrand, own.extreme = watch.integrand, watch.extreme
-        own.end_value = watch.end_value
-        own.begin[:], own.end[:], own.sign[:] = watch.begin, watch.end, watch.sign
+        own.integrand, own.height = watch.integrand, watch.height
+        own.begin[:], own.end[:] = watch.begin, watch.end
         entries = engine.entry_addresses()
         names = ("until_steps_of", "attempt_of", "crossing_of", "look_of", "end_of")
         lanes = Lanes(
@@ -235,7 +242,7 @@ class RunRecords:
         """Series of the states, and of what is integrated if that does well."""
         integrand = self.watched.functions.get("integrand")
         found = self._code.taylor
-        return found if integrand is None else found.with_integrals(operations_of(integrand))
+        return found if integrand is None else found.with_integrals(integrand)
 
     @cached_property
     def has_lanes(self) -> bool:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
+from lumped.code.operations import Operations, operations_of
 from lumped.compiler.system import System
 from lumped.errors import OptionError, nearest
 from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE, Watch
@@ -28,7 +29,9 @@ from lumped.simulation.functional_kinds import (
     product,
 )
 from lumped.timeloop.cycle_count import DamageLaw, count_record
+from lumped.timeloop.executable import enclosed
 from lumped.timeloop.holds import hold_words
+from lumped.timeloop.step_bounds import heights, kinks
 from lumped.timeloop.validity import Held, ranges
 
 __all__ = ["POSITIONS", "Collected", "Reading", "Watched"]
@@ -135,20 +138,26 @@ class Watched:
             "event_point": self._event_points,
         }
         self.functions = {
-            name: ca.Function(name, system.inputs, [ca.densify(ca.vertcat(*t.quantities))])
-            for name, t in functions.items()
-            if t.rows
+            name: self._operations(t.quantities) for name, t in functions.items() if t.rows
         }
         if self._extremes.rows:
-            self.functions["end_value"] = _with_slopes(system, self._extremes.quantities)
+            signs = [int(row[2]) for row in self._extremes.rows]
+            self.functions["height"] = heights(system, self._extremes.quantities, signs)
         if self._loads.rows:
-            self.functions["load"] = _with_slopes(system, self._loads.quantities)
+            self.functions["load"] = self._operations(self._loads.quantities)
+        kinked = kinks(system, self._extremes.quantities + self._loads.quantities)
+        if kinked is not None:
+            self.functions["kink"] = operations_of(kinked)
         tables = (self._integrals, self._extremes, self._loads, self._points)
         counts = [len(t.rows) for t in tables]
         self._first = np.cumsum([0, *counts, len(self._finals.rows)]).tolist()
         self.width = self._first[-1] + 2 * len(self._events.rows)
 
     # -- what is asked of the loop -------------------------------------------------------------
+
+    def _operations(self, quantities: list[ca.SX]) -> Operations:
+        whole = ca.densify(ca.vertcat(*quantities))
+        return operations_of(ca.Function("quantities", self.system.inputs, [whole]))
 
     def _add(self, label: str, wanted: Collected) -> int | tuple[int, int]:
         """Ask for a functional; gives its number among those of its kind."""
@@ -267,6 +276,7 @@ class Watched:
             "states": len(self.system.state_names),
             "integrands": len(self._integrals.rows),
             "extremes": len(self._extremes.rows),
+            "kinks": self.functions["kink"].results if "kink" in self.functions else 0,
             "loads": len(self._loads.rows),
             "points": len(self._points.rows),
             "finals": len(self._finals.rows),
@@ -280,6 +290,8 @@ class Watched:
         ends = np.array(parts).reshape(-1, 2)
         watch.begin[:], watch.end[:] = ends[:, 0], ends[:, 1]
         watch.sign[:] = [int(row[2]) for row in self._extremes.rows]
+        watch.enclosed_extremes = enclosed(self.functions.get("extreme"))
+        watch.enclosed_loads = enclosed(self.functions.get("load"))
         watch.count = count_record(self._laws, _DEPTH)
         times = sorted(self._times)
         watch.times = len(times)
@@ -355,11 +367,3 @@ class Watched:
                 "earlier"
             )
         return f"{label}: not a number"
-
-
-def _with_slopes(system: System, quantities: Sequence[ca.SX]) -> ca.Function:
-    """Quantities, then their derivatives by time along a run: (x, p, t, m) -> (2 k,)."""
-    x, _, t, _ = system.inputs
-    y = ca.vertcat(*quantities)
-    along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
-    return ca.Function("end_value", system.inputs, [ca.densify(ca.vertcat(y, along))])

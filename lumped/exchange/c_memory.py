@@ -19,6 +19,7 @@ __all__ = ["Memory"]
 _ROWS = _PIECES = 8
 """Room for rows and pieces: the loop returns as soon as one row is recorded."""
 
+_OF_WATCH = ("enclosed_extremes", "enclosed_loads")
 _RECORDS: dict[str, type[Record]] = {
     "run": Run,
     "instant": InstantSearch,
@@ -26,6 +27,7 @@ _RECORDS: dict[str, type[Record]] = {
     "output": RunOutput,
     "enclosed_margins": Enclosed,
     "enclosed_rates": Enclosed,
+    **dict.fromkeys(_OF_WATCH, Enclosed),
     "matrix": Matrix,
     "pattern": Pattern,
     "plant": Plant,
@@ -85,9 +87,12 @@ class Memory:
         given = dict(values)
         if watch is not None:
             given |= {"watch": _held(watch), "count": _held(watch.count)}
+            given["enclosed_extremes"] = {"results": watch.extremes}
+            given["enclosed_loads"] = {"results": watch.loads}
         for name, kind in _RECORDS.items():
-            for field in kind.fields.values():
-                self._field(name, field, given.get(name, {}))
+            if watch is not None or name not in _OF_WATCH:
+                for field in kind.fields.values():
+                    self._field(name, field, given.get(name, {}))
         for name, operations in enclosed.items():
             self._operations(name, operations)
         limits = {"most_rows": _ROWS, "most_pieces": _PIECES, "most_changes": changes}

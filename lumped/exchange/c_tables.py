@@ -107,7 +107,7 @@ def model_files(
     values["run"] = {"timed": len(timed), "timed_setting": np.array(timed, dtype=np.int64)}
     watch = None if watched is None else watch_of(watched)
     if watched is not None:
-        functions |= {name: operations_of(f) for name, f in watched.functions.items()}
+        functions |= watched.functions
         values["run"]["watches"] = 1
     enclosed = enclosed_of(functions)
     lengths |= enclosed_sizes(enclosed)

@@ -11,13 +11,20 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.kernel import dop853, rodas5p, taylor
-from lumped.kernel.enclosure import enclose, select, select_open, to_bernstein, value_at
+from lumped.kernel.enclosure import enclose, select, select_open, value_at
 from lumped.kernel.interpret import evaluate
-from lumped.kernel.models import REST, SIZE
+from lumped.kernel.models import REST, SIZE, to_bernstein
 from lumped.kernel.plant import SLIDE
 from lumped.kernel.run import STORM_SIZE, Run
 
-__all__ = ["find_below", "find_crossing", "inside", "inside_explicit", "set_ranges"]
+__all__ = [
+    "find_below",
+    "find_crossing",
+    "inside",
+    "inside_explicit",
+    "set_all_ranges",
+    "set_ranges",
+]
 
 _TOUCH = 1e-12
 """Part of a step that is not divided: what is open there touches zero."""
@@ -68,14 +75,20 @@ def set_ranges(run: Run) -> None:
 
 
 @kernel
-def _may_fire(run: Run) -> bool:
-    """Whether a margin may be below zero in the step; leaves lower bounds of all."""
+def set_all_ranges(run: Run) -> None:
+    """Ranges of states and time in a step of any kind."""
     n = run.plant.states
     if run.is_implicit:
         rodas5p.set_ranges(run)
         run.ranges[2 * n], run.ranges[2 * n + 1] = run.t, run.t_new
     else:
         set_ranges(run)
+
+
+@kernel
+def _may_fire(run: Run) -> bool:
+    """Whether a margin may be below zero in the step; leaves lower bounds of all."""
+    set_all_ranges(run)
     evaluate(run.plant.margin_floor, run, run.ranges, run.t, run.m, run.floor)
     for k in range(run.plant.margins):
         if not run.floor[k] >= 0.0:
@@ -175,7 +188,7 @@ def _is_crowded(run: Run) -> bool:
 @kernel
 def _judge(run: Run, model: Numbers, tolerance: float, last: float, width: float) -> int:
     """What a margin does in a part, from its model and its value at the end."""
-    top, rest, b = to_bernstein(run, model), model[REST], run.bernstein
+    top, rest, b = to_bernstein(model, run.bernstein), model[REST], run.bernstein
     least, changes = b[0], 0
     for j in range(1, top + 1):
         least = min(least, b[j])

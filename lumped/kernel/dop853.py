@@ -22,6 +22,7 @@ __all__ = [
     "integrals_by_stages",
     "interpolate",
     "set_ranges",
+    "set_rough_ranges",
     "stages",
     "step",
 ]
@@ -109,6 +110,30 @@ def _bernstein() -> list[str]:
         least, most = f"min({least}, {name})", f"max({most}, {name})"
     return [*lines, f"out[i] = {least}", f"out[n + i] = {most}"]
 
+
+def _rough() -> list[str]:
+    """Ranges between lines with the least and greatest slopes through both ends."""
+    least = most = "k[i]"
+    for j in range(1, 13):
+        least, most = f"min({least}, k[{j} * n + i])", f"max({most}, k[{j} * n + i])"
+    return [
+        f"least, most = {least}, {most}",
+        f"room = {_ROOM} * (most - least)",
+        "least, most = least - room, most + room",
+        "way, both = new[i] - x[i], most - least",
+        "up = most * (way - h * least) / both if least < 0.0 and most > 0.0 else 0.0",
+        "down = least * (h * most - way) / both if least < 0.0 and most > 0.0 else 0.0",
+        "out[i] = min(min(x[i], new[i]), x[i] + down)",
+        "out[n + i] = max(max(x[i], new[i]), x[i] + up)",
+    ]
+
+
+_ROOM = 0.25
+"""Part of the span of the rates at the stages by which rates between them may lie beyond it."""
+set_rough_ranges = _loop(
+    "set_rough_ranges", "x: Numbers, new: Numbers, out: Numbers", "pass", _rough()
+)
+"""Ranges of the states before the interpolation is known, from the rates at the stages."""
 
 set_ranges = _loop("set_ranges", "x: Numbers, out: Numbers", "pass", _bernstein())
 """Least and greatest of these coefficients for each state, from columns of the interpolation."""

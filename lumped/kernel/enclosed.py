@@ -46,11 +46,11 @@ class Enclosed(Record):
     needed: Annotated[Integers, "enclosed_work"]
     rows: Annotated[Integers, "4 * enclosed_rows"]
     row_next: int
-    row_begin: Annotated[Integers, "margins + states + 1"]
-    row_number: Annotated[Integers, "margins + states + 1"]
+    row_begin: Annotated[Integers, "enclosed_results + 1"]
+    row_number: Annotated[Integers, "enclosed_results + 1"]
     row_first: int
     row_count: int
-    is_open: Annotated[Integers, "margins + states"]
+    is_open: Annotated[Integers, "enclosed_results"]
     open_count: int
     models: Annotated[Numbers, "10 * (12 + enclosed_work)"]
-    model: Annotated[Numbers, "10 * (margins + states)"]
+    model: Annotated[Numbers, "10 * enclosed_results"]

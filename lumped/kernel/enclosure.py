@@ -20,7 +20,7 @@ from lumped.kernel.models import DEGREE, REST, SIZE, TOP
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Run
 
-__all__ = ["enclose", "select", "select_open", "to_bernstein", "value_at"]
+__all__ = ["begin_survey", "enclose", "select", "select_open", "set_ranges_in", "value_at"]
 
 
 @kernel
@@ -76,14 +76,20 @@ def select(run: Run, e: Enclosed, function: Function, k: int) -> None:
 
 
 @kernel
-def select_open(run: Run, e: Enclosed, function: Function, is_same: bool) -> None:
-    """Find the operations of all results that are open, unless the same ones were open before."""
-    n = e.results
+def begin_survey(e: Enclosed, function: Function) -> None:
+    """Nothing is known of operations in the present positions, unless it is already."""
     if not e.is_surveyed:
         for i in range(function.count):
             e.moves[i] = -1
         _forget(e)
         e.is_surveyed = 1
+
+
+@kernel
+def select_open(run: Run, e: Enclosed, function: Function, is_same: bool) -> None:
+    """Find the operations of all results that are open, unless the same ones were open before."""
+    n = e.results
+    begin_survey(e, function)
     if not is_same or e.row_begin[n] < 0:
         e.open_count = 0
         for k in range(n):
@@ -197,6 +203,21 @@ def _state(run: Run, i: int, begin: float, width: float, out: Numbers) -> None:
 
 
 @kernel
+def set_ranges_in(run: Run, begin: float, width: float) -> None:
+    """Ranges of states and time in a part of the step."""
+    n, model, length = run.plant.states, run.part_model, run.t_new - run.t
+    for i in range(n):
+        _state(run, i, begin, width, model)
+        top, b = models.to_bernstein(model, run.bernstein), run.bernstein
+        least, most = b[0], b[0]
+        for j in range(1, top + 1):
+            least, most = min(least, b[j]), max(most, b[j])
+        run.ranges[i], run.ranges[n + i] = least - model[REST], most + model[REST]
+    run.ranges[2 * n] = run.t + begin * length
+    run.ranges[2 * n + 1] = run.t + (begin + width) * length
+
+
+@kernel
 def enclose(run: Run, e: Enclosed, function: Function, begin: float, width: float) -> None:
     """The models of the selected results of a function over a part of the step, in `model`."""
     w, length, operations = e.models, run.t_new - run.t, function.operations
@@ -223,26 +244,6 @@ def enclose(run: Run, e: Enclosed, function: Function, begin: float, width: floa
                 models.copy(out, made)
             else:
                 carry_out(op, first, second, made, room)
-
-
-@kernel
-def to_bernstein(run: Run, model: Numbers) -> int:
-    """Coefficients of the polynomial of a model in the Bernstein basis; gives the degree."""
-    b, top = run.bernstein, int(model[DEGREE])
-    for j in range(top + 1):
-        b[j] = model[j]
-    # about the begin of the part, then as long as the part
-    for k in range(top):
-        for j in range(top - 1, k - 1, -1):
-            b[j] -= b[j + 1]
-    size = 1.0
-    for j in range(1, top + 1):
-        size = size * 2.0 * float(j) / float(top - j + 1)
-        b[j] *= size
-    for k in range(1, top + 1):
-        for j in range(top, k - 1, -1):
-            b[j] += b[j - 1]
-    return top
 
 
 @kernel

@@ -1,190 +1,54 @@
-"""Extremes of quantities: whether they may rise in a step, and where they do."""
+"""Extremes of quantities: whether they may rise in a step, and where they do.
+
+What a quantity cannot exceed while states and time move within their ranges clears most steps. In
+any other it is enclosed, over the step and over ever smaller parts of it, until its polynomial
+tells the greatest value, or no part may hold a greater one than is known.
+"""
 
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
-from lumped.kernel.crossing import inside
+from lumped.kernel import dop853, rodas5p
+from lumped.kernel.crossing import set_all_ranges
+from lumped.kernel.curves import (
+    BEGIN,
+    BESIDE,
+    END,
+    FIRST,
+    LACKS,
+    MOST_ENCLOSED,
+    NEVER,
+    TOP,
+    TOUCH,
+    WIDTH,
+    WORDS,
+    halve,
+    next_cut,
+    root_of_slope,
+    set_cuts,
+    set_part,
+    set_values,
+)
+from lumped.kernel.enclosure import begin_survey, enclose, select, set_ranges_in
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
 __all__ = [
     "LOWEST",
     "MOST_PARTS",
-    "bound",
-    "end_bound",
     "has_same_part",
-    "highest_sample",
-    "is_unresolved",
     "may_rise",
     "raise_all",
     "raise_at",
-    "rough_bound",
-    "sample_extremes",
+    "rises",
+    "set_rough_ranges",
 ]
 
-MOST_PARTS = 4096
-"""Parts of a step, for a quantity that is faster than all states; a sine may turn by four radians
-in each."""
-_REACH = 0.3
-"""How far a quantity may rise above its ends in a step, over the way that its ends tell."""
-_FINE = 16
-_FINEST = 4.0 / _FINE
-"""Parts of a step in which the curve through five samples is looked at, over a part between two."""
-_DOUBT = 0.1
-"""Error of that curve over its fourth difference: 0.03 for a curve that goes on so, and more."""
-_SAMPLES = 8
-_BESIDE = (0.38, 1.63, 3.29)
-"""Where three more samples check it: five of a sine that turns by about whole turns from one to the
-next lie on a slow one, too. Of fast sines, one in eight thousand passes in one part of a step."""
-_ASTRAY = 0.05
-"""Distance of these samples from the curve, over its second and fourth difference."""
-_CLOSE = 1e-4
-"""Way of a vertex over the step from which on the next one would change nothing."""
-_SEARCHES = 5
 LOWEST = -1.7976931348623157e308
-
-
-@kernel
-def _height(run: Run, k: int, sign: float, part: float) -> float:
-    """A quantity at a part of the step, with a sign."""
-    watch = run.watch
-    t = run.t + part * (run.t_new - run.t)
-    inside(run, part, watch.x)
-    evaluate(watch.extreme, run, watch.x, t, run.m, watch.value)
-    return sign * watch.value[k]
-
-
-@kernel
-def _highest(run: Run, k: int, sign: float, low: float, width: float, near: int) -> float:
-    """Greatest height near one of the fine points: vertices of ever narrower parabolas."""
-    high, reach = low + width, width / _FINE
-    u = low + reach * min(max(near, 1), _FINE - 1)
-    best = LOWEST
-    for _ in range(_SEARCHES):
-        a, c = max(u - reach, low), min(u + reach, high)
-        fa, fb, fc = _height(run, k, sign, a), _height(run, k, sign, u), _height(run, k, sign, c)
-        best = max(max(best, fa), max(fb, fc))
-        p, q = (u - a) * (fb - fc), (u - c) * (fb - fa)
-        if not p > q:
-            break
-        x = min(max(u - 0.5 * ((u - a) * p - (u - c) * q) / (p - q), low), high)
-        # the first parabola may have its vertex in the middle by chance
-        is_close = reach < width / _FINE and abs(x - u) <= _CLOSE * width
-        u = x
-        reach *= 0.0625
-        if is_close:
-            break
-    return max(best, _height(run, k, sign, u))
-
-
-@kernel
-def _curve(run: Run, k: int, s: float) -> float:
-    """The polynomial through five samples (Newton's form), with s from 0 to 4."""
-    n, v = run.watch.extremes, run.watch.samples[k:]
-    a0, a1, a2, a3 = v[n] - v[0], v[2 * n] - v[n], v[3 * n] - v[2 * n], v[4 * n] - v[3 * n]
-    b0, b1, b2 = a1 - a0, a2 - a1, a3 - a2
-    c0, c1 = b1 - b0, b2 - b1
-    rest = c0 / 6.0 + (s - 3.0) / 24.0 * (c1 - c0)
-    return v[0] + s * (a0 + (s - 1.0) * (0.5 * b0 + (s - 2.0) * rest))
-
-
-@kernel
-def _fourth(run: Run, k: int) -> float:
-    n, v = run.watch.extremes, run.watch.samples[k:]
-    return abs(v[0] - 4.0 * v[n] + 6.0 * v[2 * n] - 4.0 * v[3 * n] + v[4 * n])
-
-
-@kernel
-def _bend(run: Run, k: int) -> float:
-    """Largest second difference of the samples."""
-    n, v, bend = run.watch.extremes, run.watch.samples[k:], 0.0
-    for j in range(1, 4):
-        bend = max(bend, abs(v[(j - 1) * n] - 2.0 * v[j * n] + v[(j + 1) * n]))
-    return bend
-
-
-@kernel
-def _doubt(run: Run, k: int) -> float:
-    """How far the curve may be from the quantity between samples."""
-    # between two of the fine points the curve rises by an eighth of its second difference there
-    return _DOUBT * _fourth(run, k) + 0.125 * _FINEST * _FINEST * _bend(run, k)
-
-
-@kernel
-def highest_sample(run: Run, k: int, sign: float) -> float:
-    """Greatest of the samples, with a sign."""
-    n, v = run.watch.extremes, run.watch.samples[k:]
-    top = sign * v[0]
-    for j in range(1, _SAMPLES):
-        top = max(top, sign * v[j * n])
-    return top
-
-
-@kernel
-def rough_bound(run: Run, k: int, sign: float) -> float:
-    """Height that the curve and its doubt do not exceed, from differences alone."""
-    bend, fourth = _bend(run, k), _fourth(run, k)
-    # the second derivative of the curve is below three times the bend and the fourth difference
-    most = highest_sample(run, k, sign) + 0.375 * bend + 0.125 * fourth
-    return most + _doubt(run, k)
-
-
-@kernel
-def bound(run: Run, k: int, sign: float) -> float:
-    """Height that the quantity does not exceed in the samples' part of the step."""
-    top = sign * _curve(run, k, 0.0)
-    for i in range(1, _FINE + 1):
-        top = max(top, sign * _curve(run, k, _FINEST * i))
-    return top + _doubt(run, k)
-
-
-@kernel
-def _raise(run: Run, k: int, sign: float, low: float, width: float) -> None:
-    """Raise the best height of a quantity by what a part of the step gives."""
-    watch = run.watch
-    for j in range(_SAMPLES):
-        value = watch.samples[j * watch.extremes + k]
-        if value != value:
-            watch.best[k] = value
-    if watch.best[k] != watch.best[k] or rough_bound(run, k, sign) <= watch.best[k]:
-        return
-    best = max(watch.best[k], highest_sample(run, k, sign))
-    least = best - _doubt(run, k)
-    for i in range(_FINE + 1):
-        here = sign * _curve(run, k, _FINEST * i)
-        if here > least:
-            before = sign * _curve(run, k, _FINEST * (i - 1))
-            after = sign * _curve(run, k, _FINEST * (i + 1))
-            if (i == 0 or here >= before) and (i == _FINE or here > after):
-                best = max(best, _highest(run, k, sign, low, width, i))
-    watch.best[k] = best
-
-
-@kernel
-def sample_extremes(run: Run, begin: float, end: float) -> None:
-    """Quantities whose extremes are wanted at five points of a part of a step, and beside them."""
-    watch, length = run.watch, run.t_new - run.t
-    low = (begin - run.t) / length
-    width = (end - begin) / length
-    for j in range(_SAMPLES):
-        place = float(j) if j < 5 else _BESIDE[j - 5]
-        part = low + 0.25 * place * width
-        t = run.t + part * length
-        inside(run, part, watch.x)
-        evaluate(watch.extreme, run, watch.x, t, run.m, watch.samples[j * watch.extremes :])
-
-
-@kernel
-def is_unresolved(run: Run, k: int) -> bool:
-    """Whether five samples are too few: a sine turns by more than a radian between two of them."""
-    n, v = run.watch.extremes, run.watch.samples[k:]
-    fourth, bend, beside, size = _fourth(run, k), _bend(run, k), 0.0, abs(v[0])
-    for j in range(1, 5):
-        size = max(size, abs(v[j * n]))
-    for j in range(5, _SAMPLES):
-        beside = max(beside, abs(v[j * n] - _curve(run, k, _BESIDE[j - 5])))
-    is_rough = fourth > bend or beside > _ASTRAY * (fourth + bend)
-    return is_rough and max(fourth, beside) > run.rtol * size
+MOST_PARTS = 4096
+"""Parts of a step in which integrals are taken."""
+_EXACT = 1e-10
+"""What is greater by less than this part of its size is no better extreme."""
 
 
 @kernel
@@ -194,81 +58,182 @@ def has_same_part(begin: Numbers, end: Numbers, i: int, k: int) -> bool:
 
 
 @kernel
-def _is_any_unresolved(run: Run, first: int, begin: float, end: float, parts: int) -> bool:
-    """Whether samples are too few in one of equal parts; one part was sampled before."""
-    watch, width = run.watch, (end - begin) / parts
+def rises(run: Run) -> float:
+    """1 if an extreme may rise in the step, for all that ranges of states and time tell, else 0."""
+    watch, found = run.watch, 0.0 * run.t
     n = watch.integrands
-    for j in range(parts):
-        if parts > 1:
-            sample_extremes(run, begin + j * width, begin + (j + 1) * width)
-        for k in range(first, watch.extremes):
-            is_meant = has_same_part(watch.begin, watch.end, n + k, n + first)
-            if is_meant and is_unresolved(run, k):
-                return True
-    return False
+    evaluate(watch.height, run, run.ranges, run.t, run.m, watch.heights)
+    for k in range(watch.extremes):
+        best = watch.best[k]
+        is_out = run.t_new < watch.begin[n + k] or run.t > watch.end[n + k] or best != best
+        found = found if is_out or watch.heights[k] <= best + _EXACT * abs(best) else 1.0
+    return found
 
 
 @kernel
-def raise_all(run: Run, first: int, begin: float, end: float) -> None:
-    """Extremes over a part of the step: of a quantity and of all others with the same part.
-
-    Steps by series are so long that each half is looked at by itself.
-    """
-    if run.by_series:
-        middle = 0.5 * (begin + end)
-        _raise_between(run, first, begin, middle)
-        _raise_between(run, first, middle, end)
-    else:
-        _raise_between(run, first, begin, end)
-
-
-@kernel
-def _raise_between(run: Run, first: int, begin: float, end: float) -> None:
-    watch, length, parts = run.watch, run.t_new - run.t, 1
-    n = watch.integrands
-    sample_extremes(run, begin, end)
-    while parts < MOST_PARTS and _is_any_unresolved(run, first, begin, end, parts):
-        parts *= 2
-    width = (end - begin) / parts
-    for j in range(parts):
-        low = begin + j * width
-        if parts > 1:
-            sample_extremes(run, low, low + width)
-        for k in range(first, watch.extremes):
-            if has_same_part(watch.begin, watch.end, n + k, n + first):
-                if watch.sign[k] >= 0:
-                    _raise(run, k, 1.0, (low - run.t) / length, width / length)
-                if watch.sign[k] <= 0:
-                    _raise(run, k, -1.0, (low - run.t) / length, width / length)
-
-
-@kernel
-def end_bound(run: Run, k: int, sign: float) -> float:
-    """Height that a quantity does not exceed in a step, from its values and slopes at both ends.
-
-    A sine that turns by up to five radians in the step rises above its ends by less.
-    """
-    n, v = run.watch.extremes, run.watch.ends[k:]
-    way = abs(v[2 * n] - v[0]) + (run.t_new - run.t) * (abs(v[n]) + abs(v[3 * n]))
-    return max(sign * v[0], sign * v[2 * n]) + _REACH * way
+def set_rough_ranges(run: Run) -> None:
+    """Ranges of states and time in an explicit step whose interpolation is not known."""
+    n = run.plant.states
+    dop853.set_rough_ranges(run.x, run.new, run.ranges, run.stages, n, run.t_new - run.t)
+    run.ranges[2 * n], run.ranges[2 * n + 1] = run.t, run.t_new
 
 
 @kernel
 def may_rise(run: Run) -> bool:
-    """Whether an extreme may rise in the present step."""
+    """Whether an extreme may rise in the step, before its interpolation is known.
+
+    Where it is computed in any case it tells more.
+    """
+    if run.plant.margins > 0:
+        return True
+    if run.is_implicit or run.by_series or run.plant.states == 0:
+        if run.is_implicit:
+            rodas5p.dense_output(run)
+        set_all_ranges(run)
+    else:
+        set_rough_ranges(run)
+    return rises(run) > 0.5
+
+
+@kernel
+def _height(sign: int, value: float) -> float:
+    """A quantity whose greatest value is wanted."""
+    return abs(value) if sign == 0 else value if sign > 0 else -value
+
+
+@kernel
+def _raise(run: Run, k: int, value: float) -> None:
+    """Raise an extreme to a value; what is no number stays."""
+    best, height = run.watch.best, _height(run.watch.sign[k], value)
+    best[k] = height if height > best[k] or height != height else best[k]
+
+
+@kernel
+def _raise_inside(run: Run, k: int, part: float) -> None:
+    """Raise an extreme to the value at a part of the step."""
     watch = run.watch
-    n, ends = watch.extremes, watch.ends
-    if watch.ends_at != run.t:
-        evaluate(watch.end_value, run, run.x, run.t, run.m, ends)
-        watch.ends_at = run.t
-    evaluate(watch.end_value, run, run.new, run.t_new, run.m, ends[2 * n :])
-    for k in range(n):
-        # what is no number may rise too, so that it is noticed
-        if watch.sign[k] >= 0 and not end_bound(run, k, 1.0) <= watch.best[k]:
-            return True
-        if watch.sign[k] <= 0 and not end_bound(run, k, -1.0) <= watch.best[k]:
-            return True
-    return False
+    set_values(run, watch.extreme, part, watch.value)
+    _raise(run, k, watch.value[k])
+
+
+@kernel
+def _highest(part: Numbers, sign: int) -> int:
+    """The highest control point of a polynomial."""
+    found = 0
+    for j in range(1, int(part[TOP]) + 1):
+        if _height(sign, part[FIRST + j]) > _height(sign, part[FIRST + found]):
+            found = j
+    return found
+
+
+@kernel
+def _is_arch(part: Numbers, sign: int, up: float) -> bool:
+    """Whether a polynomial bends to one side only, so that it has one top."""
+    b, top = part[FIRST:], int(part[TOP])
+    for j in range(top + 1):
+        if sign == 0 and up * b[j] < 0.0:
+            return False
+        if j > 0 and j < top and up * (b[j - 1] - 2.0 * b[j] + b[j + 1]) > 0.0:
+            return False
+    return top > 0
+
+
+# -- the search ----------------------------------------------------------------------------------
+
+
+@kernel
+def _search(run: Run, k: int, begin: float, end: float) -> None:
+    """Raise an extreme to the greatest value in a part of the step over which it is enclosed."""
+    watch, e = run.watch, run.watch.enclosed_extremes
+    best, sign, depth, enclosed = watch.best, watch.sign[k], 0, 1
+    size = max(abs(best[k]), max(abs(watch.at_begin[k]), abs(watch.at_end[k])))
+    tolerance = _EXACT * size
+    select(run, e, watch.extreme, k)
+    enclose(run, e, watch.extreme, begin, end - begin)
+    set_part(run, e, watch.curves, k, begin, end, tolerance)
+    while depth >= 0 and best[k] == best[k]:
+        part = watch.curves[WORDS * depth :]
+        lacks, width, is_fresh = part[LACKS], part[END] - part[BEGIN], part[WIDTH] < 0.0
+        top, place = int(part[TOP]), _highest(part, sign)
+        most = _height(sign, part[FIRST + place])
+        if most + lacks <= best[k] + tolerance:
+            depth -= 1
+            continue
+        up = 1.0 if sign > 0 or (sign == 0 and part[FIRST + place] > 0.0) else -1.0
+        is_arch, is_known = _is_arch(part, sign, up), lacks <= 0.25 * tolerance
+        first, last = _height(sign, part[FIRST]), _height(sign, part[FIRST + top])
+        is_flat = most - max(first, last) <= 0.25 * tolerance
+        is_small = width <= TOUCH or enclosed >= MOST_ENCLOSED
+        is_last = is_small or (is_known and (is_arch or is_flat))
+        if is_last or is_fresh:
+            at = 0.5
+            if is_arch:
+                at = root_of_slope(run, part, up)
+            elif is_flat and top > 0:
+                at = 0.0 if first >= last else 1.0
+            elif top > 0:
+                at = float(place) / float(top)
+            _raise_inside(run, k, part[BEGIN] + at * width)
+        if is_last:
+            depth -= 1
+        elif is_known or is_fresh or width > part[WIDTH]:
+            halve(part)
+            depth += 1
+        else:
+            select(run, e, watch.extreme, k)
+            enclose(run, e, watch.extreme, part[BEGIN], width)
+            enclosed += 1
+            set_part(run, e, part, k, part[BEGIN], part[END], tolerance)
+
+
+@kernel
+def _raise_all_to(run: Run, first: int, part: float, values: Numbers) -> None:
+    """Raise extremes to the values at a part of the step."""
+    watch, n = run.watch, run.watch.integrands
+    set_values(run, watch.extreme, part, values)
+    for k in range(first, watch.extremes):
+        if has_same_part(watch.begin, watch.end, n + k, n + first):
+            _raise(run, k, values[k])
+
+
+@kernel
+def _raise_between(run: Run, first: int, begin: float, end: float, is_whole: bool) -> None:
+    """Extremes over a part of the step in which quantities are smooth, as far as is known."""
+    watch, e, n = run.watch, run.watch.enclosed_extremes, run.watch.integrands
+    _raise_all_to(run, first, begin, watch.at_begin)
+    _raise_all_to(run, first, end, watch.at_end)
+    if not is_whole:
+        set_ranges_in(run, begin, end - begin)
+        evaluate(watch.height, run, run.ranges, run.t, run.m, watch.part_heights)
+    if run.plant.implicit > 0:
+        e.is_surveyed = 0
+    for k in range(first, watch.extremes):
+        if has_same_part(watch.begin, watch.end, n + k, n + first):
+            best = watch.best[k]
+            # what is no number is known to be none
+            height = watch.heights[k] if is_whole else watch.part_heights[k]
+            is_clear = best != best or height <= best + _EXACT * abs(best)
+            if end > begin and not is_clear:
+                begin_survey(e, watch.extreme)
+                _search(run, k, begin, end)
+
+
+@kernel
+def raise_all(run: Run, first: int, begin: float, end: float) -> None:
+    """Extremes over a part of the step: of a quantity and of all others with the same part."""
+    length = run.t_new - run.t
+    low, high = (begin - run.t) / length, (end - run.t) / length
+    cut = NEVER
+    if run.watch.kinks > 0:
+        set_cuts(run, low, high)
+        cut = next_cut(run, low)
+    while cut < high:
+        _raise_between(run, first, low, max(cut - BESIDE, low), False)
+        _raise_all_to(run, first, cut, run.watch.at_begin)
+        low = cut + BESIDE
+        cut = next_cut(run, low)
+    if low <= high:
+        _raise_between(run, first, low, high, low == 0.0 and high == 1.0)
 
 
 @kernel
@@ -278,10 +243,4 @@ def raise_at(run: Run) -> None:
     evaluate(watch.extreme, run, run.x, run.t, run.m, watch.value)
     for k in range(watch.extremes):
         if watch.begin[n + k] <= run.t and run.t <= watch.end[n + k]:
-            value = watch.value[k]
-            if value != value:
-                watch.best[k] = value
-            if watch.sign[k] >= 0:
-                watch.best[k] = max(watch.best[k], value)
-            if watch.sign[k] <= 0:
-                watch.best[k] = max(watch.best[k], -value)
+            _raise(run, k, watch.value[k])

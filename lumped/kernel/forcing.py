@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from lumped.code.words import kernel
 from lumped.kernel import rodas5p
-from lumped.kernel.enclosure import enclose, select_open, to_bernstein
+from lumped.kernel.enclosure import enclose, select_open
 from lumped.kernel.interpret import evaluate
-from lumped.kernel.models import REST, SIZE
+from lumped.kernel.models import REST, SIZE, to_bernstein
 from lumped.kernel.run import Run
 
 __all__ = ["NODES", "is_clear", "seen"]
@@ -76,7 +76,7 @@ def _is_seen(run: Run, begin: float, width: float, h: float) -> bool:
     enclose(run, e, run.plant.rates, begin, width)
     for i in range(run.plant.states):
         model = e.model[SIZE * i :]
-        top, rest, b = to_bernstein(run, model), model[REST], run.bernstein
+        top, rest, b = to_bernstein(model, run.bernstein), model[REST], run.bernstein
         least, most = b[0], b[0]
         for j in range(1, top + 1):
             least, most = min(least, b[j]), max(most, b[j])

@@ -45,6 +45,8 @@ def _compare(op: int, a: Numbers, b: Numbers, out: Numbers, room: Numbers) -> No
     """A comparison, the lesser or greater of two, and what is chosen by a condition."""
     models.add(a, b, -1.0, room)
     least, most = models.low(room), models.high(room)
+    if least <= 0.0 and most >= 0.0:
+        least, most = models.lowest(room, room[SIZE:]), models.highest(room, room[SIZE:])
     if op == ca.OP_LT:
         _set_truth(out, most < 0.0, least >= 0.0)
     elif op == ca.OP_LE:
@@ -159,7 +161,7 @@ def _function(op: int, a: Numbers, b: Numbers, out: Numbers, room: Numbers) -> N
     elif op == ca.OP_ATAN:
         models.atan_of(a, out, room)
     elif op == ca.OP_SIGN or op == ca.OP_FLOOR or op == ca.OP_CEIL:
-        _rising(op, least, most, out)
+        _rising(op, models.lowest(a, room), models.highest(a, room), out)
     elif op == ca.OP_COPYSIGN:
         size = max(abs(least), abs(most))
         models.set_between(out, -size, size)
@@ -207,7 +209,7 @@ def carry_out(op: int, a: Numbers, b: Numbers, out: Numbers, room: Numbers) -> N
     elif op == ca.OP_SQRT:
         models.root_of(a, out, room)
     elif op == ca.OP_FABS:
-        least, most = models.low(a), models.high(a)
+        least, most = models.lowest(a, room), models.highest(a, room)
         if least >= 0.0:
             models.copy(a, out)
         elif most <= 0.0:

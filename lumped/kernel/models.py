@@ -22,6 +22,7 @@ from lumped.code.words import (
     log,
     power,
     sqrt,
+    written,
 )
 
 __all__ = [
@@ -36,10 +37,12 @@ __all__ = [
     "cosine_of",
     "exp_of",
     "high",
+    "highest",
     "inverse_of",
     "is_fixed",
     "log_of",
     "low",
+    "lowest",
     "power_of",
     "root_of",
     "scale",
@@ -48,6 +51,7 @@ __all__ = [
     "shift",
     "sine_of",
     "times",
+    "to_bernstein",
 ]
 
 SIZE, TOP = 10, 7
@@ -115,6 +119,46 @@ def high(a: Numbers) -> float:
 
 
 @kernel
+def to_bernstein(a: Numbers, b: Numbers) -> int:
+    """Coefficients of the polynomial in the Bernstein basis; gives the degree."""
+    top = int(a[DEGREE])
+    for j in range(top + 1):
+        b[j] = a[j]
+    # about the begin of the part, then as long as the part
+    for k in range(top):
+        for j in range(top - 1, k - 1, -1):
+            b[j] -= b[j + 1]
+    size = 1.0
+    for j in range(1, top + 1):
+        size = size * 2.0 * float(j) / float(top - j + 1)
+        b[j] *= size
+    for k in range(1, top + 1):
+        for j in range(top, k - 1, -1):
+            b[j] += b[j - 1]
+    return top
+
+
+@kernel
+def lowest(a: Numbers, room: Numbers) -> float:
+    """A lower bound that is exact where the polynomial is least at an end of the part."""
+    top = to_bernstein(a, room)
+    found = room[0]
+    for j in range(1, top + 1):
+        found = min(found, room[j])
+    return found - a[REST]
+
+
+@kernel
+def highest(a: Numbers, room: Numbers) -> float:
+    """An upper bound that is exact where the polynomial is greatest at an end of the part."""
+    top = to_bernstein(a, room)
+    found = room[0]
+    for j in range(1, top + 1):
+        found = max(found, room[j])
+    return found + a[REST]
+
+
+@kernel
 def _reach(a: Numbers) -> float:
     """How far it may be from its middle value."""
     found = a[REST]
@@ -149,20 +193,37 @@ def shift(a: Numbers, by: float) -> None:
     a[0] += by
 
 
+def _full_product() -> str:
+    """Two polynomials of the highest degree, multiplied, and how much is beyond that degree."""
+    lines = ["def full_product(a: Numbers, b: Numbers, out: Numbers) -> float:"]
+    for j in range(TOP + 1):
+        terms = " + ".join(f"a[{i}] * b[{j - i}]" for i in range(j + 1))
+        lines.append(f"    out[{j}] = {terms}")
+    lines.append("    tail = rest = 0.0")
+    for i in range(1, TOP + 1):
+        lines += [f"    tail += abs(b[{TOP + 1 - i}])", f"    rest += abs(a[{i}]) * tail"]
+    return "\n".join([*lines, "    return rest"]) + "\n"
+
+
+_times_full = written("full_product", _full_product(), globals())
+
+
 @kernel
 def times(a: Numbers, b: Numbers, out: Numbers) -> None:
     """The product, in a place of its own."""
     n, m = int(a[DEGREE]), int(b[DEGREE])
-    last = min(n + m, TOP)
-    for j in range(last + 1):
-        total = 0.0
-        for i in range(max(0, j - m), min(j, n) + 1):
-            total += a[i] * b[j - i]
-        out[j] = total
-    rest = 0.0
-    for i in range(max(TOP + 1 - m, 1), n + 1):
-        for j in range(TOP + 1 - i, m + 1):
-            rest += abs(a[i] * b[j])
+    last, rest, tail = min(n + m, TOP), 0.0, 0.0
+    if n == TOP and m == TOP:
+        rest = _times_full(a, b, out)
+    else:
+        for j in range(last + 1):
+            total = 0.0
+            for i in range(max(0, j - m), min(j, n) + 1):
+                total += a[i] * b[j - i]
+            out[j] = total
+        for i in range(max(TOP + 1 - m, 1), n + 1):
+            tail += abs(b[TOP + 1 - i])
+            rest += abs(a[i]) * tail
     if a[REST] + b[REST] > 0.0:
         size, other = abs(a[0]), abs(b[0])
         for j in range(1, n + 1):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.kernel import dop853
-from lumped.kernel.crossing import inside
+from lumped.kernel.crossing import inside, set_all_ranges
 from lumped.kernel.extremes import (
     LOWEST,
     MOST_PARTS,
@@ -12,6 +12,7 @@ from lumped.kernel.extremes import (
     may_rise,
     raise_all,
     raise_at,
+    rises,
 )
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
@@ -58,7 +59,6 @@ def begin_watch(run: Run) -> None:
     """Nothing has been taken yet."""
     watch = run.watch
     watch.next_time = 0
-    watch.ends_at = LOWEST
     if watch.loads > 0:
         begin_loads(run)
     for k in range(watch.integrands):
@@ -161,6 +161,9 @@ def observe(run: Run, until: float) -> None:
     watch = run.watch
     n = watch.integrands
     if run.t_new > run.t:
+        if watch.may_rise:
+            set_all_ranges(run)
+            watch.may_rise = int(rises(run))
         for k in range(n + watch.extremes):
             begin, end = max(run.t, watch.begin[k]), min(until, watch.end[k])
             if k < n:
@@ -176,9 +179,6 @@ def observe(run: Run, until: float) -> None:
                 raise_all(run, k - n, begin, end)
         if watch.loads > 0:
             feed_loads(run, until)
-    watch.ends_at = run.t_new if until == run.t_new else LOWEST
-    for i in range(2 * watch.extremes):
-        watch.ends[i] = watch.ends[2 * watch.extremes + i]
     k = watch.next_time
     while k < watch.times and watch.time[k] < until:
         part = (watch.time[k] - run.t) / (run.t_new - run.t)

@@ -3,7 +3,8 @@
 Lengths are expressions of the sizes of a plant: ``states``, ``settings``, ``implicit``,
 ``parameters``, ``prepared``, ``margins``, ``conditions``, ``holds``, ``jumps``, ``jump_values``,
 ``levers``, ``followers``, and ``work``, the numbers that its functions need while interpreted;
-``enclosed_rows`` and ``enclosed_work``, operations of those that are enclosed and their numbers.
+``enclosed_rows``, ``enclosed_work`` and ``enclosed_results``: operations, numbers and results of
+those that are enclosed.
 """
 
 from __future__ import annotations
@@ -412,10 +413,12 @@ class Run(Record):
     t_cross: float
 
     # enclosures (see `enclosure`): ranges of states and time over the step; coefficients of one
-    # polynomial, and in the Bernstein basis; operations of margins, and of rates while states rest
+    # polynomial, and in the Bernstein basis; a model; operations of margins, and of rates while
+    # states rest
     ranges: Annotated[Numbers, "2 * states + 2"]
     powers: Annotated[Numbers, "64"]
     bernstein: Annotated[Numbers, "64"]
+    part_model: Annotated[Numbers, "10"]
     enclosed_margins: Enclosed
     enclosed_rates: Enclosed
 

@@ -110,7 +110,8 @@ def _begin(run: Run) -> bool:
     x, f, a, later = run.x, run.stages, run.argument, run.new
     run.enclosed_margins.is_surveyed = run.enclosed_rates.is_surveyed = 0
     if run.watches:
-        run.watch.ends_at = run.watch.loads_at = -math.inf
+        run.watch.enclosed_extremes.is_surveyed = run.watch.enclosed_loads.is_surveyed = 0
+        run.watch.loads_at = -math.inf
     run.was_rejected = run.stiff_steps = 0
     if run.next_patience == 0:
         run.next_patience = _FIRST_PATIENCE

@@ -12,6 +12,7 @@ from typing import Annotated
 from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers
 from lumped.kernel.cycles import Count
+from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.plant import Function
 
 __all__ = ["ALL", "ANY", "COUNT", "IMPULSE", "INSTANT", "LOSS", "TIMED", "VALUE", "Watch"]
@@ -39,10 +40,17 @@ class Watch(Record):
     integrand, extreme, point, final, event_point : Function
         Quantities that are integrated; whose extremes, values at given instants, at the end, and
         beside events are wanted.
-    end_value : Function
-        Quantities whose extremes are wanted, then their derivatives by time along the run.
-    ends, ends_at : Numbers, float
-        These at the begin and at the end of the step, and the time of the end, s.
+    height, heights, part_heights : Function, Numbers, Numbers
+        What these, with their signs, do not exceed while states and time move (see `margin_floor`
+        of a plant); that in the step, and in a part of it.
+    at_begin, at_end : Numbers
+        The same quantities at both ends of a part of the step.
+    enclosed_extremes, curves : Enclosed, Numbers
+        What is known of them, and their polynomials in parts that wait to be looked at.
+    kinks, kink : int, Function
+        What changes its sign where they, and loads, have kinks or jump.
+    kink_begin, kink_end, cuts : Numbers
+        This at both ends of a part of the step, and the parts at which it changes its sign there.
     may_rise : int
         Whether an extreme may rise in the step.
     begin, end : Numbers
@@ -60,14 +68,13 @@ class Watch(Record):
     best : Numbers
         Extremes so far.
     load : Function
-        Loads whose cycles are counted, then their derivatives by time along the run.
-    load_ends, loads_at : Numbers, float
-        These at the begin and at the end of the step, and the time of the end, s.
+        Loads whose cycles are counted.
+    load_end, loads_at : Numbers, float
+        These at the end of the step, and its time, s.
+    enclosed_loads : Enclosed
+        What is known of them.
     load_size : Numbers
         Largest sizes of the loads so far.
-    spans : Numbers
-        Parts of a step that wait to be looked at: begin, value and slope there, end, value and
-        slope there, and how far the load may be from the cubic through both.
     times, time_of : Numbers, Integers
         Instants at which values are wanted, ascending, and of which point; then what is added to.
     totals : Numbers
@@ -103,21 +110,29 @@ class Watch(Record):
 
     extremes: int
     extreme: Function
-    end_value: Function
-    ends: Annotated[Numbers, "4 * extremes"]
-    ends_at: float
+    height: Function
+    heights: Annotated[Numbers, "extremes"]
+    part_heights: Annotated[Numbers, "extremes"]
+    at_begin: Annotated[Numbers, "extremes"]
+    at_end: Annotated[Numbers, "extremes"]
+    enclosed_extremes: Enclosed
+    curves: Annotated[Numbers, "832 * (extremes + loads > 0)"]
+    kinks: int
+    kink: Function
+    kink_begin: Annotated[Numbers, "kinks"]
+    kink_end: Annotated[Numbers, "kinks"]
+    cuts: Annotated[Numbers, "kinks"]
     may_rise: int
     sign: Annotated[Integers, "extremes"]
-    samples: Annotated[Numbers, "8 * extremes"]
     best: Annotated[Numbers, "extremes"]
 
     loads: int
     load: Function
-    load_value: Annotated[Numbers, "2 * loads"]
-    load_ends: Annotated[Numbers, "4 * loads"]
+    enclosed_loads: Enclosed
+    load_value: Annotated[Numbers, "loads"]
+    load_end: Annotated[Numbers, "loads"]
     loads_at: float
     load_size: Annotated[Numbers, "loads"]
-    spans: Annotated[Numbers, "256 * loads"]
     count: Count
 
     points: int

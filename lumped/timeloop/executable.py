@@ -16,6 +16,7 @@ from lumped.code.operations import Operations, first_results, operations_of
 from lumped.code.prepared import prepared
 from lumped.compiler.system import System
 from lumped.kernel import engine
+from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.linkages import DIRECTIONS
 from lumped.kernel.pivots import pattern_of
 from lumped.kernel.plant import Function, Plant
@@ -32,6 +33,7 @@ __all__ = [
     "WORTH",
     "Executable",
     "Parts",
+    "enclosed",
     "enclosed_of",
     "enclosed_sizes",
     "evaluated",
@@ -341,16 +343,24 @@ def evaluated(
 
 
 def enclosed_of(functions: Mapping[str, Operations]) -> dict[str, Operations]:
-    """Those functions of a plant that are enclosed."""
-    names = ["margin"] * ("margin" in functions) + ["rates"] * ("forcing" in functions)
-    return {name: functions[name] for name in names}
+    """Those functions of a plant, and of functionals, that are enclosed."""
+    wanted = {"margin": "margin", "rates": "forcing", "extreme": "extreme", "load": "load"}
+    return {name: functions[name] for name, of in wanted.items() if of in functions}
 
 
 def enclosed_sizes(enclosed: Mapping[str, Operations]) -> dict[str, int]:
     """Sizes of what is needed to enclose the results of functions."""
     rows = max((len(function.table) for function in enclosed.values()), default=0)
     work = max((function.work for function in enclosed.values()), default=0)
-    return {"enclosed_rows": rows, "enclosed_work": work}
+    results = max((function.results for function in enclosed.values()), default=0)
+    return {"enclosed_rows": rows, "enclosed_work": work, "enclosed_results": results}
+
+
+def enclosed(function: Operations | None) -> Enclosed:
+    """The record of a function whose results are enclosed; it may be none."""
+    found = {} if function is None else {"own": function}
+    sizes = enclosed_sizes(found)
+    return Enclosed(sizes, results=sizes["enclosed_results"])
 
 
 def parts_of(system: System) -> Parts:

@@ -103,6 +103,7 @@ def refuse_run_outside(run: Trajectory) -> None:
             borders([held.range]), (held.range.high, held.range.low), strict=True
         ):
             for event in run.events:
-                if event.component == held.path and event.after == repr(border.condition):
+                is_own = event.component == (held.path or held.label)
+                if is_own and event.after == repr(border.condition):
                     beyond = float(np.nextafter(value, np.inf * value))
                     raise held.refused(beyond, f"passed at t = {event.time:.6g} s", run)

@@ -16,7 +16,7 @@ from lumped import functionals as fun
 from lumped.code.operations import operations_of
 from lumped.kernel import enclosure, engine
 from lumped.kernel.enclosed import Enclosed
-from lumped.kernel.models import REST
+from lumped.kernel.models import REST, to_bernstein
 
 # -- models ----------------------------------------------------------------------------------------
 
@@ -101,7 +101,7 @@ class Step:
             powers=np.zeros(64),
             bernstein=np.zeros(64),
         )
-        sizes = {"margins": 1, "states": n, "enclosed_work": operations.work}
+        sizes = {"enclosed_results": 1, "enclosed_work": operations.work}
         sizes["enclosed_rows"] = len(operations.table)
         self.enclosed = Enclosed(sizes, results=1)
         self.enclosed.is_open[0] = 1
@@ -112,7 +112,7 @@ class Step:
         """Lower and upper bound by the Bernstein coefficients and the rest."""
         with np.errstate(all="ignore"):
             enclosure.enclose(self.run, self.enclosed, self.made, begin, width)
-            top = enclosure.to_bernstein(self.run, self.enclosed.model)
+            top = to_bernstein(self.enclosed.model, self.run.bernstein)
         b, rest = self.run.bernstein[: top + 1], self.enclosed.model[REST]
         return b.min() - rest, b.max() + rest
 

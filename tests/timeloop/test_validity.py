@@ -94,6 +94,39 @@ def test_runs_of_an_ensemble_that_leave_the_range_fail():
     assert "lies outside -0.1 to 0.2 rad" in found.failures[2]
 
 
+class Bump(lp.Component):
+    """A quantity that leaves its range for a ten thousandth of the only step."""
+
+    top: lp.Param = lp.param("1", "height", 1.0)
+    phi: lp.Var = lp.var("1", "way", 0.0, state="always")
+    bump: lp.Var = lp.var("1", "narrow bump")
+
+    def equations(self):
+        yield lp.der(self.phi) == 1.0
+        yield self.bump == self.top * lp.ops.exp(-(((self.phi - 0.37) / 5e-4) ** 2))
+
+    def valid(self):
+        yield self.bump, -1.0, 0.99, "1", "bump", "Take a lower one"
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_range_that_is_left_for_a_ten_thousandth_of_a_step(method):
+    """``exp(-s**2) > 0.99`` for 1e-4 s."""
+    system = lp.assemble(Bump())
+    with pytest.raises(SolverError, match=r"bump = 0\.99 1 passed at t = 0\.36995 s"):
+        lp.simulate(system, until=1.0, grid=(0.0, 1.0), method=method)
+    lp.simulate(system, until=1.0, grid=(0.0, 1.0), method=method, parameters={"top": 0.9899})
+    tops = np.array([0.9899, 1.0, 0.98999, 0.99001, 0.5, 3.0, 0.0, -0.9999, -1.0001])
+    found = lp.ensemble(
+        system,
+        over={"top": tops},
+        until=1.0,
+        of=[lp.functionals.final("phi")],
+        method=method,
+    )
+    assert set(found.failures) == {1, 3, 5, 8}
+
+
 def test_a_range_of_a_quantity_of_another_component_is_refused():
     class Stray(Rubber):
         """A spring that asks for what it does not have: ``tau = c phi_rel``."""

@@ -21,21 +21,16 @@ _STAGES = "lanes * 16 * states"
 class LaneWatch(Record):
     """What functionals take from runs in lanes (see `Watch`)."""
 
-    x: Annotated[Wides, "lanes * states"]
     integrands: int
     integrand: Function
-    value: Annotated[Wides, "lanes * max(integrands, extremes)"]
     begin: Annotated[Numbers, "integrands + extremes"]
     end: Annotated[Numbers, "integrands + extremes"]
     sums: Annotated[Wides, "lanes * integrands"]
     at_stages: Annotated[Wides, "lanes * 8 * integrands"]
     parts: Annotated[Wides, "lanes * integrands"]
     extremes: int
-    extreme: Function
-    end_value: Function
-    ends: Annotated[Wides, "lanes * 4 * extremes"]
-    sign: Annotated[Integers, "extremes"]
-    samples: Annotated[Wides, "lanes * 8 * extremes"]
+    height: Function
+    heights: Annotated[Wides, "lanes * extremes"]
     best: Annotated[Wides, "lanes * extremes"]
     loads: int
 
@@ -59,8 +54,6 @@ class Lanes(Record):
         Whether values inside all steps are needed.
     next_look : Wide
         The next instant at which a value is wanted, s.
-    is_fresh : Wide
-        Whether the margins at the begin of the step are not known from the step before.
     """
 
     plant: Plant
@@ -100,7 +93,6 @@ class Lanes(Record):
     steps: Annotated[Wide, "lanes"]
     rejected: Annotated[Wide, "lanes"]
     is_on: Annotated[Wide, "lanes"]
-    is_fresh: Annotated[Wide, "lanes"]
     mark: Annotated[Wide, "lanes"]
     look_mark: Annotated[Wide, "lanes"]
     may_rise: Annotated[Wide, "lanes"]

@@ -61,7 +61,6 @@ def load(lanes: Lanes, k: int) -> None:
     flat(lanes.steps)[k] = float(run.steps)
     flat(lanes.rejected)[k] = float(run.rejected)
     flat(lanes.is_on)[k] = 1.0
-    flat(lanes.is_fresh)[k] = 1.0
     load_sums(lanes, run, k)
     lanes.state[k] = STEPPING
 
@@ -95,7 +94,6 @@ def unload_step(lanes: Lanes, k: int) -> Variants:
     own = lanes.watch
     if own.extremes > 0:
         run.watch.may_rise = int(flat(lanes.may_rise)[k])
-        _copy_out(flat(own.ends), 4 * own.extremes, count, k, run.watch.ends)
     if own.integrands > 0:
         run.watch.is_rough = int(flat(lanes.is_rough)[k])
         _copy_out(flat(own.parts), own.integrands, count, k, run.watch.parts)

@@ -22,21 +22,13 @@ from lumped.code.words import (
 )
 from lumped.kernel import dop853, rodas5p, taylor
 from lumped.kernel.crossing import inside, inside_explicit, set_ranges
-from lumped.kernel.extremes import (
-    bound,
-    end_bound,
-    has_same_part,
-    highest_sample,
-    is_unresolved,
-    rough_bound,
-    sample_extremes,
-)
+from lumped.kernel.extremes import rises, set_rough_ranges
 from lumped.kernel.forcing import NODES, is_clear
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.many_runs.lane_records import IDLE, STEPPING, WAITING, LaneWatch
 from lumped.kernel.many_runs.lane_transfer import hand_over, load, load_sums, unload_step
 from lumped.kernel.many_runs.variants import Variants
-from lumped.kernel.observe import has_border, is_first_with_its_part
+from lumped.kernel.observe import has_border
 from lumped.kernel.plant import Function
 from lumped.kernel.run import (
     DONE,
@@ -161,49 +153,6 @@ def _without_suspects(lanes: Lanes, accepted: Wide) -> Wide:
 
 
 @kernel
-def _note_rises(lanes: Lanes, first: int, sign: float, is_on: Wide) -> None:
-    """Mark lanes in which an extreme may rise, of those with the same part of the run."""
-    watch = lanes.watch
-    n = watch.integrands
-    for k in range(first, watch.extremes):
-        is_same = has_same_part(watch.begin, watch.end, n + k, n + first)
-        if is_same and watch.sign[k] * sign >= 0.0:
-            best = watch.best[k]
-            is_unresolved_here = is_unresolved(lanes, k)
-            may_rise = is_unresolved_here or not rough_bound(lanes, k, sign) <= best
-            may_rise = is_on > 0.5 and may_rise
-            if any_lane(may_rise):
-                stays = highest_sample(lanes, k, sign) <= best and bound(lanes, k, sign) <= best
-                stays = stays and not is_unresolved_here
-                lanes.look_mark = 1.0 if may_rise and not stays else lanes.look_mark
-
-
-@kernel
-def _note_between(lanes: Lanes, first: int, begin: Wide, end: Wide, is_on: Wide) -> None:
-    """The same, from samples between two instants of the step."""
-    sample_extremes(lanes, begin, end)
-    _note_rises(lanes, first, 1.0, is_on)
-    _note_rises(lanes, first, -1.0, is_on)
-
-
-@kernel
-def _note_extremes(lanes: Lanes, is_on: Wide) -> None:
-    """Mark lanes in which an extreme may rise."""
-    watch, n = lanes.watch, lanes.watch.integrands
-    for k in range(n, n + watch.extremes):
-        if is_first_with_its_part(watch.begin, watch.end, n, k):
-            begin, end = max(lanes.t, watch.begin[k]), min(lanes.t_new, watch.end[k])
-            is_inside = 1.0 if is_on > 0.5 and end >= begin else 0.0
-            if any_lane(is_inside > 0.5):
-                if lanes.by_series:
-                    middle = 0.5 * (begin + end)
-                    _note_between(lanes, k - n, begin, middle, is_inside)
-                    _note_between(lanes, k - n, middle, end, is_inside)
-                else:
-                    _note_between(lanes, k - n, begin, end, is_inside)
-
-
-@kernel
 def _look_alone(lanes: Lanes) -> None:
     """Let runs take themselves what functionals need from the step."""
     for k in range(lanes.count):
@@ -223,9 +172,12 @@ def _observe(lanes: Lanes, is_on: Wide) -> None:
     if watch.loads > 0:
         lanes.look_mark = 1.0 if is_on > 0.5 else 0.0
     if watch.extremes > 0:
-        may_rise = is_on * lanes.may_rise
-        if any_lane(may_rise > 0.5):
-            _note_extremes(lanes, may_rise)
+        is_open = is_on * lanes.may_rise
+        if any_lane(is_open > 0.5):
+            if lanes.plant.margins == 0 and not lanes.by_series:
+                set_ranges(lanes)
+            is_open = is_open * rises(lanes)
+            lanes.look_mark = 1.0 if is_open > 0.5 else lanes.look_mark
     if watch.integrands > 0:
         lanes.look_mark = 1.0 if is_on > 0.5 and lanes.is_rough > 0.5 else lanes.look_mark
     alone = lanes.look_mark
@@ -245,11 +197,7 @@ def _move_on(lanes: Lanes, accepted: Wide) -> None:
     for i in range(n):
         x[i] = lanes.new[i] if is_accepted else x[i]
         k[i] = k[12 * n + i] if is_accepted else k[i]
-    ends, n = lanes.watch.ends, 2 * lanes.watch.extremes
-    for i in range(n):
-        ends[i] = ends[n + i] if is_accepted else ends[i]
     lanes.t = lanes.t_new if is_accepted else lanes.t
-    lanes.is_fresh = 0.0 if is_accepted else lanes.is_fresh
 
 
 @kernel
@@ -289,20 +237,15 @@ def _leave(lanes: Lanes) -> None:
 
 
 @kernel
-def _note_rises_between_ends(lanes: Lanes, is_good: Wide) -> None:
+def _note_rises(lanes: Lanes, is_good: Wide) -> None:
     """Note in which of some lanes an extreme may rise in the step."""
-    watch = lanes.watch
-    n, ends, rises = watch.extremes, watch.ends, is_good * 0.0
-    if any_lane(lanes.is_fresh * lanes.is_on > 0.5):
-        evaluate_wide(watch.end_value, lanes, lanes.x, lanes.t, lanes.m, ends)
-    evaluate_wide(watch.end_value, lanes, lanes.new, lanes.t_new, lanes.m, ends[2 * n :])
-    for k in range(n):
-        best = watch.best[k]
-        if watch.sign[k] >= 0:
-            rises = rises if end_bound(lanes, k, 1.0) <= best else 1.0
-        if watch.sign[k] <= 0:
-            rises = rises if end_bound(lanes, k, -1.0) <= best else 1.0
-    lanes.may_rise = rises * is_good
+    lanes.may_rise = is_good
+    if lanes.plant.margins == 0:
+        if lanes.by_series:
+            set_ranges(lanes)
+        else:
+            set_rough_ranges(lanes)
+        lanes.may_rise = rises(lanes) * is_good
 
 
 @kernel
@@ -328,7 +271,7 @@ def _error(lanes: Lanes, h: Wide) -> Wide:
     is_dense = error <= 1.0 and is_finite(lanes) and lanes.is_on > 0.5
     is_good = 1.0 if is_dense else lanes.t * 0.0
     if lanes.watch.extremes > 0:
-        _note_rises_between_ends(lanes, is_good)
+        _note_rises(lanes, is_good)
     if lanes.watch.integrands > 0:
         _note_rough(lanes, is_good)
     if not lanes.looks_inside:
