@@ -52,7 +52,7 @@ def _told(analysis: Callable[_P, Trajectory]) -> Callable[_P, Trajectory]:
 
 
 def _nothing(system: System) -> Trajectory:
-    cost = Statistics("none", 0, 0, 0, 0, 0.0, ())
+    cost = Statistics((), 0, 0, 0, 0, 0.0, ())
     return Trajectory(system, (), system.theta(None), (), cost)
 
 

@@ -21,6 +21,7 @@ from lumped.code.words import (
     record_at,
 )
 from lumped.kernel import dop853, rodas5p, taylor
+from lumped.kernel.choice import NEAR_LIMIT, STIFF_AFTER, UNTRIED
 from lumped.kernel.crossing import inside, inside_explicit, set_ranges
 from lumped.kernel.extremes import (
     bound,
@@ -49,17 +50,8 @@ from lumped.kernel.run import (
     UNFIT,
     Run,
 )
-from lumped.kernel.steps import (
-    HOPELESS,
-    LEAST,
-    NEAR_LIMIT,
-    SAFETY,
-    SHORTEST,
-    STIFF_AFTER,
-    UNTRIED,
-    explicit_growth,
-    is_finite,
-)
+from lumped.kernel.step_error import HOPELESS, SAFETY, is_finite
+from lumped.kernel.steps import LEAST, SHORTEST, explicit_growth
 from lumped.kernel.watch import Watch
 
 __all__ = ["COUNTERPARTS", "ENTRIES"]

@@ -1,0 +1,204 @@
+"""Explicit or implicit steps, chosen while a run goes on.
+
+Petzold (SIAM Journal on Scientific and Statistical Computing 4 (1983) 136) and LSODA compare the
+lengths of the steps that both methods could make; those of explicit steps end where stability does.
+Explicit steps tell by two of their stages how far that is (Hairer and Wanner, vol. II, IV.2), but
+at rest and in vibrations they are wrong. So it only says when an implicit step is worth a trial;
+that brings the Jacobian, and its fastest eigenvalue decides. Implicit steps always have it.
+
+The eigenvalue is found by power iteration, as Sommeijer, Shampine and Verwer do without a Jacobian
+(Journal of Computational and Applied Mathematics 88 (1998) 315): one vector is carried from step to
+step, so two products in each are enough. A pair of complex eigenvalues turns it for ever; so three
+vectors in a row are fitted by a quadratic equation, whose larger root tells the size.
+"""
+
+from __future__ import annotations
+
+import math
+
+from lumped.code.words import Numbers, kernel, sqrt
+from lumped.kernel import rodas5p, taylor
+from lumped.kernel.forcing import seen
+from lumped.kernel.output import note_turn
+from lumped.kernel.run import Run
+from lumped.kernel.step_error import SAFETY, dense_error, is_dense_wanted, is_finite, tried
+
+__all__ = [
+    "FIRST_PATIENCE",
+    "NEAR_LIMIT",
+    "STIFF_AFTER",
+    "UNTRIED",
+    "is_trial_due",
+    "note_softness",
+    "note_stiffness",
+    "turned",
+]
+
+NEAR_LIMIT = 2.5
+"""Step times eigenvalue above which stability may limit an explicit step; DOP853 is unstable from
+6.1 on (Hairer's code)."""
+STIFF_AFTER, _SOFT_AFTER = 4, 10
+"""Steps near the limit before the trial of an implicit step; implicit steps that are short enough
+to be made by few explicit ones before the trial of one of these."""
+FIRST_PATIENCE, _MOST_PATIENCE, UNTRIED = 8, 256, 500
+"""Steps from a failed trial to the next, at first and at most; most steps without any trial."""
+_SAFE = SAFETY**rodas5p.ORDER
+"""Error of an implicit step after which the next is no shorter."""
+_ROUNDS = 8
+"""Rounds of two products with which the iteration begins."""
+_GOLDEN = 0.6180339887498949
+"""Multiples of it, without their whole parts, are spread evenly."""
+_PARALLEL = 1e-13
+"""Square of the sine between vectors that rounding alone tells apart."""
+
+
+@kernel
+def note_stiffness(run: Run) -> None:
+    """Count the steps in a row that are near the limit of stability."""
+    run.stiff_steps = run.stiff_steps + 1 if run.stiffness > NEAR_LIMIT else 0
+    run.patience = max(0, run.patience - 1)
+    run.untried_steps += 1
+
+
+@kernel
+def note_softness(run: Run) -> None:
+    """Count the implicit steps in a row in whose place few explicit ones would be stable."""
+    _set_fastest(run)
+    is_soft = run.h * run.fastest <= rodas5p.LONGER * NEAR_LIMIT
+    run.soft_steps = run.soft_steps + 1 if is_soft else 0
+    run.patience = max(0, run.patience - 1)
+
+
+@kernel
+def is_trial_due(run: Run, h: float) -> bool:
+    """Whether a step by the other method should be tried.
+
+    At rest, rounding hides the limit of stability of explicit steps, so a trial is due after many
+    of them in any case.
+    """
+    if not run.chooses_method:
+        return False
+    if run.is_implicit:
+        return run.soft_steps >= _SOFT_AFTER and run.patience == 0 and run.end - run.t > h
+    if run.end - run.t <= rodas5p.LONGER * h:
+        return False
+    if run.untried_steps >= UNTRIED:
+        return True
+    return run.stiff_steps >= STIFF_AFTER and run.patience == 0
+
+
+@kernel
+def _is_explicit_accurate(run: Run, h: float) -> bool:
+    """Whether an explicit step is accurate, at its end and inside it."""
+    if run.order > 0:
+        taylor.expand(run)
+    run.t_new = run.t + h
+    if not (tried(run, h) <= 1.0 and is_finite(run)):
+        return False
+    return not is_dense_wanted(run) or dense_error(run, h) <= 1.0
+
+
+@kernel
+def _is_implicit_accurate(run: Run, h: float) -> bool:
+    """Whether an implicit step is accurate, the next no shorter, and explicit ones so long not."""
+    run.t_new = run.t + h
+    if not (tried(run, h) <= _SAFE and is_finite(run)):
+        return False
+    _begin_fastest(run)
+    return h * run.fastest > rodas5p.LONGER * NEAR_LIMIT
+
+
+@kernel
+def turned(run: Run, h: float) -> float:
+    """Turn to the other method if its step is accurate; gives the length of the next step.
+
+    An implicit step must be three times as long as the explicit one in its place; an explicit one
+    as long as stability surely lets it, up to the length of the implicit one. If the trial fails,
+    the next waits twice as long.
+    """
+    was_implicit = run.is_implicit
+    run.is_implicit = not was_implicit
+    stable = NEAR_LIMIT / max(run.fastest, 1e-300)
+    length = min(h, stable) if was_implicit else rodas5p.LONGER * h
+    pays = run.plant.forcings == 0 or seen(run, length) == length
+    if pays:
+        if was_implicit:
+            pays = _is_explicit_accurate(run, length)
+        else:
+            pays = _is_implicit_accurate(run, length)
+    run.stiff_steps = run.soft_steps = run.untried_steps = 0
+    if pays:
+        note_turn(run)
+        run.patience, run.next_patience = 0, FIRST_PATIENCE
+    else:
+        run.is_implicit = was_implicit
+        run.patience = run.next_patience
+        run.next_patience = min(2 * run.next_patience, _MOST_PATIENCE)
+    if run.is_implicit:
+        run.by_series = 0
+    return length if pays else h
+
+
+@kernel
+def _begin_fastest(run: Run) -> None:
+    """Estimate the size anew, from a vector that has something of every motion."""
+    for i in range(run.plant.states):
+        part = _GOLDEN * float(i + 1)
+        run.fast[i] = run.atol[i] * (part - float(int(part)) - 0.5)
+    for _ in range(_ROUNDS):
+        _go_on(run)
+
+
+@kernel
+def _set_fastest(run: Run) -> None:
+    """Follow the size to the Jacobian of the present step."""
+    size = 0.0
+    for i in range(run.plant.states):
+        size = max(size, abs(run.fast[i]))
+    if size > 0.0:
+        _go_on(run)
+    else:
+        _begin_fastest(run)
+
+
+@kernel
+def _product(run: Run, v: Numbers, out: Numbers) -> None:
+    """The Jacobian times a vector."""
+    matrix, pattern = run.matrix, run.matrix.pattern
+    for i in range(run.plant.states):
+        out[i] = 0.0
+    for e in range(pattern.nonzeros):
+        out[pattern.row[e]] += matrix.slopes[e] * v[pattern.column[e]]
+
+
+@kernel
+def _go_on(run: Run) -> None:
+    """Two products more; where nothing is left of the vector, all eigenvalues are zero."""
+    n, v, once, twice = run.plant.states, run.fast, run.matrix.right, run.matrix.size
+    _product(run, v, once)
+    _product(run, once, twice)
+    s00 = s01 = s11 = s02 = s12 = s22 = 0.0
+    for i in range(n):
+        weight = 1.0 / run.atol[i]
+        a, b, c = v[i] * weight, once[i] * weight, twice[i] * weight
+        s00 += a * a
+        s01 += a * b
+        s11 += b * b
+        s02 += a * c
+        s12 += b * c
+        s22 += c * c
+    size = sqrt(s22)
+    is_left = size > 0.0 and size < math.inf
+    for i in range(n):
+        v[i] = twice[i] / size if is_left else 0.0
+    if not is_left:
+        run.fastest = 0.0 if size == 0.0 else math.inf
+        return
+    area = s00 * s11 - s01 * s01
+    if area <= _PARALLEL * s00 * s11:
+        run.fastest = sqrt(s22 / s11)
+        return
+    # the second vector is nearly -p times the first less q times the one before
+    p, q = (s01 * s02 - s00 * s12) / area, (s01 * s12 - s11 * s02) / area
+    bend = p * p - 4.0 * q
+    run.fastest = sqrt(q) if bend < 0.0 else 0.5 * (abs(p) + sqrt(bend))
