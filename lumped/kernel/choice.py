@@ -19,6 +19,7 @@ import math
 from lumped.code.words import Numbers, kernel, sqrt
 from lumped.kernel import rodas5p, taylor
 from lumped.kernel.forcing import seen
+from lumped.kernel.interpret import evaluate
 from lumped.kernel.output import note_turn
 from lumped.kernel.run import Run
 from lumped.kernel.step_error import SAFETY, dense_error, is_dense_wanted, is_finite, tried
@@ -37,11 +38,15 @@ __all__ = [
 NEAR_LIMIT = 2.5
 """Step times eigenvalue above which stability may limit an explicit step; DOP853 is unstable from
 6.1 on (Hairer's code)."""
+_CALM, _STABLE = 1.0, 5.0
+"""The same up to which stability surely limits no explicit step, as by tight tolerances it may from
+1.5 on; and up to which these steps are stable, at their end and inside."""
 STIFF_AFTER, _SOFT_AFTER = 4, 10
-"""Steps near the limit before the trial of an implicit step; implicit steps that are short enough
-to be made by few explicit ones before the trial of one of these."""
+"""Steps in a row that speak for the other method, explicit and implicit ones, before its trial."""
 FIRST_PATIENCE, _MOST_PATIENCE, UNTRIED = 8, 256, 500
 """Steps from a failed trial to the next, at first and at most; most steps without any trial."""
+_MUCH = 1.5
+"""How many times longer than where a trial failed a step is much longer."""
 _SAFE = SAFETY**rodas5p.ORDER
 """Error of an implicit step after which the next is no shorter."""
 _ROUNDS = 8
@@ -54,7 +59,7 @@ _PARALLEL = 1e-13
 
 @kernel
 def note_stiffness(run: Run) -> None:
-    """Count the steps in a row that are near the limit of stability."""
+    """Count the steps in a row that seem near the limit of stability."""
     run.stiff_steps = run.stiff_steps + 1 if run.stiffness > NEAR_LIMIT else 0
     run.patience = max(0, run.patience - 1)
     run.untried_steps += 1
@@ -62,10 +67,9 @@ def note_stiffness(run: Run) -> None:
 
 @kernel
 def note_softness(run: Run) -> None:
-    """Count the implicit steps in a row in whose place few explicit ones would be stable."""
+    """Count the implicit steps in a row in whose place explicit ones would be stable."""
     _set_fastest(run)
-    is_soft = run.h * run.fastest <= rodas5p.LONGER * NEAR_LIMIT
-    run.soft_steps = run.soft_steps + 1 if is_soft else 0
+    run.soft_steps = run.soft_steps + 1 if run.h * run.fastest <= _STABLE else 0
     run.patience = max(0, run.patience - 1)
 
 
@@ -74,7 +78,7 @@ def is_trial_due(run: Run, h: float) -> bool:
     """Whether a step by the other method should be tried.
 
     At rest, rounding hides the limit of stability of explicit steps, so a trial is due after many
-    of them in any case.
+    of them in any case. It is also due as soon as steps are much longer than where trials failed.
     """
     if not run.chooses_method:
         return False
@@ -84,59 +88,64 @@ def is_trial_due(run: Run, h: float) -> bool:
         return False
     if run.untried_steps >= UNTRIED:
         return True
-    return run.stiff_steps >= STIFF_AFTER and run.patience == 0
+    is_over = run.patience == 0 or h > run.long_enough
+    return run.stiff_steps >= STIFF_AFTER and is_over
 
 
 @kernel
-def _is_explicit_accurate(run: Run, h: float) -> bool:
-    """Whether an explicit step is accurate, at its end and inside it."""
-    if run.order > 0:
+def _is_accurate(run: Run, h: float) -> bool:
+    """Whether a step of the present method is accurate and misses nothing that acts by the time."""
+    if run.plant.forcings > 0 and seen(run, h) < h:
+        return False
+    if run.order > 0 and not run.is_implicit:
         taylor.expand(run)
     run.t_new = run.t + h
-    if not (tried(run, h) <= 1.0 and is_finite(run)):
+    error = tried(run, h)
+    if run.is_implicit:
+        return error <= _SAFE and is_finite(run)
+    if not (error <= 1.0 and is_finite(run)):
         return False
     return not is_dense_wanted(run) or dense_error(run, h) <= 1.0
 
 
 @kernel
-def _is_implicit_accurate(run: Run, h: float) -> bool:
-    """Whether an implicit step is accurate, the next no shorter, and explicit ones so long not."""
-    run.t_new = run.t + h
-    if not (tried(run, h) <= _SAFE and is_finite(run)):
-        return False
+def _is_explicit_better(run: Run, h: float) -> bool:
+    """Whether an explicit step of the same length is accurate."""
+    run.is_implicit = 0
+    return _is_accurate(run, h)
+
+
+@kernel
+def _is_implicit_better(run: Run, h: float) -> bool:
+    """Whether stability may limit explicit steps, and one of three times the length is accurate."""
+    evaluate(run.plant.jacobian, run, run.x, run.t, run.m, run.matrix.slopes)
     _begin_fastest(run)
-    return h * run.fastest > rodas5p.LONGER * NEAR_LIMIT
+    run.long_enough = max(run.long_enough, max(_MUCH * h, _CALM / max(run.fastest, 1e-300)))
+    if h * run.fastest <= _CALM:
+        return False
+    run.is_implicit = 1
+    return _is_accurate(run, rodas5p.LONGER * h)
 
 
 @kernel
 def turned(run: Run, h: float) -> float:
-    """Turn to the other method if its step is accurate; gives the length of the next step.
+    """Turn to the other method if a step of it is better; gives the length of the next step.
 
-    An implicit step must be three times as long as the explicit one in its place; an explicit one
-    as long as stability surely lets it, up to the length of the implicit one. If the trial fails,
-    the next waits twice as long.
+    If not, the next trial waits twice as long.
     """
     was_implicit = run.is_implicit
-    run.is_implicit = not was_implicit
-    stable = NEAR_LIMIT / max(run.fastest, 1e-300)
-    length = min(h, stable) if was_implicit else rodas5p.LONGER * h
-    pays = run.plant.forcings == 0 or seen(run, length) == length
-    if pays:
-        if was_implicit:
-            pays = _is_explicit_accurate(run, length)
-        else:
-            pays = _is_implicit_accurate(run, length)
+    pays = _is_explicit_better(run, h) if was_implicit else _is_implicit_better(run, h)
     run.stiff_steps = run.soft_steps = run.untried_steps = 0
     if pays:
         note_turn(run)
-        run.patience, run.next_patience = 0, FIRST_PATIENCE
+        run.patience, run.next_patience, run.long_enough = 0, FIRST_PATIENCE, 0.0
     else:
         run.is_implicit = was_implicit
         run.patience = run.next_patience
         run.next_patience = min(2 * run.next_patience, _MOST_PATIENCE)
     if run.is_implicit:
         run.by_series = 0
-    return length if pays else h
+    return rodas5p.LONGER * h if run.is_implicit and not was_implicit else h
 
 
 @kernel

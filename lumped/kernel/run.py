@@ -368,11 +368,13 @@ class Run(Record):
 
     # the choice of the method: steps in a row that speak for the other one, if they are explicit
     # and if they are implicit; steps to the next trial of it, and to the one after that if it
-    # fails; steps without a trial; size of the fastest eigenvalue, and a vector along its motion
+    # fails; length of an explicit step for which none has failed; steps without a trial; size of
+    # the fastest eigenvalue, and a vector along its motion
     stiff_steps: int
     soft_steps: int
     patience: int
     next_patience: int
+    long_enough: float
     untried_steps: int
     fastest: float
     fast: Annotated[Numbers, "states"]

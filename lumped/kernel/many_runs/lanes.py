@@ -100,9 +100,8 @@ def _fill(lanes: Lanes) -> int:
 @kernel
 def _try_implicit(lanes: Lanes, h: Wide) -> bool:
     """Let runs go on alone for which a trial of an implicit step is due; whether there are any."""
-    is_due = lanes.untried_steps >= UNTRIED or (
-        lanes.stiff_steps >= STIFF_AFTER and lanes.patience == 0.0
-    )
+    is_over = lanes.patience == 0.0 or h > lanes.long_enough
+    is_due = lanes.untried_steps >= UNTRIED or (lanes.stiff_steps >= STIFF_AFTER and is_over)
     is_due = is_due and lanes.is_on > 0.5 and lanes.end - lanes.t > rodas5p.LONGER * h
     if not any_lane(is_due):
         return False
