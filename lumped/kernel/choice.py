@@ -3,8 +3,9 @@
 Petzold (SIAM Journal on Scientific and Statistical Computing 4 (1983) 136) and LSODA compare the
 lengths of the steps that both methods could make; those of explicit steps end where stability does.
 Explicit steps tell by two of their stages how far that is (Hairer and Wanner, vol. II, IV.2), but
-at rest and in vibrations they are wrong. So it only says when an implicit step is worth a trial;
-that brings the Jacobian, and its fastest eigenvalue decides. Implicit steps always have it.
+at rest and in vibrations they are wrong. So they only say when to look at the fastest eigenvalue of
+the Jacobian; implicit steps always have it. It says which steps are worth a trial, and the error of
+that trial decides.
 
 The eigenvalue is found by power iteration, as Sommeijer, Shampine and Verwer do without a Jacobian
 (Journal of Computational and Applied Mathematics 88 (1998) 315): one vector is carried from step to
@@ -42,8 +43,7 @@ _CALM, _STABLE = 1.0, 5.0
 """The same up to which stability surely limits no explicit step, as by tight tolerances it may from
 1.5 on; and up to which these steps are stable, at their end and inside."""
 STIFF_AFTER, _SOFT_AFTER = 4, 10
-"""Steps in a row that speak for the other method, explicit and implicit ones, before its trial; the
-second is that of LSODA."""
+"""Steps in a row that speak for the other method, explicit and implicit ones, before its trial."""
 FIRST_PATIENCE, _MOST_PATIENCE, UNTRIED = 8, 256, 500
 """Steps from a failed trial to the next, at first and at most; most steps without any trial."""
 _GAIN = 2.25
