@@ -89,7 +89,7 @@ class Leg:
         whole, is_given = np.zeros((len(places), x.shape[1])), np.zeros(len(places), dtype=bool)
         whole[given], is_given[given] = x, True
         m = self._settings_at(places)
-        span = Span(self._run.theta, self.t[places], whole, m, self._implicit_from)
+        span = self._span(self.t[places], whole, m)
         return steps_of(self._run.system, ()).replayed(span, is_given)
 
     def settings(self, begin: int = 0, end: int | None = None) -> np.ndarray:
@@ -108,15 +108,15 @@ class Leg:
         """Whether states are known at all ends of steps."""
         return len(self._x) == len(self.t)
 
-    @property
-    def _implicit_from(self) -> float:
-        return self._run.statistics.implicit_from
-
     def span(self, begin: int = 0, end: int | None = None) -> Span:
         """Steps from one end of a step to another; all by default."""
         end = len(self.t) - 1 if end is None else end
         x, m = self.states(begin, end), self.settings(begin, end)
-        return Span(self._run.theta, self.t[begin : end + 1], x, m, self._implicit_from)
+        return self._span(self.t[begin : end + 1], x, m)
+
+    def _span(self, t: np.ndarray, x: np.ndarray, m: np.ndarray) -> Span:
+        """Steps between ends with these states and settings."""
+        return Span(self._run.theta, t, x, m, self._run.statistics.is_implicit(t[:-1]))
 
     @property
     def rows(self) -> int:
@@ -142,7 +142,7 @@ class Leg:
         if self.t[i] == t:
             return self.side(i)
         x, m = (v[None, :].repeat(2, axis=0) for v in self.side(i))
-        shorter = Span(self._run.theta, np.array([self.t[i], t]), x, m, self._implicit_from)
+        shorter = self._span(np.array([self.t[i], t]), x, m)
         found = steps_of(self._run.system, ()).replayed(shorter, np.array([1, 0]))
         return found[1], m[0]
 

@@ -142,7 +142,7 @@ def _parts(errors: np.ndarray, allowed: np.ndarray, run: Trajectory, leg: Leg) -
     """Into how many parts each step is divided, so that its errors are allowed, shape (steps,)."""
     if not errors.size:
         return np.ones(len(errors), dtype=int)
-    implicit = leg.t[:-1] >= run.statistics.implicit_from
+    implicit = run.statistics.is_implicit(leg.t[:-1])
     with np.errstate(divide="ignore", invalid="ignore"):
         over = np.where(errors == 0, 0.0, errors / allowed)
     over = np.nan_to_num(over, nan=1e300, posinf=1e300).max(axis=1)

@@ -87,6 +87,6 @@ def values_at(
         ends = np.column_stack([t[inner], times[inner]]).ravel()
         twice = x[inner].repeat(2, axis=0), m[inner].repeat(2, axis=0)
         changes = range(1, len(ends) - 1, 2)
-        span = Span(run.theta, ends, *twice, run.statistics.implicit_from, changes)
+        span = Span(run.theta, ends, *twice, run.statistics.is_implicit(ends[:-1]), changes)
         found[inner] = steps.looked(span, function.counted, function.results)[::2, -1]
     return found

@@ -160,7 +160,8 @@ class Second:
         x = np.zeros((end - begin + 1, 2 * self.n))
         x[0] = z
         theta, m = np.concatenate([self.run.theta, seed]), leg.settings(begin, end)
-        span = Span(theta, leg.t[begin : end + 1], x, m, self.run.statistics.implicit_from)
+        t = leg.t[begin : end + 1]
+        span = Span(theta, t, x, m, self.run.statistics.is_implicit(t[:-1]))
         is_given = np.arange(len(x)) == 0
         return replace(span, x=_twice(self.steps).replayed(span, is_given))
 

@@ -44,8 +44,8 @@ class Span:
         Parameters.
     t, x, m : ndarray, shapes (k + 1,), (k + 1, n), (k + 1, settings)
         Ends of the steps: times, s, states, settings of the step that begins there.
-    implicit_from : float
-        When the implicit method took over, s.
+    is_implicit : ndarray, shape (k,)
+        Whether each step is one of the implicit method.
     changes : sequence of int
         From which ends no step leads to the next, as the run changes there.
     """
@@ -54,7 +54,7 @@ class Span:
     t: np.ndarray
     x: np.ndarray
     m: np.ndarray
-    implicit_from: float
+    is_implicit: np.ndarray
     changes: Sequence[int] = ()
 
     @property
@@ -65,15 +65,16 @@ class Span:
         return found
 
     @property
-    def is_implicit(self) -> bool:
+    def needs_matrix(self) -> bool:
         """Whether a step of the implicit method is among them."""
-        return bool(self.t[:-1].max(initial=-np.inf) >= self.implicit_from)
+        return bool((self.is_implicit & (self.is_step > 0)).any())
 
     def part(self, begin: int, end: int) -> Span:
         """Those from one end of a step to another."""
         own = slice(begin, end + 1)
         changes = [k - begin for k in self.changes if begin <= k < end]
-        return Span(self.theta, self.t[own], self.x[own], self.m[own], self.implicit_from, changes)
+        implicit = self.is_implicit[begin:end]
+        return Span(self.theta, self.t[own], self.x[own], self.m[own], implicit, changes)
 
     @classmethod
     def joined(cls, spans: Sequence[Span]) -> Span:
@@ -83,7 +84,8 @@ class Span:
             return first
         t, x, m = (np.concatenate([getattr(span, v) for span in spans]) for v in ("t", "x", "m"))
         ends = np.cumsum([len(span.t) for span in spans]).tolist()
-        return Span(first.theta, t, x, m, first.implicit_from, [end - 1 for end in ends[:-1]])
+        implicit = np.concatenate([np.append(span.is_implicit, False) for span in spans])[:-1]
+        return Span(first.theta, t, x, m, implicit, [end - 1 for end in ends[:-1]])
 
 
 class Jump(NamedTuple):
@@ -244,7 +246,7 @@ class StepCode(Shared):
             x=np.ascontiguousarray(span.x, dtype=float).ravel(),
             m=np.ascontiguousarray(span.m, dtype=float).ravel(),
             is_step=span.is_step,
-            implicit_from=span.implicit_from,
+            is_implicit=span.is_implicit.astype(np.int64),
         )
 
     def _call(self, entry: str, run: Run, *given: Record) -> None:
@@ -265,7 +267,7 @@ class StepCode(Shared):
 
     def replayed(self, span: Span, is_given: np.ndarray) -> np.ndarray:
         """States at all ends of steps, shape (k + 1, n), from those that are given."""
-        run = self._run(span, 0, span.is_implicit)
+        run = self._run(span, 0, span.needs_matrix)
         course = self._course(span)
         course.x = course.x.copy()  # it may be that of a run
         course.is_given = is_given.astype(np.int64)
@@ -276,7 +278,7 @@ class StepCode(Shared):
     def looked(self, span: Span, function: CountedFunction, width: int) -> np.ndarray:
         """Results of a function inside steps, shape (k, LOOKS, width); zero where there is none."""
         steps = len(span.t) - 1
-        run = self._run(span, function.work, span.is_implicit)
+        run = self._run(span, function.work, span.needs_matrix)
         course = self._course(span)
         course.width, course.found = width, np.zeros(steps * LOOKS * width)
         self._call("looked", run, function.for_more(steps * LOOKS), course)
@@ -356,7 +358,7 @@ class StepCode(Shared):
         n, count, p, steps = self._all, adjoint.shape[1], self._p.numel(), len(span.t) - 1
         width = next(w for w in _WIDTHS if w >= 2 * count) if count else 0
         results = width // 2
-        implicit = span.is_implicit
+        implicit = span.needs_matrix
         sweep = Sweep(
             {"states": n, "parameters": p, "columns": width},
             results=results,

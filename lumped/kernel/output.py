@@ -7,7 +7,15 @@ from lumped.kernel.crossing import inside
 from lumped.kernel.observe import observe_event
 from lumped.kernel.run import Run, RunOutput
 
-__all__ = ["add_row", "begin_piece", "has_room", "note_change", "record", "record_edge"]
+__all__ = [
+    "add_row",
+    "begin_piece",
+    "has_room",
+    "note_change",
+    "note_turn",
+    "record",
+    "record_edge",
+]
 
 _SAME = 1e-13
 """Distance, relative to the size of all times, below which two times count as equal."""
@@ -16,6 +24,8 @@ _SAME = 1e-13
 @kernel
 def has_room(output: RunOutput) -> bool:
     """Whether there is room for all wanted times that are left and a few rows more."""
+    if output.most_turns > 0 and output.turns >= output.most_turns:
+        return False
     return output.most_rows - output.rows >= output.grid_size - output.grid_next + 4
 
 
@@ -92,3 +102,12 @@ def note_change(
     change[0], change[1], change[2], change[3] = kind, number, was, now
     when[0], when[1] = run.t + delay, loss
     output.changes += 1
+
+
+@kernel
+def note_turn(run: Run) -> None:
+    """Note that the method changes with the present step."""
+    output = run.output
+    if output.most_turns > 0:
+        output.turn[output.turns] = run.t
+        output.turns += 1

@@ -289,6 +289,11 @@ class RunOutput(Record):
     changes: int
     most_changes: int
 
+    # when the method changed, s; no room where nobody asks
+    turn: Numbers
+    turns: int
+    most_turns: int
+
     # times that are wanted
     grid: Numbers
     grid_size: int
@@ -360,12 +365,22 @@ class Run(Record):
     largest: Annotated[Numbers, "states"]
     is_implicit: int
     has_matrix: int
-    implicit_from: float
     was_rejected: int
+
+    # the choice of the method: steps in a row that speak for the other one, if they are explicit
+    # and if they are implicit; steps to the next trial of it, and to the one after that if it
+    # fails; length of an explicit step for which none has failed; steps without a trial; size of
+    # the fastest eigenvalue, and a vector along its motion
     stiff_steps: int
+    soft_steps: int
     patience: int
     next_patience: int
+    long_enough: float
     untried_steps: int
+    fastest: float
+    fast: Annotated[Numbers, "states"]
+
+    # whether constraints may be redundant; compliance of those that share (see `sharing`)
     may_be_redundant: int
     yielding: float
 

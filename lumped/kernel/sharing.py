@@ -146,9 +146,9 @@ def _keep_rigid(run: Run, x: Numbers, m: Numbers) -> None:
         for h in range(plant.holds):
             wanted = trial[plant.hold_setting[h] + DEMAND]
             error = abs(pushed.acceleration[h] - rest.acceleration[h] - wanted)
-            run.instant.is_grouped[h] = run.instant.is_grouped[h] or not error < _FOLLOWS
+            instant.is_grouped[h] = instant.is_grouped[h] or not error < _FOLLOWS
     for h in range(plant.holds):
-        if is_held(plant, m, h) and not run.instant.is_grouped[h]:
+        if is_held(plant, m, h) and not instant.is_grouped[h]:
             m[plant.hold_setting[h] + COMPLIANCE] = 0.0
 
 

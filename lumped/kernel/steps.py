@@ -5,12 +5,18 @@ from __future__ import annotations
 import math
 
 from lumped.code.words import Numbers, kernel, sqrt
-from lumped.kernel import dop853, rodas5p, taylor
+from lumped.kernel import taylor
+from lumped.kernel.choice import (
+    FIRST_PATIENCE,
+    is_trial_due,
+    note_softness,
+    note_stiffness,
+    turned,
+)
 from lumped.kernel.crossing import find_crossing
 from lumped.kernel.forcing import seen
 from lumped.kernel.interpret import evaluate
-from lumped.kernel.linkages import follow
-from lumped.kernel.observe import is_inside_wanted, observe
+from lumped.kernel.observe import observe
 from lumped.kernel.output import has_room, record
 from lumped.kernel.run import (
     CROSS,
@@ -27,37 +33,25 @@ from lumped.kernel.run import (
     WAITING,
     Run,
 )
+from lumped.kernel.step_error import SAFETY, dense_error, is_dense_wanted, is_finite, tried
 
 __all__ = [
-    "HOPELESS",
     "LEAST",
-    "NEAR_LIMIT",
-    "SAFETY",
     "SHORTEST",
-    "STIFF_AFTER",
-    "UNTRIED",
     "advance",
+    "advance_implicitly",
     "attempt_once",
     "begin_steps",
     "end_attempt",
     "explicit_growth",
-    "is_finite",
     "is_unfit",
     "leave_step",
 ]
 
-NEAR_LIMIT, _DENSE_LIMIT = 2.5, 5.5
-"""Step times eigenvalue: above the first, stability may limit the step; DOP853 is unstable from 6.1
-on (Hairer's code), its interpolation a little earlier."""
-STIFF_AFTER = 4
-"""Steps near the limit before the trial of an implicit step."""
-_FIRST_PATIENCE, _MOST_PATIENCE, UNTRIED = 8, 256, 500
-"""Steps from a failed trial to the next, at first and at most; most steps without any trial."""
-
-HOPELESS = 1e3
-"""Largest error that is used: such a step is shortened as far as one attempt may."""
-SAFETY, _EXPLICIT_SAFETY, _LEAST_GROWTH, _MOST_GROWTH = 0.9, 0.8, 0.2, 8.0
-"""Part of the step that the tolerance allows; with 0.9 a fifth of explicit steps is rejected."""
+_DENSE_LIMIT = 5.5
+"""Step times eigenvalue from which on the interpolation of DOP853 is unstable."""
+_EXPLICIT_SAFETY, _LEAST_GROWTH, _MOST_GROWTH = 0.8, 0.2, 8.0
+"""Part of an explicit step that the tolerance allows; with 0.9 a fifth of them is rejected."""
 _IMPLICIT_POWER = 0.2
 LEAST = 2.5e-16
 """Step, relative to the time, that the time can tell."""
@@ -114,7 +108,7 @@ def _begin(run: Run) -> bool:
         run.watch.loads_at = -math.inf
     run.was_rejected = run.stiff_steps = 0
     if run.next_patience == 0:
-        run.next_patience = _FIRST_PATIENCE
+        run.next_patience = FIRST_PATIENCE
     evaluate(run.plant.rates, run, x, t, run.m, f)
     run.evaluations += 1
     if n == 0:
@@ -136,100 +130,6 @@ def _begin(run: Run) -> bool:
     first = min(min(100.0 * h0, h1), length)
     run.h = first if first > 0.0 and first < math.inf else 1e-6 * length
     return True
-
-
-@kernel
-def is_finite(run: Run) -> bool:
-    """Whether states and derivatives at the end of the step are numbers."""
-    n, new, bad = run.plant.states, run.new, 0.0
-    f = run.stages[12 * n :]
-    for i in range(n):
-        bad += 0.0 if abs(new[i]) < 1e300 and abs(f[i]) < 1e300 else 1.0
-    return bad == 0.0
-
-
-@kernel
-def _tried(run: Run, h: float) -> float:
-    """Error of a step, relative to the tolerance."""
-    if run.plant.states == 0:
-        error = 0.0
-    elif run.is_implicit:
-        error = rodas5p.step(run, h)
-    elif run.by_series:
-        error = taylor.step(run, h)
-    else:
-        error = dop853.step(run, h)
-    if run.plant.implicit > 0 and not follow(run, run.new, run.t_new, run.m):
-        return 100.0
-    return error if error < HOPELESS else HOPELESS  # nan too
-
-
-@kernel
-def _is_dense_wanted(run: Run) -> bool:
-    """Whether a value inside the step is needed."""
-    output = run.output
-    if run.plant.states == 0:
-        if run.watches:
-            run.watch.is_rough = run.watch.may_rise = 1
-        return False
-    is_watched = run.watches and is_inside_wanted(run)
-    if run.plant.margins > 0 or is_watched:
-        return True
-    return output.grid_next < output.grid_size and output.grid[output.grid_next] < run.t_new
-
-
-@kernel
-def _dense_error(run: Run, h: float) -> float:
-    """Compute the interpolation in the step; gives its error relative to the tolerance."""
-    if run.is_implicit:
-        rodas5p.dense_output(run)
-        return rodas5p.dense_error(run, h)
-    if run.by_series:
-        return 0.0
-    dop853.dense_output(run, h)
-    return dop853.dense_error(run, h)
-
-
-@kernel
-def _note_stiffness(run: Run) -> None:
-    """Count the steps in a row that are near the limit of stability."""
-    run.stiff_steps = run.stiff_steps + 1 if run.stiffness > NEAR_LIMIT else 0
-    run.patience = max(0, run.patience - 1)
-    run.untried_steps += 1
-
-
-@kernel
-def _is_trial_due(run: Run, h: float) -> bool:
-    """Whether an implicit step should be tried.
-
-    At rest, rounding hides the limit of stability, so a trial is due after many steps in any case.
-    """
-    if run.is_implicit or not run.chooses_method or run.end - run.t <= rodas5p.LONGER * h:
-        return False
-    if run.untried_steps >= UNTRIED:
-        return True
-    return run.stiff_steps >= STIFF_AFTER and run.patience == 0
-
-
-@kernel
-def _is_implicit_longer(run: Run, h: float) -> bool:
-    """Whether an implicit step of three times the length is accurate, and the next is no shorter.
-
-    If not, the next trial waits twice as long.
-    """
-    longer = rodas5p.LONGER * h
-    run.is_implicit = 1
-    pays = run.plant.forcings == 0 or seen(run, longer) == longer
-    if pays:
-        run.t_new = run.t + longer
-        error = _tried(run, longer)
-        pays = error <= SAFETY ** (1.0 / _IMPLICIT_POWER) and is_finite(run)
-    run.is_implicit = pays
-    run.stiff_steps = run.untried_steps = 0
-    if not pays:
-        run.patience = run.next_patience
-        run.next_patience = min(2 * run.next_patience, _MOST_PATIENCE)
-    return pays
 
 
 @kernel
@@ -275,18 +175,16 @@ def _attempt(run: Run) -> int:
     h = min(max(min(run.h, run.longest), LEAST * abs(t)), end - t)
     if plant.forcings > 0:
         h = seen(run, h)
-    if _is_trial_due(run, h):
+    if is_trial_due(run, h):
         if not run.has_matrix:
             return NEEDS_MATRIX
-        if _is_implicit_longer(run, h):
-            run.implicit_from, run.by_series = t, 0
-            h *= rodas5p.LONGER
+        h = turned(run, h)
     run.t_new = end if h >= end - t else t + h
     h = run.t_new - t  # as it can be made again
-    error = _tried(run, h)
-    is_dense = error <= 1.0 and is_finite(run) and _is_dense_wanted(run)
+    error = tried(run, h)
+    is_dense = error <= 1.0 and is_finite(run) and is_dense_wanted(run)
     if is_dense:
-        error = max(error, _dense_error(run, h))
+        error = max(error, dense_error(run, h))
     growth = _growth(run, error, is_dense)
     if not (error <= 1.0 and is_finite(run)):
         run.rejected += 1
@@ -298,8 +196,11 @@ def _attempt(run: Run) -> int:
     run.steps += 1
     for i in range(plant.implicit):
         run.m[plant.settings - plant.implicit + i] = run.found[i]
-    if not run.is_implicit:
-        _note_stiffness(run)
+    if run.chooses_method:
+        if run.is_implicit:
+            note_softness(run)
+        else:
+            note_stiffness(run)
     run.is_crossed = plant.margins > 0 and find_crossing(run)
     return leave_step(run)
 
@@ -346,6 +247,16 @@ def attempt_once(run: Run) -> int:
 def advance(run: Run) -> int:
     """Steps up to the end of the segment or a change of positions; why the loop returns."""
     while run.phase == STEPPING or run.phase == WAITING:
+        status = attempt_once(run)
+        if status != GOES_ON:
+            return status
+    return GOES_ON
+
+
+@kernel
+def advance_implicitly(run: Run) -> int:
+    """The same, but only as far as steps are implicit."""
+    while run.is_implicit and (run.phase == STEPPING or run.phase == WAITING):
         status = attempt_once(run)
         if status != GOES_ON:
             return status

@@ -10,5 +10,6 @@ from lumped.simulation.work_precision import work_precision as work_precision
 from lumped.timeloop.result import Event as Event
 from lumped.timeloop.result import Statistics as Statistics
 from lumped.timeloop.result import Trajectory as Trajectory
+from lumped.timeloop.result import Used as Used
 from lumped.timeloop.result_files import Saved as Saved
 from lumped.timeloop.result_files import load as load

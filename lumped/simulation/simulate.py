@@ -52,7 +52,7 @@ def _told(analysis: Callable[_P, Trajectory]) -> Callable[_P, Trajectory]:
 
 
 def _nothing(system: System) -> Trajectory:
-    cost = Statistics("none", 0, 0, 0, 0, 0.0, ())
+    cost = Statistics((), 0, 0, 0, 0, 0.0, ())
     return Trajectory(system, (), system.theta(None), (), cost)
 
 
@@ -112,13 +112,13 @@ def simulate(
         ``rtol / 1000``, at least 1e-12. It governs a state that stays smaller than
         ``atol / rtol`` throughout; `Trajectory` names such states when printed.
     method : {"auto", "explicit", "implicit", "exact", "steps", "taylor"}
-        "explicit" is DOP853, "implicit" Rodas5P, "steps" the first until stability
-        holds its steps and implicit ones are longer, then the second. "taylor" is the same with
-        explicit steps by Taylor's series of the states, compiled for the system and the order that
-        `rtol` asks for: long ones for smooth motions, above all of linear drives and at tight
-        tolerances; it is refused where what varies goes through an operation without derivatives,
-        or a linkage is closed by iteration. "exact" is the closed form,
-        for systems that are linear between jumps, with functions of time that are polynomials
+        "explicit" is DOP853, "implicit" Rodas5P, "steps" the second while stability
+        holds the steps of the first and implicit ones are longer, else the first, as often as that
+        changes. "taylor" is the same with explicit steps by Taylor's series of the states, compiled
+        for the system and the order that `rtol` asks for: long ones for smooth motions, above all
+        of linear drives and at tight tolerances; it is refused where what varies goes through an
+        operation without derivatives, or a linkage is closed by iteration. "exact" is the closed
+        form, for systems that are linear between jumps, with functions of time that are polynomials
         there. "auto" takes the closed form where there is one, rounding leaves it better than
         `rtol`, and it costs less than steps; else, and for ``grid=None``, "steps". After 50 000
         attempts it goes on as "taylor" if there are series: the rest of such a run is worth

@@ -8,6 +8,9 @@ from lumped.kernel.run import RunOutput
 
 __all__ = ["OutputRoom"]
 
+_TURNS = 256
+"""Room for changes of the method between two visits to Python."""
+
 
 class OutputRoom:
     """Arrays that the time loop fills.
@@ -28,6 +31,8 @@ class OutputRoom:
         Modes of each smooth piece.
     changes, when : ndarray, shapes (changes, 4) and (changes, 2)
         What changed; time and loss.
+    turns : ndarray
+        When the method changed, s.
     """
 
     def __init__(self, sizes: tuple[int, int, int, int, int, int]) -> None:
@@ -36,6 +41,7 @@ class OutputRoom:
         self.t, self.x = np.empty(rows), np.empty((rows, n))
         self.implicit, self.piece_settings = np.empty((rows, implicit)), np.empty((pieces, modes))
         self.changes, self.when = np.empty((changes, 4), dtype=np.int64), np.empty((changes, 2))
+        self.turns = np.empty(_TURNS)
         self.output = RunOutput(
             t=self.t,
             x=self.x.ravel(),
@@ -47,11 +53,13 @@ class OutputRoom:
             change=self.changes.ravel(),
             change_time=self.when.ravel(),
             most_changes=changes,
+            turn=self.turns,
+            most_turns=len(self.turns),
         )
 
     def begin(self, grid: np.ndarray, taken: int, *, on_grid: bool, both_sides: bool) -> None:
         """Empty it for a run with output times, of which some were handed out."""
         out = self.output
-        out.rows = out.pieces = out.changes = 0
+        out.rows = out.pieces = out.changes = out.turns = 0
         out.grid, out.grid_size, out.grid_next = grid, len(grid), taken
         out.is_on_grid, out.has_both_sides = on_grid, both_sides

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, overload
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 
@@ -36,6 +35,7 @@ __all__ = [
     "Piece",
     "Statistics",
     "Trajectory",
+    "Used",
 ]
 
 _WORDS = {
@@ -49,7 +49,28 @@ _WORDS = {
     "explicit then taylor": "DOP853, then Taylor's series, which are worth compiling in a long run",
     "explicit then taylor then implicit": "DOP853, then Taylor's series, as the run was long, "
     "until their steps were limited by stability, then Rodas5P",
+    "explicit and implicit": "DOP853, and Rodas5P where its steps were limited by stability",
+    "taylor and implicit": "series, and Rodas5P where their steps were limited by stability",
+    "explicit and implicit and taylor": "DOP853, in the end Taylor's series, as the run was long, "
+    "and Rodas5P where their steps were limited by stability",
+    "explicit and taylor and implicit": "DOP853, later Taylor's series, as the run was long, "
+    "and Rodas5P where their steps were limited by stability",
 }
+
+
+class Used(NamedTuple):
+    """What makes the steps of a run from some time on.
+
+    Attributes
+    ----------
+    begin : float
+        The time, s.
+    method : str
+        "exact", "explicit", "taylor" or "implicit".
+    """
+
+    begin: float
+    method: str
 
 
 @dataclass(frozen=True)
@@ -58,31 +79,45 @@ class Statistics:
 
     Attributes
     ----------
-    method : str
-        Methods used, in order.
+    methods : tuple of Used
+        Methods used, one after the other.
     steps, rejected, evaluations, segments : int
         Accepted and rejected steps, evaluations of the right-hand side, restarts + 1.
     seconds : float
         Wall time of the stepping.
     small : tuple of str
         States that moved, but stayed so small that the absolute tolerance governs them.
-    implicit_from : float
-        When the implicit method took over, s; infinite if it did not.
     """
 
-    method: str
+    methods: tuple[Used, ...]
     steps: int
     rejected: int
     evaluations: int
     segments: int
     seconds: float
     small: tuple[str, ...]
-    implicit_from: float = math.inf
+
+    @property
+    def method(self) -> str:
+        """Methods used, in the order of their first steps.
+
+        "then" joins them if each was used once, "and" if one came back.
+        """
+        names = [used.method for used in self.methods]
+        different = dict.fromkeys(names)
+        return (" then " if len(different) == len(names) else " and ").join(different) or "none"
 
     @property
     def why(self) -> str:
         """The method in words."""
         return _WORDS[self.method]
+
+    def is_implicit(self, t: np.ndarray) -> np.ndarray:
+        """Whether implicit steps begin at these times, if any do."""
+        begins, names = zip(*self.methods, strict=True)
+        implicit = np.array([name == "implicit" for name in names])
+        found: np.ndarray = implicit[np.maximum(np.searchsorted(begins, t, "right") - 1, 0)]
+        return found
 
 
 @dataclass(frozen=True)
@@ -547,7 +582,7 @@ class Trajectory(Named):
                 continue
             y, unit = self[name], self.system.quantity(name).unit
             rows.append((name, *amounts(name, unit, y[0], y[-1], y.min(), y.max())))
-        if s.method in ("exact", "explicit then implicit"):
+        if s.method in ("exact", "explicit then implicit", "explicit and implicit"):
             head += f"\n{s.method}: {s.why}"
         if self.statistics.small:
             head += (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -16,7 +15,7 @@ from lumped.timeloop.guards import jump_fault
 from lumped.timeloop.instants import instants
 from lumped.timeloop.programs import Answers
 from lumped.timeloop.recorder import Recorder, scale
-from lumped.timeloop.result import OperatingPoint, Piece, Statistics, Trajectory
+from lumped.timeloop.result import OperatingPoint, Piece, Statistics, Trajectory, Used
 
 __all__ = ["Simulation", "nominals"]
 
@@ -37,14 +36,12 @@ class Simulation:
 
     Attributes
     ----------
-    methods : list of str
-        Methods used, in order.
+    methods : list of Used
+        Methods used, one after the other.
     steps, rejected, evaluations : int
         Accepted and rejected steps, evaluations of the right-hand side.
     seconds : float
         Wall time of the stepping.
-    implicit_from : float
-        When the implicit method took over, s; infinite if it did not.
     largest : ndarray
         Largest size that each state of the system had at a step; empty without steps.
     """
@@ -53,9 +50,9 @@ class Simulation:
         self.point, self.until, self.rtol, self.output = point, until, rtol, output
         self.begin, self.span = point.time, scale(point.time, until)
         self.system: System = point.system
-        self.methods: list[str] = []
+        self.methods: list[Used] = []
         self.steps = self.rejected = self.evaluations = 0
-        self.seconds, self.implicit_from = 0.0, math.inf
+        self.seconds = 0.0
         self.atol = self.largest = np.zeros(0)
         self.answers = Answers(point.told)
         hits = point.collisions
@@ -97,14 +94,13 @@ class Simulation:
             self.point.theta,
             tuple(sorted(self._told(end), key=lambda event: event.time)),
             Statistics(
-                " then ".join(self.methods),
+                tuple(self.methods),
                 self.steps,
                 self.rejected,
                 self.evaluations,
                 len(pieces),
                 self.seconds,
                 self._small(),
-                self.implicit_from,
             ),
             told=self.answers.told,
         )

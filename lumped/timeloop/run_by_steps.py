@@ -41,7 +41,7 @@ from lumped.timeloop.output_room import OutputRoom
 from lumped.timeloop.positions import no_fit
 from lumped.timeloop.programs import set_twice_fault
 from lumped.timeloop.recorder import Recorder
-from lumped.timeloop.result import OperatingPoint
+from lumped.timeloop.result import OperatingPoint, Used
 from lumped.timeloop.run import Simulation, nominals
 from lumped.timeloop.settings import closing_fault
 
@@ -94,15 +94,13 @@ class RunBySteps(Simulation):
         self._changed_at = math.nan
         self._sizes: dict[System, np.ndarray] = {}
         self._is_implicit, self._has_series = method == "implicit", method == "taylor"
-        self._may_take_series = method == "auto"
+        self._series_after: float = _LONG if method == "auto" else math.inf
         self._note_method(point.time)
 
     def _note_method(self, t: float) -> None:
         """A method is used from now on."""
         explicit = "taylor" if self._has_series else "explicit"
-        self.methods.append("implicit" if self._is_implicit else explicit)
-        if self._is_implicit:
-            self.implicit_from = float(t) if len(self.methods) > 1 else 0.0
+        self.methods.append(Used(float(t), "implicit" if self._is_implicit else explicit))
 
     def go(self) -> None:
         """Run to the end.
@@ -129,10 +127,7 @@ class RunBySteps(Simulation):
                 continue
             self._drain()
             self._executable.account(run)
-            if run.is_implicit and not self._is_implicit:
-                self._is_implicit = True
-                self._note_method(run.implicit_from)
-            if self._may_take_series and run.steps + run.rejected >= _LONG:
+            if run.steps + run.rejected >= self._series_after:
                 self._take_series()
             if why == DONE:
                 break
@@ -227,20 +222,23 @@ class RunBySteps(Simulation):
     def _pause(self) -> int:
         """Attempts after which the loop comes back to Python."""
         found = self.steps + self.rejected + self._executable.attempts
-        return min(found, _LONG) if self._may_take_series else found
+        return int(min(found, self._series_after))
 
     def _take_method(self, run: Run) -> None:
         code = self._executable
         if self._is_implicit and code.plant.states:
             code.add_matrix(run)
         has_series = self._has_series and (self._method == "taylor" or code.taylor.exist)
-        if has_series and not self._is_implicit and code.plant.states:
+        if has_series and code.plant.states:
             code.taylor.add_to(run, self.rtol)
         run.is_implicit = self._is_implicit
 
     def _take_series(self) -> None:
-        """Go on by series if there are any; the model and the number of attempts decide."""
-        self._may_take_series = False
+        """Go on by series if there are any; the model and the number of attempts decide.
+
+        While implicit steps are made, that waits until there are twice as many attempts.
+        """
+        self._series_after = 2 * self._series_after if self._is_implicit else math.inf
         code = self._executable
         if not self._is_implicit and code.plant.states and code.taylor.exist:
             self._has_series = True
@@ -271,6 +269,10 @@ class RunBySteps(Simulation):
                 self.output.add(t[begin:end], x[begin:end], settings[begin:end])
         self.output.taken = out.grid_next
         out.rows = out.pieces = 0
+        for t in room.turns[: out.turns].tolist():
+            self._is_implicit = not self._is_implicit
+            self._note_method(t)
+        out.turns = 0
         if changes:
             told = zip(room.changes[:changes].tolist(), room.when[:changes].tolist(), strict=True)
             self.events += [self._event(*change) for change in told]

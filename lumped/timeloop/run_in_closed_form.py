@@ -14,7 +14,7 @@ from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.guards import finite_fault
 from lumped.timeloop.linear_form import linear_form
 from lumped.timeloop.recorder import Recorder
-from lumped.timeloop.result import OperatingPoint
+from lumped.timeloop.result import OperatingPoint, Used
 from lumped.timeloop.run import Simulation
 
 __all__ = ["RunInClosedForm", "closed"]
@@ -28,7 +28,7 @@ class RunInClosedForm(Simulation):
     def __init__(self, point: OperatingPoint, until: float, rtol: float, output: Recorder) -> None:
         super().__init__(point, until, rtol, output)
         self._form = linear_form(self.system)
-        self.methods.append("exact")
+        self.methods.append(Used(point.time, "exact"))
 
     def go(self) -> None:
         """Run to the end.

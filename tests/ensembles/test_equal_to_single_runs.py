@@ -21,6 +21,7 @@ from ensemble_runs import (
 )
 from linkages import four_bar
 from machine_scenes import SCENES
+from stiff_in_turn import UNTIL, InTurn
 
 import lumped as lp
 from lumped import functionals as fun
@@ -142,6 +143,27 @@ def test_stiff_drives_by_all_methods(method, brakes):
         of, options = all_functionals(system, until), {"method": method, "rtol": 1e-7}
         one = ran(system, varied, points, of, until, **options)
         assert_same_bits(one, ran(system, varied, points, of, until, Alone, **options))
+
+
+@pytest.mark.parametrize("method", ["steps", "taylor"])
+def test_runs_that_are_stiff_and_soft_in_turn(method):
+    """Each turns there and back at times of its own; lanes take it back for explicit steps."""
+    system = lp.assemble(InTurn(cubic=1e3))
+    rng = np.random.default_rng(3)
+    varied = ["J", "c", "d"]
+    points = np.array([2.0, 8e4, 2e6]) * rng.uniform([0.3, 0.3, 1e-3], [3.0, 3.0, 1.0], (24, 3))
+    names, options = states(system), {"method": method, "rtol": 1e-7}
+    _, runs = assert_equal_to_single_runs(
+        system, varied, points, names, UNTIL, (1.3, 2.2), **options
+    )
+    turns = {tuple(used.begin for used in run.statistics.methods) for run in runs}
+    assert len(turns) == len(runs)
+    first = "explicit" if method == "steps" else "taylor"
+    told = Counter(run.statistics.method for run in runs)
+    assert told[f"{first} and implicit"] >= 20
+    of = all_functionals(system, UNTIL)
+    one = ran(system, varied, points, of, UNTIL, **options)
+    assert_same_bits(one, ran(system, varied, points, of, UNTIL, Alone, **options))
 
 
 def test_implicit_random_drives():

@@ -5,6 +5,7 @@ import pytest
 from bits import STEPS, Unit, reachable, states_of_run, states_of_unit
 from machine_scenes import SCENES
 from random_drives import RandomDrive
+from stiff_in_turn import UNTIL, InTurn
 from test_friction_random import CROWDED, Net
 
 import lumped as lp
@@ -88,6 +89,14 @@ def test_a_stiff_drive_with_many_states(tmp_path, method):
     assert len(system.state_names) >= 120
     run = assert_same(tmp_path, system, np.linspace(0.0, 3.0, 31), method=method)
     assert run.statistics.method.endswith("implicit")
+
+
+def test_a_drive_that_is_stiff_and_soft_in_turn(tmp_path):
+    """By itself the unit changes over to implicit steps and back, again and again."""
+    system = lp.assemble(InTurn(cubic=1e3))
+    run = assert_same(tmp_path, system, np.linspace(0.0, UNTIL, 41))
+    methods = [used.method for used in run.statistics.methods]
+    assert methods == 2 * ["explicit", "implicit"]
 
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])

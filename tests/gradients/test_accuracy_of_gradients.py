@@ -286,7 +286,8 @@ def test_an_implicit_step_without_a_solution_is_an_error():
     x, p, t, m = (ca.SX.sym(name, size) for name, size in (("x", 1), ("p", 1), ("t", 1), ("m", 0)))
     inputs = [x, p, t, m]
     steps = StepCode("Growth", inputs, p * x, ca.SX(0, 1), np.ones(1))
-    span = Span(np.array([a]), np.array([0.0, h]), np.ones((2, 1)), np.zeros((2, 0)), 0.0)
+    ends, none = np.array([0.0, h]), np.zeros((2, 0))
+    span = Span(np.array([a]), ends, np.ones((2, 1)), none, np.array([True]))
     look = CountedFunction(operations_of(ca.Function("look", inputs, [x])))
     for action in (
         lambda: steps.replayed(span, np.array([1, 0])),

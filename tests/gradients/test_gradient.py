@@ -222,7 +222,7 @@ def test_a_stiff_run_that_changes_its_method_agrees_with_a_matrix_exponential():
     found = lp.gradient(system, of=[fun.final("a.w")], to=to, until=0.5, rtol=1e-9)
     statistics = found.run.statistics
     assert statistics.method == "explicit then implicit"
-    assert 0 < statistics.implicit_from < 0.5
+    assert 0 < statistics.methods[1].begin < 0.5
 
     def last(J_a, c, d, w):
         A = np.array(

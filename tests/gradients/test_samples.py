@@ -35,7 +35,7 @@ def stiff_run():
 
 def test_values_at_times_in_any_order_over_a_change_of_the_method():
     run, look, speed = stiff_run()
-    assert 0 < run.statistics.implicit_from < 0.5
+    assert 0 < run.statistics.methods[1].begin < 0.5
     own = legs.legs_of(run)
     # the latest first: the last of the shorter steps is an explicit one
     times = np.concatenate([np.linspace(0.49, 1e-5, 23), own[0].t[[-1, 0]]])

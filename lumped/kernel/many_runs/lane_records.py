@@ -90,6 +90,7 @@ class Lanes(Record):
     stiff_steps: Annotated[Wide, "lanes"]
     patience: Annotated[Wide, "lanes"]
     untried_steps: Annotated[Wide, "lanes"]
+    long_enough: Annotated[Wide, "lanes"]
     steps: Annotated[Wide, "lanes"]
     rejected: Annotated[Wide, "lanes"]
     is_on: Annotated[Wide, "lanes"]

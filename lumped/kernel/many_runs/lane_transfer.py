@@ -58,6 +58,7 @@ def load(lanes: Lanes, k: int) -> None:
     flat(lanes.stiff_steps)[k] = float(run.stiff_steps)
     flat(lanes.patience)[k] = float(run.patience)
     flat(lanes.untried_steps)[k] = float(run.untried_steps)
+    flat(lanes.long_enough)[k] = run.long_enough
     flat(lanes.steps)[k] = float(run.steps)
     flat(lanes.rejected)[k] = float(run.rejected)
     flat(lanes.is_on)[k] = 1.0

@@ -21,6 +21,7 @@ from lumped.code.words import (
     record_at,
 )
 from lumped.kernel import dop853, rodas5p, taylor
+from lumped.kernel.choice import NEAR_LIMIT, STIFF_AFTER, UNTRIED
 from lumped.kernel.crossing import inside, inside_explicit, set_ranges
 from lumped.kernel.extremes import rises, set_rough_ranges
 from lumped.kernel.forcing import NODES, is_clear
@@ -41,17 +42,8 @@ from lumped.kernel.run import (
     UNFIT,
     Run,
 )
-from lumped.kernel.steps import (
-    HOPELESS,
-    LEAST,
-    NEAR_LIMIT,
-    SAFETY,
-    SHORTEST,
-    STIFF_AFTER,
-    UNTRIED,
-    explicit_growth,
-    is_finite,
-)
+from lumped.kernel.step_error import HOPELESS, SAFETY, is_finite
+from lumped.kernel.steps import LEAST, SHORTEST, explicit_growth
 from lumped.kernel.watch import Watch
 
 __all__ = ["COUNTERPARTS", "ENTRIES"]
@@ -100,9 +92,8 @@ def _fill(lanes: Lanes) -> int:
 @kernel
 def _try_implicit(lanes: Lanes, h: Wide) -> bool:
     """Let runs go on alone for which a trial of an implicit step is due; whether there are any."""
-    is_due = lanes.untried_steps >= UNTRIED or (
-        lanes.stiff_steps >= STIFF_AFTER and lanes.patience == 0.0
-    )
+    is_over = lanes.patience == 0.0 or h > lanes.long_enough
+    is_due = lanes.untried_steps >= UNTRIED or (lanes.stiff_steps >= STIFF_AFTER and is_over)
     is_due = is_due and lanes.is_on > 0.5 and lanes.end - lanes.t > rodas5p.LONGER * h
     if not any_lane(is_due):
         return False

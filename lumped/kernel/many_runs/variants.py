@@ -25,7 +25,7 @@ from lumped.kernel.run import (
     Run,
 )
 from lumped.kernel.sharing import watch_redundancy
-from lumped.kernel.steps import advance, attempt_once, end_attempt, leave_step
+from lumped.kernel.steps import advance, advance_implicitly, attempt_once, end_attempt, leave_step
 
 __all__ = [
     "Queue",
@@ -284,7 +284,7 @@ def until_steps_of(variants: Variants) -> int:
             if status == GOES_ON:
                 if not run.is_implicit:
                     return GOES_ON
-                status = advance(run)
+                status = advance_implicitly(run)
                 if status == GOES_ON:
                     continue
         if status == FULL or status == NEEDS_MATRIX or status == UNFIT or status == ASKS:

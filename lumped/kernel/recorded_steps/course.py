@@ -37,8 +37,8 @@ class Course(Record):
         Whether the states are known at each.
     is_step : Integers
         Whether there is a step from each to the next; else the run changes there.
-    implicit_from : float
-        When the implicit method took over, s.
+    is_implicit : Integers
+        Whether the step from each to the next is one of the implicit method.
     width, found : int, Numbers
         Results of a function, and these at `LOOKS` points of each step.
     errors : Numbers
@@ -56,7 +56,7 @@ class Course(Record):
     m: Numbers
     is_given: Integers
     is_step: Integers
-    implicit_from: float
+    is_implicit: Integers
     width: int
     found: Numbers
     errors: Numbers
@@ -119,7 +119,7 @@ def stand(run: Run, course: Course, k: int) -> float:
         run.m[i] = course.m[course.settings * k + i]
     run.t = course.t[k]
     run.t_new = course.t[k + 1]
-    run.is_implicit = run.t >= course.implicit_from
+    run.is_implicit = course.is_implicit[k]
     return run.t_new - run.t
 
 

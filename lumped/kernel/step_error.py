@@ -1,0 +1,68 @@
+"""One step by any method: its error at the end and inside."""
+
+from __future__ import annotations
+
+from lumped.code.words import kernel
+from lumped.kernel import dop853, rodas5p, taylor
+from lumped.kernel.linkages import follow
+from lumped.kernel.observe import is_inside_wanted
+from lumped.kernel.run import Run
+
+__all__ = ["HOPELESS", "SAFETY", "dense_error", "is_dense_wanted", "is_finite", "tried"]
+
+SAFETY = 0.9
+"""Part of the step that the tolerance allows."""
+HOPELESS = 1e3
+"""Largest error that is used: such a step is shortened as far as one attempt may."""
+
+
+@kernel
+def is_finite(run: Run) -> bool:
+    """Whether states and derivatives at the end of the step are numbers."""
+    n, new, bad = run.plant.states, run.new, 0.0
+    f = run.stages[12 * n :]
+    for i in range(n):
+        bad += 0.0 if abs(new[i]) < 1e300 and abs(f[i]) < 1e300 else 1.0
+    return bad == 0.0
+
+
+@kernel
+def tried(run: Run, h: float) -> float:
+    """Error of a step, relative to the tolerance."""
+    if run.plant.states == 0:
+        error = 0.0
+    elif run.is_implicit:
+        error = rodas5p.step(run, h)
+    elif run.by_series:
+        error = taylor.step(run, h)
+    else:
+        error = dop853.step(run, h)
+    if run.plant.implicit > 0 and not follow(run, run.new, run.t_new, run.m):
+        return 100.0
+    return error if error < HOPELESS else HOPELESS  # nan too
+
+
+@kernel
+def is_dense_wanted(run: Run) -> bool:
+    """Whether a value inside the step is needed."""
+    output = run.output
+    if run.plant.states == 0:
+        if run.watches:
+            run.watch.is_rough = run.watch.may_rise = 1
+        return False
+    is_watched = run.watches and is_inside_wanted(run)
+    if run.plant.margins > 0 or is_watched:
+        return True
+    return output.grid_next < output.grid_size and output.grid[output.grid_next] < run.t_new
+
+
+@kernel
+def dense_error(run: Run, h: float) -> float:
+    """Compute the interpolation in the step; gives its error relative to the tolerance."""
+    if run.is_implicit:
+        rodas5p.dense_output(run)
+        return rodas5p.dense_error(run, h)
+    if run.by_series:
+        return 0.0
+    dop853.dense_output(run, h)
+    return dop853.dense_error(run, h)

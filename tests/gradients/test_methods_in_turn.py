@@ -1,0 +1,95 @@
+"""Derivatives of runs that are stiff and soft in turn: each step is made again by its method."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from stiff_in_turn import EDGES, UNTIL, VALUES, InTurn, end, moved
+
+import lumped as lp
+from lumped import functionals as fun
+from lumped.gradients import legs
+from lumped.gradients.samples import sampled, values_at
+from lumped.gradients.steps import steps_of
+from lumped.timeloop.many_points import ManyPoints
+
+POINT = np.array(list(VALUES.values()))
+IN_TURN = ["explicit", "implicit", "explicit", "implicit"]
+
+
+def gradients(point):
+    """Derivatives of angle and speed at the end, by complex steps."""
+    moved_points = point + 1e-30j * np.eye(len(point))
+    return np.array([end(*p).imag / 1e-30 for p in moved_points]).T
+
+
+def used(run):
+    return [used.method for used in run.statistics.methods]
+
+
+@pytest.mark.parametrize("kept", [None, 40])
+def test_gradients_are_those_of_the_closed_form(kept, monkeypatch):
+    """Whether all states are kept, or most are made again."""
+    if kept:
+        monkeypatch.setattr(legs, "_KEPT_BYTES", 8 * 6 * kept)
+    system = lp.assemble(InTurn())
+    of = [fun.final("phi"), fun.final("w")]
+    found = lp.gradient(system, of=of, to=list(VALUES), until=UNTIL, rtol=1e-9)
+    assert used(found.run) == IN_TURN
+    assert any(piece.ends is not None for piece in found.run.pieces) == bool(kept)
+    shares = gradients(POINT) * POINT
+    error = np.abs(found.derivatives * POINT - shares).max(axis=1) / np.abs(shares).max(axis=1)
+    print(f"\nerrors relative to the largest share: {error}")
+    assert error.max() < 1e-7
+
+
+def test_sensitivities_are_those_of_the_closed_form():
+    system = lp.assemble(InTurn())
+    found = lp.sensitivity(system, of=["phi", "w"], to=list(VALUES), until=UNTIL, rtol=1e-8)
+    assert used(found.run) == IN_TURN
+    shares = gradients(POINT) * POINT
+    error = np.abs(found.values[-1] * POINT - shares).max(axis=1) / np.abs(shares).max(axis=1)
+    assert error.max() < 1e-6
+
+
+def test_second_derivatives_are_those_of_the_closed_form():
+    """Central differences of sixth order over complex steps, by relative changes."""
+    system = lp.assemble(InTurn())
+    found = lp.gradients.hessian(
+        system, of=fun.final("phi"), to=list(VALUES), until=UNTIL, rtol=1e-10
+    )
+    assert used(found.run) == IN_TURN
+    expected, h = np.zeros((5, 5)), 1e-4
+    for j in range(5):
+        for k, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60)):
+            for sign in (1, -1):
+                point = POINT.copy()
+                point[j] *= 1 + sign * k * h
+                expected[:, j] += sign * weight / h * gradients(point)[0] * POINT
+    received = found.matrix * POINT[:, None] * POINT
+    assert np.abs(received - expected).max() < 1e-6 * np.abs(expected).max()
+
+
+def test_values_between_steps_of_both_methods():
+    """At times in any order, and in all steps of the run."""
+    system = lp.assemble(InTurn())
+    run = lp.simulate(system, until=UNTIL, grid=None, rtol=1e-9, method="steps")
+    assert used(run) == IN_TURN
+    own, steps = legs.legs_of(run), steps_of(run.system, ())
+    look = ManyPoints(ca.Function("look", system.inputs, [system.expressions(["phi"])]))
+
+    def angle(t):
+        phi, w = 0.1, 0.0
+        for begin, stop in zip((0.0, *EDGES), (*EDGES, UNTIL), strict=True):
+            if t > begin:
+                damping = VALUES["free" if begin in (0.0, EDGES[1]) else "d"]
+                rest = min(t, stop) - begin
+                phi, w = moved(phi, w, rest, VALUES["J"], VALUES["c"], damping, VALUES["tau"])
+        return np.real(phi)
+
+    times = np.array([3.9, 0.3, 2.7, 1.4, 3.00001, 0.999, 2.0005, 1.00001])
+    numbers = times.astype(int)
+    found = values_at(run, own, steps, look, numbers, times)[:, 0]
+    assert found == pytest.approx([angle(t) for t in times], abs=1e-8)
+    for samples in sampled(own, steps, look):
+        expected = np.vectorize(angle)(samples.t)
+        assert np.abs(samples.values[:, :, 0] - expected).max() < 1e-8
