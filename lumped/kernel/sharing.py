@@ -128,16 +128,12 @@ def soften(run: Run, x: Numbers, m: Numbers) -> bool:
 @kernel
 def _keep_rigid(run: Run, x: Numbers, m: Numbers) -> None:
     """Let holds not yield that can follow any accelerations, whatever the others do."""
-    plant, rest, pushed, trial = (
-        run.plant,
-        run.instant.at_rest,
-        run.instant.pushed,
-        run.instant.sole,
-    )
+    plant, instant = run.plant, run.instant
+    rest, pushed, trial = instant.at_rest, instant.pushed, instant.sole
     copy_settings(plant, m, trial)
     look_at(run, x, trial, rest)
     for h in range(plant.holds):
-        run.instant.is_grouped[h] = 0
+        instant.is_grouped[h] = 0
     for other in range(2):
         for h in range(plant.holds):
             wanted = plant.any_demand[(h + other) % plant.holds]
