@@ -19,7 +19,7 @@ __all__ = ["damp", "share", "soften", "watch_redundancy", "weigh", "yield_from"]
 
 _COMPLIANCE = 1e-8
 """Compliance of redundant constraints, relative to that of the parts they hold."""
-_DAMPING = 100.0
+_DAMPING = 1000.0
 """Damping of their speeds, over the inverse of the size of the times of a run."""
 _FOLLOWS = 1e-4
 """Error of accelerations asked for, which are about 1, of holds that are not redundant."""
