@@ -11,7 +11,7 @@ from __future__ import annotations
 from lumped.code.words import Numbers, kernel, sqrt
 from lumped.flattening.hold_modes import COMPLIANCE, DAMPING, DEMAND, SHARE, SLACK, STUCK
 from lumped.kernel.holds import copy_settings, is_held, is_shared, look_at, put
-from lumped.kernel.plant import FREE
+from lumped.kernel.plant import FREE, Plant
 from lumped.kernel.reserve import largest_reserve
 from lumped.kernel.run import Look, Run
 
@@ -168,10 +168,27 @@ def weigh(run: Run, x: Numbers, m: Numbers) -> None:
 
 
 @kernel
+def _stays(plant: Plant, m: Numbers, state: int) -> bool:
+    """Whether a state is the speed of a hold that sticks."""
+    for h in range(plant.holds):
+        if plant.speed_state[h] == state and is_held(plant, m, h):
+            return True
+    return False
+
+
+@kernel
 def damp(run: Run, m: Numbers) -> None:
-    """Slow down what redundant constraints will yield."""
+    """Slow down what redundant constraints will yield, unless all that stick keep their speeds.
+
+    A speed that is a state stays while its hold sticks; others would follow its acceleration.
+    """
+    plant, follows = run.plant, False
+    for i in range(plant.speed_uses):
+        h = plant.use_hold[i]
+        if is_held(plant, m, h) and plant.speed_state[h] < 0 and not follows:
+            follows = not _stays(plant, m, plant.use_state[i])
     for h in range(run.plant.holds):
-        if is_shared(run.plant, m, h):
+        if follows and is_shared(run.plant, m, h):
             m[run.plant.hold_setting[h] + DAMPING] = _DAMPING / run.span
 
 
