@@ -29,8 +29,8 @@ from lumped.kernel.observe import begin_watch
 from lumped.kernel.pivots import pattern_of
 from lumped.kernel.positions import begin, calm_positions, find_positions
 from lumped.kernel.run import Pattern
-from lumped.kernel.sharing import watch_redundancy
 from lumped.kernel.steps import is_unfit
+from lumped.kernel.yielding import watch_redundancy
 from lumped.timeloop.executable import enclosed_of, enclosed_sizes, parts_of
 from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.instants import clocks

@@ -22,7 +22,7 @@ from lumped.kernel.positions import begin, calm_positions, find_positions
 from lumped.kernel.recorded_steps.course import looked, replayed
 from lumped.kernel.recorded_steps.sweep_back import swept
 from lumped.kernel.run import Run, Samples
-from lumped.kernel.sharing import watch_redundancy
+from lumped.kernel.yielding import watch_redundancy
 
 __all__ = ["ENTRIES"]
 

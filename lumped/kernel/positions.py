@@ -44,7 +44,8 @@ from lumped.kernel.run import (
     Look,
     Run,
 )
-from lumped.kernel.sharing import damp, share, watch_redundancy
+from lumped.kernel.sharing import share
+from lumped.kernel.yielding import damp, watch_redundancy
 
 __all__ = ["begin", "calm_positions", "find_positions"]
 

@@ -25,7 +25,7 @@ from lumped.kernel.problem import (
 )
 from lumped.kernel.rounds import begin_rounds
 from lumped.kernel.run import Look, Run
-from lumped.kernel.sharing import weigh, yield_from
+from lumped.kernel.yielding import weigh, yield_from
 
 __all__ = ["CHANGES", "FITS", "UNSOLVED", "calmness", "let_go", "settle_reactions"]
 

@@ -9,24 +9,14 @@ load, `lumped.kernel.reactions` finds.
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel, sqrt
-from lumped.flattening.hold_modes import COMPLIANCE, DAMPING, DEMAND, SHARE, SLACK, STUCK
-from lumped.kernel.holds import copy_settings, is_held, is_shared, look_at, put
-from lumped.kernel.plant import FREE, Plant
+from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, SHARE, SLACK
+from lumped.kernel.holds import copy_settings, is_held, is_shared, look_at
 from lumped.kernel.reserve import largest_reserve
 from lumped.kernel.run import Look, Run
+from lumped.kernel.yielding import COMPLIANT, soften, yield_from
 
-__all__ = ["damp", "share", "soften", "watch_redundancy", "weigh", "yield_from"]
+__all__ = ["share"]
 
-_COMPLIANCE = 1e-8
-"""Compliance of redundant constraints, relative to that of the parts they hold."""
-_DAMPING = 1000.0
-"""Damping of their speeds, over the inverse of the size of the times of a run."""
-_FOLLOWS = 1e-4
-"""Error of accelerations asked for, which are about 1, of holds that are not redundant."""
-_ASKED = 64
-"""Holds, evenly chosen, at which the compliance of the parts is found."""
-_WEAKEST = 1e3
-"""Most times that one constraint yields more than the strongest."""
 _NO_INFLUENCE, _NO_STRESS = 1e-6, 1e-6
 """Influence, and sum of its squares over a group, that is rounding."""
 _NO_RESERVE = -1e-8
@@ -35,161 +25,10 @@ _ROUNDS = 10
 """Most rounds of sharing, as limits may depend on reactions."""
 _SLACK = 5e-8
 """Rounding of a shared reaction, relative to the largest one; less if a constraint yields more."""
-_AGREE = 1e-6
 _GENTLE = 1e-3
 """Acceleration, in SI units, by the least load for which shares are made: one that passes through
 zero shall not be shared anew again and again."""
 _INFINITE = float("inf")
-
-
-@kernel
-def _is_redundant(run: Run, x: Numbers, trial: Numbers) -> bool:
-    """Whether the holds that stick cannot all follow arbitrary accelerations."""
-    plant, rest, pushed = run.plant, run.instant.at_rest, run.instant.pushed
-    wanted = plant.any_demand
-    look_at(run, x, trial, rest)
-    for h in range(plant.holds):
-        trial[plant.hold_setting[h] + DEMAND] = wanted[h]
-    look_at(run, x, trial, pushed)
-    found = False
-    for h in range(plant.holds):
-        trial[plant.hold_setting[h] + DEMAND] = 0.0
-        error = abs(pushed.acceleration[h] - rest.acceleration[h] - wanted[h])
-        force = abs(pushed.reaction[h] - rest.reaction[h])
-        if is_held(plant, trial, h) and (not error < _AGREE or not force < _INFINITE):
-            found = True
-    return found
-
-
-@kernel
-def watch_redundancy(run: Run) -> None:
-    """Note whether constraints are redundant if all stick; otherwise no fewer ones can be."""
-    plant, trial = run.plant, run.instant.trial
-    copy_settings(plant, run.m, trial)
-    for h in range(plant.holds):
-        put(plant, trial, h, STUCK)
-        trial[plant.hold_setting[h] + COMPLIANCE] = 0.0
-    run.may_be_redundant = plant.holds > 0 and _is_redundant(run, run.x, trial)
-    run.yielding = -1.0
-
-
-@kernel
-def _softest(run: Run, x: Numbers, alone: Numbers) -> float:
-    """The largest acceleration that a unit of force gives at a constraint."""
-    plant, rest, pushed = run.plant, run.instant.at_rest, run.instant.pushed
-    found = 0.0
-    for h in range(plant.holds):
-        put(plant, alone, h, FREE)
-        alone[plant.hold_setting[h] + COMPLIANCE] = 0.0
-    asked = min(plant.holds, _ASKED)
-    for k in range(asked):
-        h = k * (plant.holds - 1) // max(asked - 1, 1)
-        demand = plant.hold_setting[h] + DEMAND
-        put(plant, alone, h, STUCK)
-        look_at(run, x, alone, rest)
-        alone[demand] = 1.0
-        look_at(run, x, alone, pushed)
-        alone[demand] = 0.0
-        put(plant, alone, h, FREE)
-        # the force is infinite where a motion is prescribed
-        force = abs(pushed.reaction[h] - rest.reaction[h])
-        if force > 0.0 and force < _INFINITE:
-            found = max(found, 1.0 / force)
-    return found if found > 0.0 else 1.0
-
-
-@kernel
-def _know_yielding(run: Run, x: Numbers, m: Numbers) -> None:
-    """The compliance of redundant constraints, found once in a run."""
-    if run.yielding < 0.0:
-        copy_settings(run.plant, m, run.instant.sole)
-        run.yielding = _COMPLIANCE * _softest(run, x, run.instant.sole)
-
-
-@kernel
-def soften(run: Run, x: Numbers, m: Numbers) -> bool:
-    """Let holds that stick yield a little if they are redundant; whether they are."""
-    plant, instant = run.plant, run.instant
-    any_stuck = False
-    for h in range(plant.holds):
-        own = m[plant.hold_setting[h] :]
-        own[COMPLIANCE] = own[DEMAND] = own[SHARE] = own[DAMPING] = 0.0
-        any_stuck = any_stuck or is_held(plant, m, h)
-    if not (run.may_be_redundant and any_stuck):
-        return False
-    copy_settings(plant, m, instant.sole)
-    if not _is_redundant(run, x, instant.sole):
-        return False
-    weigh(run, x, m)
-    _keep_rigid(run, x, m)
-    return True
-
-
-@kernel
-def _keep_rigid(run: Run, x: Numbers, m: Numbers) -> None:
-    """Let holds not yield that can follow any accelerations, whatever the others do."""
-    plant, instant = run.plant, run.instant
-    rest, pushed, trial = instant.at_rest, instant.pushed, instant.sole
-    copy_settings(plant, m, trial)
-    look_at(run, x, trial, rest)
-    for h in range(plant.holds):
-        instant.is_grouped[h] = 0
-    for other in range(2):
-        for h in range(plant.holds):
-            wanted = plant.any_demand[(h + other) % plant.holds]
-            trial[plant.hold_setting[h] + DEMAND] = wanted
-        look_at(run, x, trial, pushed)
-        for h in range(plant.holds):
-            wanted = trial[plant.hold_setting[h] + DEMAND]
-            error = abs(pushed.acceleration[h] - rest.acceleration[h] - wanted)
-            instant.is_grouped[h] = instant.is_grouped[h] or not error < _FOLLOWS
-    for h in range(plant.holds):
-        if is_held(plant, m, h) and not instant.is_grouped[h]:
-            m[plant.hold_setting[h] + COMPLIANCE] = 0.0
-
-
-@kernel
-def weigh(run: Run, x: Numbers, m: Numbers) -> None:
-    """Let all holds yield while they stick, the weaker ones more."""
-    plant, instant = run.plant, run.instant
-    _know_yielding(run, x, m)
-    look, strongest = instant.at_rest, 0.0
-    for h in range(plant.holds):
-        m[plant.hold_setting[h] + COMPLIANCE] = run.yielding
-    look_at(run, x, m, look)
-    for h in range(plant.holds):
-        reach = min(abs(look.upper[h]), abs(look.lower[h]))
-        if reach < _INFINITE:
-            strongest = max(strongest, reach)
-    for h in range(plant.holds):
-        reach = min(abs(look.upper[h]), abs(look.lower[h]))
-        if reach > 0.0 and reach < _INFINITE and strongest > 0.0:
-            m[plant.hold_setting[h] + COMPLIANCE] *= min(strongest / reach, _WEAKEST)
-
-
-@kernel
-def _stays(plant: Plant, m: Numbers, state: int) -> bool:
-    """Whether a state is the speed of a hold that sticks."""
-    for h in range(plant.holds):
-        if plant.speed_state[h] == state and is_held(plant, m, h):
-            return True
-    return False
-
-
-@kernel
-def damp(run: Run, m: Numbers) -> None:
-    """Slow down what redundant constraints will yield, unless all that stick keep their speeds.
-
-    A speed that is a state stays while its hold sticks; others would follow its acceleration.
-    """
-    plant, follows = run.plant, False
-    for i in range(plant.speed_uses):
-        h = plant.use_hold[i]
-        if is_held(plant, m, h) and plant.speed_state[h] < 0 and not follows:
-            follows = not _stays(plant, m, plant.use_state[i])
-    for h in range(run.plant.holds):
-        if follows and is_shared(run.plant, m, h):
-            m[run.plant.hold_setting[h] + DAMPING] = _DAMPING / run.span
 
 
 @kernel
@@ -232,14 +71,6 @@ def _largest(run: Run, m: Numbers, look: Look) -> float:
             if look.upper[h] < _INFINITE and look.lower[h] > -_INFINITE:
                 found = max(found, look.upper[h] - look.lower[h])
     return found
-
-
-@kernel
-def yield_from(run: Run, m: Numbers, look: Look) -> None:
-    """Let holds that stick yield only to changes of their reaction from that at a point."""
-    plant = run.plant
-    for h in range(plant.holds):
-        m[plant.hold_setting[h] + SHARE] = look.reaction[h] if is_held(plant, m, h) else 0.0
 
 
 @kernel
@@ -416,7 +247,7 @@ def _share_in_group(run: Run, m: Numbers, look: Look, count: int) -> float:
         programme.upper[i], programme.lower[i] = look.upper[h], look.lower[h]
         programme.carried[i] = look.reaction[h]
     programme.size = plant.holds
-    programme.least_size = _GENTLE * _COMPLIANCE / run.yielding
+    programme.least_size = _GENTLE * COMPLIANT / run.yielding
     _find_stresses(run, m, count)
     reserve = largest_reserve(programme, count)
     for i in range(count):

@@ -24,8 +24,8 @@ from lumped.kernel.run import (
     UNFIT,
     Run,
 )
-from lumped.kernel.sharing import watch_redundancy
 from lumped.kernel.steps import advance, advance_implicitly, attempt_once, end_attempt, leave_step
+from lumped.kernel.yielding import watch_redundancy
 
 __all__ = [
     "Queue",
