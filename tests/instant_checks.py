@@ -35,7 +35,7 @@ BRIEF = 1e-4
 """Speed, relative to the greatest, that a bounce or friction may end as it is over at once."""
 SPEEDS, RATES, STATES, MARGINS = 1e-7, 1e-6, 1e-6, 1e-6
 """Differences allowed in speeds after impacts, accelerations, states after a motion, margins."""
-CREEP, YIELDING, CLOSED = 1e-8, 1e-6, 1e-8
+CREEP, YIELDING, CLOSED = 1e-7, 1e-6, 1e-8
 """Speed and acceleration, relative to the greatest, and gap of what rests but yields a little."""
 ROUNDING = 1e-13
 """Speed that is rounding."""

@@ -109,24 +109,27 @@ def soften(run: Run, x: Numbers, m: Numbers) -> bool:
 
 @kernel
 def _keep_rigid(run: Run, x: Numbers, m: Numbers) -> None:
-    """Let holds not yield that can follow any accelerations, whatever the others do."""
+    """Let holds not yield that can follow any accelerations, unless motions are prescribed."""
     plant, instant = run.plant, run.instant
     rest, pushed, trial = instant.at_rest, instant.pushed, instant.sole
     copy_settings(plant, m, trial)
     look_at(run, x, trial, rest)
     for h in range(plant.holds):
         instant.is_grouped[h] = 0
+    is_prescribed = False
     for other in range(2):
         for h in range(plant.holds):
             wanted = plant.any_demand[(h + other) % plant.holds]
             trial[plant.hold_setting[h] + DEMAND] = wanted
         look_at(run, x, trial, pushed)
         for h in range(plant.holds):
-            wanted = trial[plant.hold_setting[h] + DEMAND]
-            error = abs(pushed.acceleration[h] - rest.acceleration[h] - wanted)
+            change = pushed.acceleration[h] - rest.acceleration[h]
+            error = abs(change - trial[plant.hold_setting[h] + DEMAND])
             instant.is_grouped[h] = instant.is_grouped[h] or not error < _FOLLOWS
+            moves = abs(change) > _FOLLOWS
+            is_prescribed = is_prescribed or (is_held(plant, m, h) and not moves)
     for h in range(plant.holds):
-        if is_held(plant, m, h) and not instant.is_grouped[h]:
+        if is_held(plant, m, h) and not (is_prescribed or instant.is_grouped[h]):
             m[plant.hold_setting[h] + COMPLIANCE] = 0.0
 
 
@@ -163,15 +166,16 @@ def damp(run: Run, m: Numbers) -> None:
     """Slow down what redundant constraints will yield, unless all that stick keep their speeds.
 
     A speed that is a state stays while its hold sticks; others would follow its acceleration.
+    Rounding of other speeds, damped, would be felt in reactions.
     """
     plant, follows = run.plant, False
     for i in range(plant.speed_uses):
         h = plant.use_hold[i]
         if is_held(plant, m, h) and plant.speed_state[h] < 0 and not follows:
             follows = not _stays(plant, m, plant.use_state[i])
-    for h in range(run.plant.holds):
-        if follows and is_shared(run.plant, m, h):
-            m[run.plant.hold_setting[h] + DAMPING] = _DAMPING / run.span
+    for h in range(plant.holds):
+        if follows and plant.speed_state[h] >= 0 and is_shared(plant, m, h):
+            m[plant.hold_setting[h] + DAMPING] = _DAMPING / run.span
 
 
 @kernel

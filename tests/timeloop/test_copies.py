@@ -178,6 +178,7 @@ def made():
         run.certificate,
         run.events[0],
         run.statistics,
+        run.statistics.methods[0],
         point,
         system,
         modes,
