@@ -29,14 +29,15 @@ from scipy.optimize import nnls
 
 REST = 1e-9
 """Speed that is none, relative to the greatest speed (plus 1)."""
-GAPS = 1e-12, 1e-13, 1e-14, 1e-11, 1e-10, 1e-9, 1e-8, 3e-8, -1e-9
+GAPS = 1e-12, 1e-13, 1e-14, 1e-11, 1e-10, 1e-9, 1e-8, 3e-8, 3e-7, -1e-9
 """Gaps that are none for one and may be open for another, rad or m; what has yielded overlaps."""
 BRIEF = 1e-4
 """Speed, relative to the greatest, that a bounce or friction may end as it is over at once."""
 SPEEDS, RATES, STATES, MARGINS = 1e-7, 1e-6, 1e-6, 1e-6
 """Differences allowed in speeds after impacts, accelerations, states after a motion, margins."""
-CREEP, YIELDING, CLOSED = 1e-7, 1e-6, 1e-8
-"""Speed and acceleration, relative to the greatest, and gap of what rests but yields a little."""
+CREEP, YIELDING, TOUCHES, CLOSED = 5e-7, 1e-6, 1e-12, 3e-7
+"""Speed and acceleration, relative to the greatest, of what rests but yields a little; gap that
+surely is none, and that may be none, as what touched may have yielded."""
 ROUNDING = 1e-13
 """Speed that is rounding."""
 MOMENT = 1e-8
@@ -106,8 +107,9 @@ def check(drive, parts, happened):
             if abs(s - t) < 1e-12 or (name in law.bouncing and t < s < t + BRIEF)
         }
         if part.t[-1] - t > MOMENT:
-            before, modes = modes, law.check_motion(part, found)
-            changed = law.changed(before or modes, modes) - named
+            before, doubtful = modes, law.doubtful
+            modes = law.check_motion(part, modes, found)
+            changed = law.changed(before or modes, modes) - named - doubtful
             if changed:
                 found.wrong.append(f"{t:.7f}: {sorted(changed)} change without event")
             named = set()
@@ -129,6 +131,7 @@ class Law:
         self.pressed = [k for k, c in enumerate(drive.contacts) if isinstance(c.level, Pressed)]
         self.pressing: dict[int, float] = {}
         self.kinetic: set[int] = set()
+        self.doubtful: set[str] = set()
         drive.made = {}
 
     def state(self, t, q, v):
@@ -323,7 +326,7 @@ class Law:
     # -- motions ---------------------------------------------------------------------------------
 
     def modes(self, part):
-        """Modes of a part, from its speeds, gaps and accelerations."""
+        """Modes that a part may have, from its speeds, gaps and accelerations."""
         size = 1.0 + np.abs(part.v).max()
         gap, speed = self.gaps + part.q @ self.rows.T, part.v @ self.rows.T
         rate = part.a[[0, -1]] @ self.rows.T
@@ -335,23 +338,37 @@ class Law:
                 moved = gap[-1, k] - gap[0, k]
                 fast = sense(moved, speed[[0, -1], k], rate[:, k], still, REST * size)
             if not self.engaged(k, part.t[0]):
-                found.append(OFF)
+                found.append([OFF])
             elif kind == "dog":
-                found.append(STICK)
+                found.append([STICK])
             elif kind == "gap":
-                away = gap[:, k].max() > CLOSED or fast != 0.0
-                found.append(OFF if away else STICK)
+                apart = np.inf if fast != 0.0 else gap[:, k].max()
+                ways = [m for m, fits in ((STICK, apart < CLOSED), (OFF, apart > TOUCHES)) if fits]
+                found.append(ways)
             elif kind == "freewheel":
-                found.append(STICK if fast == 0.0 else FORWARD)
+                found.append([STICK if fast == 0.0 else FORWARD])
             else:
-                found.append(STICK if fast == 0.0 else FORWARD if fast > 0 else BACKWARD)
-        for k in self.pressed:
-            found[k] = OFF if found[self.contacts[k].level.by] == OFF else found[k]
-        return tuple(found)
+                found.append([STICK if fast == 0.0 else FORWARD if fast > 0 else BACKWARD])
+        for modes in map(list, product(*found)):
+            for k in self.pressed:
+                modes[k] = OFF if modes[self.contacts[k].level.by] == OFF else modes[k]
+            yield tuple(modes)
 
-    def check_motion(self, part, finding):
+    def check_motion(self, part, before, finding):
+        """Check a part in modes that it may have; gives those that fit, as before if possible."""
+        ways = list(self.modes(part))
+        self.doubtful = set().union(*(self.changed(ways[0], modes) for modes in ways))
+        ways.sort(key=lambda modes: len(self.changed(before or modes, modes)))
+        found = []
+        for modes in ways:
+            if not (text := self.fault_of_motion(part, modes)):
+                return modes
+            found.append(text)
+        finding.wrong.append(found[0])
+        return ways[0]
+
+    def fault_of_motion(self, part, modes):
         """Compare a part with a matrix exponential, and see that nothing is overlooked in it."""
-        modes = self.modes(part)
         motion = self.drive.motion(modes)
         length = part.t[-1] - part.t[0]
         z = self.state(part.t[0], part.q[0], part.v[0])
@@ -363,10 +380,9 @@ class Law:
         named = dict(zip([c.name for c in self.contacts], modes, strict=True))
         if error.max() > STATES:
             at = part.t[1:][error.argmax()]
-            finding.wrong.append(
+            return (
                 f"{part.t[0]:.7f}: motion deviates by {error.max():.1e} at {at:.7f}, modes {named}"
             )
-            return modes
         steps = max(int(np.ceil(length / 2e-3)), 4)
         lowest = lows(motion, z, length / steps, steps)
         allowed = MARGINS * (1.0 + motion.sizes[0] @ np.maximum(np.abs(z), np.abs(after[-1])))
@@ -374,11 +390,11 @@ class Law:
         if bad.any():
             k = int((lowest / allowed).argmin())
             blamed = [c.name for c, b in zip(self.contacts, motion.blamed[k], strict=True) if b]
-            finding.wrong.append(
+            return (
                 f"{part.t[0]:.7f}: margin of {blamed} falls to {lowest[k]:.1e} before "
                 f"{part.t[-1]:.7f}, modes {named}"
             )
-        return modes
+        return ""
 
 
 def sense(moved, speed, rate, still, rest):
