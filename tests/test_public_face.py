@@ -9,6 +9,7 @@ import tomllib
 from pathlib import Path
 from types import ModuleType
 
+import networkx as nx
 import pytest
 from public_names import PLACES, PUBLIC, THEMES
 
@@ -150,30 +151,39 @@ def test_an_analysis_loads_no_other():
     assert not {"lumped.optimisation", "lumped.exchange", "lumped.orbits", "matplotlib"} & found
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="a fresh process for each module is a fork")
-def test_each_module_of_names_loads_alone_and_without_components():
-    """Each in a process that has loaded nothing else of lumped."""
-    groups: dict[str, list[str]] = {}
+def loaded_by(lines: list[ast.stmt]) -> set[str]:
+    """What lines load as a module is loaded: functions and annotations load nothing."""
+    found: set[str] = set()
+    for line in lines:
+        if isinstance(line, ast.Import):
+            found |= {alias.name for alias in line.names}
+        elif isinstance(line, ast.ImportFrom):
+            found |= {f"{line.module}.{alias.name}" for alias in line.names}
+        elif not isinstance(line, ast.FunctionDef):
+            is_typing = isinstance(line, ast.If) and "TYPE_CHECKING" in ast.unparse(line.test)
+            for block in ("orelse", "finalbody") if is_typing else ("body", "orelse", "finalbody"):
+                found |= loaded_by(getattr(line, block, []))
+            found |= {name for h in getattr(line, "handlers", []) for name in loaded_by(h.body)}
+    return found
+
+
+def test_each_module_loads_alone_and_without_components():
+    """As none waits for itself, it does not matter what is loaded before."""
+    files = {}
+    for path in (ROOT / "lumped").rglob("*.py"):
+        name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        files[name.removesuffix(".__init__")] = path
+    loads = nx.DiGraph()
+    loads.add_nodes_from(files)
+    for name, path in files.items():
+        for other in loaded_by(ast.parse(path.read_text(encoding="utf-8")).body):
+            above = {other.rsplit(".", k)[0] for k in range(other.count(".") + 1)} | {other}
+            own = {a for a in above if f"{name}.".startswith(f"{a}.")}
+            loads.add_edges_from((name, a) for a in (above - own) & files.keys())
+    assert [*nx.simple_cycles(loads)] == []
     for name in PLACES:
-        for known, source in sources(name).items():
-            groups.setdefault(source, []).append(f"{name}.{known}")
-    code = f"""
-import os, sys
-import casadi, llvmlite.binding, networkx, numpy
-import scipy.linalg, scipy.optimize, scipy.sparse.csgraph, scipy.stats
-for names in {[*groups.values()]!r}:
-    if not os.fork():
-        import lumped
-        try:
-            for name in names:
-                assert eval(name) is not None
-            assert "lumped.components" not in sys.modules
-        except BaseException as error:
-            print(names, repr(error), flush=True)
-        os._exit(0)
-    os.wait()
-"""
-    assert python(code) == ""
+        for source in sources(name).values():
+            assert "lumped.components" not in nx.descendants(loads, source)
 
 
 def test_the_contract_of_the_core_covers_all_that_loads_late():
