@@ -11,6 +11,7 @@ from lumped.code.records import Field, Record
 from lumped.kernel.cycles import Count
 from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.plant import Function, Plant
+from lumped.kernel.roots import Bracket
 from lumped.kernel.run import InstantSearch, Matrix, Pattern, Run, RunOutput
 from lumped.kernel.watch import Watch
 
@@ -27,6 +28,7 @@ _RECORDS: dict[str, type[Record]] = {
     "output": RunOutput,
     "enclosed_margins": Enclosed,
     "enclosed_rates": Enclosed,
+    "bracket": Bracket,
     **dict.fromkeys(_OF_WATCH, Enclosed),
     "matrix": Matrix,
     "pattern": Pattern,

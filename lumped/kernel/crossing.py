@@ -14,7 +14,8 @@ from lumped.kernel import dop853, rodas5p, taylor
 from lumped.kernel.enclosure import enclose, select, select_open, value_at
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.models import REST, SIZE, to_bernstein
-from lumped.kernel.plant import SLIDE
+from lumped.kernel.plant import CONDITION, SLIDE
+from lumped.kernel.roots import begin_bracket, narrow, next_point
 from lumped.kernel.run import STORM_SIZE, Run
 
 __all__ = [
@@ -34,8 +35,8 @@ _TOGETHER = 1e-3
 """Part of a step within which others may fire with the first margin."""
 _EARLY = 0.25
 """Part of a step in which a margin that begins below zero must come back."""
-_ITERATIONS, _BISECTIONS = 100, 70
-"""Iterations with the inverse parabola, and then without, which end in any case."""
+_LAST = 1e-9
+"""Part of a step before its end: what falls in it may fall with what happens there."""
 _ROUNDING = 2.0**-53
 """Rounding of a part of a step."""
 _CROWDED = 1e-14
@@ -127,38 +128,19 @@ def _tolerance(run: Run, k: int) -> float:
 
 @kernel
 def _root(run: Run, k: int, low: float, high: float, extra: float, sign: float) -> float:
-    """Part of the step at which a margin falls to zero, or rises (sign -1): the end that has.
-
-    Chandrupatla's method, Advances in Engineering Software 28 (1997) 145: the inverse parabola
-    where it is sure to gain, else bisection, always with a bracket. The secant is tried first.
-    """
-    a, fa = low, sign * _value(run, k, low, extra)
-    b, fb = high, sign * _value(run, k, high, extra)
-    if not fa > 0.0:
-        return a
-    if not fb < 0.0:
-        return b
-    c, fc, share = a, fa, fa / (fa - fb)
-    for i in range(_ITERATIONS + _BISECTIONS):
-        x = a + share * (b - a)
-        fx = sign * _value(run, k, x, extra)
-        if (fx < 0.0) == (fa < 0.0):
-            c, fc = a, fa
-        else:
-            c, fc = b, fb
-            b, fb = a, fa
-        a, fa = x, fx
-        least = (_ROUNDING + 2.0 * _ROUNDING * abs(a)) / abs(b - a)
-        if fa == 0.0 or least > 0.5:
-            break
-        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
-        share = 0.5
-        is_sure = phi * phi < xi and (1.0 - phi) * (1.0 - phi) < 1.0 - xi
-        if is_sure and i < _ITERATIONS:
-            share = fa / (fb - fa) * (fc / (fb - fc))
-            share += (c - a) / (b - a) * (fa / (fc - fa)) * (fb / (fc - fb))
-        share = min(max(share, least), 1.0 - least)
-    return a if fa <= 0.0 else b
+    """Part of the step at which a margin falls to zero, or rises (sign -1): the end that has."""
+    b = run.bracket
+    at_low, at_high = sign * _value(run, k, low, extra), sign * _value(run, k, high, extra)
+    if not at_low > 0.0:
+        return low
+    if not at_high < 0.0:
+        return high
+    begin_bracket(b, low, at_low, high, at_high)
+    goes_on = True
+    while goes_on:
+        part = next_point(b)
+        goes_on = narrow(b, part, sign * _value(run, k, part, extra), _ROUNDING)
+    return b.last if b.at_last <= 0.0 else b.other
 
 
 @kernel
@@ -186,17 +168,19 @@ def _is_crowded(run: Run) -> bool:
 
 
 @kernel
-def _judge(run: Run, model: Numbers, tolerance: float, last: float, width: float) -> int:
+def _judge(
+    run: Run, model: Numbers, tolerance: float, level: float, last: float, width: float
+) -> int:
     """What a margin does in a part, from its model and its value at the end."""
     top, rest, b = to_bernstein(model, run.bernstein), model[REST], run.bernstein
     least, changes = b[0], 0
     for j in range(1, top + 1):
         least = min(least, b[j])
-        if (b[j] < -tolerance) != (b[j - 1] < -tolerance):
+        if (b[j] < level) != (b[j - 1] < level):
             changes += 1
-    if least - rest >= -tolerance:
+    if least - rest >= level:
         return _CLEAR
-    is_low = not last >= -tolerance
+    is_low = not last >= level
     # the model falls once, and what it lacks counts as nothing
     if is_low and changes == 1 and rest <= tolerance:
         return _FALLS
@@ -214,6 +198,8 @@ def _first_fall(run: Run, k: int, until: float) -> bool:
     """
     ends, levels, tolerance = run.halves, run.levels, _tolerance(run, k)
     begin, above, depth, parts = 0.0, 0.0, 0, 0
+    ends_low = run.at_begin[k] > tolerance and run.at_end[k] < 0.0
+    ends_low = ends_low and _value(run, k, 1.0 - _LAST, 0.0) < 0.0
     if run.at_begin[k] < -tolerance:
         if _value(run, k, _EARLY, 0.0) < -tolerance:
             ends[0] = ends[1] = 0.0
@@ -227,7 +213,9 @@ def _first_fall(run: Run, k: int, until: float) -> bool:
             enclose(run, run.enclosed_margins, run.plant.margin, begin, end - begin)
         parts += 1
         width = end - begin if parts < _MOST_PARTS else 0.0
-        found = _judge(run, run.enclosed_margins.model[SIZE * k :], tolerance, last, width)
+        # what comes from above its tolerance, and was below zero before the end, has fallen
+        level = 0.0 if ends_low and end >= 1.0 else -tolerance
+        found = _judge(run, run.enclosed_margins.model[SIZE * k :], tolerance, level, last, width)
         if found == _FALLS:
             ends[0], ends[1] = above, end
             return True
@@ -277,12 +265,16 @@ def _stand(run: Run, part: float) -> None:
 
 @kernel
 def _note_fired(run: Run, first: float, last: int) -> None:
-    """Note the margins that fire at the crossing: the first, and those at zero with it."""
-    instant = run.instant
+    """Note the margins that fire at the crossing: the first, and those that fall to zero with it.
+
+    That of a hold which rests at zero, or has just left it, does not fall.
+    """
+    instant, n = run.instant, run.plant.margins
     count = 0
-    for k in range(run.plant.margins):
-        is_near = run.fires[k] <= first + _TOGETHER
-        if k == last or (is_near and run.margin[k] <= run.tolerance[k]):
+    for k in range(n):
+        is_near = run.fires[k] <= first + _TOGETHER and run.margin[k] <= run.tolerance[k]
+        falls = run.plant.margin_kind[k] == CONDITION or run.at_begin[k] > run.at_begin[n + k]
+        if k == last or (is_near and falls):
             instant.fired[count] = k
             count += 1
     instant.fired_count = count

@@ -12,6 +12,7 @@ from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.models import REST, SIZE, to_bernstein
 from lumped.kernel.plant import Function
+from lumped.kernel.roots import begin_bracket, narrow, next_point
 from lumped.kernel.run import Run
 
 __all__ = [
@@ -45,7 +46,6 @@ _ROUGH = 0.01
 """What a polynomial may lack, over its way, for a guess what it lacks in a smaller part."""
 _LEAST_PART = 1.0 / 16.0
 """Of a part in which a quantity was enclosed, where it is enclosed next."""
-_SEARCHES = 60
 _CLOSE = 1e-8
 """Part of a part at which the slope is zero; the value there is known to the square."""
 _SAME = 1e-15
@@ -121,51 +121,36 @@ def root_of_slope(run: Run, part: Numbers, up: float) -> float:
     """Where the slope of a polynomial changes its sign, as a share of the part; else an end.
 
     With the sign `up` it goes from above zero to below it.
-
-    Illinois variant of the secant method (Dowell and Jarratt, BIT 11 (1971) 168).
     """
-    a, b = 0.0, 1.0
-    fa, fb = up * _slope(run, part, a), up * _slope(run, part, b)
-    if fa <= 0.0 or fb >= 0.0:
-        return a if fa <= 0.0 else b
-    for _ in range(_SEARCHES):
-        c = (a * fb - b * fa) / (fb - fa)
-        fc = up * _slope(run, part, c)
-        is_close = abs(c - b) <= _CLOSE
-        if fc * fb < 0.0:
-            a, fa = b, fb
-        else:
-            fa = 0.5 * fa
-        b, fb = c, fc
-        if is_close or fc == 0.0:
-            break
-    return b
+    b = run.bracket
+    first, last = up * _slope(run, part, 0.0), up * _slope(run, part, 1.0)
+    if first <= 0.0 or last >= 0.0:
+        return 0.0 if first <= 0.0 else 1.0
+    begin_bracket(b, 0.0, first, 1.0, last)
+    goes_on = True
+    while goes_on:
+        at = next_point(b)
+        goes_on = narrow(b, at, up * _slope(run, part, at), _CLOSE)
+    return b.last
 
 
 @kernel
 def set_cuts(run: Run, begin: float, end: float) -> None:
     """Find where quantities have kinks in a part of the step, as far as its ends tell."""
-    watch = run.watch
+    watch, b = run.watch, run.bracket
     set_values(run, watch.kink, begin, watch.kink_begin)
     set_values(run, watch.kink, end, watch.kink_end)
     for i in range(watch.kinks):
         watch.cuts[i] = NEVER
     for i in range(watch.kinks):
-        a, b, fa, fb = begin, end, watch.kink_begin[i], watch.kink_end[i]
-        if fa * fb < 0.0:
-            for _ in range(_SEARCHES):
-                c = (a * fb - b * fa) / (fb - fa)
-                set_values(run, watch.kink, c, watch.kink_end)
-                fc = watch.kink_end[i]
-                is_close = abs(c - b) <= _SAME
-                if fc * fb < 0.0:
-                    a, fa = b, fb
-                else:
-                    fa = 0.5 * fa
-                b, fb = c, fc
-                if is_close or fc == 0.0:
-                    break
-            watch.cuts[i] = b
+        if watch.kink_begin[i] * watch.kink_end[i] < 0.0:
+            begin_bracket(b, begin, watch.kink_begin[i], end, watch.kink_end[i])
+            goes_on = True
+            while goes_on:
+                at = next_point(b)
+                set_values(run, watch.kink, at, watch.kink_end)
+                goes_on = narrow(b, at, watch.kink_end[i], _SAME)
+            watch.cuts[i] = b.last
             set_values(run, watch.kink, end, watch.kink_end)
 
 

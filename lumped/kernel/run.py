@@ -15,6 +15,7 @@ from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers
 from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.plant import Function, Plant
+from lumped.kernel.roots import Bracket
 from lumped.kernel.rounds import Rounds
 from lumped.kernel.watch import Watch
 
@@ -415,7 +416,7 @@ class Run(Record):
 
     # margins in the step: at a point, with their tolerances; at both ends; lower bounds over all of
     # it; when each fires, as a part of the step; parts that wait to be looked at: ends, and values
-    # there
+    # there; where a root lies
     margin: Annotated[Numbers, "margins", "2 * margins"]
     tolerance: Annotated[Numbers, "margins"]
     at_begin: Annotated[Numbers, "2 * margins"]
@@ -425,6 +426,7 @@ class Run(Record):
     halves: Annotated[Numbers, "64"]
     levels: Annotated[Numbers, "64"]
     inner: Annotated[Numbers, "states"]
+    bracket: Bracket
     t_cross: float
 
     # enclosures (see `enclosure`): ranges of states and time over the step; coefficients of one

@@ -7,6 +7,7 @@ import numpy as np
 from lumped.code.records import Record
 from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.plant import Plant
+from lumped.kernel.roots import Bracket
 from lumped.kernel.run import InstantSearch, Run
 from lumped.timeloop.output_room import OutputRoom
 
@@ -78,6 +79,7 @@ def made_run(sizes: dict[str, int], plant: Plant) -> Run:
     run = Run(sizes, own, plant=plant, instant=instant)
     run.enclosed_margins = Enclosed(sizes, results=plant.margins)
     run.enclosed_rates = Enclosed(sizes, results=plant.states, is_still=1)
+    run.bracket = Bracket({})
     run.memory, run.memory_at_first, run.memory_size = block, np.zeros_like(block), len(block)
     return run
 
