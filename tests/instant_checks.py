@@ -29,13 +29,13 @@ from scipy.optimize import nnls
 
 REST = 1e-9
 """Speed that is none, relative to the greatest speed (plus 1)."""
-GAPS = 1e-12, 1e-13, 1e-14, 1e-11, 1e-10, 1e-9, 1e-8, 3e-8, 3e-7, -1e-9
+GAPS = 1e-12, 1e-13, 1e-14, 1e-11, 1e-10
 """Gaps that are none for one and may be open for another, rad or m; what has yielded overlaps."""
 BRIEF = 1e-4
 """Speed, relative to the greatest, that a bounce or friction may end as it is over at once."""
 SPEEDS, RATES, STATES, MARGINS = 1e-7, 1e-6, 1e-6, 1e-6
 """Differences allowed in speeds after impacts, accelerations, states after a motion, margins."""
-CREEP, YIELDING, TOUCHES, CLOSED = 5e-7, 1e-6, 1e-12, 3e-7
+CREEP, YIELDING, TOUCHES, CLOSED = 1e-8, 2e-6, 1e-13, 1e-10
 """Speed and acceleration, relative to the greatest, of what rests but yields a little; gap that
 surely is none, and that may be none, as what touched may have yielded."""
 ROUNDING = 1e-13
@@ -348,7 +348,11 @@ class Law:
             elif kind == "freewheel":
                 found.append([STICK if fast == 0.0 else FORWARD])
             else:
-                found.append([STICK if fast == 0.0 else FORWARD if fast > 0 else BACKWARD])
+                sign = {0.0: STICK, 1.0: FORWARD, -1.0: BACKWARD}
+                ways = [sign[np.sign(fast)]]
+                if fast == 0.0 and abs(rate[1, k]) > REST:  # it may have let go just now
+                    ways.append(sign[np.sign(rate[1, k])])
+                found.append(ways)
         for modes in map(list, product(*found)):
             for k in self.pressed:
                 modes[k] = OFF if modes[self.contacts[k].level.by] == OFF else modes[k]

@@ -30,7 +30,7 @@ __all__ = ["Condition", "Switching", "is_even"]
 
 _T = TypeVar("_T")
 
-_SHARP, _COARSE = 1e-12, 1e-10
+_SHARP, _COARSE = 4e-13, 1e-10
 """Relative tolerances of conditions and of limits of reactions, far above rounding."""
 
 
@@ -452,7 +452,7 @@ class Switching(Shared):
             add(margin, _SHARP * size + 1e-13, "relation", k)
         for h, first in enumerate(self.first_modes.tolist()):
             own = modes[first : first + hold_modes.COUNT]
-            stuck, forward, backward, compliance, _, _, slack, parted, _ = ca.vertsplit(own)
+            stuck, forward, backward, compliance, _, _, slack, parted = ca.vertsplit(own)
             reaction = self.reaction[h]
             for kind, given, limit, sign in (
                 ("upper", self.has_upper[h], self.upper[h], 1),

@@ -13,7 +13,7 @@ from lumped.compiler.report import Report, report_on, shortened
 from lumped.compiler.structure import Name, Structure
 from lumped.errors import UnknownNameError
 from lumped.flattening.flatten import FlatModel, flatten
-from lumped.flattening.hold_modes import DAMPING, DEMAND, STUCK
+from lumped.flattening.hold_modes import DEMAND, STUCK
 from lumped.flattening.measures import watching
 from lumped.language.component import Component
 from lumped.language.formula import Formula, unit_of
@@ -135,11 +135,10 @@ class System(Shared, RichHtml):
             if node in place:
                 # a speed that is held stays exactly what it is
                 first = int(holds.first_modes[h])
-                held = (STUCK, DAMPING, DEMAND)
-                stuck, damping, demand = (structure.values.modes[first + i] for i in held)
+                held = (STUCK, DEMAND)
+                stuck, demand = (structure.values.modes[first + i] for i in held)
                 i = place[node]
-                exact = ca.logic_and(stuck, damping == 0)
-                rates[i] = ca.if_else(exact, holds.speed_signs[h] * demand, rates[i])
+                rates[i] = ca.if_else(stuck, holds.speed_signs[h] * demand, rates[i])
         return ca.cse(structure.without(rates, np.setdiff1d(structure.rate_uses, structure.in_use)))
 
     @property

@@ -330,7 +330,7 @@ class Template:
         """``r == law + share``, or ``a == demand + compliance (r - share)`` if it sticks."""
         first = len(self.modes)
         self.modes += [ca.SX.sym("mode") for _ in range(hold_modes.COUNT)]
-        stuck, forward, backward, compliance, demand, share, _, _, damping = self.modes[first:]
+        stuck, forward, backward, compliance, demand, share, _, _ = self.modes[first:]
         speed, reaction = lowered(item.speed), lowered(item.reaction)
         acceleration = self._time_derivative(speed)
         law = ca.SX(0)
@@ -341,7 +341,7 @@ class Template:
         if item.engaged is not None:
             engaged = self._condition(item.engaged, lowered)
         number = self.count
-        held = demand - acceleration - damping * speed + compliance * (reaction - share)
+        held = demand - acceleration + compliance * (reaction - share)
         self._add(stuck * held + (1 - stuck) * (reaction - law - share))
         if item.mode is not None:
             code = 1 - stuck if item.gap is not None else forward - backward

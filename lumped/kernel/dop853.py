@@ -11,6 +11,7 @@ from typing import Any
 
 from lumped.code.words import Numbers, kernel, sqrt, written
 from lumped.kernel.interpret import evaluate
+from lumped.kernel.rates import find_rates
 from lumped.kernel.run import Run
 from lumped.numerics import dop853 as tableau
 
@@ -195,41 +196,40 @@ def _look(run: Run, x: Numbers, t: float, row: int) -> None:
 @kernel
 def stages(run: Run, h: float) -> None:
     """Compute new states and their derivatives."""
-    plant, t, m = run.plant, run.t, run.m
-    n, f = plant.states, plant.rates
+    n, t = run.plant.states, run.t
     x, k, a, new = run.x, run.stages, run.argument, run.new
     _look(run, x, t, 0)
     _1(x, a, k, n, h)
-    evaluate(f, run, a, t + _C[1] * h, m, k[n:])
+    find_rates(run, a, t + _C[1] * h, k[n:])
     _2(x, a, k, n, h)
-    evaluate(f, run, a, t + _C[2] * h, m, k[2 * n :])
+    find_rates(run, a, t + _C[2] * h, k[2 * n :])
     _3(x, a, k, n, h)
-    evaluate(f, run, a, t + _C[3] * h, m, k[3 * n :])
+    find_rates(run, a, t + _C[3] * h, k[3 * n :])
     _4(x, a, k, n, h)
-    evaluate(f, run, a, t + _C[4] * h, m, k[4 * n :])
+    find_rates(run, a, t + _C[4] * h, k[4 * n :])
     _5(x, a, k, n, h)
-    evaluate(f, run, a, t + _C[5] * h, m, k[5 * n :])
+    find_rates(run, a, t + _C[5] * h, k[5 * n :])
     _look(run, a, t + _C[5] * h, 1)
     _6(x, a, k, n, h)
-    evaluate(f, run, a, t + _C[6] * h, m, k[6 * n :])
+    find_rates(run, a, t + _C[6] * h, k[6 * n :])
     _look(run, a, t + _C[6] * h, 2)
     _7(x, a, k, n, h)
-    evaluate(f, run, a, t + _C[7] * h, m, k[7 * n :])
+    find_rates(run, a, t + _C[7] * h, k[7 * n :])
     _look(run, a, t + _C[7] * h, 3)
     _8(x, a, k, n, h)
-    evaluate(f, run, a, t + _C[8] * h, m, k[8 * n :])
+    find_rates(run, a, t + _C[8] * h, k[8 * n :])
     _look(run, a, t + _C[8] * h, 4)
     _9(x, a, k, n, h)
-    evaluate(f, run, a, t + _C[9] * h, m, k[9 * n :])
+    find_rates(run, a, t + _C[9] * h, k[9 * n :])
     _look(run, a, t + _C[9] * h, 5)
     _10(x, a, k, n, h)
-    evaluate(f, run, a, t + _C[10] * h, m, k[10 * n :])
+    find_rates(run, a, t + _C[10] * h, k[10 * n :])
     _look(run, a, t + _C[10] * h, 6)
     _11(x, a, k, n, h)
-    evaluate(f, run, a, t + _C[11] * h, m, k[11 * n :])
+    find_rates(run, a, t + _C[11] * h, k[11 * n :])
     _look(run, a, t + _C[11] * h, 7)
     _NEW(x, new, k, n, h)
-    evaluate(f, run, new, run.t_new, m, k[12 * n :])
+    find_rates(run, new, run.t_new, k[12 * n :])
     run.evaluations += 12
 
 
@@ -248,15 +248,14 @@ def step(run: Run, h: float) -> float:
 @kernel
 def dense_output(run: Run, h: float) -> None:
     """Coefficients of the interpolation in a step that was accepted."""
-    plant, t, m = run.plant, run.t, run.m
-    n, f = plant.states, plant.rates
+    n, t = run.plant.states, run.t
     x, k, a, new = run.x, run.stages, run.argument, run.new
     _13(x, a, k, n, h)
-    evaluate(f, run, a, t + _C_EXTRA[0] * h, m, k[13 * n :])
+    find_rates(run, a, t + _C_EXTRA[0] * h, k[13 * n :])
     _14(x, a, k, n, h)
-    evaluate(f, run, a, t + _C_EXTRA[1] * h, m, k[14 * n :])
+    find_rates(run, a, t + _C_EXTRA[1] * h, k[14 * n :])
     _15(x, a, k, n, h)
-    evaluate(f, run, a, t + _C_EXTRA[2] * h, m, k[15 * n :])
+    find_rates(run, a, t + _C_EXTRA[2] * h, k[15 * n :])
     run.evaluations += 3
     _columns(x, new, run.dense, k, n, h)
 
@@ -274,7 +273,7 @@ def dense_error(run: Run, h: float) -> float:
         u[i] = x[i]
         for j in range(7):
             u[i] += _AT_07[j] * c[j * n + i]
-    evaluate(run.plant.rates, run, u, run.t + 0.7 * h, run.m, f)
+    find_rates(run, u, run.t + 0.7 * h, f)
     run.evaluations += 1
     total = 0.0
     for i in range(n):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
-from lumped.flattening.hold_modes import COMPLIANCE, DAMPING, DEMAND, PARTED, SHARE, SLACK, STUCK
+from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, PARTED, SHARE, SLACK, STUCK
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import FREE, Plant
 from lumped.kernel.run import InstantSearch, Look, Run
@@ -65,11 +65,10 @@ def is_at_rest(instant: InstantSearch, seen: Look, hold: int) -> bool:
 
 @kernel
 def release_demands(plant: Plant, m: Numbers) -> None:
-    """Clear demands, compliances, shares, damping and gaps of parting."""
+    """Clear demands, compliances, shares and gaps of parting."""
     for h in range(plant.holds):
         own = m[plant.hold_setting[h] :]
         own[COMPLIANCE] = own[DEMAND] = own[SHARE] = own[SLACK] = own[PARTED] = 0.0
-        own[DAMPING] = 0.0
 
 
 @kernel

@@ -45,7 +45,7 @@ from lumped.kernel.run import (
     Run,
 )
 from lumped.kernel.sharing import share
-from lumped.kernel.yielding import damp, watch_redundancy
+from lumped.kernel.yielding import watch_redundancy
 
 __all__ = ["begin", "calm_positions", "find_positions"]
 
@@ -275,8 +275,6 @@ def _fit(run: Run, may_collide: bool) -> int:
             is_last = True
             continue
         _part(run, seen)
-        if instant.is_shared:
-            damp(run, instant.m)
         return GOES_ON
     return NO_FIT
 

@@ -43,6 +43,8 @@ _STILL, _SLOW, _FINE = 1e-10, 1e-3, 1e-4
 of those over the largest; and over what is rounding among all rates."""
 _PROXIMAL = 8
 """Most proximal steps; each makes the error of accelerations some 1e8 times smaller."""
+_SHORT = 1e-15
+"""Way to rest after an impact that is rounding, m or rad."""
 _INFINITE = float("inf")
 
 
@@ -62,7 +64,10 @@ def _ends_here(run: Run, seen: Look, h: int, is_forward: bool) -> bool:
     if plant.has_gap[h]:
         return seen.gap[h] <= TOUCHING and is_at_rest(run.instant, seen, h)
     slows = v > 0.0 and a < 0.0 if is_forward else v < 0.0 and a > 0.0
-    return is_at_rest(run.instant, seen, h) or (slows and abs(v) <= abs(a) * run.soon)
+    is_brief = abs(v) <= abs(a) * run.soon
+    if run.instant.has_moved:
+        is_brief = is_brief or v * v <= 2.0 * abs(a) * _SHORT
+    return is_at_rest(run.instant, seen, h) or (slows and is_brief)
 
 
 @kernel
@@ -202,9 +207,11 @@ def _begins_to_move(run: Run, h: int) -> bool:
 
 @kernel
 def _position(run: Run, h: int) -> int:
-    """The position of a hold of the problem by its place."""
+    """The position of a hold of the problem by its place; others may keep it at rest."""
     problem, place = run.instant.problem, run.instant.problem.place[h]
-    if place == WITHIN or not problem.slides[h]:
+    rests = run.may_be_redundant and not run.instant.was_let_go[h]
+    rests = rests and abs(problem.motion[h]) <= problem.room[h]
+    if place == WITHIN or not problem.slides[h] or rests:
         return STUCK
     return FORWARD if place == AT_UPPER else BACKWARD
 

@@ -1,12 +1,12 @@
 """The largest reserve of constraints that share a load: a linear programme.
 
 Self-stresses (distributions of reactions that move nothing) are chosen such that the smallest
-reserve is largest: largest s with ``l + w s <= r <= u - w s``, where w are the sizes of the limits.
-As long as s is positive the set holds (static theorem of plastic analysis; as a linear programme
-Charnes and Greenberg, Bulletin of the American Mathematical Society 57 (1951) 480). At the optimum
-some limits block each other; without reserve these constraints let go together. The programme is
-solved by exchange steps (Stiefel, An Introduction to Numerical Mathematics, Academic Press 1963,
-ch. 2).
+reserve is largest: largest s with ``l + w s <= r <= u - w s``, where w are the sizes of the limits,
+or, where the load changes, mostly how fast each comes near: then the shares last longest. As long
+as s is positive the set holds (static theorem of plastic analysis; as a linear programme Charnes
+and Greenberg, Bulletin of the American Mathematical Society 57 (1951) 480). At the optimum some
+limits block each other; without reserve these constraints let go together. The programme is solved
+by exchange steps (Stiefel, An Introduction to Numerical Mathematics, Academic Press 1963, ch. 2).
 """
 
 from __future__ import annotations
@@ -18,8 +18,11 @@ __all__ = ["largest_reserve"]
 
 _MOST = 1.0
 """Largest reserve that is sought: that of a constraint without load."""
+_STEADY = 0.01
+"""Weight of the sizes of the limits where the load changes."""
 _NO_PRICE, _NO_PIVOT = 1e-6, 1e-6
-"""Change of the reserve, and of a room, per unit of a variable, that is rounding."""
+"""Change of the reserve, relative to the largest, and of a room, per unit of a variable, that is
+rounding."""
 _LEAST_PRICE = 1e-5
 """Least price of a limit that blocks the reserve, relative to the highest; less is rounding."""
 _INFINITE = float("inf")
@@ -39,6 +42,18 @@ def _add_room(programme: Reserve, limit: int, room: float, weight: float) -> Non
 
 
 @kernel
+def _weight(programme: Reserve, limit: int, size: float) -> float:
+    """Weight of a limit."""
+    i, is_lower = limit // 2, limit % 2 == 1
+    at = abs(programme.lower[i] if is_lower else programme.upper[i])
+    weight = at / size if at != 0.0 else 1.0
+    if programme.changes:
+        nears = programme.nears_lower[i] if is_lower else programme.nears_upper[i]
+        weight = _STEADY * weight + nears
+    return weight
+
+
+@kernel
 def _add_limit(programme: Reserve, i: int, limit: int, size: float) -> None:
     """Add a row for the upper (even) or lower (odd) limit of a constraint, if it has one."""
     r, sign, at = programme.stresses, 1.0, programme.upper[i]
@@ -46,7 +61,7 @@ def _add_limit(programme: Reserve, i: int, limit: int, size: float) -> None:
         sign, at = -1.0, programme.lower[i]
     if not abs(at) < _INFINITE:
         return
-    weight = abs(at) / size if at != 0.0 else 1.0
+    weight = _weight(programme, limit, size)
     row = programme.table[programme.rows * (r + 2) :]
     _add_room(programme, limit, sign * (at - programme.carried[i]) / size, weight)
     for k in range(r):
@@ -82,10 +97,12 @@ def _next_column(programme: Reserve, goal: int) -> int:
     """A variable that would raise the reserve: the first free one, else the first room."""
     n = programme.stresses + 2
     price = programme.table[goal * n :]
-    found = _NOTHING
+    found, largest = _NOTHING, 0.0
     for j in range(n - 1):
-        owner = programme.column_owner[j]
-        gains = price[j] > _NO_PRICE or (owner < 0 and price[j] < -_NO_PRICE)
+        largest = max(largest, abs(price[j]))
+    for j in range(n - 1):
+        owner, share = programme.column_owner[j], price[j] / largest
+        gains = share > _NO_PRICE or (owner < 0 and share < -_NO_PRICE)
         if gains and (found == _NOTHING or owner < programme.column_owner[found]):
             found = j
     return found
@@ -146,6 +163,8 @@ def largest_reserve(programme: Reserve, count: int) -> float:
         _add_limit(programme, i, 2 * i + 1, size)
     goal = _solve(programme)
     n, highest = r + 2, 0.0
+    reserve = programme.table[goal * n + n - 1]
+    programme.is_exhausted = 0
     for j in range(n - 1):
         highest = max(highest, -programme.table[goal * n + j])
     for j in range(n - 1):
@@ -153,10 +172,12 @@ def largest_reserve(programme: Reserve, count: int) -> float:
         limit = programme.limit[owner] if owner >= 0 else _NOTHING
         if limit != _NOTHING and price > _LEAST_PRICE * highest:
             programme.blocks[limit // 2] = -1 if limit % 2 == 1 else 1
+            if reserve * size * _weight(programme, limit, size) < -programme.rounding[limit // 2]:
+                programme.is_exhausted = 1
     for row in range(programme.rows):
         k = -1 - programme.row_owner[row]
         if k >= 0 and k < r:
             for i in range(count):
                 more = size * programme.table[row * n + n - 1]
                 programme.carried[i] += programme.stress[3 * programme.size * k + i] * more
-    return programme.table[goal * n + n - 1]
+    return reserve

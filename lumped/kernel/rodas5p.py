@@ -10,6 +10,7 @@ import numpy as np
 
 from lumped.code.words import Numbers, kernel, sqrt
 from lumped.kernel.interpret import evaluate
+from lumped.kernel.rates import find_rates
 from lumped.kernel.run import Run
 from lumped.kernel.sparse_lu import factorise, is_solved, solve
 from lumped.numerics import rodas5p as tableau
@@ -72,8 +73,8 @@ def _factorised(run: Run, h: float) -> bool:
 @kernel
 def step(run: Run, h: float) -> float:
     """Compute new states and their derivatives; gives the error relative to the tolerance."""
-    plant, t, m, matrix = run.plant, run.t, run.m, run.matrix
-    n, pattern, drift, right = plant.states, matrix.pattern, matrix.drift, matrix.right
+    n, t, matrix = run.plant.states, run.t, run.matrix
+    pattern, drift, right = matrix.pattern, matrix.drift, matrix.right
     x, k, new = run.x, run.stages, run.new
     if not _factorised(run, h):
         return UNSOLVED
@@ -91,7 +92,7 @@ def step(run: Run, h: float) -> float:
             for i in range(n):
                 rate[i] = k[i]
         else:
-            evaluate(plant.rates, run, new, t + NODES[s] * h, m, rate)
+            find_rates(run, new, t + NODES[s] * h, rate)
         for i in range(n):
             total = 0.0
             for j in range(s):
@@ -103,7 +104,7 @@ def step(run: Run, h: float) -> float:
             return UNSOLVED
     for i in range(n):
         new[i] = new[i] + k[8 * n + i]
-    evaluate(plant.rates, run, new, run.t_new, m, k[12 * n :])
+    find_rates(run, new, run.t_new, k[12 * n :])
     run.evaluations += 8
     error = 0.0
     for i in range(n):
@@ -136,7 +137,7 @@ def dense_error(run: Run, h: float) -> float:
     for i in range(n):
         inner = 0.21 * c[i] + 0.063 * c[n + i] + 0.0189 * c[2 * n + i]
         u[i] = 0.7 * x[i] + 0.3 * new[i] + inner
-    evaluate(run.plant.rates, run, u, run.t + 0.3 * h, run.m, defect)
+    find_rates(run, u, run.t + 0.3 * h, defect)
     run.evaluations += 1
     for i in range(n):
         slope = new[i] - x[i] + 0.4 * c[i] + 0.33 * c[n + i] + 0.162 * c[2 * n + i]

@@ -86,10 +86,18 @@ class Reserve(Record):
         Load that counts as one where all carry less and no limit tells another.
     influence : Numbers
         Changes of reaction, upper and lower limit of each hold if one yields a little, for each.
+    changes : int
+        Whether any limit comes nearer.
+    is_exhausted : int
+        Whether more is missing.
     stresses : int
         Independent distributions of reactions that move nothing.
     upper, lower, carried : Numbers
         Limits and reaction of each constraint of a group.
+    rounding : Numbers
+        What may be missing at a limit of each.
+    nears_upper, nears_lower : Numbers
+        How much nearer each limit comes, relative to the one that comes nearest; 0 if it does not.
     blocks : Integers
         1 or -1 where the upper or lower limit keeps the reserve from being larger.
     stress : Numbers
@@ -105,11 +113,16 @@ class Reserve(Record):
     size: int
     least_size: float
     influence: Annotated[Numbers, "3 * holds * holds"]
+    changes: int
+    is_exhausted: int
     stresses: int
     rows: int
     upper: Annotated[Numbers, "holds"]
     lower: Annotated[Numbers, "holds"]
     carried: Annotated[Numbers, "holds"]
+    rounding: Annotated[Numbers, "holds"]
+    nears_upper: Annotated[Numbers, "holds"]
+    nears_lower: Annotated[Numbers, "holds"]
     blocks: Annotated[Integers, "holds"]
     stress: Annotated[Numbers, "3 * holds * holds"]
     table: Annotated[Numbers, "(2 * holds + 1) * (holds + 2)"]
@@ -381,8 +394,10 @@ class Run(Record):
     fastest: float
     fast: Annotated[Numbers, "states"]
 
-    # whether constraints may be redundant; compliance of those that share (see `sharing`)
+    # whether constraints may be redundant, and share what they carry in the present positions;
+    # compliance of those that share (see `yielding`)
     may_be_redundant: int
+    shares: int
     yielding: float
 
     # cost so far; the number of steps at which it pauses

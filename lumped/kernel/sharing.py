@@ -19,8 +19,11 @@ __all__ = ["share"]
 
 _NO_INFLUENCE, _NO_STRESS = 1e-6, 1e-6
 """Influence, and sum of its squares over a group, that is rounding."""
-_NO_RESERVE = -1e-8
-"""Reserve below which none is left but for rounding."""
+_MISSING = 0.2
+"""Part of the rounding of a reaction that may be missing at a limit; more tells that no reserve is
+left. So a share that is found lasts while the load changes by the rest."""
+_AHEAD = 1e-5
+"""Part of the span of a run after which it is seen how loads change."""
 _ROUNDS = 10
 """Most rounds of sharing, as limits may depend on reactions."""
 _SLACK = 5e-8
@@ -62,11 +65,19 @@ def _keep_what_stuck_before(run: Run) -> None:
 
 
 @kernel
-def _largest(run: Run, m: Numbers, look: Look) -> float:
-    """The largest reaction, or range of limits, of the holds that stick."""
-    found = 0.0
+def _load_of(run: Run, acceleration: float) -> float:
+    """The load that gives an acceleration to the parts that yield most."""
+    return acceleration * COMPLIANT / run.yielding
+
+
+@kernel
+def _largest(run: Run, m: Numbers, look: Look, share: bool) -> float:
+    """The largest reaction, or range of limits, of what sticks, or shares; or other load."""
+    found = _load_of(run, _GENTLE)
     for h in range(run.plant.holds):
-        if is_held(run.plant, m, h):
+        load = _load_of(run, abs(look.acceleration[h]))
+        found = load if load > found and load < _INFINITE else found
+        if is_shared(run.plant, m, h) or (is_held(run.plant, m, h) and not share):
             found = max(found, abs(look.reaction[h]))
             if look.upper[h] < _INFINITE and look.lower[h] > -_INFINITE:
                 found = max(found, look.upper[h] - look.lower[h])
@@ -82,40 +93,44 @@ def _share_if_redundant(run: Run, x: Numbers, m: Numbers) -> None:
     yield_from(run, m, yielding)
     look_at(run, x, m, look)
     yield_from(run, m, look)
-    largest, any_overload, any_void = _largest(run, m, look), False, False
+    largest, any_overload, any_void = _largest(run, m, look, False), False, False
+    felt = COMPLIANT * _largest(run, m, look, True)
     for h in range(plant.holds):
+        own = m[plant.hold_setting[h] :]
+        if is_held(plant, m, h):
+            own[SLACK] = felt  # what is not shared feels the yielding of the others
         if is_shared(plant, m, h):
-            own = m[plant.hold_setting[h] :]
             own[SLACK] = _SLACK * largest * run.yielding / own[COMPLIANCE]
             any_overload = any_overload or _is_overloaded(look, h)
             if look.upper[h] <= look.lower[h]:  # it can bear no share
                 instant.gives_way[h] = 1 if look.reaction[h] >= 0.0 else -1
                 any_void = True
     if any_overload and not any_void:
-        instant.is_exhausted = _find_shares(run, x, m) <= _NO_RESERVE
+        instant.is_exhausted = not _find_shares(run, x, m)
 
 
 @kernel
-def _find_shares(run: Run, x: Numbers, m: Numbers) -> float:
-    """Share the load in each group of redundant constraints; gives the least reserve of all groups.
+def _find_shares(run: Run, x: Numbers, m: Numbers) -> bool:
+    """Share the load in each group of redundant constraints; whether all can bear it.
 
     Limits may depend on reactions, so this is repeated until no limit is exceeded.
     """
     plant, instant, look = run.plant, run.instant, run.instant.at_rest
-    least = _INFINITE
+    bears = True
     for _ in range(_ROUNDS):
         for h in range(plant.holds):
             instant.is_grouped[h] = 0
+        _look_ahead(run, x, m)
         _ask_each(run, x, m)
         any_overload = False
         for h in range(plant.holds):
             if is_shared(plant, m, h) and not instant.is_grouped[h] and _is_overloaded(look, h):
                 any_overload = True
-                least = min(least, _share_in_group(run, m, look, _gathered(run, m, h)))
-        if not any_overload or least <= _NO_RESERVE:
+                bears = _share_in_group(run, m, look, _gathered(run, m, h)) and bears
+        if not (any_overload and bears):
             break
         look_at(run, x, m, look)
-    return least
+    return bears
 
 
 @kernel
@@ -239,21 +254,57 @@ def _find_stresses(run: Run, m: Numbers, count: int) -> None:
 
 
 @kernel
-def _share_in_group(run: Run, m: Numbers, look: Look, count: int) -> float:
-    """Give a group the shares with the largest reserve, or note which let go; gives the reserve."""
+def _look_ahead(run: Run, x: Numbers, m: Numbers) -> None:
+    """Look where the motion goes; the result stands in `seen`."""
+    rest, ahead, t = run.instant.at_rest, run.argument, run.t
+    step = _AHEAD * run.span
+    for i in range(run.plant.states):
+        ahead[i] = x[i] + step * rest.rates[i]
+    run.t = t + step
+    look_at(run, ahead, m, run.instant.seen)
+    run.t = t
+
+
+@kernel
+def _note_nearing(run: Run, count: int) -> None:
+    """Note how much nearer the limits of a group come as the load changes."""
+    instant, programme = run.instant, run.instant.reserve
+    now, later, fastest, size = instant.at_rest, instant.seen, 0.0, 0.0
+    for i in range(count):
+        h = instant.group[i]
+        upper, lower = 0.0, 0.0
+        if now.upper[h] < _INFINITE:
+            upper = now.upper[h] - now.reaction[h] - later.upper[h] + later.reaction[h]
+        if now.lower[h] > -_INFINITE:
+            lower = now.reaction[h] - now.lower[h] - later.reaction[h] + later.lower[h]
+        programme.nears_upper[i] = upper if upper > 0.0 and upper < _INFINITE else 0.0
+        programme.nears_lower[i] = lower if lower > 0.0 and lower < _INFINITE else 0.0
+        fastest = max(fastest, max(programme.nears_upper[i], programme.nears_lower[i]))
+        size = max(size, max(abs(now.reaction[h]), abs(later.reaction[h])))
+    programme.changes = fastest > _SLACK * size
+    for i in range(count if programme.changes else 0):
+        programme.nears_upper[i] = programme.nears_upper[i] / fastest
+        programme.nears_lower[i] = programme.nears_lower[i] / fastest
+
+
+@kernel
+def _share_in_group(run: Run, m: Numbers, look: Look, count: int) -> bool:
+    """Give a group the shares with the largest reserve, or note which let go if none is left."""
     plant, instant, programme = run.plant, run.instant, run.instant.reserve
     for i in range(count):
         h = instant.group[i]
         programme.upper[i], programme.lower[i] = look.upper[h], look.lower[h]
         programme.carried[i] = look.reaction[h]
+        programme.rounding[i] = _MISSING * m[plant.hold_setting[h] + SLACK]
+    _note_nearing(run, count)
     programme.size = plant.holds
-    programme.least_size = _GENTLE * COMPLIANT / run.yielding
+    programme.least_size = _load_of(run, _GENTLE)
     _find_stresses(run, m, count)
-    reserve = largest_reserve(programme, count)
+    largest_reserve(programme, count)
     for i in range(count):
         h = instant.group[i]
-        if reserve <= _NO_RESERVE:
+        if programme.is_exhausted:
             instant.gives_way[h] = programme.blocks[i]
         else:
             m[plant.hold_setting[h] + SHARE] = programme.carried[i]
-    return reserve
+    return not programme.is_exhausted

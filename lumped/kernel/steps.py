@@ -18,6 +18,7 @@ from lumped.kernel.forcing import seen
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.observe import observe
 from lumped.kernel.output import has_room, record
+from lumped.kernel.rates import find_rates, note_sharing
 from lumped.kernel.run import (
     CROSS,
     FULL,
@@ -39,7 +40,7 @@ __all__ = [
     "LEAST",
     "SHORTEST",
     "advance",
-    "advance_implicitly",
+    "advance_alone",
     "attempt_once",
     "begin_steps",
     "end_attempt",
@@ -109,7 +110,8 @@ def _begin(run: Run) -> bool:
     run.was_rejected = run.stiff_steps = 0
     if run.next_patience == 0:
         run.next_patience = FIRST_PATIENCE
-    evaluate(run.plant.rates, run, x, t, run.m, f)
+    note_sharing(run)
+    find_rates(run, x, t, f)
     run.evaluations += 1
     if n == 0:
         run.h = length
@@ -123,7 +125,7 @@ def _begin(run: Run) -> bool:
     h0 = min(h0, length)
     for i in range(n):
         a[i] = x[i] + h0 * f[i]
-    evaluate(run.plant.rates, run, a, t + h0, run.m, later)
+    find_rates(run, a, t + h0, later)
     run.evaluations += 1
     steepest = max(d1, _norm(run, later, f) / h0)
     h1 = max(1e-6, h0 * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** 0.125
@@ -254,9 +256,9 @@ def advance(run: Run) -> int:
 
 
 @kernel
-def advance_implicitly(run: Run) -> int:
-    """The same, but only as far as steps are implicit."""
-    while run.is_implicit and (run.phase == STEPPING or run.phase == WAITING):
+def advance_alone(run: Run) -> int:
+    """The same, but only as far as lanes make no such steps: implicit ones, or of shared loads."""
+    while (run.is_implicit or run.shares) and (run.phase == STEPPING or run.phase == WAITING):
         status = attempt_once(run)
         if status != GOES_ON:
             return status

@@ -72,8 +72,11 @@ def expand(run: Run) -> None:
     """Coefficients of the states about the begin of the step; sets its length.
 
     After a step that was rejected, its length stays. Where there is no series, as of a root at
-    zero, the step is made in the other way.
+    zero, or constraints share a load, the step is made in the other way.
     """
+    run.by_series = 0
+    if run.shares:
+        return
     evaluate(run.series, run, run.x, run.t, run.m, run.coefficients)
     run.evaluations += run.order
     found = length(run)

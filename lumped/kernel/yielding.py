@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
-from lumped.flattening.hold_modes import COMPLIANCE, DAMPING, DEMAND, SHARE, STUCK
-from lumped.kernel.holds import copy_settings, is_held, is_shared, look_at, put
-from lumped.kernel.plant import FREE, Plant
+from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, SHARE, STUCK
+from lumped.kernel.holds import copy_settings, is_held, look_at, put
+from lumped.kernel.plant import FREE
 from lumped.kernel.run import Look, Run
 
-__all__ = ["COMPLIANT", "damp", "soften", "watch_redundancy", "weigh", "yield_from"]
+__all__ = ["COMPLIANT", "soften", "watch_redundancy", "weigh", "yield_from"]
 
 COMPLIANT = 1e-8
 """Compliance of redundant constraints, relative to that of the parts they hold."""
-_DAMPING = 1000.0
-"""Damping of their speeds, over the inverse of the size of the times of a run."""
 _FOLLOWS = 1e-4
 """Error of accelerations asked for, which are about 1, of holds that are not redundant."""
 _ASKED = 64
@@ -95,7 +93,7 @@ def soften(run: Run, x: Numbers, m: Numbers) -> bool:
     any_stuck = False
     for h in range(plant.holds):
         own = m[plant.hold_setting[h] :]
-        own[COMPLIANCE] = own[DEMAND] = own[SHARE] = own[DAMPING] = 0.0
+        own[COMPLIANCE] = own[DEMAND] = own[SHARE] = 0.0
         any_stuck = any_stuck or is_held(plant, m, h)
     if not (run.may_be_redundant and any_stuck):
         return False
@@ -150,32 +148,6 @@ def weigh(run: Run, x: Numbers, m: Numbers) -> None:
         reach = min(abs(look.upper[h]), abs(look.lower[h]))
         if reach > 0.0 and reach < _INFINITE and strongest > 0.0:
             m[plant.hold_setting[h] + COMPLIANCE] *= min(strongest / reach, _WEAKEST)
-
-
-@kernel
-def _stays(plant: Plant, m: Numbers, state: int) -> bool:
-    """Whether a state is the speed of a hold that sticks."""
-    for h in range(plant.holds):
-        if plant.speed_state[h] == state and is_held(plant, m, h):
-            return True
-    return False
-
-
-@kernel
-def damp(run: Run, m: Numbers) -> None:
-    """Slow down what redundant constraints will yield, unless all that stick keep their speeds.
-
-    A speed that is a state stays while its hold sticks; others would follow its acceleration.
-    Rounding of other speeds, damped, would be felt in reactions.
-    """
-    plant, follows = run.plant, False
-    for i in range(plant.speed_uses):
-        h = plant.use_hold[i]
-        if is_held(plant, m, h) and plant.speed_state[h] < 0 and not follows:
-            follows = not _stays(plant, m, plant.use_state[i])
-    for h in range(plant.holds):
-        if follows and plant.speed_state[h] >= 0 and is_shared(plant, m, h):
-            m[plant.hold_setting[h] + DAMPING] = _DAMPING / run.span
 
 
 @kernel

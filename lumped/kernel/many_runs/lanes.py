@@ -31,6 +31,7 @@ from lumped.kernel.many_runs.lane_transfer import hand_over, load, load_sums, un
 from lumped.kernel.many_runs.variants import Variants
 from lumped.kernel.observe import has_border
 from lumped.kernel.plant import Function
+from lumped.kernel.rates import find_rates
 from lumped.kernel.run import (
     DONE,
     FULL,
@@ -60,6 +61,12 @@ def evaluate_wide(
 ) -> None:
     """Write the results of a function at a point of each lane."""
     call_wide(function.wide_address, x, lanes.p, t, m, out)
+
+
+@kernel
+def find_rates_wide(lanes: Lanes, x: Wides, t: Wide, out: Wides) -> None:
+    """Write the rates of the states at a point of each lane, none of which shares a load."""
+    evaluate_wide(lanes.plant.rates, lanes, x, t, lanes.m, out)
 
 
 @kernel
@@ -353,6 +360,7 @@ COUNTERPARTS: dict[Any, Any] = {
     Run: Lanes,
     Watch: LaneWatch,
     evaluate: evaluate_wide,
+    find_rates: find_rates_wide,
     inside: inside_explicit.widened,  # type: ignore[attr-defined]
 }
 """What stands for records and kernels of a single run."""

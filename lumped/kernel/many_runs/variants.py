@@ -24,7 +24,7 @@ from lumped.kernel.run import (
     UNFIT,
     Run,
 )
-from lumped.kernel.steps import advance, advance_implicitly, attempt_once, end_attempt, leave_step
+from lumped.kernel.steps import advance, advance_alone, attempt_once, end_attempt, leave_step
 from lumped.kernel.yielding import watch_redundancy
 
 __all__ = [
@@ -282,9 +282,9 @@ def until_steps_of(variants: Variants) -> int:
         if status == GOES_ON:
             status = until_steps(run)
             if status == GOES_ON:
-                if not run.is_implicit:
+                if not (run.is_implicit or run.shares):
                     return GOES_ON
-                status = advance_implicitly(run)
+                status = advance_alone(run)
                 if status == GOES_ON:
                     continue
         if status == FULL or status == NEEDS_MATRIX or status == UNFIT or status == ASKS:

@@ -1,0 +1,59 @@
+"""Rates of the states in a step, in which redundant constraints do not move.
+
+Redundant constraints share what they carry as if each yielded a little (`lumped.kernel.yielding`).
+With what they then carry as their share, they yield some 1e-8 times less: a proximal step
+(Rockafellar, SIAM Journal on Control and Optimization 14 (1976) 877).
+"""
+
+from __future__ import annotations
+
+from lumped.code.words import Numbers, kernel
+from lumped.flattening.hold_modes import SHARE
+from lumped.kernel.holds import copy_settings, is_held, is_shared
+from lumped.kernel.interpret import evaluate
+from lumped.kernel.run import Run
+
+__all__ = ["find_rates", "note_sharing"]
+
+
+@kernel
+def _stays(run: Run, state: int) -> bool:
+    """Whether a state is the speed of a hold that sticks: its rate is exactly zero."""
+    for h in range(run.plant.holds):
+        if run.plant.speed_state[h] == state and is_held(run.plant, run.m, h):
+            return True
+    return False
+
+
+@kernel
+def note_sharing(run: Run) -> None:
+    """Note whether states would follow what constraints yield that share a load."""
+    plant, any_shared = run.plant, False
+    run.shares = 0
+    for h in range(plant.holds):
+        any_shared = any_shared or is_shared(plant, run.m, h)
+    for i in range(plant.speed_uses if any_shared else 0):
+        h = plant.use_hold[i]
+        follows = is_held(plant, run.m, h) and plant.speed_state[h] < 0
+        if follows and not _stays(run, plant.use_state[i]):
+            run.shares = 1
+
+
+@kernel
+def _find_exact_rates(run: Run, x: Numbers, t: float, out: Numbers) -> None:
+    plant, look, exact = run.plant, run.instant.pushed, run.instant.sole
+    evaluate(plant.look, run, x, t, run.m, look.greater)
+    copy_settings(plant, run.m, exact)
+    for h in range(plant.holds):
+        if is_shared(plant, exact, h):
+            exact[plant.hold_setting[h] + SHARE] = look.reaction[h]
+    evaluate(plant.rates, run, x, t, exact, out)
+
+
+@kernel
+def find_rates(run: Run, x: Numbers, t: float, out: Numbers) -> None:
+    """Write the rates of the states at a point."""
+    if run.shares:
+        _find_exact_rates(run, x, t, out)
+    else:
+        evaluate(run.plant.rates, run, x, t, run.m, out)
