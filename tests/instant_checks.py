@@ -251,10 +251,11 @@ class Law:
         c, level = self.contacts[k], self.level(k, t)
         share = 0.0 if kinetic else share
         level *= (1.0 if kinetic else c.peak) * (1 + share)
+        pull = max(share, 0.0) * slack
         return {
-            "gap": (-share * slack, np.inf),
+            "gap": (-pull, np.inf),
             "dog": (-np.inf, np.inf),
-            "freewheel": (-level - share * slack, np.inf),
+            "freewheel": (-level - pull, np.inf),
             "friction": (-level - abs(share) * slack * 1e-6, level + abs(share) * slack * 1e-6),
         }[c.kind]
 
@@ -343,7 +344,9 @@ class Law:
                 found.append([STICK])
             elif kind == "gap":
                 apart = np.inf if fast != 0.0 else gap[:, k].max()
-                ways = [m for m, fits in ((STICK, apart < CLOSED), (OFF, apart > TOUCHES)) if fits]
+                opens = rate[1, k] > REST  # it may have opened just now
+                fits = (STICK, apart < CLOSED), (OFF, apart > TOUCHES or opens)
+                ways = [m for m, fit in fits if fit]
                 found.append(ways)
             elif kind == "freewheel":
                 found.append([STICK if fast == 0.0 else FORWARD])

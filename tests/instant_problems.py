@@ -26,14 +26,16 @@ def nearest(J, v, W, least, D):
     sizes = np.linalg.norm(rows / root, axis=1)
     size = np.abs(wanted).max(initial=0.0) + 1e-300
     E = np.vstack([(rows / root).T / sizes, wanted / sizes / size])
-    p, rest = nnls(E, np.append(np.zeros(len(J)), 1.0), maxiter=1000)
-    if rest < 1e-7:
-        raise NoAnswerError("Newton's law asks for speeds that others forbid")
-    gone = E @ p
-    after = v - size * gone[:-1] / (gone[-1] - 1.0) / root
-    if (rows @ (after - v) < wanted - 1e-8 * size).any():
-        raise NoAnswerError("least squares ended beside the answer")
-    return after
+    for order in (np.arange(len(rows)), np.arange(len(rows))[::-1]):
+        p, rest = nnls(E[:, order], np.append(np.zeros(len(J)), 1.0), maxiter=1000)
+        if rest < 1e-7:
+            raise NoAnswerError("Newton's law asks for speeds that others forbid")
+        gone = E[:, order] @ p
+        after = v - size * gone[:-1] / (gone[-1] - 1.0) / root
+        room = (rows @ (after - v) - wanted)[order]
+        if (room > -1e-8 * size).all() and (room[p > 1e-9 * p.max()] < 1e-8 * size).all():
+            return after
+    raise NoAnswerError("least squares ended beside the answer")
 
 
 def least_accelerations(J, free, rows, low, high):

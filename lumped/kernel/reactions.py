@@ -43,7 +43,7 @@ _STILL, _SLOW, _FINE = 1e-10, 1e-3, 1e-4
 of those over the largest; and over what is rounding among all rates."""
 _PROXIMAL = 8
 """Most proximal steps; each makes the error of accelerations some 1e8 times smaller."""
-_SHORT = 1e-15
+_SHORT = 1e-17
 """Way to rest after an impact that is rounding, m or rad."""
 _INFINITE = float("inf")
 

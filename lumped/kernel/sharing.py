@@ -51,6 +51,11 @@ def share(run: Run, x: Numbers, m: Numbers) -> None:
         _share_if_redundant(run, x, m)
         _keep_what_stuck_before(run)
     look_at(run, x, m, instant.seen)
+    for h in range(plant.holds if instant.is_shared else 0):
+        # what sharing leaves beyond a limit is rounding, too
+        own, excess = m[plant.hold_setting[h] :], _excess(instant.seen, h)
+        if is_shared(plant, m, h) and 2.0 * excess > own[SLACK]:
+            own[SLACK] = 2.0 * excess
 
 
 @kernel
@@ -72,12 +77,12 @@ def _load_of(run: Run, acceleration: float) -> float:
 
 @kernel
 def _largest(run: Run, m: Numbers, look: Look, share: bool) -> float:
-    """The largest reaction, or range of limits, of what sticks, or shares; or other load."""
+    """The largest reaction, or range of limits, of all holds or those that share; or other load."""
     found = _load_of(run, _GENTLE)
     for h in range(run.plant.holds):
         load = _load_of(run, abs(look.acceleration[h]))
         found = load if load > found and load < _INFINITE else found
-        if is_shared(run.plant, m, h) or (is_held(run.plant, m, h) and not share):
+        if is_shared(run.plant, m, h) or not share:
             found = max(found, abs(look.reaction[h]))
             if look.upper[h] < _INFINITE and look.lower[h] > -_INFINITE:
                 found = max(found, look.upper[h] - look.lower[h])
@@ -101,7 +106,7 @@ def _share_if_redundant(run: Run, x: Numbers, m: Numbers) -> None:
             own[SLACK] = felt  # what is not shared feels the yielding of the others
         if is_shared(plant, m, h):
             own[SLACK] = _SLACK * largest * run.yielding / own[COMPLIANCE]
-            any_overload = any_overload or _is_overloaded(look, h)
+            any_overload = any_overload or _excess(look, h) > 0.0
             if look.upper[h] <= look.lower[h]:  # it can bear no share
                 instant.gives_way[h] = 1 if look.reaction[h] >= 0.0 else -1
                 any_void = True
@@ -124,7 +129,7 @@ def _find_shares(run: Run, x: Numbers, m: Numbers) -> bool:
         _ask_each(run, x, m)
         any_overload = False
         for h in range(plant.holds):
-            if is_shared(plant, m, h) and not instant.is_grouped[h] and _is_overloaded(look, h):
+            if is_shared(plant, m, h) and not instant.is_grouped[h] and _excess(look, h) > 0.0:
                 any_overload = True
                 bears = _share_in_group(run, m, look, _gathered(run, m, h)) and bears
         if not (any_overload and bears):
@@ -134,8 +139,9 @@ def _find_shares(run: Run, x: Numbers, m: Numbers) -> bool:
 
 
 @kernel
-def _is_overloaded(look: Look, h: int) -> bool:
-    return look.reaction[h] > look.upper[h] or look.reaction[h] < look.lower[h]
+def _excess(look: Look, h: int) -> float:
+    """Reaction beyond a limit."""
+    return max(look.reaction[h] - look.upper[h], look.lower[h] - look.reaction[h])
 
 
 @kernel
