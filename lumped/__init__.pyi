@@ -24,7 +24,6 @@ from lumped.ensembles.distributions import uniform as uniform
 from lumped.ensembles.ensemble import ensemble as ensemble
 from lumped.ensembles.sweep import sweep as sweep
 from lumped.exchange.fmu import export_fmu as export_fmu
-from lumped.exchange.modelica import export_modelica as export_modelica
 from lumped.explorer.explore import explore as explore
 from lumped.gradients.foreign_optimisers import to_jax as to_jax
 from lumped.gradients.gradient import gradient as gradient

@@ -2,7 +2,6 @@ from lumped.compiler.parameter_file import read_parameters as read_parameters
 from lumped.compiler.parameter_file import write_parameters as write_parameters
 from lumped.exchange.fmu import ExportedFMU as ExportedFMU
 from lumped.exchange.fmu import export_fmu as export_fmu
-from lumped.exchange.modelica import export_modelica as export_modelica
 from lumped.exchange.uff import UffCurve as UffCurve
 from lumped.exchange.uff import UffFile as UffFile
 from lumped.exchange.uff import read_uff as read_uff

@@ -10,9 +10,7 @@ __all__ = ["damped"]
 T = TypeVar("T")
 
 
-def damped(
-    trial: Callable[[float], tuple[T, float]], limit: float, shortest: float, first: float = 1.0
-) -> T | None:
+def damped(trial: Callable[[float], tuple[T, float]], limit: float, shortest: float) -> T | None:
     """The result of the longest part of a step, by halves, that misses less.
 
     Deuflhard, Newton Methods for Nonlinear Problems, Springer 2011, section 3.1.
@@ -23,15 +21,15 @@ def damped(
         Gives, for a part of the step, a result and how far it misses; infinite if there is none.
     limit : float
         How far it may miss.
-    shortest, first : float
-        Parts of the step at which to end and to begin.
+    shortest : float
+        Part of the step at which to end.
 
     Returns
     -------
     result or None
         None if no part misses less than the limit.
     """
-    part = first
+    part = 1.0
     while part >= shortest:
         result, missed = trial(part)
         if missed < limit:

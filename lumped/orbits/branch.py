@@ -170,7 +170,7 @@ class _Motions:
 
     def _made(self, station: Station) -> PeriodicOrbit:
         problem = self.problem
-        found = result_of(problem.orbits, station.orbit, "shooting", None, _GRID)
+        found = result_of(problem.orbits, station.orbit, _GRID)
         if problem.follows is None:
             return found
         names = problem.orbits.system.structure.parameters

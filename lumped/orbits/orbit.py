@@ -55,10 +55,6 @@ class PeriodicOrbit(Named):
     seam : tuple of str
         States whose rates jump from the end of a period to the start of the next, because functions
         of time do not go on there as they begin.
-    method : str
-        "shooting" or "harmonic".
-    harmonics_used : int or None
-        Harmonics of the second method.
     iterations, evaluations : int
         Newton steps; evaluations of the right-hand side, with its derivatives or without.
     free : dict of str to float
@@ -76,8 +72,6 @@ class PeriodicOrbit(Named):
     worst: str
     condition: float
     seam: tuple[str, ...]
-    method: str
-    harmonics_used: int | None
     iterations: int
     evaluations: int
     problem: OrbitProblem = field(repr=False)
@@ -200,13 +194,10 @@ class PeriodicOrbit(Named):
         return {}
 
     def __repr__(self) -> str:
-        how = self.method
-        if self.harmonics_used:
-            how += f" with {self.harmonics_used} harmonics"
         time, frequency = time_unit(), frequency_unit()
         lines = [
             f"{self.system.name}: period {time.value(self.period):.9g} {time.unit} "
-            f"({frequency.value(self.frequency):.6g} {frequency.unit}); {how}, "
+            f"({frequency.value(self.frequency):.6g} {frequency.unit}); "
             f"{self.iterations} iterations, {self.evaluations} evaluations, residual "
             f"{self.residual:.2g} ({self.worst}), condition {self.condition:.2g}",
             f"largest multiplier {self.largest:.6g}"

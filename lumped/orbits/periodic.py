@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 
@@ -19,9 +18,8 @@ from lumped.orbits.guesses import (
     drifting,
     needs_time,
 )
-from lumped.orbits.harmonic import collocate
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.orbits.shooting import Guess, Orbit, OrbitProblem, closed, refuse_rest, shoot
+from lumped.orbits.shooting import Guess, Orbit, OrbitProblem, refuse_rest, shoot
 from lumped.points.start import start_point
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
@@ -45,8 +43,6 @@ def periodic(
     speed: float | None = None,
     parameters: Changes | None = None,
     start: Changes | None = None,
-    search: Literal["shooting", "harmonic"] = "shooting",
-    harmonics: int | None = None,
     grid: int = 1000,
     rtol: float = 1e-10,
     iterations: int = 20,
@@ -55,14 +51,11 @@ def periodic(
 
     Three cases: driven at a known `period`; turning, where an angle gains its `turn` in a period
     that is unknown (or known, if it is driven too); self-excited, of an unknown period `near` some
-    value. The motion is first simulated for some time, then found by Newton's method. With a
-    parameter in `free`, a motion of unknown period gets the one that is given: a motor finds the
-    torque with which its shaft turns at a given mean speed. An order response as a `guess` says
-    what turns, how far, and what is free, and spares the simulation.
-
-    Shooting takes any system, with friction, contact and impacts. Harmonic balance takes smooth
-    ones: trigonometric collocation at ``2 harmonics + 1`` points (Krack and Gross, Harmonic Balance
-    for Nonlinear Vibration Problems, 2019, ch. 3), also for orbits that a run leaves at once.
+    value. The motion is first simulated for some time, then found by shooting: Newton's method on
+    the states after a period, across friction, contact and impacts. With a parameter in `free`, a
+    motion of unknown period gets the one that is given: a motor finds the torque with which its
+    shaft turns at a given mean speed. An order response as a `guess` says what turns, how far, and
+    what is free, and spares the simulation.
 
     Parameters
     ----------
@@ -87,11 +80,6 @@ def periodic(
         One of its speeds, rad/s, the mean of the motion.
     parameters, start : mapping of name to float, optional
         As for `simulate`.
-    search : {"shooting", "harmonic"}
-        How to find it.
-    harmonics : int, optional
-        Harmonics of the second method; default doubles them from 8 until the last fade below
-        `rtol`.
     grid : int
         Output intervals of the run over one period.
     rtol : float
@@ -107,8 +95,8 @@ def periodic(
     Raises
     ------
     OptionError
-        If neither `period`, `near` nor `turn` is given, values make no sense, functions of time
-        act without a `period`, or harmonic balance is asked of a system with events.
+        If neither `period`, `near` nor `turn` is given, values make no sense, or functions of time
+        act without a `period`.
     SolverError
         If no periodic motion is found, or more than one nearby; its `partial` is the last run.
     """
@@ -120,7 +108,7 @@ def periodic(
                 "speed=, without period, near, turn, warm_up, free, parameters and start, which it "
                 "has."
             )
-        _check(system, None, 1.0, None, None, search, harmonics, grid, rtol)
+        _check(None, 1.0, None, None, grid, rtol)
         return _from_response(system, guess, float(speed), grid, rtol, iterations)
     near = None if near is None else in_seconds(near, "near")
     warm_up = None if warm_up is None else in_seconds(warm_up, "warm_up")
@@ -131,7 +119,7 @@ def periodic(
     if isinstance(period, str | Expr):
         (clock,) = system.places([system.key(period)])
         period = float(point.theta[clock])
-    _check(system, period, near, turn, warm_up, search, harmonics, grid, rtol)
+    _check(period, near, turn, warm_up, grid, rtol)
     names = [system.key(name) for name in free]
     if names:
         wanted = near = _wanted(system, names, period, clock)
@@ -164,13 +152,6 @@ def periodic(
         first = after_cycles(problem, point, period, warm_up)
     else:
         first = after_time(problem, point, near, warm_up)
-    used = None
-    if search == "harmonic":
-        first, used, steps, evaluations = collocate(problem, first, harmonics)
-        if not names:
-            orbit = closed(problem, first)
-            orbit = replace(orbit, iterations=steps, evaluations=orbit.evaluations + evaluations)
-            return result_of(problem, orbit, search, used, grid)
     if names:
         return of_speed(problem, replace(first, period=wanted), names[0], grid)
     return at_guess(problem, first, grid)
@@ -193,11 +174,9 @@ def _wanted(
 
 
 def of_speed(problem: OrbitProblem, guess: Guess, free: str, grid: int) -> PeriodicOrbit:
-    """The motion of the period of a guess, which determines a parameter, by shooting."""
+    """The motion of the period of a guess, which determines a parameter."""
     (place,) = problem.system.places([free])
-    found = result_of(
-        problem, shoot(replace(problem, parameter=place), guess), "shooting", None, grid
-    )
+    found = result_of(problem, shoot(replace(problem, parameter=place), guess), grid)
     return replace(found, free={free: float(found.run.theta[place])})
 
 
@@ -251,19 +230,17 @@ def _from_response(
 
 
 def at_guess(problem: OrbitProblem, guess: Guess, grid: int) -> PeriodicOrbit:
-    """The motion near a guess, by shooting."""
-    return result_of(problem, shoot(problem, guess), "shooting", None, grid)
+    """The motion near a guess."""
+    return result_of(problem, shoot(problem, guess), grid)
 
 
 def again(orbit: PeriodicOrbit, guess: Guess) -> PeriodicOrbit:
-    """The periodic motion near a guess, by shooting, as another was found."""
+    """The periodic motion near a guess, as another was found."""
     grid = max(sum(len(piece.t) for piece in orbit.run.pieces), 100)
     return at_guess(orbit.problem, guess, grid)
 
 
-def result_of(
-    problem: OrbitProblem, orbit: Orbit, search: str, used: int | None, grid: int
-) -> PeriodicOrbit:
+def result_of(problem: OrbitProblem, orbit: Orbit, grid: int) -> PeriodicOrbit:
     """What was found, with a run over its period, as a result."""
     system, active, names = problem.system, problem.active, problem.system.state_names
     T, point = orbit.guess.period, orbit.guess.point
@@ -291,8 +268,6 @@ def result_of(
         names[active[worst]],
         orbit.condition,
         _seam(run, active),
-        search,
-        used,
         orbit.iterations,
         orbit.evaluations,
         problem,
@@ -312,13 +287,10 @@ def _seam(run: Trajectory, active: np.ndarray) -> tuple[str, ...]:
 
 
 def _check(
-    system: System,
     period: float | None,
     near: float | None,
     turn: Mapping[Name, float] | None,
     warm_up: float | None,
-    search: str,
-    harmonics: int | None,
     grid: int,
     rtol: float,
 ) -> None:
@@ -335,19 +307,7 @@ def _check(
         least = 0 if name == "warm_up" and period is not None else 1e-300
         if value is not None and not (np.isfinite(value) and value >= least):
             raise OptionError(f"periodic: {name} = {value!r} s: a positive, finite time is needed.")
-    if search not in ("shooting", "harmonic"):
-        raise OptionError(f"periodic: search = {search!r}: choose 'shooting' or 'harmonic'.")
-    if harmonics is not None and (search != "harmonic" or harmonics < 1):
-        raise OptionError(
-            f"periodic: harmonics = {harmonics!r}: a positive number, with search='harmonic'."
-        )
     if not isinstance(grid, int) or grid < 10:
         raise OptionError(f"periodic: grid = {grid!r}: at least 10 output intervals are needed.")
     if not 1e-13 <= rtol <= 1e-4:
         raise OptionError(f"periodic: rtol = {rtol}: choose it between 1e-13 and 1e-4.")
-    if search == "harmonic" and system.switching:
-        names = ", ".join(sorted(set(system.switching.names))[:6])
-        raise OptionError(
-            f"periodic: harmonic balance needs a smooth system, but {system.name} changes modes "
-            f"({names or 'conditions and when statements'}). Use search='shooting'."
-        )

@@ -28,7 +28,6 @@ __all__ = [
     "OrbitProblem",
     "Shot",
     "bordered",
-    "closed",
     "forward_by",
     "refuse_beyond",
     "refuse_rest",
@@ -198,7 +197,8 @@ def shoot(problem: OrbitProblem, guess: Guess) -> Orbit:
     SolverError
         If it does not converge, or motions beside the one found are periodic too.
     """
-    forward = _forward(problem, guess)
+    places = () if problem.parameter is None else (problem.parameter,)
+    forward = forward_by(problem, places, guess.point.theta)
     shot = Shot(problem, guess)
     evaluations = shot.run.statistics.evaluations
     for iteration in range(problem.iterations + 1):
@@ -224,13 +224,6 @@ def shoot(problem: OrbitProblem, guess: Guess) -> Orbit:
     raise _refusal(problem, shot)
 
 
-def closed(problem: OrbitProblem, guess: Guess) -> Orbit:
-    """The period that begins at a guess, as it is."""
-    forward = _forward(problem, guess)
-    shot = Shot(problem, guess)
-    return _finished(problem, shot, forward, 0, shot.run.statistics.evaluations)
-
-
 def bordered(problem: OrbitProblem, orbit: Orbit, rate: np.ndarray) -> np.ndarray:
     """Derivative of residuals and phase by states and period (without both if it is known)."""
     matrix = orbit.monodromy - np.eye(len(problem.active))
@@ -238,12 +231,6 @@ def bordered(problem: OrbitProblem, orbit: Orbit, rate: np.ndarray) -> np.ndarra
         return matrix
     found: np.ndarray = np.block([[matrix, rate[:, None]], [orbit.guess.phase[None, :], 0.0]])
     return found
-
-
-def _forward(problem: OrbitProblem, guess: Guess) -> Forward:
-    """Sensitivity equations by start states and unknown parameter, with a count of their own."""
-    places = () if problem.parameter is None else (problem.parameter,)
-    return forward_by(problem, places, guess.point.theta)
 
 
 def forward_by(problem: OrbitProblem, places: tuple[int, ...], theta: np.ndarray) -> Forward:

@@ -21,7 +21,6 @@ def test_what_needs_equations_is_refused_by_name(exported, tmp_path):
         lambda: lp.periodic(system, period=T_S),
         lambda: lp.equilibrium(system),
         lambda: lp.export_fmu(system, tmp_path / "x.fmu"),
-        lambda: lp.exchange.export_modelica(system, tmp_path / "x.mo"),
     ):
         with pytest.raises(errors.OptionError, match=r"pi asks unit 'pi_3.0.fmu'"):
             ask()

@@ -123,19 +123,18 @@ def amplitude(T, d=0.3, c=2.0):
 
 
 def test_derivatives_by_the_period():
-    """The amplitude is that of the frequency response; harmonic balance agrees."""
+    """The amplitude is that of the frequency response."""
     system = driven()
     h = 1e-4
     expected = (amplitude(5 + h) - amplitude(5 - h)) / (2 * h)
-    for method in ("shooting", "harmonic"):
-        orbit = lp.periodic(system, period="T", search=method)
-        assert orbit.greatest("x").value == pytest.approx(amplitude(5.0), rel=1e-8)
-        found = orbit.sensitivity(of=["x"], to=["T", "c"])
-        assert found.period == {"T": 1.0, "c": 0.0}
-        assert found.greatest[0, 0] == pytest.approx(expected, rel=1e-6)
-        # held as a number, the end of the period would be another place of the wave
-        stiffer = (amplitude(5, c=2 + h) - amplitude(5, c=2 - h)) / (2 * h)
-        assert found.greatest[0, 1] == pytest.approx(stiffer, rel=1e-6)
+    orbit = lp.periodic(system, period="T")
+    assert orbit.greatest("x").value == pytest.approx(amplitude(5.0), rel=1e-8)
+    found = orbit.sensitivity(of=["x"], to=["T", "c"])
+    assert found.period == {"T": 1.0, "c": 0.0}
+    assert found.greatest[0, 0] == pytest.approx(expected, rel=1e-6)
+    # held as a number, the end of the period would be another place of the wave
+    stiffer = (amplitude(5, c=2 + h) - amplitude(5, c=2 - h)) / (2 * h)
+    assert found.greatest[0, 1] == pytest.approx(stiffer, rel=1e-6)
     assert lp.periodic(system, period="T", parameters={"T": 4.0}).period == 4.0
 
 

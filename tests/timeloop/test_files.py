@@ -243,7 +243,6 @@ WRITERS = {
     "run.mat": lambda run, path: run.save(path),
     "p.toml": lambda run, path: lp.exchange.write_parameters(run.system, path),
     "p.json": lambda run, path: lp.exchange.write_parameters(run.system, path),
-    "unit.mo": lambda run, path: lp.export_modelica(run.system, path),
     "page.html": lambda run, path: lp.drawing.report_html(run.system, path),
     "unit.fmu": lambda run, path: lp.export_fmu(run.system, path),
 }
