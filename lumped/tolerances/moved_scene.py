@@ -121,10 +121,6 @@ class _Held(Evaluated):
         values, slopes, failures = self._whole.slopes(_beside(x, self._fixed))
         return values, slopes[:, :, : x.shape[1]], failures
 
-    def curvatures(self, x: Array) -> Array | None:
-        found = self._whole.curvatures(np.concatenate([x, self._fixed]))
-        return None if found is None else found[:, : len(x), : len(x)]
-
 
 def _beside(x: Array, fixed: Array) -> Array:
     """Values of all parameters, shape (n, d + m)."""

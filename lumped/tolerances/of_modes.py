@@ -82,21 +82,16 @@ class OfModes(Evaluated):
         return found, by, failures
 
     def curvatures(self, x: Array) -> Array | None:
-        """Second derivatives of modes whose state matrix depends on parameters alone.
-
-        Raises
-        ------
-        OptionError
-            If a mode repeats.
-        """
+        """Second derivatives of modes whose state matrix depends on parameters alone."""
         if not self._many.applies:
             return None
         found, hertz = [], self._many.modes(x[None]).hertz[0]
         for wanted in self._of.values():
             mode, side = slope_of_modes(wanted, hertz)
-            value, first, second = self._many.curvatures(x, mode)
-            is_damping = isinstance(wanted, Damping)
-            found.append(side * second_derivatives(value, first, second, of_damping=is_damping))
+            own = self._many.curvatures(x, mode)
+            if own is None:
+                return None
+            found.append(side * second_derivatives(*own, of_damping=isinstance(wanted, Damping)))
         return np.array(found)
 
     def _alone(self, x: Array, found: list[Array], one: Callable[[Array], list[Array]]) -> Failures:

@@ -135,7 +135,7 @@ def by_derivatives(scene: Scene, runs: int, seed: int) -> ByDerivatives:
     spreads, notes, order = {}, tuple[str, ...](), 2
     try:
         curvatures = scene.curvatures(means)
-    except (OptionError, SolverError) as error:
+    except SolverError as error:
         order, curvatures = 1, np.zeros((*slopes[0].shape, len(laws)))
         notes = (f"first order: {error}",)
     for i, (label, unit) in enumerate(zip(scene.labels, scene.units, strict=True)):
