@@ -4,8 +4,5 @@ from lumped.gradients.gradient import Gradient as Gradient
 from lumped.gradients.gradient import gradient as gradient
 from lumped.gradients.gradient_ensemble import GradientEnsemble as GradientEnsemble
 from lumped.gradients.gradient_ensemble import gradient_ensemble as gradient_ensemble
-from lumped.gradients.hessian import Hessian as Hessian
-from lumped.gradients.hessian import hessian as hessian
-from lumped.gradients.hessian import hessian_product as hessian_product
 from lumped.gradients.sensitivity import Sensitivity as Sensitivity
 from lumped.gradients.sensitivity import sensitivity as sensitivity

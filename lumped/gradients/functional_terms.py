@@ -38,9 +38,9 @@ from lumped.support.made_once import made_once
 from lumped.timeloop.many_points import ManyPoints
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["AT_ONCE", "SmoothParts"]
+__all__ = ["SmoothParts"]
 
-AT_ONCE = 1e-10
+_AT_ONCE = 1e-10
 """Part of a run within which a change counts as happening at a given instant."""
 
 _FLIGHT = 1e-6
@@ -117,7 +117,7 @@ class SmoothParts:
     def ends(self, functional: Functional) -> bool:
         """Whether a functional looks at the very end of the run."""
         if isinstance(functional, At):
-            return self.until - max(functional.times) <= AT_ONCE * self.until
+            return self.until - max(functional.times) <= _AT_ONCE * self.until
         return isinstance(functional, Final | Peak | Damage) and not getattr(
             functional, "between", None
         )
@@ -130,7 +130,7 @@ class SmoothParts:
         elif isinstance(functional, Peak | Integral):
             times = functional.between or ()
         for t in times:
-            if not t <= self.until * (1 + AT_ONCE):
+            if not t <= self.until * (1 + _AT_ONCE):
                 raise OptionError(
                     f"{self.run.system.name}: {functional}: the run ends at {self.until:g} s."
                 )
@@ -169,7 +169,7 @@ class SmoothParts:
 
     def _leg(self, t: float) -> tuple[int, bool]:
         """Leg in which an instant lies, the later one on a border; whether one is so near."""
-        soon = AT_ONCE * self.until
+        soon = _AT_ONCE * self.until
         number = max((k for k, leg in enumerate(self.legs) if leg.t[0] <= t + soon), default=0)
         near = number > 0 and abs(float(self.legs[number].t[0]) - t) <= soon
         return number, near

@@ -107,7 +107,7 @@ class Summed:
             functional = self.wanted[k]
             assert isinstance(functional, Integral)
             total = float(found.sums[place])
-            value, slopes[k], _ = functional.outcome(total, until)
+            value, slopes[k] = functional.outcome(total, until)
             by_end = 0.0
             if functional.between is None:
                 # a mean falls with the time over which it is taken

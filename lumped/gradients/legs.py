@@ -124,17 +124,16 @@ class Leg:
         numbers: int = self._x.shape[1] + self._m.shape[1] + 1
         return max(_MADE_BYTES // (8 * numbers), 1)
 
-    def chunks(self, begin: int = 0, end: int | None = None) -> list[tuple[int, int]]:
-        """From one end of a step to another in parts whose states are kept at once, in order."""
-        end = len(self.t) - 1 if end is None else end
-        rows = self.rows
-        if end - begin <= rows:
-            return [(begin, end)] if end > begin else []
+    def chunks(self) -> list[tuple[int, int]]:
+        """Parts, from one end of a step to another, whose states are kept at once, in order."""
+        end, rows = len(self.t) - 1, self.rows
+        if end <= rows:
+            return [(0, end)] if end else []
         is_divided = len(self._of_run) < len(self.t)
         inner = self._of_run if is_divided else self._kept
-        inner = inner[(begin < inner) & (inner < end)]
-        numbers, firsts = np.unique((inner - begin) // rows, return_index=True)
-        return list(itertools.pairwise([begin, *inner[firsts[numbers > 0]].tolist(), end]))
+        inner = inner[(inner > 0) & (inner < end)]
+        numbers, firsts = np.unique(inner // rows, return_index=True)
+        return list(itertools.pairwise([0, *inner[firsts[numbers > 0]].tolist(), end]))
 
     def state(self, t: float) -> Side:
         """States and settings at a time: those of a shorter step."""

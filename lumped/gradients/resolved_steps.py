@@ -19,7 +19,7 @@ from lumped.gradients.sweep import OnTheWay, Seeds, Swept, sweep
 from lumped.gradients.varied import TIGHTER
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["Resolved", "divided", "resolved"]
+__all__ = ["Resolved", "resolved"]
 
 _ROUNDS = 40
 _MOST = 1_000_000
@@ -71,7 +71,7 @@ def resolved(
         each = [steps.relative(swept.largest, swept.lost) for swept in found]
         errors: np.ndarray = np.max(each, axis=0)
         many = _for_integrals(run, legs, way, sizes, rtol)
-        if not divided(run, legs, way.errors, errors, rtol, many):
+        if not _divided(run, legs, way.errors, errors, rtol, many):
             return Resolved(found, errors, sums, sizes)
     raise _too_many(run, rtol)
 
@@ -92,13 +92,13 @@ def _for_integrals(
     return many
 
 
-def divided(
+def _divided(
     run: Trajectory,
     legs: list[Leg],
     each: list[np.ndarray],
     errors: np.ndarray,
     rtol: float,
-    many: list[np.ndarray] | None = None,
+    many: list[np.ndarray] | None,
 ) -> bool:
     """Whether steps were divided, so that derivatives become accurate.
 
@@ -108,7 +108,7 @@ def divided(
         Error of each result by each step, relative to what it owes to the states by then.
     errors : ndarray, shape (k,)
         Errors of the results by all steps.
-    many : list of ndarray, shape (steps,), optional
+    many : list of ndarray, shape (steps,), or None
         Into how many parts each step is divided at least.
     """
     allowed = max(rtol / TIGHTER, _ROUNDING)

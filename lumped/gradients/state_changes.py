@@ -86,12 +86,6 @@ class Entries(NamedTuple):
         rows, columns, values = map(np.concatenate, zip(self[:3], more, strict=True))
         return Entries(rows, columns, values, self.shape)
 
-    def toarray(self) -> np.ndarray:
-        """The matrix."""
-        found = np.zeros(self.shape)
-        np.add.at(found, (self.rows, self.columns), self.values)
-        return found
-
 
 class Change:
     """An expression of states, parameters and time at an instant, with its derivatives.
@@ -104,15 +98,9 @@ class Change:
         Of the function.
     found : SX
         The expression, one column.
-
-    Attributes
-    ----------
-    found : SX
-        The same.
     """
 
     def __init__(self, system: System, name: str, found: ca.SX) -> None:
-        self.found = found
         x, p, t, _ = system.inputs
         along = ca.jtimes(found, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
         slopes = [ca.jacobian(found, x), ca.jacobian(found, p)]

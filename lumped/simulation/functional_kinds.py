@@ -110,8 +110,8 @@ class Integral:
         units = [system.quantity(name).unit for name in self.names]
         return " ".join([*units, "s"] if self.kind == "integral" else units)
 
-    def outcome(self, integral: float, until: float) -> tuple[float, float, float]:
-        """Value, and its first and second derivatives by the integral of what is integrated.
+    def outcome(self, integral: float, until: float) -> tuple[float, float]:
+        """Value, and its derivative by the integral of what is integrated.
 
         Parameters
         ----------
@@ -127,16 +127,16 @@ class Integral:
         """
         span = until if self.between is None else self.between[1] - self.between[0]
         if self.kind == "integral":
-            return integral, 1.0, 0.0
+            return integral, 1.0
         if self.kind == "mean":
-            return integral / span, 1.0 / span, 0.0
+            return integral / span, 1.0 / span
         if not integral > 0:
             raise OptionError(
                 f"{self}: this is zero throughout the run, where "
                 "a root mean square has no derivative. Take the integral instead."
             )
         value = math.sqrt(integral / span)
-        return value, 0.5 / (span * value), -0.25 / (span**2 * value**3)
+        return value, 0.5 / (span * value)
 
 
 @dataclass(frozen=True)

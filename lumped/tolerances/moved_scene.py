@@ -107,12 +107,12 @@ class MovedScene:
         return values[:, 0], found, failures
 
 
-class _Held:
+class _Held(Evaluated):
     """Functionals where parameters beside those that scatter are held (see `Evaluated`)."""
 
     def __init__(self, whole: Evaluated, fixed: Array) -> None:
         self._whole, self._fixed = whole, fixed
-        self.labels, self.units = whole.labels, whole.units
+        self.labels, self.units, self.error = whole.labels, whole.units, whole.error
 
     def values(self, x: Array) -> tuple[Array, Failures]:
         return self._whole.values(_beside(x, self._fixed))
@@ -120,10 +120,6 @@ class _Held:
     def slopes(self, x: Array) -> tuple[Array, Array, Failures]:
         values, slopes, failures = self._whole.slopes(_beside(x, self._fixed))
         return values, slopes[:, :, : x.shape[1]], failures
-
-    def curvature(self, x: Array, k: int) -> Array:
-        found = self._whole.curvature(np.concatenate([x, self._fixed]), k)
-        return found[: len(x), : len(x)]
 
 
 def _beside(x: Array, fixed: Array) -> Array:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lumped.errors import OptionError, SolverError
 from lumped.simulation.functional_kinds import Clearance, Damping, Frequency, Modal, unit_of
-from lumped.tolerances.evaluated import Array, Failures, one_by_one
+from lumped.tolerances.evaluated import Array, Evaluated, Failures, one_by_one
 from lumped.vibration.eigen_sensitivity import eigen_sensitivity
 from lumped.vibration.eigen_slopes import damping_slopes, hertz_slopes, second_derivatives
 from lumped.vibration.mode_designs import ModeDesigns
@@ -19,7 +19,7 @@ from lumped.vibration.modes_of_many import ManyModes, ModesOfMany
 __all__ = ["OfModes", "slope_of_modes", "value_of_modes"]
 
 
-class OfModes:
+class OfModes(Evaluated):
     """Functionals of modes (see `Evaluated`).
 
     Parameters
@@ -38,7 +38,7 @@ class OfModes:
     ) -> None:
         self._begin, self._names, self._of = begin, names, dict(of)
         self._system, self._base = begin.system, begin.point.parameters
-        self._designs, self._analysis = ModeDesigns(begin), analysis
+        self._designs = ModeDesigns(begin)
         self._many, count = ModesOfMany(self._designs, names), len(begin.hertz)
         for functional in of.values():
             if isinstance(functional, Frequency | Damping) and not 0 <= functional.mode < count:
@@ -81,24 +81,18 @@ class OfModes:
         failures = self._alone(x, [found, by], self._with_slopes)
         return found, by, failures
 
-    def curvature(self, x: Array, k: int) -> Array:
-        """Second derivatives of modes.
-
-        Raises
-        ------
-        OptionError
-            If the state matrix depends on an equilibrium, or the mode repeats.
-        """
-        wanted = [*self._of.values()][k]
+    def curvatures(self, x: Array) -> Array | None:
+        """Second derivatives of modes whose state matrix depends on parameters alone."""
         if not self._many.applies:
-            raise OptionError(
-                f"{self._analysis}: {self.labels[k]} has no second derivatives here: these modes "
-                "depend on an operating point that follows the parameters."
-            )
-        mode, side = slope_of_modes(wanted, self._many.modes(x[None]).hertz[0])
-        value, first, second = self._many.curvatures(x, mode)
-        found = second_derivatives(value, first, second, of_damping=isinstance(wanted, Damping))
-        return side * found
+            return None
+        found, hertz = [], self._many.modes(x[None]).hertz[0]
+        for wanted in self._of.values():
+            mode, side = slope_of_modes(wanted, hertz)
+            own = self._many.curvatures(x, mode)
+            if own is None:
+                return None
+            found.append(side * second_derivatives(*own, of_damping=isinstance(wanted, Damping)))
+        return np.array(found)
 
     def _alone(self, x: Array, found: list[Array], one: Callable[[Array], list[Array]]) -> Failures:
         """Fill in designs that must be looked at alone."""

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from lumped.errors import OptionError
 from lumped.simulation.functional_kinds import (
     Damping,
     OrderPeak,
@@ -14,7 +13,7 @@ from lumped.simulation.functional_kinds import (
     Vibrating,
     unit_of,
 )
-from lumped.tolerances.evaluated import Array, Failures, one_by_one
+from lumped.tolerances.evaluated import Array, Evaluated, Failures, one_by_one
 from lumped.tolerances.of_modes import slope_of_modes, value_of_modes
 from lumped.vibration.critical_sensitivity import critical_sensitivity
 from lumped.vibration.mean_spectrum import MeanSpectrum
@@ -25,7 +24,7 @@ from lumped.vibration.order_sensitivity import slope_of
 __all__ = ["OfOrders"]
 
 
-class OfOrders:
+class OfOrders(Evaluated):
     """Functionals of order responses (see `Evaluated`).
 
     Parameters
@@ -48,7 +47,7 @@ class OfOrders:
     ) -> None:
         self._begin, self._names, self._of = begin, names, dict(of)
         self._system, self._base = begin.system, begin.rotation.points[0].parameters
-        self._designs, self._analysis = OrderDesigns(begin, analysis), analysis
+        self._designs = OrderDesigns(begin, analysis)
         self._designs.refuse_balancing(list(names), "over")
         self._places = begin.system.places(names)
         self.labels = tuple(of)
@@ -78,19 +77,6 @@ class OfOrders:
 
         (values, slopes), failures = one_by_one(x, [(k,), (k, d)], one)
         return values, slopes, failures
-
-    def curvature(self, x: Array, k: int) -> Array:
-        """None are formed.
-
-        Raises
-        ------
-        OptionError
-            Always.
-        """
-        raise OptionError(
-            f"{self._analysis}: {self.labels[k]} has no second derivatives here; functionals of "
-            "modes (frequency, damping) and of runs (final, at, integral, mean, rms) have them."
-        )
 
     def _response(self, row: Array) -> OrderResponse:
         return self._designs.response(

@@ -13,14 +13,13 @@ from lumped.ensembles.run_records import RunOptions
 from lumped.ensembles.watched import Collected
 from lumped.errors import LumpedError, OptionError, UnknownNameError
 from lumped.gradients.gradient_ensemble import gradients_at
-from lumped.gradients.hessian import hessian
 from lumped.simulation.functional_kinds import Functional
-from lumped.tolerances.evaluated import Array, Failures
+from lumped.tolerances.evaluated import Array, Evaluated, Failures
 
 __all__ = ["OfRuns"]
 
 
-class OfRuns:
+class OfRuns(Evaluated):
     """Functionals of runs, in the time loop and on all cores (see `Evaluated`).
 
     Parameters
@@ -54,7 +53,7 @@ class OfRuns:
         self._system, self._names, self._of = system, names, dict(of)
         self._parameters = {system.key(k): value for k, value in (parameters or {}).items()}
         self._options: dict[str, Any] = {"until": until, "start": start, "rtol": rtol}
-        self._workers, self._analysis = workers, analysis
+        self._workers, self._analysis, self.error = workers, analysis, rtol
         options = RunOptions(until, start=start, rtol=rtol)
         self._runs = RunsAt(system, names, of, parameters, options, workers)
         self.labels = tuple(of)
@@ -97,13 +96,3 @@ class OfRuns:
             lost = dict.fromkeys(range(len(x)), str(error))
             return np.full(shape, np.nan), np.full((*shape, x.shape[1]), np.nan), lost
         return found.values, found.derivatives, found.failures
-
-    def curvature(self, x: Array, k: int) -> Array:
-        """Second derivatives of a run."""
-        return hessian(
-            self._system,
-            of=[*self._of.values()][k],  # type: ignore[arg-type]
-            to=self._names,
-            parameters=self._parameters | dict(zip(self._names, x.tolist(), strict=True)),
-            **self._options,
-        ).matrix

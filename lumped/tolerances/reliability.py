@@ -12,7 +12,6 @@ from lumped.compiler.system import Changes, Name
 from lumped.ensembles.variants import Over
 from lumped.errors import OptionError, SolverError
 from lumped.support.arguments import checked
-from lumped.tolerances.expansions.moments import central_moments
 from lumped.tolerances.failure.form import DesignPoint, form, joined, points_of, searches
 from lumped.tolerances.failure.importance import around, centres
 from lumped.tolerances.failure.limit import Limit
@@ -20,6 +19,7 @@ from lumped.tolerances.failure.reliability_outcome import Influence, Kind, Relia
 from lumped.tolerances.failure.sampled import Sampled
 from lumped.tolerances.failure.sorm import Curved, curved
 from lumped.tolerances.failure.subset import subset
+from lumped.tolerances.moments import central_moments
 from lumped.tolerances.scene import Scattered, Scene, scene_of
 
 __all__ = ["reliability"]
@@ -65,8 +65,8 @@ def reliability(
     ================ ===================================================== =======================
     ``"form"``       a plane limit at each design point, whose gradients   to a kink there
                      are exact
-    ``"sorm"``       a paraboloid there, by exact second derivatives where to a kink there, or a
-                     the functional has them, else by gradients around it  limit that bends around
+    ``"sorm"``       a paraboloid there, by exact second derivatives of    to a kink there, or a
+                     modes, else by gradients around it                    limit that bends around
                                                                            the median
     ``"importance"`` samples around the design points                      where no gradient leads
                                                                            to the limit

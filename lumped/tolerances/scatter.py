@@ -225,8 +225,8 @@ def scatter(
 
     By samples: the runs of `ensemble`, or modes and order responses of as many designs. Quantiles
     have intervals from order statistics, shares those of Clopper and Pearson, for independent
-    runs; other samplings lie closer. By derivatives: functionals are expanded about the mean, to
-    second order where they have exact second derivatives; a few runs tell how much that misses.
+    runs; other samplings lie closer. By derivatives: functionals are expanded to second order about
+    the mean, by differences of exact gradients; a few runs tell how much that misses.
     By polynomial chaos: orthonormal polynomials of the parameters are fitted to some runs and their
     gradients, for functionals that are smooth over the whole of their ranges.
 

@@ -21,11 +21,12 @@ from lumped.ensembles.variants import (
     variants_of,
 )
 from lumped.ensembles.watched import Collected
-from lumped.errors import OptionError, ParameterError
+from lumped.errors import OptionError, ParameterError, SolverError
 from lumped.simulation.functional_kinds import Modal, Vibrating
 from lumped.simulation.simulate import check_options
 from lumped.support.units import in_seconds
-from lumped.tolerances.evaluated import Array, Evaluated, Failures
+from lumped.tolerances.evaluated import Array, Evaluated, Failures, curvatures_along
+from lumped.tolerances.moments import central_moments
 from lumped.tolerances.of_modes import OfModes
 from lumped.tolerances.of_orders import OfOrders
 from lumped.tolerances.of_runs import OfRuns
@@ -66,6 +67,8 @@ class Scene:
         Their distributions, and how they depend on each other.
     labels, units : tuple of str
         Functionals as printed and their units, k of each.
+    error : float
+        Relative error of their derivatives.
     failures : dict of int to str
         Why evaluations of the last call failed, by their number.
     """
@@ -81,7 +84,7 @@ class Scene:
     ) -> None:
         evaluated = evaluated_over(marginals.names)
         self.system, self.analysis, self.names = system, analysis, marginals.names
-        self.labels, self.units = evaluated.labels, evaluated.units
+        self.labels, self.units, self.error = evaluated.labels, evaluated.units, evaluated.error
         self.failures: Failures = {}
         self.over, self.parameters = over, parameters
         self._theta, self._places = fixed(system, parameters), system.places(self.names)
@@ -230,25 +233,37 @@ class Scene:
         return values, slopes
 
     def curvatures(self, x: Array) -> Array:
-        """Exact second derivatives at one point, shape (k, d, d).
+        """Second derivatives at one point, shape (k, d, d).
+
+        Exact ones where there are some; else central differences of first derivatives over
+        ``error**(1/3)`` standard deviations (see `curvatures_along`).
 
         Raises
         ------
         OptionError
-            If a functional has none.
+            If a functional has no derivative.
         SolverError
-            If the run passes what has no second derivative.
+            If there are no derivatives beside the point.
         ParameterError
             If the point is out of range.
         """
-        return np.array([self.curvature(x, k) for k in range(len(self.labels))])
+        found = self.exact_curvatures(x)
+        if found is not None:
+            return found
+        wide = np.sqrt([central_moments(law)[1][2] for law in self.marginals.laws])
+        scaled = curvatures_along(lambda at: self.slopes(at)[1], x, np.diag(wide), self.error)
+        if not np.isfinite(scaled).all():
+            why = next(iter(self.failures.values()), "")
+            raise SolverError(f"{self.analysis}: no derivatives beside the point: {why}", None)
+        bent: Array = scaled / np.outer(wide, wide)
+        return bent
 
-    def curvature(self, x: Array, k: int) -> Array:
-        """The same of functional k alone, shape (d, d)."""
+    def exact_curvatures(self, x: Array) -> Array | None:
+        """The same; None where none are formed (runs, order responses, modes of equilibria)."""
         row = self._rows(np.reshape(x, (1, -1)))
         for text in self._in_range(row)[1].values():
             raise ParameterError(f"{self.analysis}: {text}.")
-        return self._evaluated.curvature(row[0], k)
+        return self._evaluated.curvatures(row[0])
 
     def _in_range(self, rows: Array) -> tuple[NDArray[np.intp], Failures]:
         """Which parameters are in range, and what is wrong with the others."""

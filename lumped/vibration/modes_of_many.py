@@ -10,7 +10,6 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from lumped.errors import OptionError
 from lumped.numerics.eigen_many import eigenvalues_of_many, vectors_of_many
 from lumped.points.vibrating_states import moving
 from lumped.timeloop.many_points import ManyPoints
@@ -128,13 +127,10 @@ class ModesOfMany:
                     found[places, i] = by
         return found
 
-    def curvatures(self, x: Real, mode: int) -> tuple[complex, Complex, Complex]:
+    def curvatures(self, x: Real, mode: int) -> tuple[complex, Complex, Complex] | None:
         """An eigenvalue at one point, its first and second derivatives, (d,) and (d, d).
 
-        Raises
-        ------
-        OptionError
-            If the mode repeats, so that it has none.
+        None if the mode repeats, or there is another number of modes here.
         """
         row = x[None]
         value = self.modes(row).eigenvalues[0, mode]
@@ -142,10 +138,7 @@ class ModesOfMany:
         every = [eigenvalues_of_many(block) for block in blocks]
         first = self.slopes(row, ManyModes(np.full((1, mode + 1), value)), [mode])[0, 0]
         if not np.isfinite(first).all():
-            raise OptionError(
-                f"{self._system.name}: mode {mode} repeats, or there is another number of modes "
-                "here, so that it has no second derivatives."
-            )
+            return None
         number = int(self._part_with(every, np.array([value]), np.array([True]))[0])
         own = self._members[number]
         right, left = vectors_of_many(blocks[number], np.array([value]))

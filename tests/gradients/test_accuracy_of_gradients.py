@@ -55,35 +55,6 @@ def test_a_drive_at_rest_has_the_derivatives_of_its_motion(method):
     assert error < 1e-6
 
 
-def test_second_derivatives_at_rest_are_those_of_the_motion():
-    found = lp.gradients.hessian(
-        oscillator(), of=functionals.final("body.w"), to=["body.w", "spring.c"], until=END
-    )
-    h = 1e-4
-    mixed = (
-        by_complex_step(lambda e: speed(C + h, D, e))
-        - by_complex_step(lambda e: speed(C - h, D, e))
-    ) / (2 * h)
-    error = abs(found.matrix[0, 1] / mixed - 1)
-    print(f"error {error:.1e}")
-    assert error < 1e-6
-
-
-@pytest.mark.parametrize(
-    "of", [functionals.final("body.w"), functionals.rms("spring.tau")], ids=["final", "rms"]
-)
-def test_the_hessian_along_a_direction_is_its_product_with_it(of):
-    options = {"of": of, "to": ["spring.c", "spring.d", "body.w"], "until": 2.0}
-    whole = lp.gradients.hessian(oscillator(1.0), **options)
-    along = np.array([30.0, -0.2, 0.5])
-    product = lp.gradients.hessian_product(oscillator(1.0), **options, along=along)
-    error = np.abs(product / (whole.matrix @ along) - 1).max()
-    print(f"error {error:.1e}")
-    assert error < 1e-6
-    with pytest.raises(lp.errors.OptionError, match="along has the shape"):
-        lp.gradients.hessian_product(oscillator(1.0), **options, along=[1.0])
-
-
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
 def test_errors_are_below_what_was_asked_for(rtol):
     found = lp.gradient(

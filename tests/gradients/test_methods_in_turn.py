@@ -51,24 +51,6 @@ def test_sensitivities_are_those_of_the_closed_form():
     assert error.max() < 1e-6
 
 
-def test_second_derivatives_are_those_of_the_closed_form():
-    """Central differences of sixth order over complex steps, by relative changes."""
-    system = lp.assemble(InTurn())
-    found = lp.gradients.hessian(
-        system, of=fun.final("phi"), to=list(VALUES), until=UNTIL, rtol=1e-10
-    )
-    assert used(found.run) == IN_TURN
-    expected, h = np.zeros((5, 5)), 1e-4
-    for j in range(5):
-        for k, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60)):
-            for sign in (1, -1):
-                point = POINT.copy()
-                point[j] *= 1 + sign * k * h
-                expected[:, j] += sign * weight / h * gradients(point)[0] * POINT
-    received = found.matrix * POINT[:, None] * POINT
-    assert np.abs(received - expected).max() < 1e-6 * np.abs(expected).max()
-
-
 def test_values_between_steps_of_both_methods():
     """At times in any order, and in all steps of the run."""
     system = lp.assemble(InTurn())

@@ -151,20 +151,6 @@ def test_runs_side_by_side_have_the_bits_of_single_ones(system):
         assert_same_bits(*both)
 
 
-@pytest.mark.parametrize("number", [0, -1])
-def test_second_derivatives(system, number):
-    """Across kinks too: against central differences of exact first derivatives."""
-    of, exact = FORMULAS[number]
-    found = lp.gradients.hessian(system, of=of, to=["a", "b"], until=UNTIL, rtol=1e-9)
-    expected = np.empty((2, 2))
-    for i in range(2):
-        for k in range(2):
-            near = [POINT + STEP * np.eye(3)[k] + h * np.eye(3)[i] for h in (1e-4, -1e-4)]
-            up, down = (exact(*point).imag / STEP.imag for point in near)
-            expected[i, k] = (up - down) / 2e-4
-    np.testing.assert_allclose(found.matrix, expected, rtol=1e-6, atol=1e-7)
-
-
 def test_a_finished_run_gives_expressions(system):
     run = lp.simulate(system, until=UNTIL, rtol=1e-10)
     x, y = np.sin(A * run.t), np.sin(B * run.t)

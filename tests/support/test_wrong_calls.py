@@ -184,15 +184,13 @@ def rest_for(function, first):
         "functional": lp.functionals.frequency(0),
         "speeds": [3.0],
         "to": ["motor.J"],
-        "along": [1.0],
         "critical": lp.vibration.CriticalSpeed(3.0, 1.0, 0, 1.0),
         "over": {"motor.J": [1.0]} if function is lp.gradients.gradient_ensemble else ["motor.J"],
     }
     found = {name: fitting[name] for name in rest_of(function) if name != first}
     gradients = lp.gradients
-    alone = (gradients.hessian, gradients.hessian_product, gradients.value_and_gradient)
     lists = (lp.gradient, gradients.gradient_ensemble, lp.to_jax)
-    if function not in alone and "of" in found:
+    if function is not gradients.value_and_gradient and "of" in found:
         found["of"] = [found["of"]] if function in lists else ["shaft.tau"]
     return found
 

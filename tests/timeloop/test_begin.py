@@ -127,7 +127,6 @@ def test_what_begins_at_zero_refuses_a_point_by_name():
     of = [lp.functionals.final("body.w")]
     for analysis in (
         lambda: lp.gradient(system, of=of, until=3.0, start=point),
-        lambda: lp.gradients.hessian(system, of=of[0], to=["body.J"], until=3.0, start=point),
         lambda: lp.sensitivity(system, of=["body.w"], to=["body.J"], until=3.0, start=point),
         lambda: lp.periodic(system, period=1.0, start=point),
         lambda: lp.equilibrium(system, start=point),

@@ -237,9 +237,6 @@ def made():
         lp.vibration.Order(1, 0.5, 0.1),
         lp.sensitivity(system, of=["b.w"], to=["shaft.c"], until=0.2, start={"a.w": 1.0}),
         lp.gradient(system, of=[fun.final("b.w")], to=["shaft.c"], until=0.2, start={"a.w": 1.0}),
-        lp.gradients.hessian(
-            system, of=fun.final("b.w"), to=["shaft.c"], until=0.2, start={"a.w": 1.0}
-        ),
         lp.gradients.gradient_ensemble(
             system, over={"shaft.c": [200.0, 400.0]}, of=[fun.final("b.w")], until=0.2
         ),

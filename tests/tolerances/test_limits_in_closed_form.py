@@ -5,7 +5,7 @@ import pytest
 from scipy import integrate, optimize
 from scipy.stats import chi2, norm
 
-from lumped.errors import LumpedError, OptionError, SolverError
+from lumped.errors import LumpedError, SolverError
 from lumped.numerics.nearest_points import searched
 from lumped.tolerances.failure.form import form, joined, points_of, searches
 from lumped.tolerances.failure.importance import around, centres
@@ -22,7 +22,7 @@ class Numbers:
         self.mean, self.std = np.array(mean, float), np.array(std, float)
         self.names = tuple(f"x{i}" for i in range(len(mean)))
         self.labels, self.units, self.parameter_units = ("f",), ("N.m",), ("1",) * len(mean)
-        self.failures, self.calls = {}, 0
+        self.failures, self.calls, self.error = {}, 0, 1e-9
 
     def physical(self, u):
         return self.mean + self.std * u
@@ -40,10 +40,8 @@ class Numbers:
     def slopes(self, x):
         return self.values(x), np.array([[self.slope(row)] for row in x], float)
 
-    def curvature(self, x, k):
-        if self.second is None:
-            raise OptionError("f: no second derivatives.")
-        return np.array(self.second(x), float)
+    def exact_curvatures(self, x):
+        return None if self.second is None else np.array([self.second(x)], float)
 
     def in_scores(self, u, slope, curvature):
         return slope * self.std, np.outer(self.std, self.std) * curvature

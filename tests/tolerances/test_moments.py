@@ -8,7 +8,7 @@ import scipy
 
 from lumped.ensembles import distributions as dist
 from lumped.ensembles.laws import Parameter
-from lumped.tolerances.expansions.moments import central_moments, quadratic_moments
+from lumped.tolerances.moments import central_moments, quadratic_moments
 
 
 def test_moments_are_those_of_all_combinations():

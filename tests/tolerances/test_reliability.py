@@ -211,6 +211,36 @@ def test_second_order_meets_the_share_of_many_samples(torsion, monte_carlo):
     assert sampled.evaluations > 400 > sampled.gradients
 
 
+def test_second_order_of_a_run_has_the_curvature_of_its_closed_form(pull):
+    """A sum of lognormal torques: ``(t + 8) / 2`` with ``t = m1 exp(a1 u1) + m2 exp(a2 u2)``."""
+    middle, wide = np.array([10.0, 4.0]), np.array([0.25, 0.4])
+    over = {n: lognormal(m, a) for n, m, a in zip(TORQUES[:2], middle, wide, strict=True)}
+    common = {"above": 15.0, "over": over, "until": 1.0, "parameters": {"r.tau": 8.0}}
+    found = lp.reliability(pull, fun.final("a.w"), method="sorm", **common)
+    (bent,) = found.second_order
+    at = np.array([*found.design_point.values()])
+    by, bend = wide * at, wide**2 * at
+    along = np.array([-by[1], by[0]]) / np.linalg.norm(by)
+    kappa = -(along**2 @ bend) / np.linalg.norm(by)
+    exact, _ = scipy.integrate.quad(
+        lambda u: (
+            norm.pdf(u)
+            * norm.sf(np.log(max(22 - middle[1] * np.exp(wide[1] * u), 1e-9) / middle[0]) / wide[0])
+        ),
+        -10,
+        10,
+        epsabs=1e-14,
+        limit=400,
+    )
+    plain = lp.reliability(pull, fun.final("a.w"), **common)
+    off = [one.probability / exact - 1 for one in (plain, found)]
+    print(bent.curvatures / kappa - 1, off, found.gradients - plain.gradients)
+    assert bent.source == "gradients around it"
+    assert bent.curvatures == pytest.approx([kappa], rel=1e-4)
+    assert found.gradients - plain.gradients == 2
+    assert abs(off[1]) < 0.1 * abs(off[0])
+
+
 def test_a_run_is_made_level_by_level(pull):
     over = normals()
     beta = (24 - MEANS.sum()) / np.linalg.norm(STDS)

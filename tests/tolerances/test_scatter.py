@@ -6,7 +6,9 @@ import scipy
 
 import lumped as lp
 from lumped import functionals as fun
+from lumped.components import Brake, Inertia
 from lumped.ensembles import correlated, lognormal, truncated
+from lumped.tolerances import scene_of
 from tests.tolerances.drives import pair, pendulum_on_a_spring, undamped_hertz, wheel
 
 SPEED = "final(body.w)"
@@ -135,8 +137,6 @@ def test_the_ranking_in_the_small_is_that_of_the_derivatives(driven):
 
 
 def test_runs_in_which_an_event_does_not_happen_are_counted_and_told():
-    from lumped.components import Brake, Inertia
-
     system = lp.assemble(
         lp.compose(
             body=Inertia(J=1.0, w=10.0),
@@ -189,8 +189,6 @@ def test_modes_side_by_side_are_those_of_each_design():
 
 
 def test_second_derivatives_of_a_frequency_are_those_of_its_formula():
-    from lumped.tolerances.scene import scene_of
-
     at = np.array([1000.0, 2.0, 3.0])
     over = {name: lp.normal(v, 0.01 * v) for name, v in zip(("s.c", "a.J", "b.J"), at, strict=True)}
     scene = scene_of(lp.modes(pair()), over=over, of=[fun.frequency(0), fun.damping(0)])
@@ -211,3 +209,74 @@ def test_second_derivatives_of_a_frequency_are_those_of_its_formula():
     size = z / np.outer(at, at)
     print("errors:", np.abs((found[1] - expected) / size).max())
     assert np.abs((found[1] - expected) / size).max() < 1e-9
+
+
+class Filled(lp.Component):
+    """``x' = u - k x`` from zero: ``x = u m0``, with ``mn`` the integral of ``s^n exp(-k s)``."""
+
+    k: lp.Param = lp.param("1/s", "rate", 0.8)
+    u: lp.Param = lp.param("m/s", "inflow", 0.5)
+    x: lp.Var = lp.var("m", "level", start=0.0)
+
+    def equations(self):
+        yield lp.der(self.x) == self.u - self.k * self.x
+
+
+FILLED, UNTIL = {"k": lp.normal(0.8, 0.2), "u": lp.normal(0.5, 0.1)}, 2.0
+
+
+def moments(k):
+    n = np.arange(5)
+    own = scipy.special.gammainc(n + 1, k * UNTIL) * scipy.special.factorial(n)
+    return own / k ** (n + 1)
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-9])
+def test_second_derivatives_of_a_run_are_as_exact_as_differences_allow(rtol):
+    of = [fun.final("x"), fun.peak("x")]  # the level rises to the end
+    scene = scene_of(lp.assemble(Filled()), over=FILLED, of=of, until=UNTIL, rtol=rtol)
+    at, wide = np.array([0.8, 0.5]), np.array([0.2, 0.1])
+    m, u = moments(at[0]), at[1]
+    exact = np.array([[u * m[2], -m[1]], [-m[1], 0.0]])
+    # by the step along k, third derivatives of the slopes; the step along u leaves out nothing
+    left_out = wide[0] ** 2 / 6 * np.array([[u * m[4], -m[3] / 2], [-m[3] / 2, 0.0]])
+    left_out *= rtol ** (2 / 3)
+    for found in scene.curvatures(at):
+        error = np.abs(found - exact - left_out).max() / np.abs(left_out).max()
+        print(rtol, error)
+        assert error < 0.01
+
+
+def test_a_run_is_expanded_to_second_order():
+    found = lp.scatter(
+        lp.assemble(Filled()), over=FILLED, of=fun.peak("x"), until=UNTIL, method="derivatives"
+    )["peak(x)"]
+    m = moments(0.8)
+    # x = u m0(k) with u and k normal: variance of the expansion about the means
+    bend = 0.5 * m[2] * 0.2**2
+    variance = (0.5 * m[1] * 0.2) ** 2 + (m[0] * 0.1) ** 2 + bend**2 / 2 + (m[1] * 0.02) ** 2
+    print(found.mean - 0.5 * m[0], bend / 2, found.std**2 / variance - 1)
+    assert found.order == 2
+    assert found.mean - 0.5 * m[0] == pytest.approx(bend / 2, rel=1e-4)
+    assert found.std**2 == pytest.approx(variance, rel=1e-5)
+
+
+def test_an_expansion_is_of_first_order_where_derivatives_end_beside_the_mean():
+    """The brake stands after ``2 w / f_max``, at the mean just before the run ends."""
+    system = lp.assemble(
+        lp.compose(
+            body=Inertia(J=1.0, w=10.0),
+            brake=Brake(f_max=10.0, characteristic=((0.0, 0.5),), u=1.0),
+            connections=lambda m: lp.chain(m.body, m.brake),
+        )
+    )
+    found = lp.scatter(
+        system,
+        over={"brake.f_max": lp.normal(20 / 2.1 + 1e-3, 0.4)},
+        of=fun.instant("brake", "stuck"),
+        until=2.1,
+        method="derivatives",
+    )
+    print(found)
+    assert found["instant(brake, stuck, 0)"].order == 1
+    assert "first order: scatter: no derivatives beside the point" in repr(found)

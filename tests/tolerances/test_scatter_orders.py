@@ -1,5 +1,7 @@
 """Scatter of order responses, against the closed form of one inertia on a shaft."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -73,3 +75,24 @@ def test_values_and_slopes_are_those_of_dense_solutions(response):
     found = lp.scatter(response, over=over, of=fun.order_peak("shaft.tau", measure=ORDER), runs=20)
     peaks = [torques(*point).max() for point in found.points]
     assert found["order_peak(shaft.tau, order 3)"].mean == pytest.approx(np.mean(peaks), rel=1e-10)
+
+
+def test_second_derivatives_are_those_of_dense_solutions(response):
+    """By central differences of fourth order, all for one standard deviation."""
+    names, middle = ("shaft.c", "shaft.d", "small.J"), np.array([C, D, J])
+    over = {n: lp.normal(v, 0.02 * v) for n, v in zip(names, middle, strict=True)}
+    of = fun.order_peak("shaft.tau", measure=ORDER)
+    worst = int(torques(*middle).argmax())
+    weights = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))
+    h, unit, expected = 0.02, np.eye(3), np.zeros((3, 3))
+    for i, k in np.ndindex(3, 3):
+        for (a, first), (b, second) in itertools.product(weights, weights):
+            point = middle * (1 + 0.02 * h * (a * unit[i] + b * unit[k]))
+            expected[i, k] += first * second / h**2 * torques(*point)[worst]
+    wide = 0.02 * middle
+    received = scene_of(response, over=over, of=[of]).curvatures(middle)[0] * np.outer(wide, wide)
+    error = np.abs(received - expected).max() / np.abs(expected).max()
+    print(error)
+    assert error < 1e-5
+    found = lp.scatter(response, over=over, of=of, method="derivatives")[str(of)]
+    assert found.order == 2

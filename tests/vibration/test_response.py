@@ -280,3 +280,74 @@ def test_the_picture_shows_magnitude_and_phase():
     assert size.get_yscale() == "log"
     assert angle.get_xlabel() == "frequency, Hz"
     assert "shaft.tau / motor.tau" in repr(received)
+
+
+def two_masses():
+    return lp.assemble(
+        lp.compose(
+            load=Torque(tau=0.0),
+            a=Inertia(J=0.5),
+            shaft=SpringDamper(c=800.0, d=3.0),
+            b=Inertia(J=2.0),
+            connections=lambda m: lp.chain(m.load, m.a, m.shaft, m.b),
+        )
+    )
+
+
+def test_a_response_has_the_derivatives_of_its_closed_form():
+    system, hertz = two_masses(), np.array([0.5, 3.0, 6.9, 20.0])
+    response = lp.frequency_response(
+        system, inputs=["load.tau"], outputs=["b.w", "a.w"], hertz=hertz
+    )
+    to = ["a.J", "b.J", "shaft.c", "shaft.d"]
+    found = lp.vibration.response_sensitivity(response, to=to)
+    s = 2j * np.pi * hertz
+
+    def closed(J_a, J_b, c, d):
+        """Speeds of b and a for each N.m on a."""
+        k = d + c / s
+        under = (J_a * s + k) * (J_b * s + k) - k**2
+        return np.array([k / under, (J_b * s + k) / under])
+
+    # complex amplitudes leave no room for a complex step: differences of sixth order
+    point = np.array([0.5, 2.0, 800.0, 3.0])
+    for i, name in enumerate(to):
+        h, expected = 3e-3 * point[i], 0.0
+        for k, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60)):
+            e = np.eye(4)[i] * k * h
+            expected = expected + weight / h * (closed(*(point + e)) - closed(*(point - e)))
+        assert found["b.w", "load.tau", name] == pytest.approx(expected[0], rel=1e-8)
+        assert found["a.w", "load.tau", name] == pytest.approx(expected[1], rel=1e-8)
+        size = np.abs(closed(*point)[0])
+        along = (closed(*point)[0].conj() * expected[0]).real / size
+        assert found.magnitude("b.w", "load.tau", name) == pytest.approx(along, rel=1e-7)
+    with pytest.raises(UnknownNameError):
+        found["b.w", "load.tau", "load.tau"]
+    with pytest.raises(OptionError):
+        lp.vibration.response_sensitivity(response, to=[])
+
+
+class Outflow(lp.Component):
+    """``x' = u - k x^2``."""
+
+    k: lp.Param = lp.param("1/(m.s)", "rate", 0.8)
+    u: lp.Param = lp.param("m/s", "inflow", 0.5)
+    x: lp.Var = lp.var("m", "position", start=0.8)
+
+    def equations(self):
+        yield lp.der(self.x) == self.u - self.k * self.x**2
+
+
+def test_the_operating_point_of_a_response_moves():
+    # x' = u - k x^2 answers to u with 1/(s + 2 k x), x = sqrt(u/k)
+    system = lp.assemble(Outflow())
+    hertz = np.array([0.1, 0.5])
+    response = lp.frequency_response(
+        system, inputs=["u"], outputs=["x"], hertz=hertz, at=lp.equilibrium(system)
+    )
+    found = lp.vibration.response_sensitivity(response, to=["k", "u"])
+    pole = 2 * np.sqrt(0.5 * 0.8)
+    slope = -1 / (2j * np.pi * hertz + pole) ** 2
+    assert found.moving
+    assert found["x", "u", "k"] == pytest.approx(slope * np.sqrt(0.5 / 0.8), rel=1e-8)
+    assert found["x", "u", "u"] == pytest.approx(slope * np.sqrt(0.8 / 0.5), rel=1e-8)

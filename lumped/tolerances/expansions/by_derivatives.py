@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from lumped.errors import OptionError, SolverError
-from lumped.support.text_table import listed
 from lumped.tolerances.evaluated import Array, Failures
-from lumped.tolerances.expansions.moments import Moments, central_moments, quadratic_moments
 from lumped.tolerances.intervals import Quantile, Share, quantile_of, share_of
+from lumped.tolerances.moments import Moments, central_moments, quadratic_moments
 from lumped.tolerances.scene import Scene
 from lumped.tolerances.spread import Spread, explained, ranked_shares, refuse_infinite
 
@@ -97,7 +96,7 @@ class ByDerivatives:
     failures : dict of int to str
         Why runs of the check failed.
     notes : tuple of str
-        Of what is of first order, and why.
+        Why expansions are of first order, if they are.
     """
 
     spreads: dict[str, ExpandedSpread]
@@ -133,15 +132,14 @@ def by_derivatives(scene: Scene, runs: int, seed: int) -> ByDerivatives:
     points = scene.draw(runs, seed)
     true, failures = scene.values(points), dict(scene.failures)
     many = scene.physical(scene.scores(_POINTS, seed, "sobol"))
-    spreads, notes = {}, dict[str, list[str]]()
+    spreads, notes, order = {}, tuple[str, ...](), 2
+    try:
+        curvatures = scene.curvatures(means)
+    except SolverError as error:
+        order, curvatures = 1, np.zeros((*slopes[0].shape, len(laws)))
+        notes = (f"first order: {error}",)
     for i, (label, unit) in enumerate(zip(scene.labels, scene.units, strict=True)):
-        value, slope, order = float(values[0, i]), slopes[0, i], 2
-        curvature = np.zeros((len(laws), len(laws)))
-        try:
-            curvature = scene.curvature(means, i)
-        except (OptionError, SolverError) as error:
-            order = 1
-            notes.setdefault(str(error), []).append(label)
+        value, slope, curvature = float(values[0, i]), slopes[0, i], curvatures[i]
         if not (slope.any() or curvature.any()):
             raise OptionError(
                 f"{scene.analysis}: nothing that scatters changes {label} near the mean. Leave it "
@@ -161,8 +159,7 @@ def by_derivatives(scene: Scene, runs: int, seed: int) -> ByDerivatives:
         spreads[label] = ExpandedSpread(
             scene.names, label, unit, moments, ranking, order, check, (many, found)
         )
-    told = [f"first order for {listed(labels)}: {text}" for text, labels in notes.items()]
-    return ByDerivatives(spreads, points, true, failures, tuple(told))
+    return ByDerivatives(spreads, points, true, failures, notes)
 
 
 def _expanded(off: Array, value: float, slope: Array, curvature: Array) -> Array:

@@ -147,16 +147,10 @@ class Limit:
         found: Array = self.sign * by[0, self.row]
         return found
 
-    def curvature(self, x: Array) -> Array:
-        """Second derivatives of the excess by the parameters, shape (d, d).
-
-        Raises
-        ------
-        OptionError
-            If the functional has none.
-        """
-        found: Array = self.sign * self.scene.curvature(x, self.row)
-        return found
+    def curvature(self, x: Array) -> Array | None:
+        """Exact second derivatives of the excess by the parameters, shape (d, d), if known."""
+        found = self.scene.exact_curvatures(x)
+        return None if found is None else self.sign * found[self.row]
 
     def _seen(self, u: Array, excess: Array) -> Array:
         for failure in list(self.scene.failures.values())[:1]:

@@ -10,14 +10,13 @@ from typing import Literal
 import numpy as np
 import scipy
 
-from lumped.errors import OptionError, SolverError
+from lumped.errors import SolverError
+from lumped.tolerances.evaluated import curvatures_along
 from lumped.tolerances.failure.form import DesignPoint
 from lumped.tolerances.failure.limit import Array, Limit
 
 __all__ = ["Curved", "curved", "paraboloid"]
 
-_APART = 1e-2
-"""Distance from the design point of gradients that show the curvatures."""
 _WIDE = 12.0
 """Beyond this imaginary part the integrand has fallen below 1e-30 of itself."""
 
@@ -63,8 +62,7 @@ def curved(limit: Limit, point: DesignPoint) -> Curved:
     Mechanics 116 (1990) 1183-1197.
     """
     bent, source = _bent(limit, point)
-    around = scipy.linalg.null_space(point.alpha[None])
-    kappa = np.linalg.eigvalsh(-around.T @ bent @ around / point.steepness)
+    kappa = np.linalg.eigvalsh(-bent / point.steepness).astype(float)
     beta = point.beta
     # of the side on which the median does not lie
     sign = 1.0 if beta >= 0 else -1.0
@@ -112,25 +110,18 @@ def paraboloid(beta: float, kappa: Sequence[float] | Array) -> float:
 
 
 def _bent(limit: Limit, point: DesignPoint) -> tuple[Array, Source]:
-    """Second derivatives of the excess by the standard normal variables, as far as they matter."""
-    try:
-        own = limit.curvature(point.x)
-    except (OptionError, SolverError):
-        return _from_gradients(limit, point), "gradients around it"
-    return limit.scene.in_scores(point.u, point.slopes, own)[1], "second derivatives"
-
-
-def _from_gradients(limit: Limit, point: DesignPoint) -> Array:
-    around = scipy.linalg.null_space(point.alpha[None])
-    if not around.shape[1]:
-        return np.zeros((1, 1))
-    moved = _APART * around.T
-    _, slopes = limit.slopes(np.concatenate([point.u + moved, point.u - moved]))
-    if not np.isfinite(slopes).all():
+    """Second derivatives of the excess along the limit, by the standard normal variables."""
+    around = scipy.linalg.null_space(point.alpha[None]).T
+    own = limit.curvature(point.x)
+    if own is not None:
+        bent = limit.scene.in_scores(point.u, point.slopes, own)[1]
+        return around @ bent @ around.T, "second derivatives"
+    if not len(around):
+        return np.zeros((0, 0)), "gradients around it"
+    found = curvatures_along(lambda u: limit.slopes(u)[1], point.u, around, limit.scene.error)
+    if not np.isfinite(found).all():
         raise SolverError(
             f"{limit.head}: no derivatives around the design point {limit.combination(point.u)}: "
             f"{limit.reason} method='subset' needs none."
         )
-    first, second = np.split(slopes, 2)
-    seen: Array = around @ (first - second) / (2 * _APART)
-    return (seen + seen.T) / 2
+    return found, "gradients around it"
