@@ -142,7 +142,8 @@ class Watched:
         }
         if self._extremes.rows:
             signs = [int(row[2]) for row in self._extremes.rows]
-            self.functions["height"] = heights(system, self._extremes.quantities, signs)
+            given = self._extremes.quantities, signs, len(system.state_names)
+            self.functions["height"] = heights(system, *given)
         if self._loads.rows:
             self.functions["load"] = self._operations(self._loads.quantities)
         kinked = kinks(system, self._extremes.quantities + self._loads.quantities)

@@ -13,9 +13,10 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.gradients.adjoint import AdjointPoint
 from lumped.gradients.damage_slopes import damage_slopes
-from lumped.gradients.extremes import SampledExtreme, extremes
+from lumped.gradients.extremes import extremes
 from lumped.gradients.jumps import Crossing, EventDerivatives
 from lumped.gradients.legs import Leg
+from lumped.gradients.looks import Turn
 from lumped.gradients.saltation import saltation_of
 from lumped.gradients.samples import values_at
 from lumped.gradients.steps import Steps
@@ -79,7 +80,7 @@ class SmoothParts:
     crossings: list[Crossing]
     steps: Steps
     rtol: float
-    turns: dict[str, list[SampledExtreme]] = field(default_factory=dict)
+    turns: dict[str, list[Turn]] = field(default_factory=dict)
 
     def owed(self, functional: Functional) -> Owed:
         """What a functional is, if it is no integral.
@@ -210,7 +211,7 @@ class SmoothParts:
         pick: Literal["greatest", "least"] = "least" if functional.kind == "lowest" else "greatest"
         return Owed(tuple(ways), pick, (), f"t = {times} s, all equally high")
 
-    def _turned(self, tops: Sequence[SampledExtreme], name: str, ends: bool) -> list[Way]:
+    def _turned(self, tops: Sequence[Turn], name: str, ends: bool) -> list[Way]:
         """Values at which a quantity turns, one of which may be that at the end of the run."""
         system, n = self.run.system, len(self.run.system.structure.states)
         legs, times = np.array([top.leg for top in tops]), np.array([top.time for top in tops])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,11 +13,13 @@ from lumped.code.operations import Operations, operations_of
 from lumped.code.records import Record
 from lumped.errors import SolverError
 from lumped.kernel import engine
+from lumped.kernel.curves import POINT
 from lumped.kernel.plant import Function
 from lumped.kernel.recorded_steps.course import LOOKS, Course, Sweep
 from lumped.kernel.recorded_steps.stops_back import Stops
 from lumped.kernel.recorded_steps.sweep_back import LEAST
 from lumped.kernel.run import GIVEN_UP, Run
+from lumped.kernel.watch import Watch
 from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.counted_function import CountedFunction
 from lumped.timeloop.executable import Executable, smooth_executable
@@ -284,6 +286,32 @@ class StepCode(Shared):
         self._call("looked", run, function.for_more(steps * LOOKS), course)
         found: np.ndarray = course.found.reshape(steps, LOOKS, width)
         return found
+
+    def listed(
+        self, span: Span, watch: Watch, functions: Mapping[str, CountedFunction], rtol: float
+    ) -> np.ndarray:
+        """Points inside steps that a watch lists, shape (k, 3): number of the step, part, value.
+
+        Without room for any, what the watch asks for is taken from the steps in its own way.
+
+        Parameters
+        ----------
+        functions : mapping of str to CountedFunction
+            Functions by the fields of the watch.
+        """
+        steps = len(span.t) - 1
+        work = max(function.work for function in functions.values())
+        run, course = self._run(span, work, span.needs_matrix), self._course(span)
+        run.rtol, run.watch = rtol, watch
+        for name, function in functions.items():
+            setattr(watch, name, function.for_more(steps))
+        is_complete = False
+        while not is_complete:
+            watch.list = np.zeros(max(POINT * watch.lists, 1))
+            self._call("listed", run, course)
+            is_complete = watch.listed <= watch.lists
+            watch.lists = max(watch.lists, watch.listed)
+        return watch.list[: POINT * watch.listed].reshape(-1, POINT)
 
     def back(
         self,

@@ -1,4 +1,4 @@
-"""Where a quantity turns in a run, found between its steps and located to rounding."""
+"""Where a quantity turns in a run, found inside its steps and located to rounding."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.gradients.extremes import HALVINGS, Intervals, Looks, SampledExtreme, parts_of
+from lumped.gradients.enclosed_points import range_of, turning_points_in
 from lumped.gradients.legs import Leg
+from lumped.gradients.looks import Looks, Points, Turn
 from lumped.gradients.samples import sampled
 from lumped.gradients.steps import Steps
 from lumped.support.made_once import made_once
@@ -28,7 +29,7 @@ _ROUNDING = 1e-12
 
 def turning_points(
     run: Trajectory, legs: list[Leg], steps: Steps, name: str, rtol: float
-) -> list[SampledExtreme]:
+) -> list[Turn]:
     """All points at which a quantity turns, in order of time; the first and the last among them.
 
     Of a jump, both sides are among them where the quantity turns there. Swings smaller than `rtol`
@@ -41,15 +42,28 @@ def turning_points(
         If the points of the run are too far apart to follow the quantity between them.
     """
     looks = Looks(run, legs, steps, name)
-    samples, size = _samples(looks, rtol)
-    is_still = float(np.ptp(np.append(samples.y, samples.y_end))) <= rtol * size
-    inner = [] if is_still else looks.located(_turning(looks, samples, rtol * size), 1.0)
-    found = sorted(_ends(samples, legs) + inner, key=lambda e: (e.leg, e.time))
-    return _swinging(found, rtol * size)
+    rounding = _follow(looks, rtol)
+    ends = looks.ends()
+    least, most = float(ends.y.min()), float(ends.y.max())
+    for _, span in looks.spans():
+        least, most = range_of(steps, span, name, (least, most))
+    looks.check(np.array([least, most]))
+    swing = max(rtol * (most - least), rounding)
+    h = np.diff(ends.t)
+    length = np.maximum(np.append(h, 0.0), np.append(0.0, h))
+    points = [Points(ends.leg, ends.t, length, ends.y, np.ones(len(length)))]
+    if most - least > swing:
+        for numbers, span in looks.spans():
+            rows = turning_points_in(steps, span, name, swing)
+            points.append(looks.points(numbers, span, rows))
+    merged = Points(*(np.concatenate(v) for v in zip(*points, strict=True)))
+    merged = merged.of(np.lexsort((merged.t, merged.leg)))
+    swinging = _swinging(_turning(merged), merged.value.tolist(), swing)
+    return _located(looks, merged.of(np.array(swinging)))
 
 
-def _samples(looks: Looks, rtol: float) -> tuple[Intervals, float]:
-    """All parts of all steps, and the range of the quantity."""
+def _follow(looks: Looks, rtol: float) -> float:
+    """Divide steps between points of the run that are too far apart; gives what is rounding."""
     known = [looks.at(np.full(len(leg.t), k), leg.t)[0] for k, leg in enumerate(looks.legs)]
     looks.check(np.concatenate(known))
     floor = max(_ROUNDING * _terms(looks), 1e-300)
@@ -57,7 +71,7 @@ def _samples(looks: Looks, rtol: float) -> tuple[Intervals, float]:
     origins = [np.arange(len(y) - 1) for y in known]  # to which step of the run each part belongs
     before = [np.full(len(y) - 1, np.inf) for y in known]
     for _ in range(_DIVISIONS):
-        found, missed = _followed(looks, origins)
+        missed = _missed(looks, origins)
         wanted = [
             (m > rtol * size) & ((m < 0.5 * b) | (m > _COARSE * size))
             for m, b in zip(missed, before, strict=True)
@@ -77,7 +91,7 @@ def _samples(looks: Looks, rtol: float) -> tuple[Intervals, float]:
             "grid=None), or make it with a smaller rtol.",
             looks.run,
         )
-    return found, max(float(np.ptp(np.append(found.y, found.y_end))), floor / rtol)
+    return floor
 
 
 @made_once
@@ -97,12 +111,10 @@ def _terms(looks: Looks) -> float:
     return max(sizes)
 
 
-def _followed(looks: Looks, origins: list[np.ndarray]) -> tuple[Intervals, list[np.ndarray]]:
-    """All parts of all steps; by how much each step of the run, in parts, misses its end."""
-    rows = [np.zeros((8, 0))]
+def _missed(looks: Looks, origins: list[np.ndarray]) -> list[np.ndarray]:
+    """By how much each step of the run, in parts, misses its end."""
     missed = [np.zeros(origin[-1] + 1 if len(origin) else 0) for origin in origins]
     for samples in sampled(looks.legs, looks.steps, looks.look):
-        rows.append(np.array(parts_of(samples, None)))
         for number in np.unique(samples.leg).tolist():
             own, leg = samples.leg == number, looks.legs[number]
             t = samples.t[own]
@@ -110,59 +122,52 @@ def _followed(looks: Looks, origins: list[np.ndarray]) -> tuple[Intervals, list[
             off = np.abs(samples.values[own, -1] - looks.at(np.full(len(t), number), t[:, -1]).T)
             off[:, 1] *= t[:, -1] - t[:, 0]  # a slope that is off moves the turning points
             np.maximum.at(missed[number], origins[number][ends - 1], off.max(axis=1))
-    table = np.concatenate(rows, axis=1)
-    return Intervals(table[0].astype(int), *table[1:]), missed
+    return missed
 
 
-def _turning(looks: Looks, samples: Intervals, least: float) -> Intervals:
-    """Parts of steps in which the quantity turns once."""
-    found: list[Intervals] = []
-    parts = samples
-    for _ in range(HALVINGS):
-        bounds = parts.bounds
-        reach = np.ptp(bounds, axis=0)
-        turned = (parts.slope < 0) != (parts.slope_end < 0)  # once, where a slope is zero
-        ways = np.diff(bounds, axis=0)
-        monotone = (ways >= 0).all(axis=0) | (ways <= 0).all(axis=0)
-        plain = parts.error <= 1e-3 * reach + 0.1 * least
-        small = reach + parts.error <= least
-        found.append(parts.of(turned & (plain | small)))
-        parts = parts.of(~small & ~(plain & (turned | monotone)))
-        if not len(parts.leg):
-            break
-        parts = looks.halved(parts, 1.0)
-    return Intervals(*(np.concatenate(columns) for columns in zip(*found, strict=True)))
-
-
-def _ends(samples: Intervals, legs: list[Leg]) -> list[SampledExtreme]:
-    """Begins and ends of all smooth parts, with the change that they move with."""
-    found, last = [], len(legs) - 1
-    for number in np.unique(samples.leg).tolist():
-        own = np.flatnonzero(samples.leg == number)
-        a, b = own[0], own[-1]
-        begin, end = float(samples.begin[a]), float(samples.end[b])
-        edge = 0 if number == last else number + 1
-        found.append(SampledExtreme(number, begin, float(samples.y[a]), 1.0, number))
-        found.append(SampledExtreme(number, end, float(samples.y_end[b]), 1.0, edge))
+def _turning(points: Points) -> list[int]:
+    """Which of points in order are ends of smooth parts, or no less or no more than both beside."""
+    rise = np.diff(points.value)
+    turns = np.ones(len(points.t), dtype=bool)
+    turns[1:-1] = (rise[:-1] * rise[1:] <= 0) & ((rise[:-1] != 0) | (rise[1:] != 0))
+    is_new = np.diff(points.leg) > 0
+    turns[1:] |= is_new
+    turns[:-1] |= is_new
+    found: list[int] = np.flatnonzero(turns).tolist()
     return found
 
 
-def _swinging(points: list[SampledExtreme], least: float) -> list[SampledExtreme]:
+def _swinging(places: list[int], y: list[float], least: float) -> list[int]:
     """Those between which the quantity swings by more than the least, and the first."""
-    found, furthest, sign = [points[0]], points[0], 0.0
-    lowest = highest = points[0]
-    for point in points[1:]:
+    found, furthest, sign = [places[0]], places[0], 0.0
+    lowest = highest = places[0]
+    for place in places[1:]:
         if sign == 0:
-            lowest = min(lowest, point, key=lambda e: e.value)
-            highest = max(highest, point, key=lambda e: e.value)
-            if highest.value - lowest.value > least:
-                sign, furthest = (1.0, highest) if point is highest else (-1.0, lowest)
-                other = lowest if point is highest else highest
-                if other is not points[0]:
+            lowest = min(lowest, place, key=lambda k: y[k])
+            highest = max(highest, place, key=lambda k: y[k])
+            if y[highest] - y[lowest] > least:
+                sign, furthest = (1.0, highest) if place == highest else (-1.0, lowest)
+                other = lowest if place == highest else highest
+                if other != places[0]:
                     found.append(other)
-        elif sign * (point.value - furthest.value) > 0:
-            furthest = point
-        elif sign * (furthest.value - point.value) > least:
+        elif sign * (y[place] - y[furthest]) > 0:
+            furthest = place
+        elif sign * (y[furthest] - y[place]) > least:
             found.append(furthest)
-            furthest, sign = point, -sign
-    return [*found, furthest if sign else points[-1]]
+            furthest, sign = place, -sign
+    return [*found, furthest if sign else places[-1]]
+
+
+def _located(looks: Looks, points: Points) -> list[Turn]:
+    """Points between which the quantity swings, where it turns exactly; ends of legs stay."""
+    last = len(looks.legs) - 1
+    begin, end = np.array([looks.legs[k].t[[0, -1]] for k in points.leg]).T
+    is_begin, is_end = points.t == begin, points.t == end
+    sign = np.sign(np.diff(points.value, prepend=points.value[0]))
+    inner = np.flatnonzero(~is_begin & ~is_end)
+    found, is_top = looks.located(points._replace(sign=sign).of(inner))
+    t, y = points.t.copy(), points.value.copy()
+    t[inner[is_top]], y[inner[is_top]] = found.t[is_top], (found.sign * found.value)[is_top]
+    edge = np.where(is_begin, points.leg, np.where(is_end & (points.leg < last), points.leg + 1, 0))
+    rows = zip(*(v.tolist() for v in (points.leg, t, y, edge)), strict=True)
+    return [Turn(leg, time, value, 1.0, moves) for leg, time, value, moves in rows]

@@ -14,6 +14,7 @@ from lumped.kernel.models import REST, SIZE, to_bernstein
 from lumped.kernel.plant import Function
 from lumped.kernel.roots import begin_bracket, narrow, next_point
 from lumped.kernel.run import Run
+from lumped.kernel.watch import Watch
 
 __all__ = [
     "BEGIN",
@@ -23,11 +24,13 @@ __all__ = [
     "LACKS",
     "MOST_ENCLOSED",
     "NEVER",
+    "POINT",
     "TOP",
     "TOUCH",
     "WIDTH",
     "WORDS",
     "halve",
+    "list_point",
     "next_cut",
     "root_of_slope",
     "set_cuts",
@@ -55,6 +58,8 @@ BEGIN, END, LACKS, TOP, WIDTH, FIRST = range(6)
 """A part of the step that waits: its ends, what its polynomial lacks, the degree of that, the width
 from which on it is enclosed again (below zero: it was), and the first of eight coefficients."""
 WORDS = FIRST + 8
+POINT = 3
+"""Numbers of a point that is listed."""
 
 
 @kernel
@@ -68,6 +73,15 @@ def set_values(run: Run, function: Function, part: float, out: Numbers) -> None:
     else:
         inside(run, part, x)
         evaluate(function, run, x, t, run.m, out)
+
+
+@kernel
+def list_point(watch: Watch, part: float, value: float) -> None:
+    """List a value at a part of a recorded step; without room it is only counted."""
+    if watch.listed < watch.lists:
+        row = watch.list[POINT * watch.listed :]
+        row[0], row[1], row[2] = float(watch.place), part, value
+    watch.listed += 1
 
 
 @kernel

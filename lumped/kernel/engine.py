@@ -46,6 +46,7 @@ ARGUMENTS = {
     "prepared": 1,
     "replayed": 2,
     "looked": 3,
+    "listed": 2,
     "swept": 4,
     "variants": 1,
     "until_steps_of": 1,

@@ -20,6 +20,7 @@ from lumped.kernel.many_runs.variants import (
 from lumped.kernel.plant import Function
 from lumped.kernel.positions import begin, calm_positions, find_positions
 from lumped.kernel.recorded_steps.course import looked, replayed
+from lumped.kernel.recorded_steps.listing import listed
 from lumped.kernel.recorded_steps.sweep_back import swept
 from lumped.kernel.run import Run, Samples
 from lumped.kernel.yielding import watch_redundancy
@@ -82,6 +83,7 @@ ENTRIES: dict[str, Any] = {
     "prepared": prepared,
     "replayed": replayed,
     "looked": looked,
+    "listed": listed,
     "swept": swept,
     "variants": variants,
     "until_steps_of": until_steps_of,

@@ -23,6 +23,7 @@ from lumped.kernel.curves import (
     WIDTH,
     WORDS,
     halve,
+    list_point,
     next_cut,
     root_of_slope,
     set_cuts,
@@ -102,18 +103,21 @@ def _height(sign: int, value: float) -> float:
 
 
 @kernel
-def _raise(run: Run, k: int, value: float) -> None:
-    """Raise an extreme to a value; what is no number stays."""
-    best, height = run.watch.best, _height(run.watch.sign[k], value)
-    best[k] = height if height > best[k] or height != height else best[k]
+def _raise(run: Run, k: int, part: float, value: float, is_last: bool) -> None:
+    """Raise an extreme to a value at a part of the step, and list that; what is no number stays."""
+    watch, best, height = run.watch, run.watch.best, _height(run.watch.sign[k], value)
+    if watch.lists > 0 and is_last and not height <= best[k]:
+        list_point(watch, part, value)
+    reached = height - watch.slack
+    best[k] = reached if reached > best[k] or reached != reached else best[k]
 
 
 @kernel
-def _raise_inside(run: Run, k: int, part: float) -> None:
-    """Raise an extreme to the value at a part of the step."""
+def _raise_inside(run: Run, k: int, part: float, is_last: bool) -> None:
+    """Raise an extreme to the value at a part of the step; what is not the last is not listed."""
     watch = run.watch
     set_values(run, watch.extreme, part, watch.value)
-    _raise(run, k, watch.value[k])
+    _raise(run, k, part, watch.value[k], is_last)
 
 
 @kernel
@@ -173,7 +177,7 @@ def _search(run: Run, k: int, begin: float, end: float) -> None:
                 at = 0.0 if first >= last else 1.0
             elif top > 0:
                 at = float(place) / float(top)
-            _raise_inside(run, k, part[BEGIN] + at * width)
+            _raise_inside(run, k, part[BEGIN] + at * width, is_last)
         if is_last:
             depth -= 1
         elif is_known or is_fresh or width > part[WIDTH]:
@@ -188,12 +192,12 @@ def _search(run: Run, k: int, begin: float, end: float) -> None:
 
 @kernel
 def _raise_all_to(run: Run, first: int, part: float, values: Numbers) -> None:
-    """Raise extremes to the values at a part of the step."""
+    """Raise extremes to the values at a part of the step, and list those inside."""
     watch, n = run.watch, run.watch.integrands
     set_values(run, watch.extreme, part, values)
     for k in range(first, watch.extremes):
         if has_same_part(watch.begin, watch.end, n + k, n + first):
-            _raise(run, k, values[k])
+            _raise(run, k, part, values[k], part > 0.0 and part < 1.0)
 
 
 @kernel
@@ -243,4 +247,4 @@ def raise_at(run: Run) -> None:
     evaluate(watch.extreme, run, run.x, run.t, run.m, watch.value)
     for k in range(watch.extremes):
         if watch.begin[n + k] <= run.t and run.t <= watch.end[n + k]:
-            _raise(run, k, watch.value[k])
+            _raise(run, k, 0.0, watch.value[k], False)

@@ -20,6 +20,7 @@ from lumped.kernel.curves import (
     WIDTH,
     WORDS,
     halve,
+    list_point,
     next_cut,
     root_of_slope,
     set_cuts,
@@ -32,7 +33,7 @@ from lumped.kernel.extremes import LOWEST
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
-__all__ = ["begin_loads", "end_loads", "feed_loads"]
+__all__ = ["begin_loads", "end_loads", "feed_inner", "feed_loads"]
 
 _COUNTS = 0.1
 """Swings below this part of the tolerance, of the largest size of a load, are none."""
@@ -57,10 +58,16 @@ def _feed(run: Run, k: int, value: float) -> None:
 
 @kernel
 def _feed_at(run: Run, k: int, part: float) -> None:
-    """Feed the value at a part of the step."""
+    """Feed the value at a part of the step, or list it."""
     watch = run.watch
     set_values(run, watch.load, part, watch.load_value)
-    _feed(run, k, watch.load_value[k])
+    value = watch.load_value[k]
+    if watch.lists == 0:
+        _feed(run, k, value)
+        return
+    list_point(watch, part, value)
+    if value != value:
+        watch.count.damage[k] = value
 
 
 @kernel
@@ -110,8 +117,8 @@ def _feed_between(run: Run, k: int, begin: float, end: float) -> None:
 
 
 @kernel
-def _feed_inner(run: Run, last: float) -> None:
-    """Feed where loads turn between the begin of the step and a part of it, and kinks there."""
+def feed_inner(run: Run, last: float) -> None:
+    """Feed, or list, where loads turn between the begin of the step and a part of it, and kinks."""
     watch, low, cut = run.watch, 0.0, NEVER
     if watch.kinks > 0:
         set_cuts(run, 0.0, last)
@@ -142,7 +149,7 @@ def feed_loads(run: Run, until: float) -> None:
             watch.load_size[k] = max(watch.load_size[k], abs(watch.load_end[k]))
         if run.plant.implicit > 0:
             watch.enclosed_loads.is_surveyed = 0
-        _feed_inner(run, last)
+        feed_inner(run, last)
         for k in range(watch.loads):
             _feed(run, k, watch.load_end[k])
     watch.loads_at = until if until == run.t_new else LOWEST

@@ -65,8 +65,8 @@ class Watch(Record):
     sign : Integers
         1 for the greatest value of an extreme, -1 for the least (with its sign turned), 0 for the
         largest size.
-    best : Numbers
-        Extremes so far.
+    best, slack : Numbers, float
+        Extremes so far, less a slack: lower values need not be found.
     load : Function
         Loads whose cycles are counted.
     load_end, loads_at : Numbers, float
@@ -87,6 +87,12 @@ class Watch(Record):
         Whether a value is that after the event, and of which quantity.
     happened, told : Integers, Numbers
         How often each happened, and when last, s.
+    lists, list, listed : int, Numbers, int
+        Room for points, where one quantity may be highest, or the load turns, in a recorded run:
+        number of the step, part of it, and value; these; and how many there are, which may be more.
+        Turning points are listed in place of their count.
+    place : int
+        Number of the step.
     needs, need : int, Integers
         Settings of functions of time that change because others do: pairs of their places.
     latest : Integers
@@ -125,6 +131,7 @@ class Watch(Record):
     may_rise: int
     sign: Annotated[Integers, "extremes"]
     best: Annotated[Numbers, "extremes"]
+    slack: float
 
     loads: int
     load: Function
@@ -161,5 +168,9 @@ class Watch(Record):
     taken: Annotated[Numbers, "wanted_events"]
     latest: Annotated[Integers, "wanted_events"]
     ring: Numbers
+    lists: int
+    list: Numbers
+    listed: int
+    place: int
     needs: int
     need: Integers

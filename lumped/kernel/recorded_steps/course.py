@@ -18,7 +18,7 @@ from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import Function
 from lumped.kernel.run import DONE, GIVEN_UP, Run
 
-__all__ = ["LOOKS", "Course", "Sweep", "looked", "of_columns", "replayed", "stand"]
+__all__ = ["LOOKS", "Course", "Sweep", "interpolated", "looked", "of_columns", "replayed", "stand"]
 
 LOOKS = 8
 """Points of each step that are looked at, the last of them its end."""
@@ -150,18 +150,27 @@ def replayed(run: Run, course: Course) -> int:
 
 
 @kernel
+def interpolated(run: Run, course: Course, k: int) -> bool:
+    """Make a step again with its interpolation; false if an implicit one has no solution."""
+    h = stand(run, course, k)
+    if not _step(run, h):
+        return False
+    if run.is_implicit:
+        rodas5p.dense_output(run)
+    else:
+        dop853.dense_output(run, h)
+    return True
+
+
+@kernel
 def looked(run: Run, function: Function, course: Course) -> int:
     """Evaluate a function inside all steps; where there is none, nothing is written."""
     width = course.width
     for k in range(course.steps):
         if course.is_step[k]:
-            h = stand(run, course, k)
-            if not _step(run, h):
+            if not interpolated(run, course, k):
                 return GIVEN_UP
-            if run.is_implicit:
-                rodas5p.dense_output(run)
-            else:
-                dop853.dense_output(run, h)
+            h = run.t_new - run.t
             for j in range(1, LOOKS):
                 part = float(j) / LOOKS
                 inside(run, part, run.inner)
