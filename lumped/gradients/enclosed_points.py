@@ -64,16 +64,17 @@ def _watch(steps: Steps, functions: _Functions, signs: Signs) -> Watch:
 
 def highest_points(
     steps: Steps, span: Span, name: str, sign: Literal[-1, 0, 1], best: float, slack: float
-) -> np.ndarray:
-    """Where a quantity is highest in parts of steps, up to a slack, shape (k, 3).
+) -> tuple[np.ndarray, float]:
+    """Where a quantity is highest in parts of steps, up to a slack, shape (k, 3); what it reaches.
 
     Each row has the number of the step, the part of it, and the value there. A part that is highest
-    at its end gives this end. `best` is known to be reached; the least rows may be lower.
+    at its end gives this end. That it reaches `best` is known.
     """
     functions = _functions(steps, name, (sign,))
     watch = _watch(steps, functions, (sign,))
     watch.lists, watch.best[0], watch.slack = _ROOM, best - slack, slack
-    return steps.listed(span, watch, functions.counted, 1.0)
+    rows = steps.listed(span, watch, functions.counted, 1.0)
+    return rows, float(np.maximum(best, watch.best[0] + slack))
 
 
 def turning_points_in(steps: Steps, span: Span, name: str, least: float) -> np.ndarray:

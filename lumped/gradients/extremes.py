@@ -19,6 +19,8 @@ _LOCATED, _TIES = 64, 6
 """Most extremes of nearly the same height that are located, and that are kept."""
 _SAME = 1e-9
 """Distance, as a part of a step, of instants at which the same extreme was found twice."""
+_EXACT = 1e-10
+"""Relative height by which kernels may miss an extreme."""
 _SIGNS: dict[str, Literal[-1, 0, 1]] = {"peak": 0, "highest": 1, "lowest": -1}
 
 
@@ -34,17 +36,21 @@ def extremes(run: Trajectory, legs: list[Leg], steps: Steps, peak: Peak, rtol: f
     size = known = float(np.abs(ends.y).max())
     is_known = False
     while not is_known:  # a burst inside a step may be larger than all that was known
-        tops = _tops(looks, sign, best, 20 * rtol * size, peak.between)
-        best = max(best, float(tops.value.max(initial=-np.inf)))
-        known, size = size, max(size, float(np.abs(tops.value).max(initial=0.0)))
+        slack = 20 * max(rtol, _EXACT) * size
+        tops, best = _tops(looks, sign, best, slack, peak.between)
+        known, size = size, max(size, abs(best))
         is_known = size <= 2 * known
     slack = 10 * rtol * size
     order = np.argsort(-tops.value, kind="stable")
     order = order[tops.value[order] >= best - slack][:_LOCATED]
     found = [end for each in signs for end in _ends(ends, each, len(legs) - 1, peak.between)]
     at_ends = {(end.leg, end.time, end.sign) for end in found}
-    inner = _located(looks, tops.of(order), peak.between)
+    points, is_located = looks.located(tops.of(order), peak.between)
+    inner = _turns(points.of(np.flatnonzero(is_located)))
     found += [e for e in inner if (e.leg, e.time, e.sign) not in at_ends]
+    best = max((e.value for e in found), default=-np.inf)
+    # such as jumps, of which only one side is high
+    found += [e for e in _turns(points.of(np.flatnonzero(~is_located))) if e.value > best + slack]
     best = max(e.value for e in found)
     found = [e for e in found if e.value >= best - slack]
     found.sort(key=lambda e: (-e.value, e.time))
@@ -53,15 +59,15 @@ def extremes(run: Trajectory, legs: list[Leg], steps: Steps, peak: Peak, rtol: f
 
 def _tops(
     looks: Looks, sign: Literal[-1, 0, 1], best: float, slack: float, between: Window
-) -> Points:
-    """Where a quantity times its sign is highest in parts of steps, up to a slack."""
+) -> tuple[Points, float]:
+    """Where a quantity times its sign is highest in parts of steps, up to a slack, and how high."""
     found: list[Points] = []
     for numbers, span in looks.spans(between):
-        rows = highest_points(looks.steps, span, looks.name, sign, best, slack)
+        rows, best = highest_points(looks.steps, span, looks.name, sign, best, slack)
+        looks.check(np.array(best))
         points = looks.points(numbers, span, rows)
         own = np.where(points.value < 0, -1.0, 1.0) if sign == 0 else np.full(len(rows), sign)
         points = points._replace(value=own * points.value, sign=own)
-        best = max(best, float(points.value.max(initial=-np.inf)))
         # at the end of a step it may go on into the next one
         last = np.flatnonzero(np.isin(rows[:, 1], (0.0, 1.0)))
         places = (rows[last, 0] + rows[last, 1]).astype(int)
@@ -69,7 +75,7 @@ def _tops(
         rises = own[last] * looks.look(*given)[:, 1] * (2 * rows[last, 1] - 1) > 0
         found.append(points.of(np.setdiff1d(np.arange(len(rows)), last[rises])))
     none = [np.zeros(0, dtype=int), *np.zeros((4, 0))]
-    return Points(*(np.concatenate(v) for v in zip(none, *found, strict=True)))
+    return Points(*(np.concatenate(v) for v in zip(none, *found, strict=True))), best
 
 
 def _ends(ends: Ends, sign: float, last: int, between: Window) -> list[Turn]:
@@ -87,10 +93,8 @@ def _ends(ends: Ends, sign: float, last: int, between: Window) -> list[Turn]:
     return found
 
 
-def _located(looks: Looks, tops: Points, between: Window) -> list[Turn]:
-    """The extremes near points inside steps, each once."""
-    points, is_top = looks.located(tops, between)
-    points = points.of(np.flatnonzero(is_top))
+def _turns(points: Points) -> list[Turn]:
+    """Extremes inside steps, each once."""
     points = points.of(np.lexsort((points.t, points.leg, points.sign)))
     is_same = np.zeros(len(points.t), dtype=bool)
     is_same[1:] = (np.diff(points.t) <= _SAME * points.length[1:]) & (

@@ -27,10 +27,6 @@ Window: TypeAlias = tuple[float, float] | None
 
 _AROUND = (1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0)
 """Parts of a step on both sides of a point in which the quantity may turn."""
-_BESIDE = 1e-4
-"""Up to which of them a point is higher than what is beside it."""
-_ROUNDING = 1e-13
-"""Relative difference of values that are equal."""
 
 
 class Turn(NamedTuple):
@@ -157,39 +153,28 @@ class Looks:
         return Points(numbers[place], t, length, value, np.ones(len(t)))
 
     def located(self, points: Points, between: Window = None) -> tuple[Points, np.ndarray]:
-        """Where a quantity, times signs, is highest near points, and whether it is there at all.
+        """Where a quantity, times signs, is highest near points, and whether it was found.
 
-        It is where its slope falls through zero, by shorter steps to there; else at the point, if
-        that is higher than what is beside it, as at a jump.
+        It is where the slope falls through zero, by shorter steps to there. Other points stay.
         """
-        low, high = np.array([self.legs[k].t[[0, -1]] for k in points.leg]).reshape(-1, 2).T
-        if between is not None:
-            low, high = np.maximum(low, between[0]), np.minimum(high, between[1])
         if not len(points.t):
             return points, np.zeros(0, dtype=bool)
-        leg, t, length, _, sign = points
-        value = sign * self.at(leg, t)[0]
-        noise = _ROUNDING * np.abs(value)
+        leg, t, length, value, sign = points
+        low, high = np.array([self.legs[k].t[[0, -1]] for k in leg]).T
+        if between is not None:
+            low, high = np.maximum(low, between[0]), np.minimum(high, between[1])
         sides, slopes = np.array([t, t]), np.zeros((2, len(t)))
-        is_bracketed, falls = np.zeros((2, len(t)), dtype=bool)
-        is_highest = ~falls
+        is_found = np.zeros(len(t), dtype=bool)
         for part in _AROUND:
-            is_open = ~is_bracketed & ((part <= _BESIDE) | ~(is_highest & falls))
-            own = np.flatnonzero(is_open)
-            if not len(own):
-                break
-            begin = np.maximum(t[own] - part * length[own], low[own])
-            end = np.minimum(t[own] + part * length[own], high[own])
-            sides[:, own] = begin, end
-            y, slopes[:, own] = (
-                sign[own] * np.array([self.at(leg[own], side) for side in (begin, end)])
-            ).swapaxes(0, 1)
-            is_bracketed[own] = (slopes[0, own] > 0) & (slopes[1, own] <= 0)
-            if part <= _BESIDE:
-                is_highest[own] &= (y <= value[own] + noise[own]).all(axis=0)
-                falls[own] |= (y < value[own] - noise[own]).any(axis=0)
-        own = np.flatnonzero(is_bracketed)
-        t = t.copy()
+            own = np.flatnonzero(~is_found)
+            reach = part * length[own]
+            sides[0, own] = np.maximum(t[own] - reach, low[own])
+            sides[1, own] = np.minimum(t[own] + reach, high[own])
+            for k in range(2):
+                slopes[k, own] = sign[own] * self.at(leg[own], sides[k, own])[1]
+            is_found = (slopes[0] > 0) & (slopes[1] <= 0)
+        own = np.flatnonzero(is_found)
+        t, value = t.copy(), value.copy()
         t[own] = bracketed_roots(
             lambda which, times: sign[own[which]] * self.at(leg[own[which]], times)[1],
             *sides[:, own],
@@ -197,4 +182,4 @@ class Looks:
             1e-15 * np.maximum(1.0, sides[1, own]),
         )
         value[own] = sign[own] * self.at(leg[own], t[own])[0]
-        return points._replace(t=t, value=value), is_bracketed | (is_highest & falls)
+        return points._replace(t=t, value=value), is_found

@@ -156,6 +156,7 @@ def _search(run: Run, k: int, begin: float, end: float) -> None:
     enclose(run, e, watch.extreme, begin, end - begin)
     set_part(run, e, watch.curves, k, begin, end, tolerance)
     while depth >= 0 and best[k] == best[k]:
+        tolerance = max(tolerance, _EXACT * abs(best[k]))
         part = watch.curves[WORDS * depth :]
         lacks, width, is_fresh = part[LACKS], part[END] - part[BEGIN], part[WIDTH] < 0.0
         top, place = int(part[TOP]), _highest(part, sign)

@@ -84,7 +84,7 @@ def _turns(part: Numbers) -> int:
 @kernel
 def _feed_between(run: Run, k: int, begin: float, end: float) -> None:
     """Feed where a load turns in a part of the step."""
-    watch, e, depth, enclosed = run.watch, run.watch.enclosed_loads, 0, 1
+    watch, e, depth, enclosed, way = run.watch, run.watch.enclosed_loads, 0, 1, 0.0
     tolerance = _COUNTS * run.rtol * watch.load_size[k]
     begin_survey(e, watch.load)
     select(run, e, watch.load, k)
@@ -97,15 +97,20 @@ def _feed_between(run: Run, k: int, begin: float, end: float) -> None:
         for j in range(1, top + 1):
             least, most = min(least, b[j]), max(most, b[j])
         turns, is_known = _turns(part), part[LACKS] <= 0.25 * tolerance
-        if most - least + 2.0 * part[LACKS] <= tolerance or (is_known and turns == 0):
+        is_flat = most - least + 2.0 * part[LACKS] <= tolerance
+        if is_flat and width == end - begin:
             depth -= 1
-        elif is_known and turns == 1:
-            up = 1.0 if b[0] < most and b[top] < most else -1.0
-            _feed_at(run, k, part[BEGIN] + root_of_slope(run, part, up) * width)
-            depth -= 1
-        elif width <= TOUCH or enclosed >= MOST_ENCLOSED:
+        elif is_flat or width <= TOUCH or enclosed >= MOST_ENCLOSED:
+            # it may turn here from one long way to another
             _feed_at(run, k, part[BEGIN] + 0.5 * width)
-            depth -= 1
+            depth, way = depth - 1, 0.0
+        elif is_known and turns < 2:
+            goes = 1.0 if b[0] < most and (turns == 0 or b[top] < most) else -1.0
+            if way * goes < 0.0:
+                _feed_at(run, k, part[BEGIN])
+            if turns == 1:
+                _feed_at(run, k, part[BEGIN] + root_of_slope(run, part, goes) * width)
+            depth, way = depth - 1, goes if turns == 0 else -goes
         elif is_known or part[WIDTH] < 0.0 or width > part[WIDTH]:
             halve(part)
             depth += 1

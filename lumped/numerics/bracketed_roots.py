@@ -56,7 +56,8 @@ def bracketed_roots(
         inner = np.clip(inner, low + accuracy[open_ones], high - accuracy[open_ones])
         f = function(open_ones, inner)
         before = at_best[open_ones]
-        move = -f * (inner - best[open_ones]) / (f - before)
+        with np.errstate(divide="ignore", invalid="ignore"):  # equal values tell nothing
+            move = -f * (inner - best[open_ones]) / (f - before)
         last = (np.abs(move) <= _CLOSE * first[open_ones]) & (np.abs(f) <= _FAST * np.abs(before))
         last &= ~slow
         closer = last | (np.abs(f) < np.abs(before))
@@ -71,4 +72,6 @@ def bracketed_roots(
         a[open_ones], f_a[open_ones] = np.where(is_low, (inner, f), (low, weight * f_low))
         b[open_ones], f_b[open_ones] = np.where(is_low, (high, weight * f_high), (inner, f))
         was_low[open_ones] = is_low
-    return best
+    # at a jump no value is smaller than those at the ends
+    is_jump = (at_best != 0) & ((best < a) | (best > b))
+    return np.where(is_jump, 0.5 * (a + b), best)

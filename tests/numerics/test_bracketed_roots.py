@@ -50,6 +50,15 @@ def test_a_root_of_higher_order_is_closed_in(power):
     assert abs(root[0] - 0.7) < 1e-7
 
 
+@pytest.mark.parametrize("at", [0.2, 0.5, 0.7321])
+def test_a_jump_is_closed_in(at):
+    one = np.ones(1)
+    root = bracketed_roots(
+        lambda which, x: np.where(x < at, -3.0, 3.0), 0 * one, one, -3 * one, 3 * one, 1e-14 * one
+    )
+    assert root[0] == pytest.approx(at, abs=2e-14)
+
+
 def test_without_functions_there_are_no_roots():
     none = np.zeros(0)
     assert bracketed_roots(lambda which, x: x, none, none, none, none, none).shape == (0,)
