@@ -54,7 +54,9 @@ def _watch(steps: Steps, functions: _Functions, signs: Signs) -> Watch:
     counts = dict.fromkeys(("integrands", "points", "finals", "event_points", "wanted_events"), 0)
     counts |= {"extremes": len(signs), "loads": int(not signs)}
     counts["kinks"] = operations["kink"].results if "kink" in operations else 0
-    watch = Watch({**counts, "states": steps.states + steps.integrals}, **counts)
+    watch = Watch({**counts, "states": steps.states + steps.integrals})
+    for field, count in counts.items():
+        setattr(watch, field, count)
     watch.begin[:], watch.end[:], watch.sign[:] = -np.inf, np.inf, signs
     watch.enclosed_extremes = enclosed(operations.get("extreme"))
     watch.enclosed_loads = enclosed(operations.get("load"))

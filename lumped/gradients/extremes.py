@@ -101,5 +101,5 @@ def _turns(points: Points) -> list[Turn]:
         (np.diff(points.leg) == 0) & (np.diff(points.sign) == 0)
     )
     leg, t, _, value, sign = points.of(np.flatnonzero(~is_same))
-    rows = zip(*(v.tolist() for v in (leg, t, value, sign)), strict=True)
-    return [Turn(*row, 0) for row in rows]
+    rows = zip(leg.tolist(), t.tolist(), value.tolist(), sign.tolist(), strict=True)
+    return [Turn(number, time, height, way, 0) for number, time, height, way in rows]

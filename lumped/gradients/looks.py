@@ -177,8 +177,7 @@ class Looks:
         t, value = t.copy(), value.copy()
         t[own] = bracketed_roots(
             lambda which, times: sign[own[which]] * self.at(leg[own[which]], times)[1],
-            *sides[:, own],
-            *slopes[:, own],
+            *(sides[0, own], sides[1, own], slopes[0, own], slopes[1, own]),
             1e-15 * np.maximum(1.0, sides[1, own]),
         )
         value[own] = sign[own] * self.at(leg[own], t[own])[0]

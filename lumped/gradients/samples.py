@@ -14,7 +14,7 @@ from lumped.gradients.stretches import stretches
 from lumped.timeloop.many_points import ManyPoints
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["Samples", "sampled", "values_at"]
+__all__ = ["Samples", "sampled", "states_at_ends", "values_at"]
 
 _AT_ONCE = 1024
 """Steps that are looked at in one call."""
@@ -84,9 +84,23 @@ def values_at(
     if not inner.all():
         found[~inner] = function(x[~inner], run.theta, t[~inner], m[~inner])
     if inner.any():
-        ends = np.column_stack([t[inner], times[inner]]).ravel()
-        twice = x[inner].repeat(2, axis=0), m[inner].repeat(2, axis=0)
-        changes = range(1, len(ends) - 1, 2)
-        span = Span(run.theta, ends, *twice, run.statistics.is_implicit(ends[:-1]), changes)
-        found[inner] = steps.looked(span, function.counted, function.results)[::2, -1]
+        implicit = run.statistics.is_implicit(t[inner])
+        given = run.theta, t[inner], times[inner], x[inner], m[inner], implicit
+        found[inner] = function(states_at_ends(steps, *given), run.theta, times[inner], m[inner])
     return found
+
+
+def states_at_ends(
+    steps: Steps,
+    theta: np.ndarray,
+    begin: np.ndarray,
+    end: np.ndarray,
+    x: np.ndarray,
+    m: np.ndarray,
+    is_implicit: np.ndarray,
+) -> np.ndarray:
+    """States at the ends of single steps from states and settings at their begins."""
+    t = np.column_stack([begin, end]).ravel()
+    twice = x.repeat(2, axis=0), m.repeat(2, axis=0)
+    span = Span(theta, t, *twice, is_implicit.repeat(2)[:-1], range(1, len(t) - 1, 2))
+    return steps.replayed(span, np.tile([1, 0], len(begin)))[1::2]

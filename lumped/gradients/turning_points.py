@@ -10,7 +10,7 @@ from lumped.errors import SolverError
 from lumped.gradients.enclosed_points import range_of, turning_points_in
 from lumped.gradients.legs import Leg
 from lumped.gradients.looks import Looks, Points, Turn
-from lumped.gradients.samples import sampled
+from lumped.gradients.samples import states_at_ends
 from lumped.gradients.steps import Steps
 from lumped.support.made_once import made_once
 from lumped.timeloop.many_points import ManyPoints
@@ -114,14 +114,18 @@ def _terms(looks: Looks) -> float:
 def _missed(looks: Looks, origins: list[np.ndarray]) -> list[np.ndarray]:
     """By how much each step of the run, in parts, misses its end."""
     missed = [np.zeros(origin[-1] + 1 if len(origin) else 0) for origin in origins]
-    for samples in sampled(looks.legs, looks.steps, looks.look):
-        for number in np.unique(samples.leg).tolist():
-            own, leg = samples.leg == number, looks.legs[number]
-            t = samples.t[own]
-            ends = np.searchsorted(leg.t, t[:, -1])
-            off = np.abs(samples.values[own, -1] - looks.at(np.full(len(t), number), t[:, -1]).T)
-            off[:, 1] *= t[:, -1] - t[:, 0]  # a slope that is off moves the turning points
-            np.maximum.at(missed[number], origins[number][ends - 1], off.max(axis=1))
+    for numbers, span in looks.spans():
+        own = np.flatnonzero(span.is_step)
+        t, after = span.t[own], own + 1
+        given = span.theta, t, span.t[after], span.x[own], span.m[own], span.is_implicit[own]
+        x = states_at_ends(looks.steps, *given)
+        found = looks.look(x, span.theta, span.t[after], span.m[own])
+        off = np.abs(found - looks.look(span.x[after], span.theta, span.t[after], span.m[after]))
+        off[:, 1] *= span.t[after] - t  # a slope that is off moves the turning points
+        for number in np.unique(numbers[own]).tolist():
+            of_leg = numbers[own] == number
+            places = np.searchsorted(looks.legs[number].t, t[of_leg])
+            np.maximum.at(missed[number], origins[number][places], off[of_leg].max(axis=1))
     return missed
 
 

@@ -24,7 +24,8 @@ __all__ = ["turning_points"]
 def turning_points(run: Trajectory, of: Name, *, rtol: float = 1e-6) -> NDArray[np.float64]:
     """Values at which a quantity of a run turns, with its first and last.
 
-    The steps of the run are looked into, so an extreme between two output times is found as well.
+    It is enclosed inside the steps of the run, so an extreme between two output times is found as
+    well, however short it is.
     Where the quantity jumps, both sides count.
 
     Parameters
