@@ -58,8 +58,11 @@ def turning_points(
             points.append(looks.points(numbers, span, rows))
     merged = Points(*(np.concatenate(v) for v in zip(*points, strict=True)))
     merged = merged.of(np.lexsort((merged.t, merged.leg)))
-    swinging = _swinging(_turning(merged), merged.value.tolist(), swing)
-    return _located(looks, merged.of(np.array(swinging)))
+    own = _swinging(_turning(merged), merged.value.tolist(), swing)
+    turns = _located(looks, merged.of(np.array(own)))
+    # an interpolation may turn where shorter steps do not
+    own = _swinging(list(range(len(turns))), [turn.value for turn in turns], swing)
+    return [turns[k] for k in own]
 
 
 def _follow(looks: Looks, rtol: float) -> float:
@@ -169,9 +172,9 @@ def _located(looks: Looks, points: Points) -> list[Turn]:
     is_begin, is_end = points.t == begin, points.t == end
     sign = np.sign(np.diff(points.value, prepend=points.value[0]))
     inner = np.flatnonzero(~is_begin & ~is_end)
-    found, is_top = looks.located(points._replace(sign=sign).of(inner))
+    found, _ = looks.located(points._replace(sign=sign).of(inner))
     t, y = points.t.copy(), points.value.copy()
-    t[inner[is_top]], y[inner[is_top]] = found.t[is_top], (found.sign * found.value)[is_top]
+    t[inner], y[inner] = found.t, looks.at(found.leg, found.t)[0]
     edge = np.where(is_begin, points.leg, np.where(is_end & (points.leg < last), points.leg + 1, 0))
     rows = zip(*(v.tolist() for v in (points.leg, t, y, edge)), strict=True)
     return [Turn(leg, time, value, 1.0, moves) for leg, time, value, moves in rows]

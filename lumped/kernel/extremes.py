@@ -30,8 +30,10 @@ from lumped.kernel.curves import (
     set_part,
     set_values,
 )
+from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.enclosure import begin_survey, enclose, select, set_ranges_in
 from lumped.kernel.interpret import evaluate
+from lumped.kernel.plant import Function
 from lumped.kernel.run import Run
 
 __all__ = [
@@ -41,6 +43,7 @@ __all__ = [
     "may_rise",
     "raise_all",
     "raise_at",
+    "raise_in",
     "rises",
     "set_rough_ranges",
 ]
@@ -103,21 +106,15 @@ def _height(sign: int, value: float) -> float:
 
 
 @kernel
-def _raise(run: Run, k: int, part: float, value: float, is_last: bool) -> None:
+def _raise(
+    run: Run, best: Numbers, sign: int, k: int, part: float, value: float, is_last: bool
+) -> None:
     """Raise an extreme to a value at a part of the step, and list that; what is no number stays."""
-    watch, best, height = run.watch, run.watch.best, _height(run.watch.sign[k], value)
+    watch, height = run.watch, _height(sign, value)
     if watch.lists > 0 and is_last and not height <= best[k]:
         list_point(watch, part, value)
     reached = height - watch.slack
     best[k] = reached if reached > best[k] or reached != reached else best[k]
-
-
-@kernel
-def _raise_inside(run: Run, k: int, part: float, is_last: bool) -> None:
-    """Raise an extreme to the value at a part of the step; what is not the last is not listed."""
-    watch = run.watch
-    set_values(run, watch.extreme, part, watch.value)
-    _raise(run, k, part, watch.value[k], is_last)
 
 
 @kernel
@@ -146,14 +143,25 @@ def _is_arch(part: Numbers, sign: int, up: float) -> bool:
 
 
 @kernel
-def _search(run: Run, k: int, begin: float, end: float) -> None:
-    """Raise an extreme to the greatest value in a part of the step over which it is enclosed."""
-    watch, e = run.watch, run.watch.enclosed_extremes
-    best, sign, depth, enclosed = watch.best, watch.sign[k], 0, 1
-    size = max(abs(best[k]), max(abs(watch.at_begin[k]), abs(watch.at_end[k])))
-    tolerance = _EXACT * size
-    select(run, e, watch.extreme, k)
-    enclose(run, e, watch.extreme, begin, end - begin)
+def raise_in(
+    run: Run,
+    function: Function,
+    e: Enclosed,
+    k: int,
+    sign: int,
+    best: Numbers,
+    values: Numbers,
+    begin: float,
+    end: float,
+    size: float,
+) -> None:
+    """Raise an extreme to the greatest value in a part of the step.
+
+    `size` is one that the quantity has, `values` is room.
+    """
+    watch, depth, enclosed, tolerance = run.watch, 0, 1, _EXACT * max(size, abs(best[k]))
+    select(run, e, function, k)
+    enclose(run, e, function, begin, end - begin)
     set_part(run, e, watch.curves, k, begin, end, tolerance)
     while depth >= 0 and best[k] == best[k]:
         tolerance = max(tolerance, _EXACT * abs(best[k]))
@@ -178,15 +186,17 @@ def _search(run: Run, k: int, begin: float, end: float) -> None:
                 at = 0.0 if first >= last else 1.0
             elif top > 0:
                 at = float(place) / float(top)
-            _raise_inside(run, k, part[BEGIN] + at * width, is_last)
+            at = part[BEGIN] + at * width
+            set_values(run, function, at, values)
+            _raise(run, best, sign, k, at, values[k], is_last)
         if is_last:
             depth -= 1
         elif is_known or is_fresh or width > part[WIDTH]:
             halve(part)
             depth += 1
         else:
-            select(run, e, watch.extreme, k)
-            enclose(run, e, watch.extreme, part[BEGIN], width)
+            select(run, e, function, k)
+            enclose(run, e, function, part[BEGIN], width)
             enclosed += 1
             set_part(run, e, part, k, part[BEGIN], part[END], tolerance)
 
@@ -198,13 +208,15 @@ def _raise_all_to(run: Run, first: int, part: float, values: Numbers) -> None:
     set_values(run, watch.extreme, part, values)
     for k in range(first, watch.extremes):
         if has_same_part(watch.begin, watch.end, n + k, n + first):
-            _raise(run, k, part, values[k], part > 0.0 and part < 1.0)
+            is_inside = part > 0.0 and part < 1.0
+            _raise(run, watch.best, watch.sign[k], k, part, values[k], is_inside)
 
 
 @kernel
 def _raise_between(run: Run, first: int, begin: float, end: float, is_whole: bool) -> None:
     """Extremes over a part of the step in which quantities are smooth, as far as is known."""
     watch, e, n = run.watch, run.watch.enclosed_extremes, run.watch.integrands
+    best = watch.best
     _raise_all_to(run, first, begin, watch.at_begin)
     _raise_all_to(run, first, end, watch.at_end)
     if not is_whole:
@@ -214,13 +226,15 @@ def _raise_between(run: Run, first: int, begin: float, end: float, is_whole: boo
         e.is_surveyed = 0
     for k in range(first, watch.extremes):
         if has_same_part(watch.begin, watch.end, n + k, n + first):
-            best = watch.best[k]
             # what is no number is known to be none
             height = watch.heights[k] if is_whole else watch.part_heights[k]
-            is_clear = best != best or height <= best + _EXACT * abs(best)
+            is_clear = best[k] != best[k] or height <= best[k] + _EXACT * abs(best[k])
             if end > begin and not is_clear:
                 begin_survey(e, watch.extreme)
-                _search(run, k, begin, end)
+                size = max(abs(watch.at_begin[k]), abs(watch.at_end[k]))
+                raise_in(
+                    run, watch.extreme, e, k, watch.sign[k], best, watch.value, begin, end, size
+                )
 
 
 @kernel
@@ -248,4 +262,4 @@ def raise_at(run: Run) -> None:
     evaluate(watch.extreme, run, run.x, run.t, run.m, watch.value)
     for k in range(watch.extremes):
         if watch.begin[n + k] <= run.t and run.t <= watch.end[n + k]:
-            _raise(run, k, 0.0, watch.value[k], False)
+            _raise(run, watch.best, watch.sign[k], k, 0.0, watch.value[k], False)

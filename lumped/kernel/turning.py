@@ -29,7 +29,7 @@ from lumped.kernel.curves import (
 )
 from lumped.kernel.cycles import begin_count, end_count, feed
 from lumped.kernel.enclosure import begin_survey, enclose, select
-from lumped.kernel.extremes import LOWEST
+from lumped.kernel.extremes import LOWEST, raise_in
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
@@ -85,10 +85,17 @@ def _turns(part: Numbers) -> int:
 def _feed_between(run: Run, k: int, begin: float, end: float) -> None:
     """Feed where a load turns in a part of the step."""
     watch, e, depth, enclosed, way = run.watch, run.watch.enclosed_loads, 0, 1, 0.0
-    tolerance = _COUNTS * run.rtol * watch.load_size[k]
+    values, size = watch.load_value, watch.load_size
     begin_survey(e, watch.load)
+    if watch.lists == 0:
+        # swings count by the size of the load, which may be that of a burst
+        raise_in(run, watch.load, e, k, 0, size, values, begin, end, size[k])
+        if size[k] != size[k]:
+            watch.count.damage[k] = size[k]
+            return
     select(run, e, watch.load, k)
     enclose(run, e, watch.load, begin, end - begin)
+    tolerance = _COUNTS * run.rtol * size[k]
     set_part(run, e, watch.curves, k, begin, end, tolerance)
     while depth >= 0 and watch.count.damage[k] >= 0.0:  # a number
         part = watch.curves[WORDS * depth :]

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 import lumped as lp
 from lumped import functionals as fun
 from lumped.kernel import engine
-from lumped.ops import cos, exp, maximum, minimum, sin, smooth
+from lumped.ops import cos, exp, maximum, minimum, sin, smooth, sqrt
 
 METHODS = ["steps", "explicit", "implicit", "taylor"]
 paired = lp.ensembles.paired
@@ -203,10 +203,15 @@ class Pulses(lp.Component):
     width: lp.Param = lp.param("s", "width", 1e-3)
     x: lp.Var = lp.var("1", "ramp", 0.0, state="always")
     load: lp.Var = lp.var("1", "load")
+    alone: lp.Var = lp.var("1", "pulse without a ramp")
+    gap: lp.Var = lp.var("1", "root that has no value for an instant")
 
     def equations(self):
+        pulse = exp(-(((lp.time - self.at) / self.width) ** 2))
         yield lp.der(self.x) == 1.0
-        yield self.load == self.x - 3 * exp(-(((lp.time - self.at) / self.width) ** 2))
+        yield self.load == self.x - 3 * pulse
+        yield self.alone == pulse
+        yield self.gap == sqrt((lp.time - self.at) ** 2 - self.width**2)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -229,3 +234,22 @@ def test_cycles_of_a_narrow_pulse(method):
         ranges = np.array([high, high - low, 1.0 - low])
         expected.append(0.5 * CURVE.damage(ranges / 2).sum())
     np.testing.assert_allclose(values[:, 0], expected, rtol=1e-7)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_pulse_between_zeros_is_a_cycle(method):
+    """Nothing tells the size of the load before: half a cycle up and half a one down."""
+    width = np.geomspace(1e-7, 1e-2, 15)
+    at = np.linspace(0.2, 0.8, 15)
+    of = {"damage": fun.damage("alone", CURVE)}
+    values = found(Pulses(), of, {"at": at, "width": width}, 1.0, method)
+    np.testing.assert_allclose(values[:, 0], CURVE.damage(np.array([0.5])).sum(), rtol=1e-7)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_damage_of_a_load_without_a_value_for_an_instant_is_refused(method):
+    over = paired({"at": [0.37, 0.51], "width": [1e-4, 1e-3]})
+    of = {"damage": fun.damage("gap", CURVE)}
+    runs = lp.ensemble(lp.assemble(Pulses()), over=over, until=1.0, of=of, method=method, workers=1)
+    assert sorted(runs.failures) == [0, 1]
+    assert all("not a number" in fault for fault in runs.failures.values())
