@@ -31,6 +31,7 @@ from lumped.kernel.cycles import begin_count, end_count, feed
 from lumped.kernel.enclosure import begin_survey, enclose, select
 from lumped.kernel.extremes import LOWEST, raise_in
 from lumped.kernel.interpret import evaluate
+from lumped.kernel.models import SIZE, high, low
 from lumped.kernel.run import Run
 
 __all__ = ["begin_loads", "end_loads", "feed_inner", "feed_loads"]
@@ -87,14 +88,17 @@ def _feed_between(run: Run, k: int, begin: float, end: float) -> None:
     watch, e, depth, enclosed, way = run.watch, run.watch.enclosed_loads, 0, 1, 0.0
     values, size = watch.load_value, watch.load_size
     begin_survey(e, watch.load)
-    if watch.lists == 0:
+    select(run, e, watch.load, k)
+    enclose(run, e, watch.load, begin, end - begin)
+    model = e.model[SIZE * k :]
+    if watch.lists == 0 and not max(high(model), -low(model)) <= size[k]:
         # swings count by the size of the load, which may be that of a burst
         raise_in(run, watch.load, e, k, 0, size, values, begin, end, size[k])
         if size[k] != size[k]:
             watch.count.damage[k] = size[k]
             return
-    select(run, e, watch.load, k)
-    enclose(run, e, watch.load, begin, end - begin)
+        select(run, e, watch.load, k)
+        enclose(run, e, watch.load, begin, end - begin)
     tolerance = _COUNTS * run.rtol * size[k]
     set_part(run, e, watch.curves, k, begin, end, tolerance)
     while depth >= 0 and watch.count.damage[k] >= 0.0:  # a number
