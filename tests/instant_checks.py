@@ -348,10 +348,9 @@ class Law:
                 fits = (STICK, apart < CLOSED), (OFF, apart > TOUCHES or opens)
                 ways = [m for m, fit in fits if fit]
                 found.append(ways)
-            elif kind == "freewheel":
-                found.append([STICK if fast == 0.0 else FORWARD])
             else:
-                sign = {0.0: STICK, 1.0: FORWARD, -1.0: BACKWARD}
+                backward = FORWARD if kind == "freewheel" else BACKWARD
+                sign = {0.0: STICK, 1.0: FORWARD, -1.0: backward}
                 ways = [sign[np.sign(fast)]]
                 if fast == 0.0 and abs(rate[1, k]) > REST:  # it may have let go just now
                     ways.append(sign[np.sign(rate[1, k])])
