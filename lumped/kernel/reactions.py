@@ -206,6 +206,24 @@ def _begins_to_move(run: Run, h: int) -> bool:
 
 
 @kernel
+def _let_move(run: Run) -> bool:
+    """Let what begins to move carry its law; whether the problem is another one by that.
+
+    What did not stick before this instant goes first: it had no limit at rest yet.
+    """
+    problem, any_new, changes = run.instant.problem, False, False
+    for h in range(run.plant.holds):
+        any_new = any_new or (_begins_to_move(run, h) and not run.instant.was_stuck[h])
+    for h in range(run.plant.holds):
+        if _begins_to_move(run, h):
+            waits = any_new and run.instant.was_stuck[h] != 0
+            changes = changes or waits or problem.beyond[h] != 0.0
+            if not waits:
+                problem.slides[h], problem.beyond[h] = 1, 0.0
+    return changes
+
+
+@kernel
 def _position(run: Run, h: int) -> int:
     """The position of a hold of the problem by its place; others may keep it at rest."""
     problem, place = run.instant.problem, run.instant.problem.place[h]
@@ -310,11 +328,6 @@ def settle_reactions(run: Run, seen: Look, calm: float) -> int:
     for _ in range(plant.holds + 1):
         if not _solve(run):
             return UNSOLVED
-        begins = False
-        for h in range(plant.holds):
-            if _begins_to_move(run, h):
-                begins = begins or problem.beyond[h] != 0.0
-                problem.slides[h], problem.beyond[h] = 1, 0.0
-        if not begins:
+        if not _let_move(run):
             break
     return CHANGES if _take_answer(run) or _let_blocking_go(run) else FITS
