@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from narrow_cams import Cam
 from scipy.optimize import brentq
 
 import lumped as lp
@@ -13,7 +14,7 @@ from lumped.gradients.legs import legs_of
 from lumped.gradients.steps import steps_of
 from lumped.kernel import engine
 from lumped.life import SNCurve, turning_points
-from lumped.ops import cos, exp, sin, smooth, sqrt, where
+from lumped.ops import exp, sin, sqrt
 
 METHODS = ["explicit", "implicit"]
 CURVE = SNCurve(1.0, 1e6, 5.0)  # the damage of a cycle is 1e-6 times its amplitude to the fifth
@@ -87,24 +88,6 @@ def test_pulses_of_the_same_height_are_all_found(width, method):
         assert [abs(top.value) for top in found] == pytest.approx([1.0] * len(times), abs=1e-15)
 
 
-class Cam(lp.Component):
-    """A shaft that turns at a constant speed, and narrow cams and edges on it."""
-
-    w: lp.Param = lp.param("rad/s", "speed", 30.0)
-    b: lp.Param = lp.param("rad", "half width", 0.01)
-    phi: lp.Var = lp.var("rad", "angle", 0.3, state="always")
-    lift: lp.Var = lp.var("1", "lift")
-    roof: lp.Var = lp.var("1", "edge that is met for an instant")
-    saw: lp.Var = lp.var("1", "jumps down")
-
-    def equations(self):
-        phi = self.phi
-        yield lp.der(phi) == self.w
-        yield self.lift == exp(-((sin(phi / 2) / self.b) ** 2)) * (1 + 0.1 * cos(phi / 7))
-        yield self.roof == smooth(2 - abs(sin(phi - 1)) - 0.1 * abs(cos(phi)))
-        yield self.saw == smooth(where(phi < 4.0, phi, phi - 4.0))
-
-
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(("w", "b"), [(1.0, 1e-3), (30.0, 0.01), (3000.0, 0.1)])
 def test_a_narrow_cam_an_edge_and_a_jump(w, b, method):
@@ -114,8 +97,8 @@ def test_a_narrow_cam_an_edge_and_a_jump(w, b, method):
     near = 2 * np.pi + np.linspace(-b, b, 200_001)
     lift = np.exp(-((np.sin(near / 2) / b) ** 2)) * (1 + 0.1 * np.cos(near / 7))
     # the edges at 1 and 1 + pi are equal, and 1 + 2 pi too
-    expected = {"lift": lift.max(), "roof": 2 - 0.1 * np.cos(1.0), "saw": 9.3 - 4.0}
-    places = {"lift": [near[lift.argmax()]], "saw": [9.3]}
+    expected = {"lift": lift.max(), "roof": 2 - 0.1 * np.cos(1.0), "jump": 9.3 - 4.0}
+    places = {"lift": [near[lift.argmax()]], "jump": [9.3]}
     places["roof"] = [1.0 + k * np.pi for k in range(3)]
     legs, steps = legs_of(run), steps_of(system, ())
     for name, value in expected.items():
@@ -124,7 +107,7 @@ def test_a_narrow_cam_an_edge_and_a_jump(w, b, method):
         angles = sorted(0.3 + w * top.time for top in found)
         assert angles == pytest.approx(places[name], abs=2e-5 * b if name == "lift" else 1e-7)
     legs[0].cut(4.5 / w)
-    before = extremes(run, legs, steps, fun.highest("saw", between=(0.0, 4.5 / w)), 1e-7)
+    before = extremes(run, legs, steps, fun.highest("jump", between=(0.0, 4.5 / w)), 1e-7)
     assert [before[0].value, 0.3 + w * before[0].time] == pytest.approx([4.0, 4.0], abs=1e-8)
 
 

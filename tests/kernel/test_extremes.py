@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 from ensemble_runs import CURVE, Alone, assert_same_bits, ran
+from narrow_cams import Cam
 from scipy.optimize import brentq
 
 import lumped as lp
 from lumped import functionals as fun
 from lumped.kernel import engine
-from lumped.ops import cos, exp, maximum, minimum, sin, smooth, sqrt
+from lumped.ops import exp, sin, sqrt
 
 METHODS = ["steps", "explicit", "implicit", "taylor"]
 paired = lp.ensembles.paired
@@ -92,26 +93,6 @@ def test_narrow_dips(method):
         s = -0.5 * width * np.exp(s**2)
     expected = np.minimum(at + width * s - np.exp(-(s**2)), -0.0)
     np.testing.assert_allclose(values[:, 0], expected, rtol=0, atol=1e-9)
-
-
-class Cam(lp.Component):
-    """A shaft with a narrow cam, and a lever with kinks."""
-
-    w: lp.Param = lp.param("rad/s", "speed", 30.0)
-    b: lp.Param = lp.param("rad", "half width", 0.01)
-    phi: lp.Var = lp.var("rad", "angle", 0.3, state="always")
-    lift: lp.Var = lp.var("1", "lift")
-    roof: lp.Var = lp.var("1", "edge that is met for an instant")
-    saw: lp.Var = lp.var("1", "lower of two waves")
-    still: lp.Var = lp.var("1", "what hardly changes")
-
-    def equations(self):
-        phi = self.phi
-        yield lp.der(phi) == self.w
-        yield self.lift == exp(-((sin(phi / 2) / self.b) ** 2)) * (1 + 0.1 * cos(phi / 7))
-        yield self.roof == smooth(2 - abs(sin(phi - 1)) - 0.1 * abs(cos(phi)))
-        yield self.saw == smooth(minimum(sin(phi), maximum(cos(phi), -0.9)))
-        yield self.still == sin(phi) ** 2 + cos(phi) ** 2
 
 
 CAM = {"lift": fun.highest("lift"), "roof": fun.highest("roof"), "saw": fun.highest("saw")}

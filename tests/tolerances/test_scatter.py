@@ -136,14 +136,19 @@ def test_the_ranking_in_the_small_is_that_of_the_derivatives(driven):
         assert [shares[name] for name in names] == pytest.approx(expected, abs=0.02)
 
 
-def test_runs_in_which_an_event_does_not_happen_are_counted_and_told():
-    system = lp.assemble(
+def braked():
+    """A body that stands after ``2 w / f_max``: half of f_max is its torque."""
+    return lp.assemble(
         lp.compose(
             body=Inertia(J=1.0, w=10.0),
             brake=Brake(f_max=10.0, characteristic=((0.0, 0.5),), u=1.0),
             connections=lambda m: lp.chain(m.body, m.brake),
         )
     )
+
+
+def test_runs_in_which_an_event_does_not_happen_are_counted_and_told():
+    system = braked()
     # with half of f_max as torque it stands after 2 w / f_max: in time where f_max > 20 / 2.1
     found = lp.scatter(
         system,
@@ -263,13 +268,7 @@ def test_a_run_is_expanded_to_second_order():
 
 def test_an_expansion_is_of_first_order_where_derivatives_end_beside_the_mean():
     """The brake stands after ``2 w / f_max``, at the mean just before the run ends."""
-    system = lp.assemble(
-        lp.compose(
-            body=Inertia(J=1.0, w=10.0),
-            brake=Brake(f_max=10.0, characteristic=((0.0, 0.5),), u=1.0),
-            connections=lambda m: lp.chain(m.body, m.brake),
-        )
-    )
+    system = braked()
     found = lp.scatter(
         system,
         over={"brake.f_max": lp.normal(20 / 2.1 + 1e-3, 0.4)},
