@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Expr, Flange, Input, Param, Var, der, param, var
-from lumped.ops import pi, sqrt
+from lumped.ops import pi
 
 __all__ = [
     "Acceleration",
@@ -28,7 +28,8 @@ def corner(f_crit: Expr, order: int) -> Expr:
 
     Tietze and Schenk, Electronic Circuits, 2nd ed., ch. 13.1 (critically damped filters).
     """
-    return 2 * pi * f_crit / sqrt(2.0 ** (1 / order) - 1)
+    ratio: float = (2.0 ** (1 / order) - 1) ** 0.5
+    return 2 * pi * f_crit / ratio
 
 
 class Fixed(Component):

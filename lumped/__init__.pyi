@@ -3,6 +3,7 @@ from lumped import ensembles as ensembles
 from lumped import errors as errors
 from lumped import exchange as exchange
 from lumped import explorer as explorer
+from lumped import functionals as functionals
 from lumped import gradients as gradients
 from lumped import life as life
 from lumped import live as live
@@ -59,7 +60,6 @@ from lumped.orbits.periodic import periodic as periodic
 from lumped.points.equilibrium import equilibrium as equilibrium
 from lumped.points.linearise import linearise as linearise
 from lumped.points.start import start_point as start_point
-from lumped.simulation import functionals as functionals
 from lumped.simulation.inverse import inverse as inverse
 from lumped.simulation.simulate import simulate as simulate
 from lumped.support.display_units import display_units as display_units

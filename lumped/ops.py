@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 import scipy
 
 from lumped.errors import EquationError, shown
 from lumped.language.expression import (
-    Call,
+    Arithmetic,
     Compare,
     Datum,
     Expr,
@@ -21,6 +22,7 @@ from lumped.language.expression import (
     Time,
     Where,
     as_expr,
+    call,
     time,
     walk,
 )
@@ -52,88 +54,90 @@ __all__ = [
     "where",
 ]
 
+T = TypeVar("T")
+
 pi = 3.141592653589793
 """Ratio of a circle's circumference to its diameter."""
 
 
-def sin(x: Number) -> Expr:
+def sin(x: Arithmetic[T] | float) -> T:
     """Sine; `x` in rad."""
-    return Call("sin", (as_expr(x),))
+    return call("sin", x)
 
 
-def cos(x: Number) -> Expr:
+def cos(x: Arithmetic[T] | float) -> T:
     """Cosine; `x` in rad."""
-    return Call("cos", (as_expr(x),))
+    return call("cos", x)
 
 
-def tan(x: Number) -> Expr:
+def tan(x: Arithmetic[T] | float) -> T:
     """Tangent; `x` in rad."""
-    return Call("tan", (as_expr(x),))
+    return call("tan", x)
 
 
-def asin(x: Number) -> Expr:
+def asin(x: Arithmetic[T] | float) -> T:
     """Inverse sine in rad, between -pi/2 and pi/2."""
-    return Call("asin", (as_expr(x),))
+    return call("asin", x)
 
 
-def acos(x: Number) -> Expr:
+def acos(x: Arithmetic[T] | float) -> T:
     """Inverse cosine in rad, between 0 and pi."""
-    return Call("acos", (as_expr(x),))
+    return call("acos", x)
 
 
-def atan(x: Number) -> Expr:
+def atan(x: Arithmetic[T] | float) -> T:
     """Inverse tangent in rad, between -pi/2 and pi/2."""
-    return Call("atan", (as_expr(x),))
+    return call("atan", x)
 
 
-def atan2(y: Number, x: Number) -> Expr:
+def atan2(y: Arithmetic[T] | float, x: Arithmetic[T] | float) -> T:
     """Angle of the point (x, y) in rad, between -pi and pi."""
-    return Call("atan2", (as_expr(y), as_expr(x)))
+    return call("atan2", y, x)
 
 
-def sinh(x: Number) -> Expr:
+def sinh(x: Arithmetic[T] | float) -> T:
     """Hyperbolic sine."""
-    return Call("sinh", (as_expr(x),))
+    return call("sinh", x)
 
 
-def cosh(x: Number) -> Expr:
+def cosh(x: Arithmetic[T] | float) -> T:
     """Hyperbolic cosine."""
-    return Call("cosh", (as_expr(x),))
+    return call("cosh", x)
 
 
-def tanh(x: Number) -> Expr:
+def tanh(x: Arithmetic[T] | float) -> T:
     """Hyperbolic tangent."""
-    return Call("tanh", (as_expr(x),))
+    return call("tanh", x)
 
 
-def sqrt(x: Number) -> Expr:
+def sqrt(x: Arithmetic[T] | float) -> T:
     """Square root."""
-    return Call("sqrt", (as_expr(x),))
+    return call("sqrt", x)
 
 
-def exp(x: Number) -> Expr:
+def exp(x: Arithmetic[T] | float) -> T:
     """Exponential."""
-    return Call("exp", (as_expr(x),))
+    return call("exp", x)
 
 
-def log(x: Number) -> Expr:
+def log(x: Arithmetic[T] | float) -> T:
     """Natural logarithm."""
-    return Call("log", (as_expr(x),))
+    return call("log", x)
 
 
-def sign(x: Number) -> Expr:
+def sign(x: Arithmetic[T] | float) -> T:
     """Sign: -1, 0 or 1; a run stops where it changes."""
-    return Call("sign", (as_expr(x),))
+    return call("sign", x)
 
 
-def minimum(x: Number, y: Number) -> Expr:
+def minimum(x: Arithmetic[T] | float, y: Arithmetic[T] | float) -> T:
     """The smaller of two; a run stops where the other one becomes it."""
-    return Call("min", (as_expr(x), as_expr(y)))
+    return call("min", x, y)
 
 
-def maximum(x: Number, y: Number) -> Expr:
+def maximum(x: Arithmetic[T] | float, y: Arithmetic[T] | float) -> T:
     """The larger of two; a run stops where the other one becomes it."""
-    return Call("max", (as_expr(x), as_expr(y)))
+    return call("max", x, y)
 
 
 def where(condition: Compare, yes: Number, no: Number) -> Expr:

@@ -149,7 +149,7 @@ class WoundFieldMachine(_Machine):
     def _seen_from_the_wires(self) -> Iterator[Equation]:
         """Park's transformation: alpha along the axis of phase a, beta a quarter ahead."""
         yield self.theta == self.pairs * (self.phi - self.support.phi)
-        cosine, sine, root = cos(self.theta), sin(self.theta), sqrt(3.0)
+        cosine, sine, root = cos(self.theta), sin(self.theta), 3**0.5
         v_alpha = (2 * self.a.v - self.b.v - self.c.v) / 3
         v_beta = (self.b.v - self.c.v) / root
         yield self.v_d == v_alpha * cosine + v_beta * sine

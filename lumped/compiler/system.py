@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -226,6 +227,10 @@ class System(Shared, RichHtml):
                 f"Ask for it: assemble(model, keep={wanted})."
             )
         return structure.without(expression, lost)
+
+    def product(self, factors: Iterable[Name]) -> ca.SX:
+        """Product of quantities as a CasADi expression (see `expressions`)."""
+        return ca.SX(math.prod(ca.vertsplit(self.expressions(factors))))
 
     def function(self, names: Iterable[Name]) -> ca.Function:
         """Function of named quantities: (x, p, t, m) -> (n,)."""

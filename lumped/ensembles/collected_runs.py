@@ -13,10 +13,10 @@ from lumped.ensembles.ensemble_file import EnsembleFile
 from lumped.ensembles.native_runs import NativeRuns
 from lumped.ensembles.run_records import RunOptions
 from lumped.ensembles.spread import DIED, in_threads, on_cluster
-from lumped.ensembles.watched import Collected
 from lumped.errors import OptionError
+from lumped.functionals import Functional
+from lumped.functionals.functional import watching
 from lumped.kernel.run import DONE, FULL
-from lumped.simulation.functional_kinds import watching
 from lumped.support.progress import Progress
 
 __all__ = ["Failures", "RunsAt", "collected", "failures_of", "fixed", "labelled"]
@@ -50,7 +50,7 @@ class RunsAt:
         self,
         system: System,
         names: tuple[str, ...],
-        of: Mapping[str, Collected],
+        of: Mapping[str, Functional],
         parameters: Changes | None,
         options: RunOptions,
         workers: int | None,

@@ -15,9 +15,9 @@ from lumped.ensembles.native_runs import NativeRuns
 from lumped.ensembles.outcome import Ensemble
 from lumped.ensembles.run_records import RunOptions
 from lumped.ensembles.variants import Over, Sampling, variants_of
-from lumped.ensembles.watched import Collected
 from lumped.errors import OptionError, SolverError, shown
-from lumped.simulation.functional_kinds import watching
+from lumped.functionals import Functional
+from lumped.functionals.functional import watching
 from lumped.simulation.simulate import Method, check_options
 from lumped.support.arguments import checked
 from lumped.support.units import in_seconds
@@ -31,7 +31,7 @@ def ensemble(
     *,
     over: Over,
     until: float | str,
-    of: Mapping[str, Collected] | Iterable[Collected],
+    of: Mapping[str, Functional] | Iterable[Functional],
     runs: int | None = None,
     seed: int = 0,
     sampling: Sampling = "random",

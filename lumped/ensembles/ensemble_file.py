@@ -15,7 +15,7 @@ from lumped.ensembles.line_file import LineFile
 from lumped.ensembles.native_runs import Batch
 from lumped.ensembles.run_records import RunOptions
 from lumped.ensembles.variants import ParameterSets
-from lumped.ensembles.watched import Collected
+from lumped.functionals import Functional
 from lumped.kernel.run import FULL
 from lumped.timeloop.fingerprint import fingerprint
 
@@ -26,7 +26,7 @@ def heading(
     system: System,
     variants: ParameterSets,
     parameters: object,
-    of: Mapping[str, Collected],
+    of: Mapping[str, Functional],
     options: RunOptions,
 ) -> dict[str, Any]:
     """All on which the results of an ensemble depend, for the first line of its file."""
@@ -39,7 +39,7 @@ def heading(
         "until": options.until,
         "points": [*variants.names, hashlib.sha256(values.tobytes()).hexdigest()[:16]],
         "runs": len(values),
-        "of": {label: repr(functional) for label, functional in of.items()},
+        "of": {label: f"{f}: {f.readings!r}" for label, f in of.items()},
         "options": {**told, "parameters": str(parameters)},
     }
 

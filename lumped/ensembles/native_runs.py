@@ -12,8 +12,8 @@ from lumped.code.records import address
 from lumped.compiler.system import System
 from lumped.ensembles.other_leads import AloneRecords, OtherLeads
 from lumped.ensembles.run_records import RunOptions, RunRecords
-from lumped.ensembles.watched import Collected
 from lumped.errors import LumpedError
+from lumped.functionals import Functional
 from lumped.kernel import engine
 from lumped.kernel.many_runs.lane_records import WAITING
 from lumped.kernel.many_runs.variants import Queue
@@ -63,7 +63,7 @@ class NativeRuns(RunRecords):
         system: System,
         names: Sequence[str],
         theta: np.ndarray,
-        of: Mapping[str, Collected],
+        of: Mapping[str, Functional],
         options: RunOptions,
     ) -> None:
         super().__init__(system, names, theta, of, options)

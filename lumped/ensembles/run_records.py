@@ -13,8 +13,9 @@ from lumped.code.functions import compiled_functions
 from lumped.code.operations import Operations, operations_of
 from lumped.code.records import address
 from lumped.compiler.system import Changes, System
-from lumped.ensembles.watched import POSITIONS, Collected, Watched
+from lumped.ensembles.watched import POSITIONS, Watched
 from lumped.errors import LumpedError
+from lumped.functionals import Functional
 from lumped.kernel import engine
 from lumped.kernel.clocks import Clocks
 from lumped.kernel.many_runs.lane_records import Lanes, LaneWatch
@@ -80,7 +81,7 @@ class RunRecords:
         system: System,
         names: Sequence[str],
         theta: np.ndarray,
-        of: Mapping[str, Collected],
+        of: Mapping[str, Functional],
         options: RunOptions,
     ) -> None:
         self.system, self.names, self.theta, self.options = system, tuple(names), theta, options

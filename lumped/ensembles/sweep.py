@@ -19,8 +19,8 @@ from lumped.ensembles.ensemble import ensemble
 from lumped.ensembles.outcome import Ensemble
 from lumped.ensembles.sweep_file import SweepFile, heading
 from lumped.ensembles.variants import Over, variants_of
-from lumped.ensembles.watched import Collected
 from lumped.errors import LumpedError, OptionError, nearest, shown
+from lumped.functionals import Functional
 from lumped.numerics.process_pool import outcomes
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
@@ -46,7 +46,7 @@ def sweep(
     *,
     over: Over,
     until: float | str,
-    of: Mapping[str, Measure | Collected],
+    of: Mapping[str, Measure | Functional],
     workers: int | None = None,
     store: str | Path | None = None,
     client: Any = None,
@@ -97,8 +97,8 @@ def sweep(
     ParameterError
         If a value is no number.
     """
-    functionals = {label: f for label, f in of.items() if isinstance(f, Collected)}
-    measures = {label: f for label, f in of.items() if not isinstance(f, Collected)}
+    functionals = {label: f for label, f in of.items() if isinstance(f, Functional)}
+    measures = {label: f for label, f in of.items() if not isinstance(f, Functional)}
     drawn = {name: options.pop(name) for name in _DRAWN if name in options}
     if not functionals:
         _check_options(options)
@@ -167,8 +167,8 @@ def sweep(
 
 def _with_functionals(
     system: System,
-    functionals: Mapping[str, Collected],
-    of: Mapping[str, Measure | Collected],
+    functionals: Mapping[str, Functional],
+    of: Mapping[str, Measure | Functional],
     options: dict[str, Any],
     store: str | Path | None,
 ) -> Ensemble:

@@ -13,69 +13,64 @@ import numpy as np
 from lumped.code.operations import Operations, operations_of
 from lumped.compiler.system import System
 from lumped.errors import OptionError, nearest
-from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE, Watch
-from lumped.simulation.functional_kinds import (
-    At,
+from lumped.functionals.functional import Functional
+from lumped.functionals.readings import (
+    SIDES,
     AtEvent,
-    Count,
-    Damage,
-    Final,
-    Impact,
-    Instant,
+    Between,
+    Cycles,
+    Extreme,
     Integral,
-    Peak,
-    Swing,
-    factors,
-    product,
+    Occurrence,
+    Reading,
+    Span,
+    Value,
 )
+from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE, Watch
 from lumped.timeloop.cycle_count import DamageLaw, count_record
 from lumped.timeloop.executable import enclosed
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.step_bounds import heights, kinks
 from lumped.timeloop.validity import Held, ranges
 
-__all__ = ["POSITIONS", "Collected", "Reading", "Watched"]
+__all__ = ["POSITIONS", "Place", "Watched"]
 
-Collected = Final | Peak | Swing | Integral | At | Instant | Count | AtEvent | Impact | Damage
-"""What the loop can collect."""
-
-_SIGNS = {"peak": 0, "highest": 1, "lowest": -1}
 _DEPTH = 1 << 14
 """Turning points of a load that may wait for the end of their cycles."""
 POSITIONS = (0, 1, 2, -1)
 """Positions of a hold, in the order of its words: stuck, forward, backward, free."""
+_WHATS = {"instant": INSTANT, "count": COUNT, "loss": LOSS, "impulse": IMPULSE}
+_WHOLE = -math.inf, math.inf
 
 
-class Reading(NamedTuple):
-    """How a functional follows from what the loop gives.
+class Place(NamedTuple):
+    """Where a reading is found in what the loop gives.
 
     Attributes
     ----------
-    kind : {"sum", "least", "integral", "mean", "rms", "event"}
-        The sum of places; what is there with its sign changed; an integral, its mean, or the root
-        of that; what is taken from an event, if it happened often enough.
-    places : tuple of int
-        Where.
-    number : float
-        Length of the part of the run, s; how often the event must happen.
+    column : int
+        Where; -1 for what is known beforehand.
+    factor : float
+        By which it is multiplied; the value of what is known beforehand.
+    happened : int
+        Where it says how often its event happened; -1 if that does not matter.
+    least : int
+        How often it must have.
     """
 
-    kind: str
-    places: tuple[int, ...]
-    number: float = 1.0
+    column: int
+    factor: float = 1.0
+    happened: int = -1
+    least: int = 0
 
     def value(self, found: np.ndarray) -> np.ndarray:
-        """The functional in each run, shape (n,); nan where its event is missing."""
-        first: np.ndarray = found[:, self.places[0]]
-        if self.kind == "least":
-            return -first
-        if self.kind == "event":
-            return np.where(found[:, self.places[1]] >= self.number, first, np.nan)
-        if self.kind in ("mean", "rms"):
-            mean: np.ndarray = first / self.number
-            return mean if self.kind == "mean" else np.sqrt(np.maximum(mean, 0.0))
-        total: np.ndarray = found[:, list(self.places)].sum(axis=1)
-        return total
+        """The reading in each run, shape (n,); nan where its event is missing."""
+        if self.column < 0:
+            return np.full(len(found), self.factor)
+        values: np.ndarray = self.factor * found[:, self.column]
+        if self.happened >= 0:
+            values = np.where(found[:, self.happened] >= self.least, values, np.nan)
+        return values
 
 
 @dataclass
@@ -119,7 +114,7 @@ class Watched:
     """
 
     def __init__(
-        self, system: System, of: Mapping[str, Collected], begin: float, until: float
+        self, system: System, of: Mapping[str, Functional], begin: float, until: float
     ) -> None:
         self.system, self.of, self.begin, self.until = system, dict(of), begin, until
         self._integrals, self._extremes, self._points = _Table(), _Table(), _Table()
@@ -128,8 +123,15 @@ class Watched:
         self._times: list[tuple[float, int]] = []
         self._matches: list[tuple[int, int, int, int]] = []
         self._timed: list[tuple[str, int]] = []
-        self._places = {label: self._add(label, f) for label, f in self.of.items()}
-        self._ranges = [(held, self._swing(held.formula)) for held in ranges(system)]
+        self._numbers: dict[Reading, int] = {}
+        for label, functional in self.of.items():
+            if not isinstance(functional, Functional):
+                raise self._refusal(label, functional)
+            for reading in functional.readings:
+                if reading.of != "run":
+                    raise self._refusal(label, functional)
+                self._number(reading)
+        self._ranges = [(held, self._extremes_of(held)) for held in ranges(system)]
         functions = {
             "integrand": self._integrals,
             "extreme": self._extremes,
@@ -160,40 +162,54 @@ class Watched:
         whole = ca.densify(ca.vertcat(*quantities))
         return operations_of(ca.Function("quantities", self.system.inputs, [whole]))
 
-    def _add(self, label: str, wanted: Collected) -> int | tuple[int, int]:
-        """Ask for a functional; gives its number among those of its kind."""
-        if isinstance(wanted, Final):
-            return self._finals.add(product(self.system, (wanted.name,)))
-        if isinstance(wanted, Peak):
-            sign, part = _SIGNS[wanted.kind], self._part(wanted)
-            return self._extremes.add(product(self.system, (wanted.name,)), *part, sign)
-        if isinstance(wanted, Swing):
-            return self._swing(wanted.name)
-        if isinstance(wanted, Damage):
-            self._laws.append(wanted.law)
-            return self._loads.add(product(self.system, (wanted.name,)))
-        if isinstance(wanted, Integral):
-            names = factors(self.system, wanted)
-            return self._integrals.add(product(self.system, names), *self._part(wanted))
-        if isinstance(wanted, At):
-            return self._at(wanted)
-        if isinstance(wanted, Instant | Count | AtEvent | Impact):
-            return self._event(wanted)
-        raise OptionError(
+    def _refusal(self, label: str, wanted: object) -> OptionError:
+        return OptionError(
             f"{self.system.name}: of['{label}'] = {wanted!r:.60} is nothing that a run gives; take "
             "one of lumped.functionals, such as lumped.functionals.peak('shaft.tau')."
         )
 
-    def _swing(self, name: str) -> tuple[int, int]:
-        """Ask for the highest value and the lowest, the latter with its sign changed."""
-        quantity, part = product(self.system, (name,)), (-math.inf, math.inf)
-        return self._extremes.add(quantity, *part, 1), self._extremes.add(quantity, *part, -1)
+    def _number(self, reading: Reading) -> int:
+        """Number of a reading among those of its kind, for which it is asked once."""
+        if reading not in self._numbers:
+            self._numbers[reading] = self._add(reading)
+        return self._numbers[reading]
 
-    def _part(self, wanted: Peak | Integral) -> tuple[float, float]:
-        if wanted.between is None:
-            return -math.inf, math.inf
-        self._refuse_outside(wanted, *wanted.between)
-        return wanted.between
+    def _add(self, reading: Reading) -> int:
+        """Ask for a reading."""
+        if isinstance(reading, Extreme):
+            return self._extremes.add(
+                self.system.product(reading.factors), *self._part(reading), reading.sign
+            )
+        if isinstance(reading, Integral):
+            return self._integrals.add(self.system.product(reading.factors), *self._part(reading))
+        if isinstance(reading, Cycles):
+            self._laws.append(reading.law)
+            return self._loads.add(self.system.product(reading.factors))
+        if isinstance(reading, Span):
+            begin, end = reading.between or (self.begin, self.until)
+            self._refuse_outside(reading, begin, end)
+            return -1
+        if isinstance(reading, Value) and reading.at is None:
+            return self._finals.add(self.system.product(reading.factors))
+        if isinstance(reading, Value) and not isinstance(reading.at, AtEvent):
+            assert reading.at is not None
+            self._refuse_outside(reading, min(reading.at), max(reading.at))
+            number = self._points.add(self.system.product(reading.factors))
+            self._times += [(time, number) for time in reading.at]
+            return number
+        assert isinstance(reading, Value | Occurrence)
+        return self._event(reading)
+
+    def _extremes_of(self, held: Held) -> tuple[int, int]:
+        """Numbers of the highest and the lowest value of what stays in a range."""
+        high, low = (self._number(Extreme((held.formula,), side)) for side in SIDES)
+        return high, low
+
+    def _part(self, reading: Extreme | Integral) -> Between:
+        if reading.between is None:
+            return _WHOLE
+        self._refuse_outside(reading, *reading.between)
+        return reading.between
 
     def _refuse_outside(self, wanted: object, first: float, last: float) -> None:
         if not self.begin <= first <= last <= self.until:
@@ -202,25 +218,19 @@ class Watched:
                 f"{self.until:g} s."
             )
 
-    def _at(self, wanted: At) -> int:
-        self._refuse_outside(wanted, min(wanted.times), max(wanted.times))
-        number = self._points.add(product(self.system, wanted.names))
-        self._times += [(time, number) for time in wanted.times]
-        return number
-
-    def _event(self, wanted: Instant | Count | AtEvent | Impact) -> int:
-        after = getattr(wanted, "after", "")
-        number = getattr(wanted, "number", None)
-        kind, side, of = INSTANT, 0, 0
-        if isinstance(wanted, Count):
-            kind = COUNT
-        elif isinstance(wanted, AtEvent):
-            kind, side = VALUE, int(wanted.side == "after")
-            of = self._event_points.add(product(self.system, wanted.names))
-        elif isinstance(wanted, Impact):
-            kind = LOSS if wanted.kind == "loss" else IMPULSE
-        row = self._events.add(ca.SX(0), kind, ALL if number is None else number, side, of)
-        self._match(wanted, wanted.component, after, row, timed=kind not in (LOSS, IMPULSE))
+    def _event(self, reading: Value | Occurrence) -> int:
+        side, of = 0, 0
+        if isinstance(reading, Value):
+            assert isinstance(reading.at, AtEvent)
+            event: AtEvent | Occurrence = reading.at
+            kind, side = VALUE, int(reading.at.side == "after")
+            of = self._event_points.add(self.system.product(reading.factors))
+        else:
+            event, kind = reading, _WHATS[reading.what]
+        number = ALL if event.number is None else event.number
+        row = self._events.add(ca.SX(0), kind, number, side, of)
+        timed = kind not in (LOSS, IMPULSE)
+        self._match(reading, event.component, event.after, row, timed=timed)
         return row
 
     def _match(self, wanted: object, component: str, after: str, row: int, timed: bool) -> None:
@@ -315,10 +325,15 @@ class Watched:
 
     def values(self, found: np.ndarray) -> np.ndarray:
         """Functionals of runs from what the loop gives, shape (n, len(of)); nan where missing."""
-        return np.column_stack([self.reading(label).value(found) for label in self.of])
+        read = {reading: self.place(reading).value(found) for reading in self._numbers}
+        columns = []
+        for functional in self.of.values():
+            own = [read[reading] for reading in functional.readings]
+            columns.append(functional.value(np.column_stack(own)))
+        return np.column_stack(columns)
 
     @property
-    def swings(self) -> list[tuple[Held, tuple[int, int]]]:
+    def extremes(self) -> list[tuple[Held, tuple[int, int]]]:
         """Ranges of components; places of the highest and of the negative of the lowest value."""
         first = self._first[1]
         return [(held, (first + high, first + low)) for held, (high, low) in self._ranges]
@@ -326,45 +341,44 @@ class Watched:
     def outside(self, found: np.ndarray) -> np.ndarray:
         """Which runs took a component beyond where its equations hold, shape (n,)."""
         beyond = np.zeros(len(found), dtype=bool)
-        for held, (high, low) in self.swings:
+        for held, (high, low) in self.extremes:
             beyond |= held.outside(found[:, high]) | held.outside(-found[:, low])
         return beyond
 
-    def reading(self, label: str) -> Reading:
-        """Where a functional is found in what the loop gives."""
-        wanted, place = self.of[label], self._places[label]
+    def place(self, reading: Reading) -> Place:
+        """Where a reading is found in what the loop gives."""
+        number = self._numbers[reading]
         integrals, extremes, loads, points, finals, events = self._first
-        if isinstance(wanted, Swing):
-            assert isinstance(place, tuple)
-            return Reading("sum", tuple(extremes + k for k in place))
-        assert isinstance(place, int)
-        if isinstance(wanted, Integral):
-            begin, end = wanted.between or (self.begin, self.until)
-            return Reading(wanted.kind, (integrals + place,), end - begin)
-        if isinstance(wanted, Peak):
-            return Reading("least" if wanted.kind == "lowest" else "sum", (extremes + place,))
-        if isinstance(wanted, Damage):
-            return Reading("sum", (loads + place,))
-        if isinstance(wanted, At | Final):
-            return Reading("sum", ((points if isinstance(wanted, At) else finals) + place,))
-        taken = events + 2 * place
-        if isinstance(wanted, Count):
-            return Reading("sum", (taken + 1,))
-        if wanted.number is None:
-            return Reading("sum", (taken,))
-        least = wanted.number + 1 if wanted.number >= 0 else -wanted.number
-        return Reading("event", (taken, taken + 1), least)
+        if isinstance(reading, Span):
+            begin, end = reading.between or (self.begin, self.until)
+            return Place(-1, end - begin)
+        if isinstance(reading, Integral):
+            return Place(integrals + number)
+        if isinstance(reading, Extreme):
+            return Place(extremes + number, reading.sign)
+        if isinstance(reading, Cycles):
+            return Place(loads + number)
+        event = reading.at if isinstance(reading, Value) else reading
+        if not isinstance(event, AtEvent | Occurrence):
+            return Place((finals if event is None else points) + number)
+        taken = events + 2 * number
+        if isinstance(event, Occurrence) and event.what == "count":
+            return Place(taken + 1)
+        if event.number is None:
+            return Place(taken)
+        least = event.number + 1 if event.number >= 0 else -event.number
+        return Place(taken, 1.0, taken + 1, least)
 
     def missing(self, label: str) -> str:
         """Why a functional of a run that went to its end is no number."""
-        wanted = self.of[label]
-        component = getattr(wanted, "component", "")
-        if component:
-            return f"{label}: this event of {component} does not happen in this run"
-        if isinstance(wanted, Damage):
-            return (
-                f"{label}: not a number, or more than {_DEPTH} turning points follow each other "
-                "without closing a cycle, as where a free vibration hardly decays; end the run "
-                "earlier"
-            )
+        for reading in self.of[label].readings:
+            event = reading.at if isinstance(reading, Value) else reading
+            if isinstance(event, AtEvent | Occurrence):
+                return f"{label}: this event of {event.component} does not happen in this run"
+            if isinstance(reading, Cycles):
+                return (
+                    f"{label}: not a number, or more than {_DEPTH} turning points follow each "
+                    "other without closing a cycle, as where a free vibration hardly decays; end "
+                    "the run earlier"
+                )
         return f"{label}: not a number"

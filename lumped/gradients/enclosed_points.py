@@ -19,8 +19,8 @@ from lumped.timeloop.step_bounds import heights, kinks
 
 __all__ = ["Signs", "highest_points", "range_of", "turning_points_in"]
 
-Signs = tuple[Literal[-1, 0, 1], ...]
-"""Of each extreme: 1 for the greatest value, -1 for the least, 0 for the largest size."""
+Signs = tuple[Literal[-1, 1], ...]
+"""Of each extreme: 1 for the greatest value, -1 for the least."""
 
 _ROOM = 256
 """Points for which there is room at first."""
@@ -34,10 +34,10 @@ class _Functions(NamedTuple):
 
 
 @made_once
-def _functions(steps: Steps, name: str, signs: Signs) -> _Functions:
+def _functions(steps: Steps, factors: tuple[str, ...], signs: Signs) -> _Functions:
     """A quantity as extremes with these signs, or as a load without any."""
     system = steps.system
-    quantity = system.expressions([name])
+    quantity = system.product(factors)
     repeated = [quantity] * max(len(signs), 1)
     whole = ca.Function("quantities", system.inputs, [ca.densify(ca.vertcat(*repeated))])
     found = {"extreme" if signs else "load": operations_of(whole)}
@@ -65,36 +65,43 @@ def _watch(steps: Steps, functions: _Functions, signs: Signs) -> Watch:
 
 
 def highest_points(
-    steps: Steps, span: Span, name: str, sign: Literal[-1, 0, 1], best: float, slack: float
+    steps: Steps,
+    span: Span,
+    factors: tuple[str, ...],
+    sign: Literal[-1, 1],
+    best: float,
+    slack: float,
 ) -> tuple[np.ndarray, float]:
     """Where a quantity is highest in parts of steps, up to a slack, shape (k, 3); what it reaches.
 
     Each row has the number of the step, the part of it, and the value there. A part that is highest
     at its end gives this end. That it reaches `best` is known.
     """
-    functions = _functions(steps, name, (sign,))
+    functions = _functions(steps, factors, (sign,))
     watch = _watch(steps, functions, (sign,))
     watch.lists, watch.best[0], watch.slack = _ROOM, best - slack, slack
     rows = steps.listed(span, watch, functions.counted, 1.0)
     return rows, float(np.maximum(best, watch.best[0] + slack))
 
 
-def turning_points_in(steps: Steps, span: Span, name: str, least: float) -> np.ndarray:
+def turning_points_in(
+    steps: Steps, span: Span, factors: tuple[str, ...], least: float
+) -> np.ndarray:
     """Where a quantity turns, or has a kink, inside steps, as `highest_points`.
 
     Turning points may be missed beside which it swings by less than a tenth of `least`.
     """
-    functions = _functions(steps, name, ())
+    functions = _functions(steps, factors, ())
     watch = _watch(steps, functions, ())
     watch.lists, watch.load_size[0] = _ROOM, 1.0
     return steps.listed(span, watch, functions.counted, least)
 
 
 def range_of(
-    steps: Steps, span: Span, name: str, known: tuple[float, float]
+    steps: Steps, span: Span, factors: tuple[str, ...], known: tuple[float, float]
 ) -> tuple[float, float]:
     """Least and greatest value of a quantity in steps, no narrower than a known range."""
-    functions = _functions(steps, name, (-1, 1))
+    functions = _functions(steps, factors, (-1, 1))
     watch = _watch(steps, functions, (-1, 1))
     watch.best[:] = -known[0], known[1]
     steps.listed(span, watch, functions.counted, 1.0)

@@ -9,10 +9,10 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
+from lumped.functionals import Functional
 from lumped.gradients.functional_values import check
 from lumped.gradients.gradient import Gradient, gradient
 from lumped.gradients.gradient_ensemble import gradients_at
-from lumped.simulation.functional_kinds import Functional
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
 from lumped.support.units import in_seconds

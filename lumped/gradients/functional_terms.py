@@ -11,6 +11,16 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
+from lumped.functionals.readings import (
+    AtEvent,
+    Cycles,
+    Extreme,
+    Integral,
+    Occurrence,
+    Reading,
+    Span,
+    Value,
+)
 from lumped.gradients.adjoint import AdjointPoint
 from lumped.gradients.damage_slopes import damage_slopes
 from lumped.gradients.extremes import extremes
@@ -22,18 +32,6 @@ from lumped.gradients.samples import values_at
 from lumped.gradients.steps import Steps
 from lumped.gradients.turning_points import turning_points
 from lumped.gradients.ways import Owed, Way, multiple, sum_of
-from lumped.simulation.functional_kinds import product
-from lumped.simulation.functionals import (
-    At,
-    AtEvent,
-    Damage,
-    Final,
-    Functional,
-    Impact,
-    Instant,
-    Integral,
-    Peak,
-)
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
 from lumped.timeloop.many_points import ManyPoints
@@ -71,7 +69,7 @@ class SmoothParts:
         How it was made.
     rtol : float
         Its accuracy.
-    turns : dict of str to list
+    turns : dict of tuple of str to list
         Where quantities turn, as far as this was asked for.
     """
 
@@ -80,10 +78,10 @@ class SmoothParts:
     crossings: list[Crossing]
     steps: Steps
     rtol: float
-    turns: dict[str, list[Turn]] = field(default_factory=dict)
+    turns: dict[tuple[str, ...], list[Turn]] = field(default_factory=dict)
 
-    def owed(self, functional: Functional) -> Owed:
-        """What a functional is, if it is no integral.
+    def owed(self, reading: Reading) -> Owed:
+        """What a reading is, if it is no integral.
 
         Raises
         ------
@@ -92,48 +90,47 @@ class SmoothParts:
         SolverError
             If it has no derivative.
         """
-        if isinstance(functional, Final):
-            last = self._at(str(functional), (self.until,), (functional.name,))
-            ways = tuple(replace(way, by_end=self._rate(way, functional.name)) for way in last.ways)
-            return last._replace(ways=ways)
-        if isinstance(functional, At):
-            return self._at(str(functional), functional.times, functional.names)
-        if isinstance(functional, Peak):
-            return self._extreme(functional)
-        if isinstance(functional, Damage):
-            return self._damage(functional)
-        if isinstance(functional, Instant):
-            return self._instant(functional)
-        if isinstance(functional, AtEvent):
-            return Owed((sum_of(list(self._at_events(functional))),))
-        if isinstance(functional, Impact):
-            return Owed((sum_of(list(self._impacts(functional))),))
-        raise TypeError(functional)
+        if isinstance(reading, Span):
+            begin, end = reading.between or (float(self.legs[0].t[0]), self.until)
+            return Owed((Way(end - begin, (), 1.0 if reading.between is None else 0.0),))
+        if isinstance(reading, Extreme):
+            return self._extreme(reading)
+        if isinstance(reading, Cycles):
+            return self._damage(reading)
+        if isinstance(reading, Value) and isinstance(reading.at, AtEvent):
+            return Owed((sum_of(list(self._at_events(reading, reading.at))),))
+        if isinstance(reading, Value):
+            return self._at(reading)
+        assert isinstance(reading, Occurrence)
+        if reading.what == "instant":
+            return self._instant(reading)
+        return Owed((sum_of(list(self._impacts(reading))),))
 
     @property
     def until(self) -> float:
         """End of the run, s."""
         return float(self.legs[-1].t[-1])
 
-    def ends(self, functional: Functional) -> bool:
-        """Whether a functional looks at the very end of the run."""
-        if isinstance(functional, At):
-            return self.until - max(functional.times) <= _AT_ONCE * self.until
-        return isinstance(functional, Final | Peak | Damage) and not getattr(
-            functional, "between", None
+    def ends(self, reading: Reading) -> bool:
+        """Whether a reading looks at the very end of the run."""
+        if isinstance(reading, Value):
+            times = (self.until,) if reading.at is None else reading.at
+            return isinstance(times, tuple) and self.until - max(times) <= _AT_ONCE * self.until
+        return isinstance(reading, Cycles) or (
+            isinstance(reading, Extreme) and reading.between is None
         )
 
-    def cut(self, functional: Functional) -> None:
-        """Make instants that a functional names ends of steps."""
+    def cut(self, reading: Reading) -> None:
+        """Make instants that a reading names ends of steps."""
         times: tuple[float, ...] = ()
-        if isinstance(functional, At):
-            times = functional.times
-        elif isinstance(functional, Peak | Integral):
-            times = functional.between or ()
+        if isinstance(reading, Value) and isinstance(reading.at, tuple):
+            times = reading.at
+        elif isinstance(reading, Extreme | Integral | Span):
+            times = reading.between or ()
         for t in times:
             if not t <= self.until * (1 + _AT_ONCE):
                 raise OptionError(
-                    f"{self.run.system.name}: {functional}: the run ends at {self.until:g} s."
+                    f"{self.run.system.name}: {reading}: the run ends at {self.until:g} s."
                 )
             for leg in self.legs:
                 if leg.t[0] < t < leg.t[-1]:
@@ -141,8 +138,10 @@ class SmoothParts:
 
     # -- at given instants -------------------------------------------------------------------
 
-    def _at(self, label: str, times: tuple[float, ...], names: tuple[str, ...]) -> Owed:
-        """Sum of a product over instants."""
+    def _at(self, reading: Value) -> Owed:
+        """Sum of a product over instants; at the end, which may move, with the slope there."""
+        names = reading.factors
+        times = reading.at if isinstance(reading.at, tuple) else (self.until,)
         ways: list[list[Way]] = []
         guards: list[AdjointPoint] = []
         where = ""
@@ -160,10 +159,12 @@ class SmoothParts:
             ways.append(own)
         if guards and len(times) > 1:
             raise SolverError(
-                f"{self.run.system.name}: {label}: a change coincides with {where}; there is no "
+                f"{self.run.system.name}: {reading}: a change coincides with {where}; there is no "
                 "derivative. Take other instants.",
                 self.run,
             )
+        if reading.at is None:
+            ways[0] = [replace(way, by_end=self._rate(way, names)) for way in ways[0]]
         if guards:
             return Owed(tuple(ways[0]), "later", tuple(guards), where)
         return Owed((sum_of([own[0] for own in ways]),))
@@ -182,9 +183,9 @@ class SmoothParts:
         point = AdjointPoint(number, t, 0, look.by_states, look.by_parameters)
         return Way(look.value, (point,))
 
-    def _rate(self, way: Way, name: str) -> float:
-        """Slope of a quantity at the instant of a way."""
-        return self._look(way.points[0].leg, way.points[0].time, (name,)).rate
+    def _rate(self, way: Way, names: tuple[str, ...]) -> float:
+        """Slope of a product at the instant of a way."""
+        return self._look(way.points[0].leg, way.points[0].time, names).rate
 
     def _look(self, number: int, t: float, names: tuple[str, ...]) -> _Look:
         x, m = self.legs[number].state(t)
@@ -199,23 +200,22 @@ class SmoothParts:
 
     # -- extremes ----------------------------------------------------------------------------
 
-    def _extreme(self, functional: Peak) -> Owed:
-        name = self.run.system.key(functional.name)
-        tops = extremes(self.run, self.legs, self.steps, functional, self.rtol)
-        ends = functional.between is None
-        ways = [
-            multiple(way, top.sign if functional.kind == "peak" else 1.0)
-            for top, way in zip(tops, self._turned(tops, name, ends), strict=True)
-        ]
+    def _extreme(self, reading: Extreme) -> Owed:
+        tops = extremes(self.run, self.legs, self.steps, reading, self.rtol)
+        ways = self._turned(tops, self._keys(reading), reading.between is None)
         times = ", ".join(f"{top.time:.9g}" for top in tops)
-        pick: Literal["greatest", "least"] = "least" if functional.kind == "lowest" else "greatest"
-        return Owed(tuple(ways), pick, (), f"t = {times} s, all equally high")
+        pick: Literal["greatest", "least"] = "greatest" if reading.sign > 0 else "least"
+        alike = ", all equally high" if len(tops) > 1 else ""
+        return Owed(tuple(ways), pick, (), f"t = {times} s{alike}")
 
-    def _turned(self, tops: Sequence[Turn], name: str, ends: bool) -> list[Way]:
+    def _keys(self, reading: Extreme | Cycles) -> tuple[str, ...]:
+        return tuple(self.run.system.key(name) for name in reading.factors)
+
+    def _turned(self, tops: Sequence[Turn], factors: tuple[str, ...], ends: bool) -> list[Way]:
         """Values at which a quantity turns, one of which may be that at the end of the run."""
         system, n = self.run.system, len(self.run.system.structure.states)
         legs, times = np.array([top.leg for top in tops]), np.array([top.time for top in tops])
-        given = (self.run, self.legs, self.steps, _at_many(system, name))
+        given = (self.run, self.legs, self.steps, _at_many(system, factors))
         found = values_at(*given, legs, times)
         ways = []
         for top, row in zip(tops, found, strict=True):
@@ -229,23 +229,23 @@ class SmoothParts:
             self.legs[number].cut(times[legs == number])
         return ways
 
-    def _damage(self, functional: Damage) -> Owed:
-        name = self.run.system.key(functional.name)
-        if name not in self.turns:
-            given = (self.run, self.legs, self.steps, name, self.rtol)
-            self.turns[name] = turning_points(*given)
-        turns = self.turns[name]
+    def _damage(self, reading: Cycles) -> Owed:
+        factors = self._keys(reading)
+        if factors not in self.turns:
+            given = (self.run, self.legs, self.steps, factors, self.rtol)
+            self.turns[factors] = turning_points(*given)
+        turns = self.turns[factors]
         values = np.array([turn.value for turn in turns])
         slack = 10 * self.rtol * float(np.abs(values).max())
-        damage, slopes = damage_slopes(values, functional.law, slack)
+        damage, slopes = damage_slopes(values, reading.law, slack)
         if np.isinf(damage):
             raise SolverError(
-                f"{self.run.system.name}: {functional} is infinite: the mean of a cycle reaches "
+                f"{self.run.system.name}: {reading} is infinite: the mean of a cycle reaches "
                 "the ultimate strength, and the part breaks at once. Lower the load, or the scale.",
                 self.run,
             )
         places = np.flatnonzero(slopes.any(axis=0)).tolist()
-        owed = self._turned([turns[k] for k in places], name, ends=True)
+        owed = self._turned([turns[k] for k in places], factors, ends=True)
         ways = []
         for by in slopes[:, places].tolist():
             parts = [multiple(way, k) for way, k in zip(owed, by, strict=True) if k]
@@ -298,10 +298,9 @@ class SmoothParts:
             number += 1
         return number
 
-    def _instant(self, functional: Instant) -> Owed:
-        label = str(functional)
-        component = functional.component
-        (number,) = self._events(label, component, functional.after, functional.number)
+    def _instant(self, reading: Occurrence) -> Owed:
+        label, component = str(reading), reading.component
+        (number,) = self._events(label, component, reading.after, reading.number)
         crossing = self.crossings[number - 1]
         if len(crossing.orders) > 1 and component not in crossing.names:
             raise self._coincident(label, crossing)
@@ -342,48 +341,46 @@ class SmoothParts:
         ]
         return Way(float(_limit(*times).real), tuple(points))
 
-    def _at_events(self, functional: AtEvent) -> Iterator[Way]:
-        label, f = str(functional), functional
-        for number in self._events(label, f.component, f.after, f.number):
+    def _at_events(self, reading: Value, at: AtEvent) -> Iterator[Way]:
+        label = str(reading)
+        for number in self._events(label, at.component, at.after, at.number):
             if len(self.crossings[number - 1].orders) > 1:
                 raise self._coincident(label, self.crossings[number - 1])
-            leg = number - (f.side == "before")
-            t = float(self.legs[leg].t[-1 if f.side == "before" else 0])
-            look = self._look(leg, t, f.names)
+            leg = number - (at.side == "before")
+            t = float(self.legs[leg].t[-1 if at.side == "before" else 0])
+            look = self._look(leg, t, reading.factors)
             slopes = look.by_states, look.by_parameters
             yield Way(look.value, (AdjointPoint(leg, t, 0, *slopes, number, look.rate),))
 
-    def _impacts(self, functional: Impact) -> Iterator[Way]:
-        label, run = str(functional), self.run
+    def _impacts(self, reading: Occurrence) -> Iterator[Way]:
+        label, run = str(reading), self.run
         names = run.system.switching.names
         found: list[tuple[int, EventDerivatives, list[int]]] = []
         for number, crossing in enumerate(self.crossings, 1):
             for jump in (j for order in crossing.orders[:1] for j in order):
                 blow = jump.act[1]
-                holds = [
-                    h for h in (blow.members if blow else ()) if names[h] == functional.component
-                ]
+                holds = [h for h in (blow.members if blow else ()) if names[h] == reading.component]
                 struck = [h for h in holds if self._impact("impulse", number, jump, h).value != 0]
                 if struck:
                     found.append((number, jump, struck))
         chosen = found
-        if functional.number is not None:
-            if not -len(found) <= functional.number < len(found):
+        if reading.number is not None:
+            if not -len(found) <= reading.number < len(found):
                 raise OptionError(
                     f"{run.system.name}: {label}: there are {len(found)} impacts of "
-                    f"{functional.component} in this run."
+                    f"{reading.component} in this run."
                 )
-            chosen = [found[functional.number]]
+            chosen = [found[reading.number]]
         elif not found:
             raise OptionError(
-                f"{run.system.name}: {label}: there are no impacts of {functional.component} in "
+                f"{run.system.name}: {label}: there are no impacts of {reading.component} in "
                 "this run."
             )
         for number, jump, holds in chosen:
             if len(self.crossings[number - 1].orders) > 1:
                 raise self._coincident(label, self.crossings[number - 1])
             for h in holds:
-                look = self._impact(functional.kind, number, jump, h)
+                look = self._impact(reading.what, number, jump, h)
                 t = float(self.legs[number - 1].t[-1])
                 slopes = look.by_states, look.by_parameters
                 point = AdjointPoint(number - 1, t, 0, *slopes, number, look.rate)
@@ -413,21 +410,23 @@ def _limit(a: complex, b: complex, c: complex) -> complex:
 
 
 @made_once
-def _at_many(system: System, name: str) -> ManyPoints:
-    """A quantity, its derivative by time along the run, and those by states and parameters."""
-    x, p, t, _ = system.inputs
-    y = system.expressions([name])
-    along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
-    slopes = ca.jacobian(y, ca.vertcat(x, p)).T
-    every = ca.densify(ca.vertcat(y, along, slopes))
+def _at_many(system: System, factors: tuple[str, ...]) -> ManyPoints:
+    """A product, its derivative by time along the run, and those by states and parameters."""
+    y, by_x, by_p, along = _slopes(system, factors)
+    every = ca.densify(ca.vertcat(y, along, by_x.T, by_p.T))
     return ManyPoints(ca.Function("at_many", system.inputs, [every]))
 
 
 @made_once
-def _differentiated(system: System, names: tuple[str, ...]) -> ArrayFunction:
+def _differentiated(system: System, factors: tuple[str, ...]) -> ArrayFunction:
     """A product, its derivatives by states and parameters, by time along the run: (x, p, t, m)."""
-    x, p, t, _ = system.inputs
-    y = product(system, names)
-    along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
-    results = [ca.densify(v) for v in (y, ca.jacobian(y, x), ca.jacobian(y, p), along)]
+    results = [ca.densify(each) for each in _slopes(system, factors)]
     return ArrayFunction(ca.Function("differentiated", system.inputs, results))
+
+
+def _slopes(system: System, factors: tuple[str, ...]) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+    """A product of quantities, its derivatives by states, parameters, and time along the run."""
+    x, p, t, _ = system.inputs
+    y = system.product(factors)
+    along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
+    return y, ca.jacobian(y, x), ca.jacobian(y, p), along

@@ -1,4 +1,4 @@
-"""Functionals of one run: their values, and their derivatives from those of its states."""
+"""Readings of one run: their values, and their derivatives from those of its states."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
+from lumped.functionals import Functional
+from lumped.functionals.readings import Integral, Reading
 from lumped.gradients.adjoint import AdjointPoint, crossings_of
+from lumped.gradients.chained import Chained
 from lumped.gradients.forward import Followed
 from lumped.gradients.functional_terms import SmoothParts
 from lumped.gradients.legs import legs_of
@@ -19,25 +22,20 @@ from lumped.gradients.sweep import Seeds, Swept, placed
 from lumped.gradients.touches import refuse_touches
 from lumped.gradients.varied import END
 from lumped.gradients.ways import Owed, Way
-from lumped.simulation.functional_kinds import factors, quantities
-from lumped.simulation.functionals import Count, Functional, Integral
 from lumped.timeloop.result import Piece, Trajectory
 
-__all__ = ["END", "Summed", "check", "differ", "refuse"]
-
-_AGREE = 1e-5
-"""Relative difference up to which derivatives to both sides are the same."""
+__all__ = ["END", "Summed", "check", "refuse"]
 
 
 @dataclass(frozen=True, eq=False)
 class Summed:
-    """Functionals of a run.
+    """Readings of a run.
 
     Attributes
     ----------
     course : SmoothParts
         The run in its smooth parts, every instant that counts an end of a step.
-    wanted : tuple of functionals
+    wanted : tuple of Reading
         What they are.
     owed : dict of int to Owed
         What each owes to single instants, by its number; those of integrals are known when they
@@ -46,23 +44,20 @@ class Summed:
         Which of them are integrals.
     seeds : Seeds
         Which integral each owes to, and over which part of the run.
-    slopes : ndarray, shape (len(wanted),)
-        Their derivatives by integrals; 1 for others.
     sizes : ndarray, shape (len(integrals),)
         Integrals of the sizes of what is integrated.
     """
 
     course: SmoothParts
-    wanted: tuple[Functional, ...]
+    wanted: tuple[Reading, ...]
     owed: dict[int, Owed]
     integrals: tuple[int, ...]
     seeds: Seeds
-    slopes: np.ndarray
     sizes: np.ndarray
 
     @classmethod
-    def of(cls, run: Trajectory, wanted: Sequence[Functional], rtol: float) -> Summed:
-        """Functionals of a run that was recorded at the steps of the solver.
+    def of(cls, run: Trajectory, wanted: Sequence[Reading], rtol: float) -> Summed:
+        """Readings of a run that was recorded at the steps of the solver.
 
         Raises
         ------
@@ -72,21 +67,21 @@ class Summed:
             If the run, or one of them, has no derivative.
         """
         system, legs = run.system, legs_of(run)
-        integrals = [k for k, f in enumerate(wanted) if isinstance(f, Integral)]
-        steps = steps_of(system, tuple(factors(system, wanted[k]) for k in integrals))  # type: ignore[arg-type]
+        found = {k: f for k, f in enumerate(wanted) if isinstance(f, Integral)}
+        integrals, keys = list(found), [tuple(map(system.key, f.factors)) for f in found.values()]
+        steps = steps_of(system, tuple(keys))
         course = SmoothParts(run, legs, crossings_of(run, legs, rtol), steps, rtol)
         refuse_touches(run, legs, steps, rtol, any(course.ends(f) for f in wanted))
-        for functional in wanted:
-            course.cut(functional)
+        for reading in wanted:
+            course.cut(reading)
         until = course.until
-        spans = np.array([getattr(wanted[k], "between", None) or (0.0, until) for k in integrals])
+        spans = np.array([f.between or (0.0, until) for f in found.values()])
         spans = spans.reshape(-1, 2)
         owed = {k: course.owed(f) for k, f in enumerate(wanted) if k not in integrals}
         chosen = np.zeros((len(integrals), len(wanted)))
         chosen[np.arange(len(integrals)), integrals] = 1.0
-        none = np.ones(len(wanted)), np.ones(len(integrals))
-        seeds = Seeds(chosen, spans)
-        return cls(course, tuple(wanted), owed, tuple(integrals), seeds, *none)
+        seeds, sizes = Seeds(chosen, spans), np.ones(len(integrals))
+        return cls(course, tuple(wanted), owed, tuple(integrals), seeds, sizes)
 
     def integrated(self) -> Summed:
         """The same with its integrals."""
@@ -100,26 +95,20 @@ class Summed:
     def _with(self, found: Resolved) -> Summed:
         """The same with integrals that were found."""
         run, course, until = self.course.run, self.course, self.course.until
-        owed, slopes = dict(self.owed), np.ones(len(self.wanted))
+        owed = dict(self.owed)
         x, m = course.legs[-1].side(-1)
         rates = np.asarray(course.steps.integrated(x, run.theta, until, m)).ravel()
         for place, k in enumerate(self.integrals):
-            functional = self.wanted[k]
-            assert isinstance(functional, Integral)
-            total = float(found.sums[place])
-            value, slopes[k] = functional.outcome(total, until)
-            by_end = 0.0
-            if functional.between is None:
-                # a mean falls with the time over which it is taken
-                change = 0.0 if functional.kind == "integral" else total / until
-                by_end = float(slopes[k] * (rates[place] - change))
-            owed[k] = Owed((Way(value, (), by_end),))
+            reading = self.wanted[k]
+            assert isinstance(reading, Integral)
+            by_end = float(rates[place]) if reading.between is None else 0.0
+            owed[k] = Owed((Way(float(found.sums[place]), (), by_end),))
         sizes = np.where(found.sizes > 0, found.sizes, 1.0)
-        return replace(self, owed=owed, slopes=slopes, sizes=sizes)
+        return replace(self, owed=owed, sizes=sizes)
 
     @property
     def values(self) -> np.ndarray:
-        """What the functionals are."""
+        """What the readings are."""
         return np.array([self.owed[k].ways[0].value for k in range(len(self.wanted))])
 
     @property
@@ -132,7 +121,7 @@ class Summed:
 
     @property
     def parted(self) -> bool:
-        """Whether a functional can go several ways."""
+        """Whether a reading can go several ways."""
         return any(len(owed.ways) > 1 for owed in self.owed.values())
 
     @property
@@ -144,7 +133,7 @@ class Summed:
     # -- backwards ---------------------------------------------------------------------------
 
     def swept(self) -> tuple[Summed, list[Swept], np.ndarray, list[slice], list[int | None]]:
-        """Derivatives by states at the time zero and parameters, for all ways of all functionals.
+        """Derivatives by states at the time zero and parameters, for all ways of all readings.
 
         Returns
         -------
@@ -155,36 +144,28 @@ class Summed:
         ndarray
             Errors of all ways, relative to the terms of which a derivative consists.
         list of slice
-            Columns of the ways of each functional.
+            Columns of the ways of each reading.
         list of int or None
             Column of the instant that decides between ways.
         """
         points: list[AdjointPoint] = []
         columns, guards, count = [], [], 0
-        chosen, owners = [], []
+        chosen = []
         for k in range(len(self.wanted)):
             owed = self.owed.get(k, Owed((Way(0.0),)))
             columns.append(slice(count, count + len(owed.ways)))
             for way in owed.ways:
                 points += [replace(point, column=count) for point in way.points]
                 chosen.append(self.seeds.chosen[:, k])
-                owners.append(k)
                 count += 1
             guards.append(count if owed.guard else None)
             for point in owed.guard:
                 points.append(replace(point, column=count))
                 chosen.append(np.zeros(len(self.integrals)))
-                owners.append(-1)
                 count += 1
         whole = np.array(chosen).T.reshape(len(self.integrals), count)
         results = self._resolved(Seeds(whole, self.seeds.spans), points)
-        summed = self._with(results)
-        slopes = np.append(summed.slopes, 1.0)[owners]
-        found = [
-            s._replace(by_states=s.by_states * slopes, by_parameters=s.by_parameters * slopes)
-            for s in results.found
-        ]
-        return summed, found, results.errors, columns, guards
+        return self._with(results), results.found, results.errors, columns, guards
 
     # -- forwards ----------------------------------------------------------------------------
 
@@ -200,24 +181,22 @@ class Summed:
         for k in range(len(self.wanted)):
             owed = self.owed[k]
             if k in self.integrals:
-                rows.append(self.slopes[k] * self._integral(found, self.integrals.index(k)))
+                rows.append(self._integral(found, self.integrals.index(k)))
                 continue
-            ways = np.array(
-                [sum(self._point(found, seed, p) for p in way.points) for way in owed.ways]
-            )
+            ways = np.array([self._points(found, seed, way.points) for way in owed.ways])
             rows.append(self._picked(owed, ways, found, seed, side))
         return np.array(rows)
 
     def _picked(
         self, owed: Owed, ways: np.ndarray, found: Followed, seed: np.ndarray, side: int
     ) -> np.ndarray:
-        """The way that a functional goes to one side."""
+        """The way that a reading goes to one side."""
         if owed.pick in ("greatest", "least"):
             upward = (owed.pick == "greatest") == (side > 0)
             chosen: np.ndarray = ways.max(axis=0) if upward else ways.min(axis=0)
             return chosen
         if owed.pick == "later":
-            moved = side * np.sum([self._point(found, seed, p) for p in owed.guard], axis=0)
+            moved = side * self._points(found, seed, owed.guard)
             later = moved > 1e-12 * np.abs(moved).max(initial=0.0)
             picked: np.ndarray = np.where(later, ways[1], ways[0])
             return picked
@@ -240,8 +219,17 @@ class Summed:
             total = total + Q[last, place] - Q[first, place]
         return total
 
+    def _points(
+        self, found: Followed, seed: np.ndarray, points: Sequence[AdjointPoint]
+    ) -> np.ndarray:
+        """What a reading owes to several instants."""
+        total = np.zeros(seed.shape[1])
+        for point in points:
+            total = total + self._point(found, seed, point)
+        return total
+
     def _point(self, found: Followed, seed: np.ndarray, point: AdjointPoint) -> np.ndarray:
-        """What a functional owes to one instant."""
+        """What a reading owes to one instant."""
         leg = self.course.legs[point.leg]
         S = found.states[point.leg][int(np.searchsorted(leg.t, point.time))]
         total: np.ndarray = point.by_states @ S + point.by_parameters @ seed
@@ -250,14 +238,6 @@ class Summed:
             own = [i for i in found.instants if i.number == point.edge]
             total = total + point.late * own[placed(point, point.edge, order)].slopes
         return total
-
-
-def differ(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Where derivatives to both sides are different."""
-    size = np.maximum(np.abs(one), np.abs(other))
-    least = 1e-9 * size.max(initial=0.0)
-    found: np.ndarray = np.abs(one - other) > _AGREE * size + least
-    return found
 
 
 def check(system: System, wanted: Sequence[Functional], names: Sequence[str], what: str) -> None:
@@ -280,22 +260,25 @@ def check(system: System, wanted: Sequence[Functional], names: Sequence[str], wh
             f"{system.name}: nothing to vary; name parameters or start values in `to`."
         )
     for functional in wanted:
-        if isinstance(functional, Count):
-            raise OptionError(f"{what}: {functional} jumps and has no derivative.")
-        if not isinstance(functional, Functional):
+        if not isinstance(functional, Functional) or any(
+            r.of != "run" for r in functional.readings
+        ):
             raise OptionError(
-                f"{what}: {functional!r} in `of` is no functional; take one of "
+                f"{what}: {functional!r} in `of` is no functional of a run; take one of "
                 "lumped.functionals, such as lumped.functionals.final('shaft.tau')."
             )
-        system.function(quantities(functional))
+        for reading in functional.readings:
+            if not reading.smooth:
+                raise OptionError(f"{what}: {reading} jumps and has no derivative.")
+        system.function(functional.names)
 
 
-def refuse(summed: Summed, labels: Sequence[str], names: Sequence[str], absent: np.ndarray) -> None:
+def refuse(summed: Summed, chained: Chained, names: Sequence[str], absent: np.ndarray) -> None:
     """Refuse derivatives that do not exist, by name.
 
     Parameters
     ----------
-    absent : ndarray of bool, shape (len(labels), len(names))
+    absent : ndarray of bool, shape (functionals, len(names))
         Which do not.
 
     Raises
@@ -306,11 +289,20 @@ def refuse(summed: Summed, labels: Sequence[str], names: Sequence[str], absent: 
     if not absent.any():
         return
     lines = []
-    for k, label in enumerate(labels):
+    for k, functional in enumerate(chained.functionals):
         by = [name for name, none in zip(names, absent[k], strict=True) if none]
         if by:
-            why = summed.owed[k].where
-            lines.append(f"{label} by {', '.join(by)}" + (f" ({why})" if why else ""))
+            counting = chained.counting(k)
+            owed = [summed.owed[place] for place in counting]
+            where = [each.where for each in owed if len(each.ways) > 1]
+            if len(chained.branches[k]) > 1:
+                read = (
+                    f"{summed.wanted[i]} = {chained.read[i]:.6g} {summed.owed[i].where}".rstrip()
+                    for i in counting
+                )
+                where.append(f"a kink at {', '.join(read)}")
+            why = f" ({'; '.join(where)})" if where else ""
+            lines.append(f"{functional} by {', '.join(by)}" + why)
     several = [c for c in summed.course.crossings if len(c.orders) > 1]
     text = "; ".join(f"t = {c.t:.9g} s ({', '.join(c.names)})" for c in several)
     why = f" Different changes coincide at {text}; which comes first depends on these." * bool(text)

@@ -12,7 +12,10 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import SolverError, UnknownNameError, nearest
-from lumped.gradients.functional_values import END, Summed, check, differ, refuse
+from lumped.functionals import Functional
+from lumped.functionals.functional import readings_of, watching
+from lumped.gradients.chained import Chained, differ
+from lumped.gradients.functional_values import END, Summed, check, refuse
 from lumped.gradients.legs import recorded
 from lumped.gradients.varied import (
     slopes_at_zero,
@@ -23,8 +26,6 @@ from lumped.gradients.varied import (
 )
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
-from lumped.simulation.functional_kinds import watching
-from lumped.simulation.functionals import Functional
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
@@ -236,7 +237,6 @@ def gradient(
     names = [p.names[i] for i in p.free] if to is None else [varied_name(system, n) for n in to]
     check(system, wanted, names, "gradient")
     system = watching(system, wanted)
-    labels = tuple(str(functional) for functional in wanted)
     own = [name for name in names if name != END]
     places, varied = sources(system, own, start or {})
     how: dict[str, Any] = {"until": until, "parameters": parameters, "start": start}
@@ -246,17 +246,18 @@ def gradient(
     else:
         run = simulate(system, **how, grid=_GRID)
     begin = clock.perf_counter()
-    summed, orders, each_error, columns, guards = Summed.of(run, wanted, tightened(rtol)).swept()
+    read = readings_of(wanted)
+    summed, orders, each_error, columns, guards = Summed.of(run, read, tightened(rtol)).swept()
     found = [_chained(run, start or {}, places, varied, *order[:2]) for order in orders]
     errors = np.array([each_error[column].max() for column in columns])
-    derivatives = np.zeros((len(wanted), len(names)))
-    absent = np.zeros(derivatives.shape, dtype=bool)
+    slopes = np.zeros((len(read), len(names)))
+    absent = np.zeros(slopes.shape, dtype=bool)
     inner = [i for i, name in enumerate(names) if name != END]
     by_end = summed.by_end
     done = 0
     for k, column in enumerate(columns):
         ways = np.concatenate([each[column] for each in found])
-        derivatives[k, inner] = ways[0]
+        slopes[k, inner] = ways[0]
         apart = np.zeros(len(own), dtype=bool)
         for way in ways[1:]:
             apart |= differ(ways[0], way)
@@ -268,20 +269,23 @@ def gradient(
         ends = by_end[done : done + len(summed.owed[k].ways)]
         done += len(ends)
         for i in set(range(len(names))) - set(inner):
-            derivatives[k, i] = ends[0]
+            slopes[k, i] = ends[0]
             absent[k, i] = bool(differ(ends[:1], ends).any())
+    chained = Chained(wanted, summed.values, tightened(rtol))
+    derivatives, kinked = chained.slopes(slopes)
+    labels = tuple(str(functional) for functional in wanted)
     _check_found(system, labels, names, derivatives)
-    refuse(summed, labels, names, absent)
+    refuse(summed, chained, names, chained.lost(absent) | kinked)
     seconds = clock.perf_counter() - begin
     units = tuple(functional.unit(system) for functional in wanted)
     return Gradient(
         run,
         labels,
         tuple(names),
-        summed.values,
+        chained.values,
         units,
         derivatives,
-        errors,
+        np.array([errors[chained.counting(k)].max(initial=0.0) for k in range(len(wanted))]),
         summed.shared,
         seconds,
         rtol,

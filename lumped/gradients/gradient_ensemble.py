@@ -14,9 +14,9 @@ import numpy as np
 from lumped.compiler.system import Changes, Name, System
 from lumped.ensembles.variants import Over, variants_of
 from lumped.errors import LumpedError, OptionError, SolverError, UnknownNameError, nearest
+from lumped.functionals import Functional
 from lumped.gradients.gradient import Gradient, gradient
 from lumped.gradients.varied import varied_name
-from lumped.simulation.functional_kinds import Functional
 from lumped.support.arguments import checked
 from lumped.support.progress import Progress
 from lumped.support.rich_html import RichHtml

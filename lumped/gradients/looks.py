@@ -38,8 +38,6 @@ class Turn(NamedTuple):
         Number of the smooth part of the run.
     time, value : float
         Instant, s, and the value there times its sign.
-    sign : float
-        -1 if it is the opposite of the quantity that is greatest there.
     edge : int
         Number of the leg with whose begin the instant moves; 0 if it does not move.
     """
@@ -47,7 +45,6 @@ class Turn(NamedTuple):
     leg: int
     time: float
     value: float
-    sign: float
     edge: int
 
 
@@ -90,21 +87,28 @@ class Points(NamedTuple):
 
 
 @made_once
-def _look(system: System, name: str) -> ManyPoints:
-    """A quantity and its slope."""
+def _look(system: System, factors: tuple[str, ...]) -> ManyPoints:
+    """A product of quantities and its slope."""
     x, _, t, _ = system.inputs
-    y = system.expressions([name])
+    y = system.product(factors)
     along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
     both = ca.densify(ca.vertcat(y, along))
     return ManyPoints(ca.Function("look", system.inputs, [both]))
 
 
 class Looks:
-    """A quantity and its slope anywhere in a run."""
+    """A product of quantities and its slope anywhere in a run."""
 
-    def __init__(self, run: Trajectory, legs: list[Leg], steps: Steps, name: str) -> None:
-        self.run, self.legs, self.steps, self.name = run, legs, steps, name
-        self.look = _look(run.system, name)
+    def __init__(
+        self, run: Trajectory, legs: list[Leg], steps: Steps, factors: tuple[str, ...]
+    ) -> None:
+        self.run, self.legs, self.steps, self.factors = run, legs, steps, factors
+        self.look = _look(run.system, factors)
+
+    @property
+    def text(self) -> str:
+        """The product as printed."""
+        return ", ".join(self.factors)
 
     def spans(self, between: Window = None) -> Iterator[tuple[np.ndarray, Span]]:
         """Steps, some at once, and the smooth part of each of their ends."""
@@ -137,7 +141,7 @@ class Looks:
         """Refuse what is not finite."""
         if not np.isfinite(found).all():
             raise SolverError(
-                f"{self.run.system.name}: {self.name} is not finite somewhere in the run.", self.run
+                f"{self.run.system.name}: {self.text} is not finite somewhere in the run.", self.run
             )
 
     def at(self, legs: np.ndarray, t: np.ndarray) -> np.ndarray:

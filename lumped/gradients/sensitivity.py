@@ -11,8 +11,11 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.functionals import Functional
+from lumped.functionals.functional import readings_of, watching
+from lumped.gradients.chained import Chained, differ
 from lumped.gradients.forward import Followed, Forward, coincide
-from lumped.gradients.functional_values import Summed, check, differ, refuse
+from lumped.gradients.functional_values import Summed, check, refuse
 from lumped.gradients.legs import legs_of
 from lumped.gradients.steps import steps_of
 from lumped.gradients.touches import refuse_touches
@@ -26,8 +29,6 @@ from lumped.gradients.varied import (
 )
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
-from lumped.simulation.functional_kinds import watching
-from lumped.simulation.functionals import Functional
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.display_units import display
@@ -361,25 +362,27 @@ class Varied:
         curves: Sensitivity | None,
     ) -> Sensitivity:
         """Derivatives of functionals, besides those over time."""
-        summed = Summed.of(run, functionals, self.rtol).integrated()
+        summed = Summed.of(run, readings_of(functionals), self.rtol).integrated()
+        chained = Chained(tuple(functionals), summed.values, self.rtol)
         steps, course = summed.course.steps, summed.course
         sizes = summed.sizes
         forward = Forward(steps, self.seed, self.rtol, sizes)
         begin = slopes_at_zero(run, self.given, self.seed, self.varied)
         several = any(len(crossing.orders) > 1 for crossing in course.crossings)
         sides: list[np.ndarray] = []
-        for sign in _signs(side, several or summed.parted):
+        parted = several or summed.parted or chained.has_kinks
+        for sign in _signs(side, parted):
             if not sides or several:
                 found = forward.follow(run, summed.pieces, course.crossings, begin, sign)
-            sides.append(summed.forward(found, self.seed, sign) / self.scale)
+            own_side = summed.forward(found, self.seed, sign) / self.scale
+            sides.append(chained.slopes(own_side, sign)[0])
         absent = np.array([differ(a, b) for a, b in zip(sides[0], sides[-1], strict=True)])
         own = tuple(self.to[i] for i in self.inner)
-        labels = tuple(str(functional) for functional in functionals)
-        refuse(summed, labels, own, absent)
+        refuse(summed, chained, own, absent)
         slopes = self._whole(sides[0])
-        ends = [summed.owed[k].ways[0].by_end for k in range(len(functionals))]
+        ends = np.array([summed.owed[k].ways[0].by_end for k in range(len(summed.wanted))])
         for i in set(range(len(self.to))) - set(self.inner):
-            slopes[:, i] = ends
+            slopes[:, i] = chained.slopes(ends[:, None])[0][:, 0]
         if curves is None:
             none = np.zeros((len(run.t), 0, len(self.to)))
             instants, shared = self._instants(found), summed.shared
@@ -387,8 +390,8 @@ class Varied:
         cost = curves.evaluations + forward.evaluations
         return replace(
             curves,
-            functionals=labels,
-            totals=summed.values,
+            functionals=tuple(str(functional) for functional in functionals),
+            totals=chained.values,
             slopes=slopes,
             units=tuple(functional.unit(self.system) for functional in functionals),
             evaluations=cost,

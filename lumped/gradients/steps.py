@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import casadi as ca
 
 from lumped.compiler.system import System
@@ -29,9 +27,8 @@ class Steps(StepCode):
     """
 
     def __init__(self, system: System, products: tuple[tuple[str, ...], ...]) -> None:
-        factors = [ca.vertsplit(system.expressions(names)) for names in products]
         self.system = system
-        self.integrands = ca.vertcat(ca.SX(0, 1), *(math.prod(f) for f in factors))
+        self.integrands = ca.vertcat(ca.SX(0, 1), *map(system.product, products))
         rates, inputs = system.rates, system.inputs
         own = rates, self.integrands, nominals(system)
         super().__init__(system.name, inputs, *own)

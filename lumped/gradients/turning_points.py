@@ -28,7 +28,7 @@ _ROUNDING = 1e-12
 
 
 def turning_points(
-    run: Trajectory, legs: list[Leg], steps: Steps, name: str, rtol: float
+    run: Trajectory, legs: list[Leg], steps: Steps, factors: tuple[str, ...], rtol: float
 ) -> list[Turn]:
     """All points at which a quantity turns, in order of time; the first and the last among them.
 
@@ -41,12 +41,12 @@ def turning_points(
     SolverError
         If the points of the run are too far apart to follow the quantity between them.
     """
-    looks = Looks(run, legs, steps, name)
+    looks = Looks(run, legs, steps, factors)
     rounding = _follow(looks, rtol)
     ends = looks.ends()
     least, most = float(ends.y.min()), float(ends.y.max())
     for _, span in looks.spans():
-        least, most = range_of(steps, span, name, (least, most))
+        least, most = range_of(steps, span, factors, (least, most))
     looks.check(np.array([least, most]))
     swing = max(rtol * (most - least), rounding)
     h = np.diff(ends.t)
@@ -54,7 +54,7 @@ def turning_points(
     points = [Points(ends.leg, ends.t, length, ends.y, np.ones(len(length)))]
     if most - least > swing:
         for numbers, span in looks.spans():
-            rows = turning_points_in(steps, span, name, swing)
+            rows = turning_points_in(steps, span, factors, swing)
             points.append(looks.points(numbers, span, rows))
     merged = Points(*(np.concatenate(v) for v in zip(*points, strict=True)))
     merged = merged.of(np.lexsort((merged.t, merged.leg)))
@@ -89,7 +89,7 @@ def _follow(looks: Looks, rtol: float) -> float:
     worst = max(float(m.max(initial=0.0)) for m in missed)
     if not worst <= _COARSE * size:
         raise SolverError(
-            f"{looks.run.system.name}: {looks.name} is off by {worst:.3g} where it is followed "
+            f"{looks.run.system.name}: {looks.text} is off by {worst:.3g} where it is followed "
             "from one point of the run to the next. Record the run at its steps, simulate(..., "
             "grid=None), or make it with a smaller rtol.",
             looks.run,
@@ -98,9 +98,9 @@ def _follow(looks: Looks, rtol: float) -> float:
 
 
 @made_once
-def _by_states(system: System, name: str) -> ManyPoints:
-    """Derivatives of a quantity by the states."""
-    slopes = ca.jacobian(system.expressions([name]), system.inputs[0])
+def _by_states(system: System, factors: tuple[str, ...]) -> ManyPoints:
+    """Derivatives of a product by the states."""
+    slopes = ca.jacobian(system.product(factors), system.inputs[0])
     return ManyPoints(ca.Function("by_states", system.inputs, [ca.densify(slopes.T)]))
 
 
@@ -109,7 +109,7 @@ def _terms(looks: Looks) -> float:
     sizes = [0.0]
     for leg in looks.legs:
         (x, m), t = leg.sides(np.array([0, len(leg.t) - 1])), leg.t[[0, -1]]
-        slopes = _by_states(looks.run.system, looks.name)(x, looks.run.theta, t, m)
+        slopes = _by_states(looks.run.system, looks.factors)(x, looks.run.theta, t, m)
         sizes.append(float(np.nan_to_num(np.abs(slopes * x)).sum(axis=1).max()))
     return max(sizes)
 
@@ -177,4 +177,4 @@ def _located(looks: Looks, points: Points) -> list[Turn]:
     t[inner], y[inner] = found.t, looks.at(found.leg, found.t)[0]
     edge = np.where(is_begin, points.leg, np.where(is_end & (points.leg < last), points.leg + 1, 0))
     rows = zip(*(v.tolist() for v in (points.leg, t, y, edge)), strict=True)
-    return [Turn(leg, time, value, 1.0, moves) for leg, time, value, moves in rows]
+    return [Turn(leg, time, value, moves) for leg, time, value, moves in rows]

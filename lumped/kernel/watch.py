@@ -63,8 +63,7 @@ class Watch(Record):
     coarse, fine, sizes : Numbers
         Integrals over a step, in parts and in twice as many, and those of the sizes.
     sign : Integers
-        1 for the greatest value of an extreme, -1 for the least (with its sign turned), 0 for the
-        largest size.
+        1 for the greatest value of an extreme, -1 for the least (with its sign turned).
     best, slack : Numbers, float
         Extremes so far, less a slack: lower values need not be found.
     load : Function

@@ -8,7 +8,7 @@ scalar symbols costs 15 microseconds; error texts print the trees, too.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, NoReturn, Union
+from typing import TYPE_CHECKING, Any, Generic, NoReturn, Self, TypeVar, Union
 
 from lumped.errors import EquationError, shown
 from lumped.language.pieces import Pieces
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from lumped.language.quantity import Quantity
 
 __all__ = [
+    "Arithmetic",
     "Call",
     "Compare",
     "ConstantExpression",
@@ -31,12 +32,23 @@ __all__ = [
 ]
 
 Number = Union["Expr", float, int]
+T = TypeVar("T")
 
 
-class Expr:
-    """A node of an expression; combine with ``+ - * / **``, functions of `lumped.ops`, ``==``."""
+class Arithmetic(Generic[T]):
+    """Operators ``+ - * / **``, for expressions of quantities and of what sums up a run."""
 
     __slots__ = ()
+
+    @classmethod
+    def operand(cls, value: object) -> T:
+        """An operand from one or a number."""
+        raise NotImplementedError
+
+    @classmethod
+    def apply(cls, op: str, operands: tuple[object, ...]) -> T:
+        """An operator or function applied to operands."""
+        raise NotImplementedError
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **_: Any) -> Any:
         """Let operators of numpy numbers use those of this class; refuse numpy's functions."""
@@ -46,50 +58,66 @@ class Expr:
                 f"numpy.{ufunc.__name__} cannot be applied to '{self}': it is a symbol. Use the "
                 "functions of lumped.ops (sin, cos, atan2, sqrt, ...)."
             )
-        return getattr(as_expr(inputs[0]), operator)(inputs[1])
+        return getattr(self.operand(inputs[0]), operator)(inputs[1])
+
+    def __add__(self, other: T | float) -> T:
+        return self.apply("+", (self, other))
+
+    def __radd__(self, other: T | float) -> T:
+        return self.apply("+", (other, self))
+
+    def __sub__(self, other: T | float) -> T:
+        return self.apply("-", (self, other))
+
+    def __rsub__(self, other: T | float) -> T:
+        return self.apply("-", (other, self))
+
+    def __mul__(self, other: T | float) -> T:
+        return self.apply("*", (self, other))
+
+    def __rmul__(self, other: T | float) -> T:
+        return self.apply("*", (other, self))
+
+    def __truediv__(self, other: T | float) -> T:
+        return self.apply("/", (self, other))
+
+    def __rtruediv__(self, other: T | float) -> T:
+        return self.apply("/", (other, self))
+
+    def __pow__(self, other: T | float) -> T:
+        return self.apply("**", (self, other))
+
+    def __rpow__(self, other: T | float) -> T:
+        return self.apply("**", (other, self))
+
+    def __neg__(self) -> T:
+        return self.apply("neg", (self,))
+
+    def __pos__(self) -> Self:
+        return self
+
+    def __abs__(self) -> T:
+        return self.apply("abs", (self,))
+
+
+class Expr(Arithmetic["Expr"]):
+    """A node of an expression; combine with ``+ - * / **``, functions of `lumped.ops`, ``==``."""
+
+    __slots__ = ()
 
     def children(self) -> tuple[Expr, ...]:
         """Operands, in order."""
         return ()
 
-    def __add__(self, other: Number) -> Expr:
-        return Call("+", (self, as_expr(other)))
+    @classmethod
+    def operand(cls, value: object) -> Expr:
+        """An expression from one or a number."""
+        return as_expr(value)
 
-    def __radd__(self, other: Number) -> Expr:
-        return Call("+", (as_expr(other), self))
-
-    def __sub__(self, other: Number) -> Expr:
-        return Call("-", (self, as_expr(other)))
-
-    def __rsub__(self, other: Number) -> Expr:
-        return Call("-", (as_expr(other), self))
-
-    def __mul__(self, other: Number) -> Expr:
-        return Call("*", (self, as_expr(other)))
-
-    def __rmul__(self, other: Number) -> Expr:
-        return Call("*", (as_expr(other), self))
-
-    def __truediv__(self, other: Number) -> Expr:
-        return Call("/", (self, as_expr(other)))
-
-    def __rtruediv__(self, other: Number) -> Expr:
-        return Call("/", (as_expr(other), self))
-
-    def __pow__(self, other: Number) -> Expr:
-        return Call("**", (self, as_expr(other)))
-
-    def __rpow__(self, other: Number) -> Expr:
-        return Call("**", (as_expr(other), self))
-
-    def __neg__(self) -> Expr:
-        return Call("neg", (self,))
-
-    def __pos__(self) -> Expr:
-        return self
-
-    def __abs__(self) -> Expr:
-        return Call("abs", (self,))
+    @classmethod
+    def apply(cls, op: str, operands: tuple[object, ...]) -> Expr:
+        """An operator or function applied to operands."""
+        return Call(op, tuple(map(as_expr, operands)))
 
     def __eq__(self, other: object) -> Equation:  # type: ignore[override]
         return Equation(self, as_expr(other))
@@ -416,6 +444,14 @@ def as_expr(value: object) -> Expr:
     return ConstantExpression(number)
 
 
+def call(op: str, *operands: Arithmetic[T] | float) -> T:
+    """A function applied to operands, in the arithmetic to which they belong."""
+    kinds = [type(each) for each in operands if isinstance(each, Arithmetic)]
+    own = next((kind for kind in kinds if not issubclass(kind, Expr)), Expr)
+    found: T = own.apply(op, operands)  # type: ignore[assignment]
+    return found
+
+
 def walk(root: Expr, closed: type[Expr] | None = None) -> Iterator[Expr]:
     """All nodes of an expression, operands before the node (no recursion limit).
 
@@ -450,11 +486,11 @@ def text(root: Expr, name: Callable[[Ref], str] | None = None) -> str:
     name = name or (lambda ref: ref.name)
     done: dict[int, tuple[str, int]] = {}
     for node in walk(root):
-        done[id(node)] = _text_of(node, [done[id(c)] for c in node.children()], name)
+        done[id(node)] = text_of_node(node, [done[id(c)] for c in node.children()], name)
     return done[id(root)][0]
 
 
-def _text_of(
+def text_of_node(
     node: Expr, parts: list[tuple[str, int]], name: Callable[[Ref], str]
 ) -> tuple[str, int]:
     if isinstance(node, ConstantExpression):

@@ -23,7 +23,7 @@ from lumped.language.expression import (
 )
 from lumped.language.quantity import Param, Quantity
 
-__all__ = ["Formula", "content_of_expression", "unit_of"]
+__all__ = ["Formula", "content_of_expression", "unit_of", "unit_of_node"]
 
 _UNKNOWN = Quantity("1", "not looked up")
 
@@ -152,11 +152,11 @@ def unit_of(root: Expr) -> str:
     done: dict[int, str] = {}
     for node in walk(root):
         parts = [done[id(child)] for child in node.children()]
-        done[id(node)] = _unit(node, parts)
+        done[id(node)] = unit_of_node(node, parts)
     return done[id(root)] or "1"
 
 
-def _unit(node: Expr, parts: list[str]) -> str:
+def unit_of_node(node: Expr, parts: list[str]) -> str:
     """Unit of a node from those of its operands; empty for a number."""
     if isinstance(node, Ref):
         return "" if node.quantity.unit == "1" else node.quantity.unit
@@ -171,6 +171,9 @@ def _unit(node: Expr, parts: list[str]) -> str:
     elif isinstance(node, Call) and node.op == "/":
         return _over(*parts)
     elif isinstance(node, Call) and node.op in ("**", "sqrt"):
+        half = parts[0][: len(parts[0]) // 2]
+        if node.op == "sqrt" and parts[0] == f"{half} {half}":
+            return half
         power = text(node.args[1]) if node.op == "**" else "0.5"
         return f"({parts[0]})^{power}" if parts[0] else ""
     elif isinstance(node, Call) and node.op not in _SAME:
@@ -181,6 +184,10 @@ def _unit(node: Expr, parts: list[str]) -> str:
 def _over(unit: str, by: str) -> str:
     if not by:
         return unit
+    if unit == by:
+        return ""
+    if unit.endswith(f" {by}"):
+        return unit[: -len(by) - 1]
     return f"{unit or '1'}/({by})" if " " in by or "/" in by else f"{unit or '1'}/{by}"
 
 

@@ -25,7 +25,7 @@ from lumped.language.expression import (
 )
 from lumped.language.pieces import FIXED
 
-__all__ = ["Branches", "Kinks", "Plain", "has_steps", "lower"]
+__all__ = ["OPERATIONS", "Branches", "Kinks", "Plain", "has_steps", "lower"]
 
 _UNARY = {
     "neg": lambda x: -x,
@@ -45,6 +45,8 @@ _BINARY = {
     "**": lambda x, y: x**y,
     "atan2": ca.atan2,
 }
+OPERATIONS: dict[str, Callable[..., ca.SX]] = {**_UNARY, **_BINARY}
+"""Smooth operators and functions, by how a `Call` names them."""
 _STEPS = {
     *(ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_SIGN, ca.OP_FLOOR, ca.OP_CEIL),
     *(ca.OP_FABS, ca.OP_FMIN, ca.OP_FMAX, ca.OP_FMOD, ca.OP_COPYSIGN),
@@ -142,8 +144,7 @@ def lower(
                 found = _modes(node, args, Plain())
             value = _kinked(node, args, found)
         elif isinstance(node, Call):
-            table = _UNARY if len(args) == 1 else _BINARY
-            value = table[node.op](*args)
+            value = OPERATIONS[node.op](*args)
         elif isinstance(node, Time):
             if time is None:
                 raise refuse("the time")

@@ -62,7 +62,7 @@ def turning_points(run: Trajectory, of: Name, *, rtol: float = 1e-6) -> NDArray[
     for leading, group in itertools.groupby(pieces, lambda piece: piece.system):
         part = replace(run, system=leading, pieces=tuple(group), _known={})
         legs = [Leg(part, piece) for piece in part.pieces]
-        points = between_steps.turning_points(part, legs, steps_of(leading, ()), key, rtol)
+        points = between_steps.turning_points(part, legs, steps_of(leading, ()), (key,), rtol)
         found += [point.value for point in points]
     values = np.array(found)
     turning = values[count_cycles(values).turning]

@@ -14,19 +14,19 @@ import numpy as np
 
 from lumped.compiler.assemble import assemble
 from lumped.compiler.system import Changes, Name, System
-from lumped.ensembles.watched import POSITIONS, Collected, Watched
+from lumped.ensembles.watched import POSITIONS, Watched
 from lumped.errors import OptionError
 from lumped.exchange.interface import uneven_clocks
 from lumped.explorer.sliders import Ends, Slider
 from lumped.explorer.sliders import sliders as sliders_of
 from lumped.explorer.study import Start, Study, most_effective
 from lumped.explorer.views import told_parameters, told_value
+from lumped.functionals.functional import Functional, watching
 from lumped.language.component import Component
 from lumped.live.numbers import rules, watched_numbers
 from lumped.live.run_code import run_code
 from lumped.plots.over_time import over_time
 from lumped.plots.picture import Curve
-from lumped.simulation.functional_kinds import watching
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.text_table import number
@@ -50,7 +50,7 @@ def live_page(
     until: float | str,
     sliders: Iterable[Name] | Mapping[str, Ends] | Mapping[Name, Ends] | None = None,
     plots: Iterable[Name] | None = None,
-    numbers: Iterable[Collected] | Mapping[str, Collected] = (),
+    numbers: Iterable[Functional] | Mapping[str, Functional] = (),
     start: Changes | OperatingPoint | None = None,
     parameters: Changes | None = None,
     title: str | None = None,
@@ -222,7 +222,7 @@ def _panels(run: Trajectory, names: Sequence[str]) -> list[list[int]]:
 def _ranges(watched: Watched) -> list[dict[str, Any]]:
     """Where equations hold, and which functionals tell whether they did."""
     found = []
-    for held, (high, low) in watched.swings:
+    for held, (high, low) in watched.extremes:
         own = held.range
         found.append(
             {

@@ -15,13 +15,13 @@ function amount(value, unit, digits) {
 }
 
 /* A number of the run from what the loop took; NaN where its event did not happen. */
-function reading(rule, taken) {
-  const first = taken[rule.places[0]];
-  if (rule.kind === "least") return -first;
-  if (rule.kind === "event") return taken[rule.places[1]] >= rule.number ? first : NaN;
-  if (rule.kind === "mean") return first / rule.number;
-  if (rule.kind === "rms") return Math.sqrt(Math.max(first / rule.number, 0));
-  return rule.places.reduce((sum, place) => sum + taken[place], 0);
+function numberOf(rule, taken) {
+  const r = rule.places.map(place => {
+    if (place.column < 0) return place.factor;
+    if (place.happened >= 0 && !(taken[place.happened] >= place.least)) return NaN;
+    return place.factor * taken[place.column];
+  });
+  return Function("r", "return " + rule.formula)(r);
 }
 
 function parameterFile(name, parameters, values) {

@@ -6,16 +6,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from lumped.compiler.system import System
-from lumped.ensembles.watched import Collected, Watched
+from lumped.ensembles.watched import Watched
 from lumped.errors import OptionError
-from lumped.simulation.functional_kinds import Peak
+from lumped.functionals import Functional, highest, lowest
+from lumped.language.expression import Call, ConstantExpression, Expr
 
 __all__ = ["rules", "watched_numbers"]
 
 
 def watched_numbers(
-    system: System, names: Sequence[str], wanted: Iterable[Collected] | Mapping[str, Collected]
-) -> dict[str, Collected]:
+    system: System, names: Sequence[str], wanted: Iterable[Functional] | Mapping[str, Functional]
+) -> dict[str, Functional]:
     """Those that are wanted, then the highest and lowest values of what is drawn, by their texts.
 
     Raises
@@ -23,7 +24,7 @@ def watched_numbers(
     OptionError
         If one is named twice.
     """
-    found: dict[str, Collected] = {}
+    found: dict[str, Functional] = {}
     if isinstance(wanted, Mapping):
         found |= wanted
     else:
@@ -32,8 +33,8 @@ def watched_numbers(
                 raise OptionError(f"{system.name}: live_page: {each} is named twice.")
             found[str(each)] = each
     for name in names:
-        for kind in ("highest", "lowest"):
-            found.setdefault(f"{kind}({name})", Peak(name, kind))
+        for each in (highest(name), lowest(name)):
+            found.setdefault(str(each), each)
     return found
 
 
@@ -44,7 +45,25 @@ def rules(system: System, watched: Watched) -> list[dict[str, Any]]:
             "text": label,
             "unit": wanted.unit(system),
             "missing": watched.missing(label),
-            **watched.reading(label)._asdict(),
+            "places": [watched.place(reading)._asdict() for reading in wanted.readings],
+            "formula": _javascript(wanted),
         }
         for label, wanted in watched.of.items()
     ]
+
+
+def _javascript(functional: Functional) -> str:
+    """A functional in JavaScript, of readings ``r[0], r[1], ...``."""
+    places = {reading: f"r[{i}]" for i, reading in enumerate(functional.readings)}
+    return functional.folded(places.__getitem__, _of_node)
+
+
+def _of_node(node: Expr, operands: list[str]) -> str:
+    if isinstance(node, ConstantExpression):
+        return f"({node.value!r})"
+    assert isinstance(node, Call)
+    if node.op in ("+", "-", "*", "/"):
+        return f"({node.op.join(operands)})"
+    if node.op == "neg":
+        return f"(-{operands[0]})"
+    return f"Math.{'pow' if node.op == '**' else node.op}({', '.join(operands)})"

@@ -31,9 +31,10 @@ function computed() {
     found.events.push({t: noted[k], name: named.name, after: named.words[noted[k + 3]] || ""});
   }
   if (count <= data.grid) return {...found, fault: "The run ends early: " + words()};
-  const most = Math.max(0, ...data.numbers.flatMap(r => r.places), ...data.ranges.flatMap(r => [r.high, r.low]));
+  const most = Math.max(0, ...data.numbers.flatMap(n => n.places.flatMap(p => [p.column, p.happened])),
+    ...data.ranges.flatMap(r => [r.high, r.low]));
   const taken = new Float64Array(loop.memory.buffer, loop.taken(), most + 1);
-  found.numbers = data.numbers.map(rule => reading(rule, taken));
+  found.numbers = data.numbers.map(rule => numberOf(rule, taken));
   for (const range of data.ranges) {
     const slack = 1e-9 * Math.max(Math.abs(range.from), Math.abs(range.to));
     const isIn = taken[range.high] <= range.to + slack && -taken[range.low] >= range.from - slack;

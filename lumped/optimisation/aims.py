@@ -8,9 +8,9 @@ from typing import Any, Protocol
 
 import scipy
 
+from lumped.functionals import Functional
 from lumped.optimisation.design import Optimum, Task
 from lumped.optimisation.design_problem import DesignProblem
-from lumped.simulation.functionals import Designed
 from lumped.tolerances.probability import Probability, ProbabilityLimit
 
 __all__ = ["Aims", "AimsOfProgramme", "AimsOfSearch", "Weights", "aim_value"]
@@ -40,7 +40,7 @@ class Aims(Protocol):
 class AimsOfProgramme:
     """Functionals of a run in one programme (see `Aims`)."""
 
-    def __init__(self, problem: DesignProblem, aims: tuple[Designed, Designed]) -> None:
+    def __init__(self, problem: DesignProblem, aims: tuple[Functional, Functional]) -> None:
         self.problem, self.aims = problem, aims
         self.sizes = [problem.terms[aim].scale for aim in aims]
 

@@ -8,13 +8,14 @@ import casadi as ca
 import numpy as np
 
 from lumped.errors import OptionError
+from lumped.functionals import Functional
 from lumped.numerics.collocation import fractions, phase
 from lumped.numerics.nlp import Programme
-from lumped.optimisation.discretisation import Discretisation, measured
+from lumped.optimisation.discretisation import Discretisation
+from lumped.optimisation.terms import measured
 from lumped.orbits.guesses import drifting, needs_time
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.points.start import start_slopes
-from lumped.simulation.functionals import Designed
 from lumped.simulation.simulate import simulate
 from lumped.timeloop.result import OperatingPoint, Trajectory
 
@@ -121,6 +122,7 @@ def collocated(
         ca.horzcat(*(p.x for p in phases)),
         theta,
         np.concatenate(settings),
+        float(run.t[-1] - run.t[0]),
     )
 
 
@@ -188,7 +190,7 @@ def simulated(
     return simulate(run.system, until=float(t[-1]), start=point, grid=len(t) - 1, rtol=_RTOL)
 
 
-def measured_well(run: Trajectory, functionals: list[Designed]) -> list[float]:
+def measured_well(run: Trajectory, functionals: list[Functional]) -> list[float]:
     """Functionals of a run, its output times doubled until they stay the same."""
     found = [measured(functional, run) for functional in functionals]
     point, count, until = run.point(run.t[0]), len(run.t), float(run.t[-1])

@@ -10,8 +10,8 @@ import numpy as np
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
+from lumped.functionals import Functional
 from lumped.numerics.nlp import Solution
-from lumped.simulation.functional_kinds import Designed, Functional, Vibrating, unit_of
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.support.units import amount
@@ -38,7 +38,7 @@ __all__ = [
 Bounds = tuple[float | None, float | None]
 """Lower and upper bound; None is none."""
 
-Key = Designed | Vibrating | Functional | RobustAim | Probability
+Key = Functional | RobustAim | Probability
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +197,7 @@ def key_unit(system: System, key: Key) -> str:
     """Unit of what can be minimised or bounded."""
     if isinstance(key, Probability):
         return "1"
-    return unit_of(system, key.functional if isinstance(key, RobustAim) else key)
+    return (key.functional if isinstance(key, RobustAim) else key).unit(system)
 
 
 def bounds_of(name: str, given: Bounds) -> tuple[float, float]:

@@ -10,23 +10,20 @@ import scipy
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
+from lumped.functionals import Functional
+from lumped.functionals.functional import watching
 from lumped.numerics.nlp import Programme, Rows, Solution
 from lumped.optimisation.collocated_course import Repeating, collocated, measured_well, simulated
 from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, varied
 from lumped.optimisation.discretisation import (
     Discretisation,
-    FunctionalTerm,
     along,
     dt_of,
     followed_by,
     held_instants,
-    measured,
-    number_of,
     smooth,
-    term,
 )
-from lumped.simulation.functional_kinds import unit_of, watching
-from lumped.simulation.functionals import Designed
+from lumped.optimisation.terms import Term, measured, number_of, refuse_side, term
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["DesignProblem"]
@@ -42,7 +39,7 @@ class DesignProblem:
     ----------
     run, vary, subject_to
         As for `optimise`.
-    weights : mapping of Designed or parameter name to float
+    weights : mapping of Functional or parameter name to float
         What may be minimised; a negative weight asks for a functional that can be made large.
     """
 
@@ -50,8 +47,8 @@ class DesignProblem:
         self,
         run: Trajectory,
         vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
-        weights: Mapping[Designed | str, float],
-        subject_to: Mapping[Designed | str, Bounds],
+        weights: Mapping[Functional | str, float],
+        subject_to: Mapping[Functional | str, Bounds],
         intervals: int = 50,
         repeats: Repeating | None = None,
     ) -> None:
@@ -70,22 +67,18 @@ class DesignProblem:
         self.theta = theta
         held_instants(self.system, self.places)
         self.course = self._course()
-        self.terms: dict[Designed | str, FunctionalTerm] = {}
-        self.value_rows: dict[Designed | str, Rows] = {}
+        self.terms: dict[Functional | str, Term] = {}
+        self.value_rows: dict[Functional | str, Rows] = {}
         self.functionals = self._functionals([*weights, *subject_to])
         self._quantities(subject_to)
         for key in weights:
             if isinstance(key, str):
                 place = self.system.places([key])[0]
                 size = abs(float(run.theta[place])) or 1.0
-                self.terms[key] = FunctionalTerm(self.theta[place], size, False)
+                self.terms[key] = Term(self.theta[place], size, 0)
         for key, term_ in self.terms.items():
             low, high = bounds_of(str(key), subject_to.get(key, (None, None)))
-            if term_.bounded and (np.isfinite(low) or weights.get(key, 0.0) < 0):
-                raise OptionError(
-                    f"optimise: {key} can be made small or bounded above, not made large or "
-                    "bounded below: that has no smooth form."
-                )
+            refuse_side(str(key), term_, weights.get(key, 0.0), low, high)
             unit = self._unit(key)
             self.value_rows[key] = self.programme.constrain(
                 str(key), term_.value, low, high, scale=term_.scale, unit=unit, given=True
@@ -96,10 +89,8 @@ class DesignProblem:
         self._check_effect()
         self.programme.ready(value, w)
 
-    def _unit(self, key: Designed | str) -> str:
-        return (
-            self.system.parameter_unit(key) if isinstance(key, str) else unit_of(self.system, key)
-        )
+    def _unit(self, key: Functional | str) -> str:
+        return self.system.parameter_unit(key) if isinstance(key, str) else key.unit(self.system)
 
     def _course(self) -> Discretisation:
         if not self.system.structure.states:
@@ -108,9 +99,9 @@ class DesignProblem:
             self.programme, self.run, self.theta, self.places, self.intervals, self.repeats
         )
 
-    def _functionals(self, keys: list[Designed | str]) -> list[Designed]:
+    def _functionals(self, keys: list[Functional | str]) -> list[Functional]:
         """Terms of all functionals, their quantities evaluated together."""
-        found = list(dict.fromkeys(k for k in keys if isinstance(k, Designed)))
+        found = list(dict.fromkeys(k for k in keys if isinstance(k, Functional)))
         for functional in found:
             if watching(self.system, [functional]) is not self.system:
                 raise OptionError(
@@ -119,17 +110,17 @@ class DesignProblem:
                     "lumped.ops.smooth around what has them."
                 )
         if found:
-            y = self.course.quantities([f.name for f in found])
-            for i, functional in enumerate(found):
-                start = self.run[functional.name]
+            names = tuple(dict.fromkeys(name for f in found for name in f.names))
+            given = self.course.quantities(names), self.run.table(names)
+            for functional in found:
                 self.terms[functional] = term(
-                    self.programme, self.course, functional, y[i, :], start
+                    self.programme, self.course, functional, names, *given
                 )
         return found
 
-    def _quantities(self, subject_to: Mapping[Designed | str, Bounds]) -> None:
+    def _quantities(self, subject_to: Mapping[Functional | str, Bounds]) -> None:
         """Bounds of quantities at all instants."""
-        names = [key for key in subject_to if not isinstance(key, Designed)]
+        names = [key for key in subject_to if not isinstance(key, Functional)]
         for name in names:
             if self.system.key(name) in self.system.parameters:
                 raise OptionError(f"optimise: {name} is a parameter; its bounds belong to `vary`.")
@@ -180,7 +171,7 @@ class DesignProblem:
         self,
         weights: list[float],
         *,
-        limits: Mapping[Designed, float] | None = None,
+        limits: Mapping[Functional, float] | None = None,
         begin: np.ndarray | None = None,
     ) -> Solution:
         """Least weighted sum, with upper bounds of functionals besides."""
@@ -191,7 +182,7 @@ class DesignProblem:
         size = sum(abs(w) * self.terms[k].scale for k, w in zip(self.keys, weights, strict=True))
         return self.programme.solve([w / size for w in weights], begin=begin, limits=box)
 
-    def optimum(self, solution: Solution, weights: Mapping[Designed | str, float]) -> Optimum:
+    def optimum(self, solution: Solution, weights: Mapping[Functional | str, float]) -> Optimum:
         """What a solution means, with the run made anew."""
         outputs = [self.u, self.course.t, self.course.x]
         found = ca.Function("found", [self.programme.w], [ca.SX(v) for v in outputs])(solution.w)
@@ -208,13 +199,13 @@ class DesignProblem:
         else:
             run = followed_by(self.run, theta)
             true = [measured(f, run) for f in self.functionals]
-            told = [number_of(f, run[f.name], dt_of(run)) for f in self.functionals]
+            told = [number_of(f, f.names, run.table(f.names), dt_of(run)) for f in self.functionals]
         values: dict[Key, float] = dict(zip(self.functionals, told, strict=True))
         error = 0.0
         promised = self.promised(solution)
         for f, number in zip(self.functionals, true, strict=True):
             # an epigraph variable that nothing presses down says nothing
-            if not self.terms[f].bounded or weights.get(f):
+            if not self.terms[f].side or weights.get(f):
                 size = max(abs(number), _LEAST * self.terms[f].scale)
                 error = max(error, abs(promised[f] - number) / size)
         whole = 0.0
@@ -233,7 +224,7 @@ class DesignProblem:
             solution,
         )
 
-    def promised(self, solution: Solution) -> dict[Designed, float]:
+    def promised(self, solution: Solution) -> dict[Functional, float]:
         """Functionals as the programme has them."""
         terms = ca.vertcat(ca.SX(0, 1), *(self.terms[f].value for f in self.functionals))
         said = np.asarray(ca.Function("said", [self.programme.w], [terms])(solution.w)).ravel()

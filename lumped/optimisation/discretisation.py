@@ -1,4 +1,4 @@
-"""Quantities over the instants of a run as expressions of a design, and their functionals."""
+"""Quantities over the instants of a run as expressions of a design."""
 
 from __future__ import annotations
 
@@ -10,23 +10,16 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
-from lumped.numerics.nlp import Programme
-from lumped.orbits.smooth_curves import curves, extreme, integral
-from lumped.simulation.functionals import Designed, Final, Integral, Peak, Swing
 from lumped.timeloop.instants import clocks
 from lumped.timeloop.result import Trajectory
 
 __all__ = [
     "Discretisation",
-    "FunctionalTerm",
     "along",
     "dt_of",
     "followed_by",
     "held_instants",
-    "measured",
-    "number_of",
     "smooth",
-    "term",
 ]
 
 _CLOSED = 1e-9
@@ -50,6 +43,8 @@ class Discretisation:
         Parameters.
     settings : ndarray, shape (n, m)
         Modes and guesses.
+    span : float
+        How long it lasts at the start, s.
     """
 
     system: System
@@ -58,6 +53,7 @@ class Discretisation:
     x: ca.SX
     theta: ca.SX
     settings: np.ndarray
+    span: float
 
     def quantities(self, names: Iterable[str]) -> ca.SX:
         """Named quantities as rows, shape (k, n).
@@ -103,7 +99,8 @@ def along(run: Trajectory, theta: ca.SX) -> Discretisation:
     system = run.system
     settings = np.concatenate([piece.settings for piece in run.pieces])
     none = ca.SX(0, len(run.t))
-    return Discretisation(system, run.t, dt_of(run), none, theta, settings)
+    span = float(run.t[-1] - run.t[0])
+    return Discretisation(system, run.t, dt_of(run), none, theta, settings, span)
 
 
 def dt_of(run: Trajectory) -> np.ndarray:
@@ -132,115 +129,3 @@ def followed_by(run: Trajectory, theta: np.ndarray) -> Trajectory:
             settings = np.hstack([settings[:, :-implicit], found.T])
         pieces.append(replace(piece, settings=settings))
     return Trajectory(run.system, tuple(pieces), theta, run.events, run.statistics)
-
-
-@dataclass(frozen=True, eq=False)
-class FunctionalTerm:
-    """A functional as an expression of the unknowns.
-
-    Attributes
-    ----------
-    value : SX
-        In the unit of the quantity.
-    scale : float
-        Its size at the start.
-    bounded : bool
-        The expression is an upper bound of the functional, so it can be made small, not large.
-    """
-
-    value: ca.SX
-    scale: float
-    bounded: bool
-
-
-def term(
-    programme: Programme, course: Discretisation, functional: Designed, y: ca.SX, start: np.ndarray
-) -> FunctionalTerm:
-    """A functional of a quantity.
-
-    Parameters
-    ----------
-    y : SX, shape (1, n)
-        The quantity along the course.
-    start : ndarray, shape (n,)
-        Its values at the start.
-    """
-    size = float(np.abs(start).max()) or 1.0
-    unit = course.system.quantity(functional.name).unit
-    times = course.t if isinstance(course.t, np.ndarray) else None
-    weights = (
-        ca.SX(ca.DM(course.weights)) if isinstance(course.weights, np.ndarray) else course.weights
-    )
-    weights = weights / ca.sum1(weights)
-
-    def limit(sign: float, level: float) -> ca.SX:
-        e = programme.unknown(level, size)
-        programme.constrain(
-            f"{functional}: {functional.name}",
-            sign * (e - y.T),
-            0.0,
-            np.inf,
-            scale=size,
-            unit=unit,
-            times=times,
-        )
-        return e
-
-    if isinstance(functional, Peak) and functional.kind == "peak":
-        e = programme.unknown(size, size)
-        for sign in (1.0, -1.0):
-            label = f"{functional}: bound less {'' if sign > 0 else '-'}{functional.name}"
-            programme.constrain(
-                label, e - sign * y.T, 0.0, np.inf, scale=size, unit=unit, times=times
-            )
-        return FunctionalTerm(e, size, True)
-    if isinstance(functional, Peak) and functional.kind == "highest":
-        return FunctionalTerm(limit(1.0, float(start.max())), size, True)
-    if isinstance(functional, Swing):
-        top, bottom = limit(1.0, float(start.max())), limit(-1.0, float(start.min()))
-        return FunctionalTerm(top - bottom, float(np.ptp(start)) or size, True)
-    if isinstance(functional, Integral) and functional.kind == "rms":
-        # an unknown of its own: the root of a sum would couple all instants with each other
-        e = programme.unknown(size, size, low=0.0)
-        square = ca.mtimes(y**2, weights)
-        label = f"{functional}: square less mean square"
-        programme.constrain(label, e**2 - square, 0.0, 0.0, scale=size**2, unit=f"({unit})2")
-        return FunctionalTerm(e, size, False)
-    if isinstance(functional, Integral) and functional.kind == "mean":
-        return FunctionalTerm(ca.mtimes(y, weights), size, False)
-    if isinstance(functional, Final):
-        return FunctionalTerm(y[-1], size, False)
-    raise OptionError(
-        f"optimise: {functional}; choose peak, highest, swing, rms, mean or final of a quantity, "
-        "from lumped.functionals."
-    )
-
-
-def measured(functional: Designed, run: Trajectory) -> float:
-    """A functional of a run, between its output times too: by quintics through its points."""
-    y = run.system.expressions([functional.name])
-    if isinstance(functional, Integral):
-        square = functional.kind == "rms"
-        pieces = curves(run, y**2 if square else y)
-        mean = integral(pieces).real / sum(float(piece.t[-1] - piece.t[0]) for piece in pieces)
-        return float(np.sqrt(max(mean, 0.0))) if square else mean
-    if isinstance(functional, Final):
-        return float(run[functional.name][-1])
-    pieces = curves(run, y)
-    top, bottom = (extreme(pieces, sign).value for sign in (1, -1))
-    if isinstance(functional, Swing):
-        return top - bottom
-    return max(top, -bottom) if functional.kind == "peak" else top
-
-
-def number_of(functional: Designed, y: np.ndarray, weights: np.ndarray) -> float:
-    """A functional of numbers, with the weights of an integral over time."""
-    if isinstance(functional, Peak):
-        return float(np.abs(y).max() if functional.kind == "peak" else y.max())
-    if isinstance(functional, Swing):
-        return float(np.ptp(y))
-    if isinstance(functional, Integral):
-        square = functional.kind == "rms"
-        mean = float(weights @ (y**2 if square else y) / weights.sum())
-        return mean**0.5 if square else mean
-    return float(y[-1])

@@ -11,8 +11,8 @@ from lumped.compiler.system import System
 from lumped.ensembles.distributions import uniform
 from lumped.ensembles.ensemble import ensemble
 from lumped.errors import OptionError
+from lumped.functionals import Functional
 from lumped.optimisation.design import Bounds, bounds_of
-from lumped.simulation.functionals import Functional
 
 __all__ = ["TRIED", "apart", "first_designs"]
 

@@ -13,12 +13,12 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.ensembles.distributions import paired
 from lumped.ensembles.ensemble import ensemble
 from lumped.errors import LumpedError, OptimisationError, OptionError
+from lumped.functionals import at
 from lumped.gradients.sensitivity import Sensitivity, Varied
 from lumped.optimisation.design import Bounds, room_of
 from lumped.optimisation.first_designs import TRIED, apart
 from lumped.optimisation.identification import Identification
 from lumped.points.start import start_point
-from lumped.simulation.functionals import at
 from lumped.simulation.sampled_runs import places_of, sampled
 from lumped.support.made_once import made_once
 from lumped.support.units import plain

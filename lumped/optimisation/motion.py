@@ -11,12 +11,13 @@ import numpy as np
 from lumped import ops
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
+from lumped.functionals import Functional
 from lumped.language.expression import Expr
 from lumped.numerics.collocation import DEGREE, POINTS, fractions, lagrange, phase
 from lumped.numerics.nlp import Programme, Solution
 from lumped.optimisation.design import Bounds, bounds_of
-from lumped.optimisation.discretisation import Discretisation, number_of, term
-from lumped.simulation.functionals import Designed
+from lumped.optimisation.discretisation import Discretisation
+from lumped.optimisation.terms import number_of, term
 from lumped.support.arguments import checked
 from lumped.support.text_table import amounts, table
 from lumped.support.units import in_seconds
@@ -41,7 +42,7 @@ class Motion(Named):
         States, parameters with the drive among them, modes.
     stations : tuple of float
         Instants of the stations, s.
-    minimise : Designed
+    minimise : Functional
         What was made small.
     objective : float
         Its least value.
@@ -57,7 +58,7 @@ class Motion(Named):
     theta: np.ndarray
     settings: np.ndarray
     stations: tuple[float, ...]
-    minimise: Designed
+    minimise: Functional
     objective: float
     limits: tuple[str, ...]
     solution: Solution
@@ -96,7 +97,7 @@ class Motion(Named):
                         str(self.minimise),
                         *amounts(
                             str(self.minimise),
-                            self.system.quantity(self.minimise.name).unit,
+                            self.minimise.unit(self.system),
                             self.objective,
                             digits=9,
                         ),
@@ -119,7 +120,7 @@ def motion(
     drive: Name,
     stations: Mapping[str, Sequence[float]],
     duration: float,
-    minimise: Designed,
+    minimise: Functional,
     limits: Limits | Sequence[Limits] | None = None,
     intervals: int = 50,
 ) -> Motion:
@@ -141,7 +142,7 @@ def motion(
         the end.
     duration : float
         From start to end, s.
-    minimise : Designed
+    minimise : Functional
         Such as ``rms("motor.tau")`` or ``peak("motor.tau")``.
     limits : mapping of name to (low, high), or one for each phase, optional
         Limits of quantities at all instants: speeds, accelerations, the drive.
@@ -180,7 +181,7 @@ class _MotionSearch:
         drive: Name,
         stations: Mapping[str, Sequence[float]],
         duration: float,
-        minimise: Designed,
+        minimise: Functional,
         limits: Limits | Sequence[Limits],
         intervals: int,
     ) -> None:
@@ -260,12 +261,15 @@ class _MotionSearch:
             ca.horzcat(*(p.x for p in phases)),
             ca.horzcat(*(p.theta for p in phases)),
             np.concatenate(settings),
+            self.duration,
         )
         self._at_stations(len(nodes))
         self._at_rest(sizes, drives)
         self._within(len(nodes))
-        y = self.course.quantities([self.minimise.name])
-        self.cost = term(programme, self.course, self.minimise, y, np.array([drives]))
+        names = self.minimise.names
+        sizes_of = np.full((1, len(names)), drives)
+        given = names, self.course.quantities(names), sizes_of
+        self.cost = term(programme, self.course, self.minimise, *given)
         weight = ca.SX.sym("weight")
         programme.ready(weight * self.cost.value, weight)
 
@@ -385,7 +389,8 @@ class _MotionSearch:
             self.programme.reached(solution),
             solution,
         )
-        value = number_of(self.minimise, result[self.minimise.name], dt.ravel())
+        names = self.minimise.names
+        value = number_of(self.minimise, names, result[list(names)], dt.ravel())
         object.__setattr__(result, "objective", value)
         return result
 

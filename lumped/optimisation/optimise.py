@@ -7,6 +7,7 @@ from typing import Any, cast
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
+from lumped.functionals import Functional
 from lumped.optimisation.collocated_course import of_orbit, repeating
 from lumped.optimisation.design import Bounds, Key, Optimum, Scattered, Task
 from lumped.optimisation.design_problem import DesignProblem
@@ -15,7 +16,6 @@ from lumped.optimisation.optimise_orders import best_orders
 from lumped.optimisation.optimise_runs import best_runs
 from lumped.optimisation.tasks import Objective, refuse_scene, task_of
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.simulation.functionals import Designed
 from lumped.support.arguments import checked
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
@@ -144,8 +144,8 @@ def optimise(
         )
     if isinstance(run, Scattered):
         return best(run, task, until, parameters, start, rtol, starts)
-    bounds = cast(Mapping[Designed | str, Bounds], task.subject_to)
-    wanted = cast(dict[Designed | str, float], dict(task.weights))
+    bounds = cast(Mapping[Functional | str, Bounds], task.subject_to)
+    wanted = cast(dict[Functional | str, float], dict(task.weights))
     repeats = None
     if isinstance(run, PeriodicOrbit):
         _check_free(run, vary)

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from lumped.errors import OptimisationError, OptionError
+from lumped.functionals import Functional
+from lumped.functionals.readings import OrderPeak, Reading, Separation
 from lumped.numerics.nlp import Solution
-from lumped.optimisation.design import Optimum, Task, bounds_of
+from lumped.optimisation.design import Optimum, Task
 from lumped.optimisation.spectral_search import SpectralSearch
 from lumped.optimisation.speed_separation import WIDEST, Apart
-from lumped.simulation.functionals import OrderPeak, Separation, Vibrating
 from lumped.vibration.mean_spectrum import MeanSpectrum
 from lumped.vibration.order_designs import OrderDesigns
 from lumped.vibration.order_response import OrderResponse
@@ -46,7 +47,7 @@ class _OrderSearch(SpectralSearch):
         self.designs: set[bytes] = set()
         self.slopes: dict[tuple[OrderPeak, int], np.ndarray] = {}
         self.begin()
-        self.peaks = [key for key in self.keys if isinstance(key, OrderPeak)]
+        self.peaks = [reading for reading in self.alone if isinstance(reading, OrderPeak)]
         self.inside = {key: self.again.inside(key) for key in self.peaks}
         sizes = {key: self._sizes(key, self.box[:, 0]) for key in self.peaks}
         self.watched = {key: _crests(sizes[key]) for key in self.peaks}
@@ -55,11 +56,11 @@ class _OrderSearch(SpectralSearch):
         self.size = {key: float(sizes[key].max()) for key in self.peaks}
         for key in self.peaks:
             self._check_peak(key)
-            if key in self.weights:
+            if Functional.of(key) in self.weights:
                 self.minimised[key] = len(self.box)
                 self.add_unknown(1.0)
         self.apart: dict[Separation, Apart] = {}
-        for wanted in self.keys:
+        for wanted in self.alone:
             if isinstance(wanted, Separation):
                 self._begin_apart(wanted)
 
@@ -79,24 +80,24 @@ class _OrderSearch(SpectralSearch):
 
     def _begin_apart(self, key: Separation) -> None:
         begin = self._least(key)
-        _, high = bounds_of(str(key), self.bounds.get(key, (None, None)))
-        if np.isfinite(high) or self.weights.get(key, 0.0) > 0 or not begin < WIDEST:
+        _, high = self.bounds_of(key)
+        if np.isfinite(high) or self.weights.get(Functional.of(key), 0.0) > 0 or not begin < WIDEST:
             raise OptionError(
                 f"optimise: {key} can be made large (a negative weight), or bounded below by a "
                 f"share under {WIDEST:g}."
             )
         self.apart[key] = Apart(key, self.spectra_at, self.box[:, 0], begin)
-        if key in self.weights:
+        if Functional.of(key) in self.weights:
             self.margin_of[key] = len(self.box)
             self.box = np.vstack([self.box, [(begin, begin, WIDEST)]])
 
     def _least(self, key: Separation) -> float:
         """The least separation that is asked for."""
-        return max(bounds_of(str(key), self.bounds.get(key, (None, None)))[0], 0.0)
+        return max(self.bounds_of(key)[0], 0.0)
 
     def _check_peak(self, key: OrderPeak) -> None:
-        low, high = bounds_of(str(key), self.bounds.get(key, (None, None)))
-        if np.isfinite(low) or high <= 0 or self.weights.get(key, 0.0) < 0:
+        low, high = self.bounds_of(key)
+        if np.isfinite(low) or high <= 0 or self.weights.get(Functional.of(key), 0.0) < 0:
             raise OptionError(
                 f"optimise: {key} can be made small or bounded above by a positive value."
             )
@@ -143,11 +144,11 @@ class _OrderSearch(SpectralSearch):
     def spectrum(self, w: np.ndarray) -> _Spectrum:
         return _Spectrum(self.spectra_at(w, self.first.speeds[:1])[0], self.places)
 
-    def functional(self, key: Vibrating, w: np.ndarray) -> tuple[float, np.ndarray]:
+    def of_reading(self, key: Reading, w: np.ndarray) -> tuple[float, np.ndarray]:
         if isinstance(key, Separation):
             return self._separation(key, w)
         if not isinstance(key, OrderPeak):
-            return super().functional(key, w)
+            return super().of_reading(key, w)
         slope = np.zeros(len(w))
         if key not in self.minimised:
             return float(self._sizes(key, w).max()), slope
@@ -156,13 +157,15 @@ class _OrderSearch(SpectralSearch):
         return float(w[place] * size), slope
 
     def bounded_rows(self, key: Any, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
-        if isinstance(key, Separation):
-            return [] if key in self.margin_of else self._apart(key, w, self._least(key))
-        if not isinstance(key, OrderPeak):
+        reading = key.reading if isinstance(key, Functional) else None
+        if isinstance(reading, Separation):
+            least = self._least(reading)
+            return [] if reading in self.margin_of else self._apart(reading, w, least)
+        if not isinstance(reading, OrderPeak):
             return super().bounded_rows(key, w)
-        _, high = bounds_of(str(key), self.bounds[key])
+        _, high = self.bounds_of(reading)
         limit = np.zeros(len(w))
-        return self._below(key, w, high, limit) if np.isfinite(high) else []
+        return self._below(reading, w, high, limit) if np.isfinite(high) else []
 
     def rows(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[str]]:
         values, slopes, labels = super().rows(w)
@@ -233,7 +236,7 @@ class _OrderSearch(SpectralSearch):
         more = False
         for key in self.peaks:
             sizes = self._sizes(key, w)
-            limits = [bounds_of(str(key), self.bounds.get(key, (None, None)))[1]]
+            limits = [self.bounds_of(key)[1]]
             limits += [w[self.minimised[key]] * self.size[key]] if key in self.minimised else []
             beyond = [k for k in _crests(sizes) if sizes[k] > min(limits) * (1 + _OVER)]
             new = [k for k in beyond if k not in self.watched[key]]

@@ -9,19 +9,19 @@ import numpy as np
 
 from lumped.compiler.system import Changes, System
 from lumped.errors import LumpedError
+from lumped.functionals import Functional
 from lumped.gradients.gradient import Gradient, gradient
 from lumped.optimisation.design import Optimum, Task
 from lumped.optimisation.first_designs import first_designs
 from lumped.optimisation.search import DesignSearch
 from lumped.points.start import start_point
-from lumped.simulation.functionals import Functional
 from lumped.simulation.simulate import simulate
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["RunSearch", "best_runs"]
 
 
-class RunSearch(DesignSearch[Functional]):
+class RunSearch(DesignSearch):
     """One run and one sweep back for each design.
 
     Parameters

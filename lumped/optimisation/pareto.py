@@ -10,6 +10,7 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptimisationError, OptionError
+from lumped.functionals import Functional
 from lumped.optimisation.aims import Aims, AimsOfProgramme, AimsOfSearch, Weights, aim_value
 from lumped.optimisation.collocated_course import repeating
 from lumped.optimisation.design import Bounds, Key, Optimum, Scattered, key_unit
@@ -19,7 +20,6 @@ from lumped.optimisation.optimise import best
 from lumped.optimisation.tasks import Objective, refuse_scene, task_of
 from lumped.plots.draw import Backend, draw
 from lumped.plots.picture import labelled
-from lumped.simulation.functionals import Designed
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display
 from lumped.support.progress import Progress
@@ -218,14 +218,14 @@ def _of_run(
 ) -> AimsOfProgramme:
     """Aims of a run with states at collocation points, or without states."""
     first, second = minimise
-    if not (isinstance(first, Designed) and isinstance(second, Designed)):
+    if not (isinstance(first, Functional) and isinstance(second, Functional)):
         raise OptionError(
             f"pareto: minimise = {minimise!r}; give two different functionals. Aims of another "
             "kind need a system and until=, modes or an order response."
         )
     repeats = repeating(run) if periodic and run.system.structure.states else None
-    weights: dict[Designed | str, float] = {first: 1.0, second: 1.0}
-    bounds = cast(Mapping[Designed | str, Bounds], subject_to)
+    weights: dict[Functional | str, float] = {first: 1.0, second: 1.0}
+    bounds = cast(Mapping[Functional | str, Bounds], subject_to)
     problem = DesignProblem(run, vary, weights, bounds, intervals, repeats)
     return AimsOfProgramme(problem, (first, second))
 

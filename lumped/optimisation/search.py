@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import numpy as np
 import scipy
 
 from lumped.compiler.system import System
 from lumped.errors import OptimisationError, OptionError
+from lumped.functionals import Functional
 from lumped.numerics.nlp import Solution
 from lumped.numerics.sqp import bounded, sqp
 from lumped.optimisation.design import Key, Optimum, Scattered, Task, bounds_of, varied
@@ -21,16 +22,13 @@ from lumped.tolerances.robust_aims import RobustAim
 
 __all__ = ["DesignSearch"]
 
-K = TypeVar("K", bound=Key)
-"""Functionals of a kind of analysis."""
-
 _PRESSES = 1e-4
 """Distance of a reliability index from its bound below which the bound holds the design."""
 _SEARCHES = 8
 """How often a design is searched for a probability that samples confirm."""
 
 
-class DesignSearch(Generic[K]):
+class DesignSearch:
     """Sequential quadratic programming in scaled parameters.
 
     Parameters
@@ -97,7 +95,7 @@ class DesignSearch(Generic[K]):
 
     # -- numbers of a design -------------------------------------------------------------------
 
-    def functional(self, key: K, w: np.ndarray) -> tuple[float, np.ndarray]:
+    def functional(self, key: Functional, w: np.ndarray) -> tuple[float, np.ndarray]:
         """A functional and its gradient by the scaled unknowns."""
         raise NotImplementedError
 

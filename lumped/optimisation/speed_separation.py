@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.simulation.functionals import Separation
+from lumped.functionals.readings import Separation
 from lumped.vibration.mean_campbell import speeds_that_show
 from lumped.vibration.mean_spectrum import MeanSpectrum
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, get_args
 
 import numpy as np
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
+from lumped.functionals.functional import refuse_other
 from lumped.optimisation.design import Bounds, Key, Scattered, Task
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.simulation.functionals import Designed, Functional, Modal, Vibrating
 from lumped.timeloop.result import Trajectory
 from lumped.tolerances.probability import Probability, ProbabilityLimit
 from lumped.tolerances.robust_aims import RobustAim
@@ -23,14 +22,14 @@ __all__ = ["Objective", "refuse_scene", "task_of"]
 Objective = Key | str | Mapping[Key | str, float]
 """What is made small: a functional, or functionals and parameters with weights."""
 
-_KINDS: dict[type, Any] = {
-    Trajectory: Designed,
-    PeriodicOrbit: Designed,
-    Modes: Modal,
-    OrderResponse: Vibrating,
-    System: Functional,
+_KINDS: dict[type, str] = {
+    Trajectory: "run",
+    PeriodicOrbit: "run",
+    Modes: "modes",
+    OrderResponse: "order response",
+    System: "run",
 }
-"""What can be optimised, and its functionals."""
+"""What can be optimised, and what functionals read."""
 _NEEDED = (
     "runs are needed that are made anew for each sample. Give the system and until= instead of a "
     "run or an orbit; modes and order responses do too."
@@ -80,17 +79,12 @@ def refuse_scene(run: object, analysis: str, *options: object) -> None:
 
 def _check_keys(run: object, task: Task) -> None:
     """Refuse functionals that belong to something else."""
-    of_kind = _KINDS[type(run)]
     for key in (*task.keys, *task.such_that):
         if isinstance(key, RobustAim | Probability | ProbabilityLimit):
             if not isinstance(run, Scattered):
                 raise OptionError(f"optimise: {key}: {_NEEDED}")
-        elif not isinstance(key, str | of_kind):
-            known = ", ".join(kind.__name__.lower() for kind in get_args(of_kind))
-            raise OptionError(
-                f"optimise: {key!r} is nothing that {type(run).__name__.lower()} has; known are "
-                f"{known} and names."
-            )
+        elif not isinstance(key, str):
+            refuse_other([key], _KINDS[type(run)], "optimise")
 
 
 def _check_probabilities(task: Task) -> None:

@@ -1,4 +1,3 @@
-from lumped.simulation import functionals as functionals
 from lumped.simulation.certify import Certificate as Certificate
 from lumped.simulation.inverse import inverse as inverse
 from lumped.simulation.simulate import simulate as simulate

@@ -22,6 +22,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 _FROM = {
+    "Functional": "one of lumped.functionals, such as lumped.functionals.peak('shaft.tau')",
     "Compare": "a relation such as lumped.time >= 0.5",
     "Component": "a component or model",
     "Connection": "a connection, from lumped.connect or lumped.chain",
@@ -42,21 +43,6 @@ _FROM = {
     "Trajectory": "a run from lumped.simulate",
 }
 """Texts for errors: each kind of argument, and how to make it."""
-_FUNCTIONALS = {
-    "At": "at",
-    "AtEvent": "at_event",
-    "Clearance": "clearance",
-    "Damage": "damage",
-    "Damping": "damping",
-    "Final": "final",
-    "Frequency": "frequency",
-    "Impact": "loss",
-    "Instant": "instant",
-    "Integral": "integral",
-    "Peak": "peak",
-    "Swing": "swing",
-}
-_FROM |= {kind: f"lumped.functionals.{name}(...)" for kind, name in _FUNCTIONALS.items()}
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.compiler.system import System
 from lumped.errors import LumpedError, OptionError, UnknownNameError
+from lumped.functionals import Functional
+from lumped.functionals.functional import readings_of
 
-__all__ = ["Array", "Evaluated", "Failures", "curvatures_along", "one_by_one"]
+__all__ = ["Array", "Evaluated", "Failures", "OfReadings", "curvatures_along", "one_by_one"]
 
 Array = NDArray[np.float64]
 Failures = dict[int, str]
@@ -41,6 +44,71 @@ class Evaluated(Protocol):
     def curvatures(self, x: Array) -> Array | None:
         """Exact second derivatives at one point, shape (k, d, d); None where none are formed."""
         return None
+
+
+class EvaluatedReadings(Protocol):
+    """Readings of one kind of analysis; values, slopes and curvatures as in `Evaluated`."""
+
+    def values(self, x: Array) -> tuple[Array, Failures]:
+        """Readings."""
+
+    def slopes(self, x: Array) -> tuple[Array, Array, Failures]:
+        """Readings and derivatives."""
+
+    def curvatures(self, x: Array) -> Array | None:
+        """Exact second derivatives at one point."""
+        return None
+
+
+class OfReadings(Evaluated):
+    """Functionals from the readings of which they are made (see `Evaluated`).
+
+    Parameters
+    ----------
+    kind : callable
+        Evaluates readings, as ``kind(names=, of=)``.
+    system : System
+    of : mapping of str to functional
+    names : tuple of str
+        What varies.
+    """
+
+    def __init__(
+        self,
+        kind: Callable[..., EvaluatedReadings],
+        system: System,
+        of: Mapping[str, Functional],
+        names: tuple[str, ...],
+    ) -> None:
+        self._of, readings = tuple(of.values()), readings_of(of.values())
+        self._read = kind(names=names, of=readings)
+        self._places = [[readings.index(r) for r in f.readings] for f in self._of]
+        self.labels, self.units = tuple(of), tuple(f.unit(system) for f in of.values())
+
+    def values(self, x: Array) -> tuple[Array, Failures]:
+        """Functionals of all designs."""
+        read, failures = self._read.values(x)
+        return self._values(read), failures
+
+    def _values(self, read: Array) -> Array:
+        pairs = zip(self._of, self._places, strict=True)
+        return np.column_stack([f.value(read[:, own]) for f, own in pairs])
+
+    def slopes(self, x: Array) -> tuple[Array, Array, Failures]:
+        """Functionals and derivatives of all designs."""
+        read, by, failures = self._read.slopes(x)
+        found = np.full((len(x), len(self._of), by.shape[2]), np.nan)
+        for k, (functional, own) in enumerate(zip(self._of, self._places, strict=True)):
+            for i in np.flatnonzero(np.isfinite(read[:, own]).all(axis=1)).tolist():
+                found[i, k] = functional.branches(read[i, own], 0.0)[0].slopes @ by[i, own]
+        return self._values(read), found, failures
+
+    def curvatures(self, x: Array) -> Array | None:
+        """Those of readings; None for expressions of these."""
+        found = self._read.curvatures(x)
+        if found is None or any(functional.reading is None for functional in self._of):
+            return None
+        return found[[own[0] for own in self._places]]
 
 
 def curvatures_along(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.errors import OptionError, SolverError
-from lumped.simulation.functional_kinds import Clearance, Damping, Frequency, Modal, unit_of
+from lumped.functionals.readings import Clearance, Damping, Frequency, Reading
 from lumped.tolerances.evaluated import Array, Evaluated, Failures, one_by_one
 from lumped.vibration.eigen_sensitivity import eigen_sensitivity
 from lumped.vibration.eigen_slopes import damping_slopes, hertz_slopes, second_derivatives
@@ -20,7 +20,7 @@ __all__ = ["OfModes", "slope_of_modes", "value_of_modes"]
 
 
 class OfModes(Evaluated):
-    """Functionals of modes (see `Evaluated`).
+    """Readings of modes (see `Evaluated`).
 
     Parameters
     ----------
@@ -28,19 +28,19 @@ class OfModes(Evaluated):
         Those of the nominal drive.
     names : tuple of str
         What varies.
-    of : mapping of str to functional
+    of : sequence of Reading
     analysis : str
         With which errors begin.
     """
 
     def __init__(
-        self, begin: Modes, names: tuple[str, ...], of: Mapping[str, Modal], analysis: str
+        self, begin: Modes, names: tuple[str, ...], of: Sequence[Reading], analysis: str
     ) -> None:
-        self._begin, self._names, self._of = begin, names, dict(of)
+        self._begin, self._names, self._of = begin, names, tuple(of)
         self._system, self._base = begin.system, begin.point.parameters
         self._designs = ModeDesigns(begin)
         self._many, count = ModesOfMany(self._designs, names), len(begin.hertz)
-        for functional in of.values():
+        for functional in of:
             if isinstance(functional, Frequency | Damping) and not 0 <= functional.mode < count:
                 raise OptionError(
                     f"{analysis}: {functional}: the modes are 0 to {count - 1}, counted from the "
@@ -50,15 +50,13 @@ class OfModes(Evaluated):
                 functional.excitations and min(functional.excitations) > 0
             ):
                 raise OptionError(f"{analysis}: {functional}: give positive frequencies in Hz.")
-        self.labels = tuple(of)
-        self.units = tuple(unit_of(begin.system, f) for f in of.values())
 
     def values(self, x: Array) -> tuple[Array, Failures]:
         """Functionals of all designs."""
         found = np.full((len(x), len(self._of)), np.nan)
         if self._many.applies:
             many = self._many.modes(x)
-            for k, wanted in enumerate(self._of.values()):
+            for k, wanted in enumerate(self._of):
                 found[:, k] = _values(wanted, many.hertz, many.damping)
         return found, self._alone(x, [found], lambda row: [self._values(self._modes(row))])
 
@@ -68,8 +66,8 @@ class OfModes(Evaluated):
         by = np.full((*found.shape, len(self._names)), np.nan)
         if self._many.applies:
             many = self._many.modes(x)
-            used = [_mode_of(wanted, many.hertz) for wanted in self._of.values()]
-            for k, (wanted, (mode, side)) in enumerate(zip(self._of.values(), used, strict=True)):
+            used = [_mode_of(wanted, many.hertz) for wanted in self._of]
+            for k, (wanted, (mode, side)) in enumerate(zip(self._of, used, strict=True)):
                 found[:, k] = _values(wanted, many.hertz, many.damping)
                 for own in np.unique(mode):
                     mine = mode == own
@@ -86,7 +84,7 @@ class OfModes(Evaluated):
         if not self._many.applies:
             return None
         found, hertz = [], self._many.modes(x[None]).hertz[0]
-        for wanted in self._of.values():
+        for wanted in self._of:
             mode, side = slope_of_modes(wanted, hertz)
             own = self._many.curvatures(x, mode)
             if own is None:
@@ -116,14 +114,14 @@ class OfModes(Evaluated):
         return found
 
     def _values(self, found: Modes) -> Array:
-        each = self._of.values()
+        each = self._of
         return np.array([value_of_modes(f, found.hertz, found.damping) for f in each])
 
     def _with_slopes(self, row: Array) -> list[Array]:
         found = self._modes(row)
         by = eigen_sensitivity(found, to=self._names)
         slopes = []
-        for wanted in self._of.values():
+        for wanted in self._of:
             mode, side = slope_of_modes(wanted, found.hertz)
             if mode in by.repeated:
                 raise SolverError(
@@ -136,30 +134,32 @@ class OfModes(Evaluated):
         return [self._values(found), np.array(slopes)]
 
 
-def value_of_modes(wanted: Modal, hertz: Array, damping: Array) -> float:
+def value_of_modes(wanted: Reading, hertz: Array, damping: Array) -> float:
     """A functional of natural frequencies, Hz, and damping ratios, both of shape (m,)."""
     return float(_values(wanted, hertz[None], damping[None])[0])
 
 
-def slope_of_modes(wanted: Modal, hertz: Array) -> tuple[int, float]:
+def slope_of_modes(wanted: Reading, hertz: Array) -> tuple[int, float]:
     """The mode by whose frequency, or damping ratio, a functional changes, and how fast."""
     mode, side = _mode_of(wanted, hertz[None])
     return int(mode[0]), float(side[0])
 
 
-def _values(wanted: Modal, hertz: Array, damping: Array) -> Array:
+def _values(wanted: Reading, hertz: Array, damping: Array) -> Array:
     """A functional of many designs, whose modes have the shape (n, m)."""
     if isinstance(wanted, Clearance):
         found: Array = np.abs(_away(wanted, hertz)).min(axis=(1, 2))
         return found
+    assert isinstance(wanted, Frequency | Damping)
     return (hertz if isinstance(wanted, Frequency) else damping)[:, wanted.mode]
 
 
-def _mode_of(wanted: Modal, hertz: Array) -> tuple[NDArray[np.intp], Array]:
+def _mode_of(wanted: Reading, hertz: Array) -> tuple[NDArray[np.intp], Array]:
     """The mode by which a functional changes, and how fast, of many designs."""
     n = len(hertz)
-    if not isinstance(wanted, Clearance):
+    if isinstance(wanted, Frequency | Damping):
         return np.full(n, wanted.mode), np.ones(n)
+    assert isinstance(wanted, Clearance)
     away = _away(wanted, hertz).reshape(n, -1)
     nearest = np.abs(away).argmin(axis=1)
     mode, number = np.divmod(nearest, len(wanted.excitations))

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 import numpy as np
 
-from lumped.simulation.functional_kinds import (
-    Damping,
-    OrderPeak,
-    Separation,
-    Vibrating,
-    unit_of,
-)
+from lumped.functionals.readings import Damping, OrderPeak, Reading, Separation
 from lumped.tolerances.evaluated import Array, Evaluated, Failures, one_by_one
 from lumped.tolerances.of_modes import slope_of_modes, value_of_modes
 from lumped.vibration.critical_sensitivity import critical_sensitivity
@@ -25,7 +19,7 @@ __all__ = ["OfOrders"]
 
 
 class OfOrders(Evaluated):
-    """Functionals of order responses (see `Evaluated`).
+    """Readings of order responses (see `Evaluated`).
 
     Parameters
     ----------
@@ -33,7 +27,7 @@ class OfOrders(Evaluated):
         That of the nominal drive.
     names : tuple of str
         What varies.
-    of : mapping of str to functional
+    of : sequence of Reading
     analysis : str
         With which errors begin.
     """
@@ -42,17 +36,15 @@ class OfOrders(Evaluated):
         self,
         begin: OrderResponse,
         names: tuple[str, ...],
-        of: Mapping[str, Vibrating],
+        of: Sequence[Reading],
         analysis: str,
     ) -> None:
-        self._begin, self._names, self._of = begin, names, dict(of)
+        self._begin, self._names, self._of = begin, names, tuple(of)
         self._system, self._base = begin.system, begin.rotation.points[0].parameters
         self._designs = OrderDesigns(begin, analysis)
         self._designs.refuse_balancing(list(names), "over")
         self._places = begin.system.places(names)
-        self.labels = tuple(of)
-        self.units = tuple(unit_of(begin.system, f) for f in of.values())
-        for functional in of.values():
+        for functional in of:
             if isinstance(functional, OrderPeak):
                 self._designs.inside(functional)
 
@@ -61,7 +53,7 @@ class OfOrders(Evaluated):
 
         def one(row: Array) -> list[Array]:
             found = self._response(row)
-            return [np.array([self._value(f, found)[0] for f in self._of.values()])]
+            return [np.array([self._value(f, found)[0] for f in self._of])]
 
         (values,), failures = one_by_one(x, [(len(self._of),)], one)
         return values, failures
@@ -72,7 +64,7 @@ class OfOrders(Evaluated):
 
         def one(row: Array) -> list[Array]:
             found = self._response(row)
-            pairs = [self._value(f, found, with_slope=True) for f in self._of.values()]
+            pairs = [self._value(f, found, with_slope=True) for f in self._of]
             return [np.array([pair[i] for pair in pairs]) for i in (0, 1)]
 
         (values, slopes), failures = one_by_one(x, [(k,), (k, d)], one)
@@ -84,7 +76,7 @@ class OfOrders(Evaluated):
         )
 
     def _value(
-        self, wanted: Vibrating, found: OrderResponse, with_slope: bool = False
+        self, wanted: Reading, found: OrderResponse, with_slope: bool = False
     ) -> tuple[float, Array]:
         none = np.zeros(len(self._names))
         if isinstance(wanted, OrderPeak):

@@ -10,10 +10,9 @@ import numpy as np
 from lumped.compiler.system import Changes, System
 from lumped.ensembles.collected_runs import RunsAt
 from lumped.ensembles.run_records import RunOptions
-from lumped.ensembles.watched import Collected
 from lumped.errors import LumpedError, OptionError, UnknownNameError
+from lumped.functionals import Functional
 from lumped.gradients.gradient_ensemble import gradients_at
-from lumped.simulation.functional_kinds import Functional
 from lumped.tolerances.evaluated import Array, Evaluated, Failures
 
 __all__ = ["OfRuns"]
@@ -42,7 +41,7 @@ class OfRuns(Evaluated):
         self,
         system: System,
         names: tuple[str, ...],
-        of: Mapping[str, Collected],
+        of: Mapping[str, Functional],
         until: float,
         parameters: Changes | None,
         start: Changes | None,
@@ -72,11 +71,10 @@ class OfRuns(Evaluated):
             If a functional has none.
         """
         for label, wanted in self._of.items():
-            if not isinstance(wanted, Functional):
+            if not all(reading.smooth for reading in wanted.readings):
                 raise OptionError(
-                    f"{self._analysis}: {label} has no derivative: numbers of events jump, and a "
-                    "swing has two extremes. Take a method of samples, or functionals.highest and "
-                    "lowest."
+                    f"{self._analysis}: {label} has no derivative: numbers of events jump. Take a "
+                    "method of samples."
                 )
         shape = len(x), len(self._of)
         try:
@@ -84,7 +82,7 @@ class OfRuns(Evaluated):
                 self._system,
                 self._names,
                 x,
-                tuple(self._of.values()),  # type: ignore[arg-type]
+                tuple(self._of.values()),
                 self._names,
                 self._parameters,
                 self._options,

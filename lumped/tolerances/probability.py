@@ -7,7 +7,7 @@ from typing import Any, NoReturn
 
 from lumped.ensembles.variants import Over
 from lumped.errors import OptionError, shown
-from lumped.simulation.functionals import Functional, Vibrating
+from lumped.functionals import Functional
 from lumped.support.arguments import checked
 
 __all__ = ["Probability", "ProbabilityLimit", "probability"]
@@ -33,7 +33,7 @@ class Probability:
         Of these.
     """
 
-    functional: Functional | Vibrating
+    functional: Functional
     above: float | str | None
     below: float | str | None
     over: Over = field(repr=False)
@@ -93,7 +93,7 @@ class ProbabilityLimit:
 
 @checked
 def probability(
-    functional: Functional | Vibrating,
+    functional: Functional,
     *,
     over: Any,
     above: float | str | None = None,

@@ -11,7 +11,7 @@ import scipy
 
 from lumped.ensembles.variants import Over
 from lumped.errors import OptimisationError, OptionError
-from lumped.simulation.functionals import Functional, Vibrating
+from lumped.functionals import Functional
 from lumped.support.arguments import checked
 
 __all__ = ["MeanPlusAim", "QuantileAim", "RobustAim", "mean_plus", "quantile"]
@@ -36,7 +36,7 @@ class MeanPlusAim:
         See `mean_plus`.
     """
 
-    functional: Functional | Vibrating
+    functional: Functional
     k: float
     over: Over = field(repr=False)
     runs: int
@@ -92,7 +92,7 @@ class QuantileAim:
         See `quantile`.
     """
 
-    functional: Functional | Vibrating
+    functional: Functional
     share: float
     over: Over = field(repr=False)
     runs: int
@@ -122,7 +122,7 @@ def _harrell_davis(n: int, share: float) -> np.ndarray:
 
 @checked
 def mean_plus(
-    functional: Functional | Vibrating,
+    functional: Functional,
     k: float,
     *,
     over: Any,
@@ -165,7 +165,7 @@ def mean_plus(
 
 @checked
 def quantile(
-    functional: Functional | Vibrating,
+    functional: Functional,
     share: float,
     *,
     over: Any,

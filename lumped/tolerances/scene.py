@@ -20,12 +20,11 @@ from lumped.ensembles.variants import (
     probabilities,
     variants_of,
 )
-from lumped.ensembles.watched import Collected
 from lumped.errors import OptionError, ParameterError, SolverError
-from lumped.simulation.functional_kinds import Modal, Vibrating
+from lumped.functionals.functional import refuse_other
 from lumped.simulation.simulate import check_options
 from lumped.support.units import in_seconds
-from lumped.tolerances.evaluated import Array, Evaluated, Failures, curvatures_along
+from lumped.tolerances.evaluated import Array, Evaluated, Failures, OfReadings, curvatures_along
 from lumped.tolerances.moments import central_moments
 from lumped.tolerances.of_modes import OfModes
 from lumped.tolerances.of_orders import OfOrders
@@ -345,7 +344,7 @@ def scene_of(
     if isinstance(what, System):
         if until is None:
             raise OptionError(f"{analysis}: a system is simulated; give until=, s.")
-        _refuse_other(wanted, Collected, "a run", analysis)
+        refuse_other(wanted.values(), "run", analysis)
         marginals = marginals_of(what, over, parameters=parameters, analysis=analysis)
         end = in_seconds(until, "until")
         check_options(0.0, end, rtol, None, "steps", 1)
@@ -376,19 +375,9 @@ def scene_of(
                 f"{analysis}: of other designs other modes may be near {what.near:g} Hz; give all "
                 "modes, lumped.modes(system)."
             )
-        _refuse_other(wanted, Modal, "modes", analysis)
+        refuse_other(wanted.values(), "modes", analysis)
     else:
-        _refuse_other(wanted, Vibrating, "an order response", analysis)
+        refuse_other(wanted.values(), "order response", analysis)
     kind: Any = OfModes if isinstance(what, Modes) else OfOrders
-    found = partial(kind, what, of=wanted, analysis=analysis)
+    found = partial(OfReadings, partial(kind, what, analysis=analysis), system, wanted)
     return Scene(system, over, marginals, found, own, analysis)
-
-
-def _refuse_other(of: Mapping[str, object], kinds: Any, what: str, analysis: str) -> None:
-    """Refuse functionals that belong to something else."""
-    for wanted in of.values():
-        if not isinstance(wanted, kinds):
-            known = ", ".join(kind.__name__.lower() for kind in kinds.__args__)
-            raise OptionError(
-                f"{analysis}: {wanted!r:.60} is nothing that {what} has; known are {known}."
-            )

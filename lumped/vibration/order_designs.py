@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from lumped.errors import OptionError
-from lumped.simulation.functional_kinds import OrderPeak, Separation
+from lumped.functionals.readings import OrderPeak, Separation
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration.campbell import CriticalSpeed
 from lumped.vibration.mean_campbell import mean_campbell

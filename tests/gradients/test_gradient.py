@@ -20,7 +20,7 @@ from lumped.components import (
     translation,
 )
 from lumped.components.translation.contact import Stop
-from lumped.errors import OptionError, UnknownNameError
+from lumped.errors import OptionError, SolverError, UnknownNameError
 from lumped.gradients import legs
 from lumped.models.carrousel_coiler import scenes as coiler
 from lumped.models.eccentric_shear import scenes as shear
@@ -448,14 +448,14 @@ def test_what_cannot_be_differentiated_is_named(oscillator):
     assert "at least one functional" in message(OptionError, call(of=()))
     assert "nothing to vary" in message(OptionError, call(to=()))
     assert "'y'" in message(UnknownNameError, call(of=[fun.peak("y")]))
-    assert "each lumped.functionals.final(...)" in message(OptionError, call(of=["x"]))
+    assert "each one of lumped.functionals" in message(OptionError, call(of=["x"]))
     assert "'y'" in message(UnknownNameError, call(to=["y"]))
     text = message(OptionError, call(of=[fun.instant("clutch", "stuck")]))
     assert "instant(clutch, stuck, 0)" in text
     assert "Events are: none" in text
-    text = message(OptionError, call(of=[fun.rms("x")], start={"x": 0.0, "v": 0.0}))
+    text = message(SolverError, call(of=[fun.rms("x")], start={"x": 0.0, "v": 0.0}))
     assert "rms(x)" in text
-    assert "zero throughout" in text
+    assert "a root of zero" in text
     found = lp.gradient(oscillator, of=[fun.rms("x")], to=["k"], until=1.0)
     assert "'rms(v)' was not differentiated" in message(
         UnknownNameError, lambda: found.ranked("rms(v)")

@@ -130,7 +130,7 @@ class TestBadInput:
                 {"spring.c": (1, 99)},
                 {"minimise": fun.frequency(0)},
                 OptionError,
-                "known are",
+                "no functional of a run",
             ),
             (
                 {"spring.c": (1, 99), "oil.d": (1, 9)},

@@ -112,7 +112,7 @@ class TestModes:
             )
         with pytest.raises(OptionError, match="0 to 1"):
             lp.optimise(modes, vary={"a.J": (0.5, 2)}, minimise=fun.frequency(5))
-        with pytest.raises(OptionError, match="nothing that modes has"):
+        with pytest.raises(OptionError, match="no functional of modes"):
             lp.optimise(modes, vary={"a.J": (0.5, 2)}, minimise=fun.rms("a.w"))
         with pytest.raises(OptionError, match="negative weight"):
             lp.optimise(modes, vary={"a.J": (0.5, 2)}, minimise=fun.clearance((10.0,)))

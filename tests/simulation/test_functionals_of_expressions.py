@@ -12,7 +12,7 @@ from lumped import ops
 from lumped.components import Brake, Inertia, SpringDamper, Torque
 from lumped.ensembles.native_runs import NativeRuns
 from lumped.errors import EquationError, OptionError, UnitError, UnknownNameError
-from lumped.simulation.functional_kinds import watching
+from lumped.functionals.functional import watching
 
 A, B, SHARE, UNTIL = 3.0, 20.0, 0.4, 2.0
 STEP = 1e-30j

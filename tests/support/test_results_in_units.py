@@ -11,7 +11,7 @@ import lumped as lp
 from lumped.cli import main
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
 from lumped.errors import OptionError, UnitError, UnknownNameError
-from lumped.simulation import functionals as fun
+from lumped import functionals as fun
 from lumped.vibration import Limit, order_response, verdict
 
 RPM = 60 / (2 * pi)

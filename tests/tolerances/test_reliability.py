@@ -25,6 +25,16 @@ def pulled():
     )
 
 
+def pulled_to_a_stop():
+    """A body at rest reaches a stop after ``sqrt(2 / -tau)`` seconds."""
+    return lp.compose(
+        a=Inertia(J=1.0),
+        pull=Torque(tau=-1.0),
+        stop=Stop(phi_min=-1.0),
+        connections=lambda m: [lp.connect(m.a.flange_a, m.pull.flange, m.stop.flange_b)],
+    )
+
+
 def spring_mass(d=0.0):
     return lp.compose(
         wall=Fixed(),
@@ -317,16 +327,7 @@ def test_wrong_calls(pull, changes, kind, words):
 
 def test_runs_without_the_event_are_told():
     """A body hits a stop after ``sqrt(2 / tau)`` seconds, or later than the run lasts."""
-    system = lp.assemble(
-        lp.compose(
-            a=Inertia(J=1.0),
-            pull=Torque(tau=-1.0),
-            stop=Stop(phi_min=-1.0),
-            connections=lambda m: [
-                lp.connect(m.a.flange_a, m.pull.flange, m.stop.flange_b),
-            ],
-        )
-    )
+    system = lp.assemble(pulled_to_a_stop())
     found = lp.reliability(
         system,
         fun.instant("stop", "closed"),
@@ -345,13 +346,20 @@ def test_runs_without_the_event_are_told():
     assert "why one failed: instant(stop" in repr(found)
 
 
-def test_what_has_no_derivative_names_the_method_that_needs_none(pull):
-    call = {"over": normals(), "above": 12.0, "until": 1.0}
+def test_a_swing_is_a_difference_of_extremes(pull):
+    found = lp.reliability(pull, fun.swing("a.w"), above=12.0, over=normals(), until=1.0)
+    assert found.beta == pytest.approx((24 - MEANS.sum()) / np.linalg.norm(STDS), rel=1e-5)
+
+
+def test_what_has_no_derivative_names_the_method_that_needs_none():
+    system = lp.assemble(pulled_to_a_stop())
+    call = {"above": 0.5, "over": {"pull.tau": lp.normal(-1.0, 0.12)}, "until": 1.5}
+    call["start"] = {"a.phi": 0.0, "a.w": 0.0}
     with pytest.raises(OptionError, match="method='subset' needs no derivatives") as caught:
-        lp.reliability(pull, fun.swing("a.w"), **call)
+        lp.reliability(system, fun.count("stop", "closed"), **call)
     print(caught.value)
-    found = lp.reliability(pull, fun.swing("a.w"), method="subset", runs=200, **call)
-    assert found.interval[0] < norm.sf((24 - MEANS.sum()) / np.linalg.norm(STDS))
+    found = lp.reliability(system, fun.count("stop", "closed"), method="subset", runs=1000, **call)
+    assert found.probability == pytest.approx(norm.sf((2 / 1.5**2 - 1) / 0.12), rel=0.1)
 
 
 def test_a_damping_that_depends_on_nothing(torsion):

@@ -1,4 +1,4 @@
-"""Numbers that sum up a run or its modes: what is minimised, bounded or differentiated."""
+"""What sums up a run: extremes, integrals, values, events and damage, and what is made of them."""
 
 from __future__ import annotations
 
@@ -9,60 +9,28 @@ from typing import Literal, Protocol
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.flattening.tree import key_of
-from lumped.simulation.functional_kinds import (
-    At,
+from lumped.functionals.functional import Functional
+from lumped.functionals.readings import (
     AtEvent,
     Between,
-    Clearance,
-    Count,
-    Damage,
-    Damping,
-    Designed,
-    Final,
-    Frequency,
-    Functional,
-    Impact,
-    Instant,
+    Cycles,
+    Extreme,
     Integral,
-    Modal,
-    OrderPeak,
-    Peak,
-    Separation,
-    Swing,
-    Vibrating,
+    Occurrence,
+    Span,
+    Value,
 )
+from lumped.ops import maximum, sqrt
 from lumped.support.arguments import checked
 from lumped.timeloop.cycle_count import DamageLaw, MeanStress
 
 __all__ = [
-    "At",
-    "AtEvent",
-    "Clearance",
-    "Count",
     "Curve",
-    "Damage",
-    "Damping",
-    "Designed",
-    "Final",
-    "Frequency",
-    "Functional",
-    "Impact",
-    "Instant",
-    "Integral",
-    "Modal",
-    "OrderPeak",
-    "Peak",
-    "Separation",
-    "Swing",
-    "Vibrating",
     "at",
     "at_event",
-    "clearance",
     "count",
     "damage",
-    "damping",
     "final",
-    "frequency",
     "highest",
     "impulse",
     "instant",
@@ -70,16 +38,15 @@ __all__ = [
     "loss",
     "lowest",
     "mean",
-    "order_peak",
     "peak",
     "rms",
-    "separation",
+    "span",
     "swing",
 ]
 
 
 @checked
-def final(name: Name) -> Final:
+def final(name: Name) -> Functional:
     """Value of a quantity at the end.
 
     Parameters
@@ -89,14 +56,13 @@ def final(name: Name) -> Final:
 
     Returns
     -------
-    Final
-        To be given to an analysis.
+    Functional
     """
-    return Final(key_of(name))
+    return Functional.of(Value((key_of(name),)))
 
 
 @checked
-def peak(name: Name, *, between: Between | None = None) -> Peak:
+def peak(name: Name, *, between: Between | None = None) -> Functional:
     """Largest size of a quantity, ``max |y|``, in the whole run or between two instants.
 
     Parameters
@@ -108,14 +74,14 @@ def peak(name: Name, *, between: Between | None = None) -> Peak:
 
     Returns
     -------
-    Peak
-        To be given to an analysis.
+    Functional
     """
-    return Peak(key_of(name), "peak", _window(between))
+    high, low = highest(name, between=between), lowest(name, between=between)
+    return maximum(high, -low).called(high.text.replace("highest", "peak", 1))
 
 
 @checked
-def highest(name: Name, *, between: Between | None = None) -> Peak:
+def highest(name: Name, *, between: Between | None = None) -> Functional:
     """Largest value of a quantity, in the whole run or between two instants.
 
     Parameters
@@ -127,14 +93,13 @@ def highest(name: Name, *, between: Between | None = None) -> Peak:
 
     Returns
     -------
-    Peak
-        To be given to an analysis.
+    Functional
     """
-    return Peak(key_of(name), "highest", _window(between))
+    return Functional.of(Extreme((key_of(name),), "highest", _window(between)))
 
 
 @checked
-def lowest(name: Name, *, between: Between | None = None) -> Peak:
+def lowest(name: Name, *, between: Between | None = None) -> Functional:
     """Least value of a quantity, in the whole run or between two instants.
 
     Parameters
@@ -146,31 +111,32 @@ def lowest(name: Name, *, between: Between | None = None) -> Peak:
 
     Returns
     -------
-    Peak
-        To be given to an analysis.
+    Functional
     """
-    return Peak(key_of(name), "lowest", _window(between))
+    return Functional.of(Extreme((key_of(name),), "lowest", _window(between)))
 
 
 @checked
-def swing(name: Name) -> Swing:
-    """From trough to crest of a quantity.
+def swing(name: Name, *, between: Between | None = None) -> Functional:
+    """From trough to crest of a quantity, in the whole run or between two instants.
 
     Parameters
     ----------
     name : name or expression
         The quantity, or an expression of quantities, such as ``rig.shaft.tau * rig.shaft.w``.
+    between : (float, float), optional
+        Two instants, s; default is the whole run.
 
     Returns
     -------
-    Swing
-        To be given to an analysis.
+    Functional
     """
-    return Swing(key_of(name))
+    high, low = highest(name, between=between), lowest(name, between=between)
+    return (high - low).called(high.text.replace("highest", "swing", 1))
 
 
 @checked
-def integral(*names: Name, between: Between | None = None) -> Integral:
+def integral(*names: Name, between: Between | None = None) -> Functional:
     """Integral over time of a quantity, or of a product: work is that of torque and speed.
 
     Parameters
@@ -182,14 +148,29 @@ def integral(*names: Name, between: Between | None = None) -> Integral:
 
     Returns
     -------
-    Integral
-        To be given to an analysis.
+    Functional
     """
-    return Integral(_some(names, "integral"), "integral", _window(between))
+    return Functional.of(Integral(_some(names, "integral"), _window(between)))
 
 
 @checked
-def mean(*names: Name, between: Between | None = None) -> Integral:
+def span(between: Between | None = None) -> Functional:
+    """How long a run, or a part of it, lasts, s: an integral over it is a mean times it.
+
+    Parameters
+    ----------
+    between : (float, float), optional
+        Two instants, s; default is the whole run.
+
+    Returns
+    -------
+    Functional
+    """
+    return Functional.of(Span(_window(between)))
+
+
+@checked
+def mean(*names: Name, between: Between | None = None) -> Functional:
     """Mean over time of a quantity, or of a product: power is that of torque and speed.
 
     Parameters
@@ -201,14 +182,14 @@ def mean(*names: Name, between: Between | None = None) -> Integral:
 
     Returns
     -------
-    Integral
-        To be given to an analysis.
+    Functional
     """
-    return Integral(_some(names, "mean"), "mean", _window(between))
+    whole = integral(*_some(names, "mean"), between=between)
+    return (whole / span(between)).called(whole.text.replace("integral", "mean", 1))
 
 
 @checked
-def rms(*names: Name, between: Between | None = None) -> Integral:
+def rms(*names: Name, between: Between | None = None) -> Functional:
     """Root of the mean over time of the square of a quantity, or of a product.
 
     Parameters
@@ -220,14 +201,15 @@ def rms(*names: Name, between: Between | None = None) -> Integral:
 
     Returns
     -------
-    Integral
-        To be given to an analysis.
+    Functional
     """
-    return Integral(_some(names, "rms"), "rms", _window(between))
+    whole = integral(*_some(names, "rms"), between=between)
+    square = integral(*names, *names, between=between)
+    return sqrt(square / span(between)).called(whole.text.replace("integral", "rms", 1))
 
 
 @checked
-def instant(component: str, after: str = "", *, number: int = 0) -> Instant:
+def instant(component: str, after: str = "", *, number: int = 0) -> Functional:
     """Instant at which something happens in a component (see `Trajectory.events`).
 
     Parameters
@@ -239,14 +221,13 @@ def instant(component: str, after: str = "", *, number: int = 0) -> Instant:
 
     Returns
     -------
-    Instant
-        To be given to an analysis.
+    Functional
     """
-    return Instant(component, after, number)
+    return Functional.of(Occurrence("instant", component, after, number))
 
 
 @checked
-def count(component: str, after: str = "") -> Count:
+def count(component: str, after: str = "") -> Functional:
     """How often something happens in a component (see `Trajectory.events`).
 
     For `ensemble` only: a number that jumps has no derivative.
@@ -258,14 +239,13 @@ def count(component: str, after: str = "") -> Count:
 
     Returns
     -------
-    Count
-        To be given to an analysis.
+    Functional
     """
-    return Count(component, after)
+    return Functional.of(Occurrence("count", component, after))
 
 
 @checked
-def at(time: float | Iterable[float], *names: Name) -> At:
+def at(time: float | Iterable[float], *names: Name) -> Functional:
     """Value of a quantity, or of a product, at an instant, or its sum over several instants.
 
     Where something jumps at that very instant, the value after it.
@@ -279,8 +259,7 @@ def at(time: float | Iterable[float], *names: Name) -> At:
 
     Returns
     -------
-    At
-        To be given to an analysis.
+    Functional
 
     Raises
     ------
@@ -290,7 +269,7 @@ def at(time: float | Iterable[float], *names: Name) -> At:
     times = tuple(float(t) for t in time) if isinstance(time, Iterable) else (float(time),)
     if not times or min(times) < 0:
         raise OptionError(f"at: {time!r}: instants within the run are needed, s.")
-    return At(times, _some(names, "at"))
+    return Functional.of(Value(_some(names, "at"), times))
 
 
 def at_event(
@@ -300,7 +279,7 @@ def at_event(
     *,
     number: int | None = 0,
     side: Literal["before", "after"] = "before",
-) -> AtEvent:
+) -> Functional:
     """Value of a quantity, or of a product, just before or after something happens.
 
     Parameters
@@ -316,8 +295,7 @@ def at_event(
 
     Returns
     -------
-    AtEvent
-        To be given to an analysis.
+    Functional
 
     Raises
     ------
@@ -327,10 +305,10 @@ def at_event(
     if side not in ("before", "after"):
         raise OptionError(f"at_event: side = {side!r}: choose 'before' or 'after'.")
     names = name if isinstance(name, tuple) else (name,)
-    return AtEvent(_some(names, "at_event"), component, after, number, side)
+    return Functional.of(Value(_some(names, "at_event"), AtEvent(component, after, number, side)))
 
 
-def loss(component: str, *, number: int | None = None) -> Impact:
+def loss(component: str, *, number: int | None = None) -> Functional:
     """Mechanical energy that a component loses in impacts, J: in all of them, or in one.
 
     Parameters
@@ -342,13 +320,12 @@ def loss(component: str, *, number: int | None = None) -> Impact:
 
     Returns
     -------
-    Impact
-        To be given to an analysis.
+    Functional
     """
-    return Impact(component, number, "loss")
+    return Functional.of(Occurrence("loss", component, number=number))
 
 
-def impulse(component: str, *, number: int | None = 0) -> Impact:
+def impulse(component: str, *, number: int | None = 0) -> Functional:
     """Impulse of an impact, N.s or N.m.s, positive where it drives bodies apart.
 
     Of one impact of the component, or of all (``number=None``).
@@ -362,10 +339,9 @@ def impulse(component: str, *, number: int | None = 0) -> Impact:
 
     Returns
     -------
-    Impact
-        To be given to an analysis.
+    Functional
     """
-    return Impact(component, number, "impulse")
+    return Functional.of(Occurrence("impulse", component, number=number))
 
 
 class Curve(Protocol):
@@ -383,7 +359,7 @@ def damage(
     *,
     scale: float = 1.0,
     mean_stress: MeanStress | None = None,
-) -> Damage:
+) -> Functional:
     """Share of life that the cycles of a load take in a run, 1 being failure.
 
     Cycles are found by rainflow counting (ASTM E1049-85, what is left being half cycles) of all
@@ -404,8 +380,7 @@ def damage(
 
     Returns
     -------
-    Damage
-        To be given to an analysis.
+    Functional
 
     Raises
     ------
@@ -414,133 +389,7 @@ def damage(
     """
     if not scale > 0:
         raise OptionError(f"damage: scale = {scale:g} must be positive.")
-    return Damage(key_of(name), curve.law(mean_stress, scale))
-
-
-@checked
-def frequency(mode: int) -> Frequency:
-    """Natural frequency of a mode, Hz; modes count from 0, the lowest first.
-
-    Parameters
-    ----------
-    mode : int
-        Its number, from 0.
-
-    Returns
-    -------
-    Frequency
-        To be given to an analysis.
-    """
-    return Frequency(mode)
-
-
-@checked
-def damping(mode: int) -> Damping:
-    """Damping ratio of a mode; modes count from 0, the lowest first.
-
-    Parameters
-    ----------
-    mode : int
-        Its number, from 0.
-
-    Returns
-    -------
-    Damping
-        To be given to an analysis.
-    """
-    return Damping(mode)
-
-
-@checked
-def clearance(excitations: Iterable[float]) -> Clearance:
-    """Least relative distance ``|f / excitation - 1|`` of all modes from excitations.
-
-    Each frequency stays on the side of each excitation on which a search begins.
-
-    Parameters
-    ----------
-    excitations : iterable of float
-        Frequencies to avoid, Hz.
-
-    Returns
-    -------
-    Clearance
-        To be given to an analysis.
-    """
-    return Clearance(tuple(float(f) for f in excitations))
-
-
-@checked
-def order_peak(
-    name: Name,
-    *,
-    measure: Literal["maximum", "half range", "sum"] | float = "half range",
-    speeds: tuple[float, float] | None = None,
-) -> OrderPeak:
-    """Largest vibration of a quantity over the speeds of an order response.
-
-    Parameters
-    ----------
-    name : name
-        One of the outputs of the response.
-    measure : {"maximum", "half range", "sum"} or float
-        Of its synthesis over a cycle, or the order whose amplitude is meant.
-    speeds : (float, float), optional
-        First and last speed that count, rad/s; default is all of the response.
-
-    Returns
-    -------
-    OrderPeak
-        To be given to `lumped.optimise`.
-
-    Raises
-    ------
-    OptionError
-        If the order is not positive, or the speeds are not in order.
-    """
-    if not isinstance(measure, str) and not 0 < measure < math.inf:
-        raise OptionError(f"order_peak: order {measure!r} must be positive.")
-    if speeds is None:
-        return OrderPeak(key_of(name), measure)
-    low, high = map(float, speeds)
-    if not 0 < low <= high < math.inf:
-        raise OptionError(f"order_peak: speeds = {speeds!r}: the first and the last, rad/s.")
-    return OrderPeak(key_of(name), measure, (low, high))
-
-
-@checked
-def separation(orders: Iterable[float], *, between: tuple[float, float]) -> Separation:
-    """Least distance of critical speeds from the speeds of operation, as a share of the nearest.
-
-    Natural frequencies are those at the mean state of each speed, as in
-    `lumped.vibration.mean_campbell`. Between the speeds of operation, and that share beyond them,
-    each mode stays above or below each order, whichever asks for the smaller change of its
-    frequency where a search begins.
-
-    Parameters
-    ----------
-    orders : iterable of float
-        Excitations for each turn of the shaft of an order response.
-    between : (float, float)
-        First and last speed of operation, rad/s.
-
-    Returns
-    -------
-    Separation
-        To be given to `lumped.optimise`.
-
-    Raises
-    ------
-    OptionError
-        If an order is not positive, or the speeds are not in order.
-    """
-    wanted = tuple(dict.fromkeys(float(order) for order in orders))
-    if not wanted or not all(0 < order < math.inf for order in wanted):
-        raise OptionError(f"separation: orders = {wanted}: positive excitations for each turn.")
-    low, high = map(float, between)
-    if not 0 < low <= high < math.inf:
-        raise OptionError(f"separation: between = {between!r}: the first and the last, rad/s.")
-    return Separation(wanted, (low, high))
+    return Functional.of(Cycles((key_of(name),), curve.law(mean_stress, scale)))
 
 
 def _window(between: Between | None) -> Between | None:

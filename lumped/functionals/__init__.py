@@ -1,0 +1,50 @@
+"""Numbers that sum up a run, its modes or its vibration, as expressions of readings."""
+
+from lumped.functionals.functional import Functional, Limit
+from lumped.functionals.of_runs import (
+    Curve,
+    at,
+    at_event,
+    count,
+    damage,
+    final,
+    highest,
+    impulse,
+    instant,
+    integral,
+    loss,
+    lowest,
+    mean,
+    peak,
+    rms,
+    span,
+    swing,
+)
+from lumped.functionals.of_vibration import clearance, damping, frequency, order_peak, separation
+
+__all__ = [
+    "Curve",
+    "Functional",
+    "Limit",
+    "at",
+    "at_event",
+    "clearance",
+    "count",
+    "damage",
+    "damping",
+    "final",
+    "frequency",
+    "highest",
+    "impulse",
+    "instant",
+    "integral",
+    "loss",
+    "lowest",
+    "mean",
+    "order_peak",
+    "peak",
+    "rms",
+    "separation",
+    "span",
+    "swing",
+]
