@@ -4,7 +4,11 @@ import inspect
 
 import lumped as lp
 
-THEMES = tuple(name for name in lp.__all__ if hasattr(getattr(lp, name), "__path__"))
+THEMES = tuple(
+    name
+    for name in lp.__all__
+    if hasattr(getattr(lp, name), "__path__") and name != "functionals"  # short names, as in ops
+)
 PLACES = ("lumped", *(f"lumped.{theme}" for theme in THEMES))
 PUBLIC = {
     name: getattr(place, name)

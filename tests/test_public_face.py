@@ -50,7 +50,7 @@ def loaded(code: str) -> set[str]:
 
 def test_the_themes_are_the_folders_of_analyses():
     folders = {p.parent.name for p in (ROOT / "lumped").glob("*/__init__.py")}
-    assert set(THEMES) == folders - INTERNAL - {"components", "models"}
+    assert set(THEMES) == folders - INTERNAL - {"components", "functionals", "models"}
 
 
 @pytest.mark.parametrize("name", PLACES)

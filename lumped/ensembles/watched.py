@@ -13,6 +13,7 @@ import numpy as np
 from lumped.code.operations import Operations, operations_of
 from lumped.compiler.system import System
 from lumped.errors import OptionError, nearest
+from lumped.functionals.damage_law import DamageLaw
 from lumped.functionals.functional import Functional
 from lumped.functionals.readings import (
     SIDES,
@@ -27,7 +28,7 @@ from lumped.functionals.readings import (
     Value,
 )
 from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE, Watch
-from lumped.timeloop.cycle_count import DamageLaw, count_record
+from lumped.timeloop.cycle_count import count_record
 from lumped.timeloop.executable import enclosed
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.step_bounds import heights, kinks

@@ -1,6 +1,6 @@
 """Numbers that sum up a run, its modes or its vibration, as expressions of readings."""
 
-from lumped.functionals.functional import Functional, Limit
+from lumped.functionals.functional import Functional
 from lumped.functionals.of_runs import (
     Curve,
     at,
@@ -25,7 +25,6 @@ from lumped.functionals.of_vibration import clearance, damping, frequency, order
 __all__ = [
     "Curve",
     "Functional",
-    "Limit",
     "at",
     "at_event",
     "clearance",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple, TypeVar
 
@@ -25,7 +24,7 @@ from lumped.language.expression import (
 from lumped.language.formula import content_of_expression, unit_of_node
 from lumped.language.lowering import Kinks, Plain, lower
 
-__all__ = ["Branch", "Functional", "Limit", "lowered", "readings_of", "refuse_other", "watching"]
+__all__ = ["Branch", "Functional", "lowered", "readings_of", "refuse_other", "watching"]
 
 T = TypeVar("T")
 
@@ -49,8 +48,8 @@ class _Leaf(Expr):
 class Functional(Arithmetic["Functional"]):
     """A number that sums up a run, its modes or its vibration.
 
-    Combine with ``+ - * / **`` and the functions of `lumped.ops`; compare with a number by ``<=``
-    and ``>=`` for a limit. Functionals of the same readings and operations are equal.
+    Combine with ``+ - * / **`` and the functions of `lumped.ops`. Functionals of the same readings
+    and operations are equal.
 
     Parameters
     ----------
@@ -99,12 +98,6 @@ class Functional(Arithmetic["Functional"]):
     def called(self, text: str) -> Functional:
         """The same under another text."""
         return Functional(self._root, text)
-
-    def __le__(self, most: float | str) -> Limit:
-        return Limit(self, None, most)
-
-    def __ge__(self, least: float | str) -> Limit:
-        return Limit(self, least, None)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Functional) and self._content == other._content
@@ -229,26 +222,6 @@ class Branch(NamedTuple):
         for by, mode in self.kinks:
             found &= (by @ rates >= 0) == mode
         return found
-
-
-@dataclass(frozen=True)
-class Limit:
-    """Bounds of a functional.
-
-    Attributes
-    ----------
-    functional : Functional
-    least, most : float, str or None
-        A number, in the unit of the functional or with a unit.
-    """
-
-    functional: Functional
-    least: float | str | None
-    most: float | str | None
-
-    def __str__(self) -> str:
-        sign, bound = ("<=", self.most) if self.least is None else (">=", self.least)
-        return f"{self.functional} {sign} {bound}"
 
 
 class _Kinks(Plain):

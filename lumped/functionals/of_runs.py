@@ -9,6 +9,7 @@ from typing import Literal, Protocol
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.flattening.tree import key_of
+from lumped.functionals.damage_law import DamageLaw, MeanStress
 from lumped.functionals.functional import Functional
 from lumped.functionals.readings import (
     AtEvent,
@@ -22,7 +23,6 @@ from lumped.functionals.readings import (
 )
 from lumped.ops import maximum, sqrt
 from lumped.support.arguments import checked
-from lumped.timeloop.cycle_count import DamageLaw, MeanStress
 
 __all__ = [
     "Curve",
@@ -154,7 +154,7 @@ def integral(*names: Name, between: Between | None = None) -> Functional:
 
 
 @checked
-def span(between: Between | None = None) -> Functional:
+def span(*, between: Between | None = None) -> Functional:
     """How long a run, or a part of it, lasts, s: an integral over it is a mean times it.
 
     Parameters
@@ -185,7 +185,7 @@ def mean(*names: Name, between: Between | None = None) -> Functional:
     Functional
     """
     whole = integral(*_some(names, "mean"), between=between)
-    return (whole / span(between)).called(whole.text.replace("integral", "mean", 1))
+    return (whole / span(between=between)).called(whole.text.replace("integral", "mean", 1))
 
 
 @checked
@@ -205,7 +205,7 @@ def rms(*names: Name, between: Between | None = None) -> Functional:
     """
     whole = integral(*_some(names, "rms"), between=between)
     square = integral(*names, *names, between=between)
-    return sqrt(square / span(between)).called(whole.text.replace("integral", "rms", 1))
+    return sqrt(square / span(between=between)).called(whole.text.replace("integral", "rms", 1))
 
 
 @checked

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from lumped.compiler.system import System
-from lumped.timeloop.cycle_count import DamageLaw
+from lumped.functionals.damage_law import DamageLaw
 
 __all__ = [
     "SIDES",

@@ -6,7 +6,8 @@ import itertools
 
 import numpy as np
 
-from lumped.timeloop.cycle_count import DamageLaw, count_cycles, damage_of_cycles
+from lumped.functionals.damage_law import DamageLaw
+from lumped.timeloop.cycle_count import count_cycles, damage_of_cycles
 
 __all__ = ["damage_slopes"]
 

@@ -8,12 +8,13 @@ import casadi as ca
 import numpy as np
 
 from lumped.code.operations import Operations, operations_of
+from lumped.functionals.damage_law import DamageLaw
 from lumped.gradients.step_code import Span
 from lumped.gradients.steps import Steps
 from lumped.kernel.watch import Watch
 from lumped.support.made_once import made_once
 from lumped.timeloop.counted_function import CountedFunction
-from lumped.timeloop.cycle_count import DamageLaw, count_record
+from lumped.timeloop.cycle_count import count_record
 from lumped.timeloop.executable import enclosed
 from lumped.timeloop.step_bounds import heights, kinks
 

@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 
 from lumped.errors import OptionError
+from lumped.functionals.damage_law import MeanStress
 from lumped.kernel.cycles import FKM, GERBER, GOODMAN, SMITH_WATSON_TOPPER, WALKER
 from lumped.support.arguments import checked
 from lumped.support.units import plain
-from lumped.timeloop.cycle_count import MeanStress
 
 __all__ = ["MeanStress", "fkm", "gerber", "goodman", "smith_watson_topper", "walker"]
 

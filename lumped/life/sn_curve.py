@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumped.errors import OptionError, shown
+from lumped.functionals.damage_law import DamageLaw, MeanStress
 from lumped.support.arguments import checked
 from lumped.support.units import plain
-from lumped.timeloop.cycle_count import DamageLaw, MeanStress, damage_of_cycles
+from lumped.timeloop.cycle_count import damage_of_cycles
 
 __all__ = ["Below", "SNCurve", "checked_points"]
 

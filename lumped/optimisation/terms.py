@@ -105,6 +105,16 @@ def term(
     return _Terms(programme, course, functional, names, quantities, start).term()
 
 
+class _Rows(NamedTuple):
+    """What an unknown bounds: a column of expressions of about one size."""
+
+    label: str
+    values: ca.SX
+    size: float
+    unit: str
+    times: np.ndarray | None
+
+
 class _Part(NamedTuple):
     """A part of a functional.
 
@@ -118,12 +128,15 @@ class _Part(NamedTuple):
         As in `Term`.
     is_sum : bool
         Whether it sums up all instants.
+    rows : tuple of _Rows
+        What it bounds, where it is an unknown that is still to be made.
     """
 
     value: ca.SX
     start: float
     side: int = 0
     is_sum: bool = False
+    rows: tuple[_Rows, ...] = ()
 
 
 class _Terms:
@@ -149,7 +162,7 @@ class _Terms:
         self.scale = float(np.abs(self.slopes) @ self.sizes) or 1.0
 
     def term(self) -> Term:
-        part = self.functional.folded(self._leaf, self._node)
+        part = self._made(self.functional.folded(self._leaf, self._node))
         return Term(part.value, self.scale, part.side)
 
     def _slopes_at_start(self) -> np.ndarray:
@@ -186,35 +199,56 @@ class _Terms:
             return _Part(ca.sum1(self.weights), begin)
         y = self._product(reading)[0]
         if isinstance(reading, Extreme):
-            e = self.programme.unknown(begin, size)
             unit = self.system.quantity(reading.factors[0]).unit
-            label = f"{self.functional}: {reading.text}"
-            self._below(label, reading.sign * (e - y.T), size, unit, self.times)
-            return _Part(e, begin, reading.sign)
+            rows = _Rows(reading.text, y.T, size, unit, self.times)
+            return _Part(ca.SX(), begin, reading.sign, rows=(rows,))
         if isinstance(reading, Value):
             return _Part(y[-1], begin)
         return _Part(ca.mtimes(y, self.weights), begin, is_sum=True)
 
-    def _below(
-        self, label: str, room: ca.SX, size: float, unit: str, times: np.ndarray | None = None
-    ) -> None:
-        self.programme.constrain(label, room, 0.0, np.inf, scale=size, unit=unit, times=times)
+    def _made(self, part: _Part) -> _Part:
+        """A bound as an unknown."""
+        if not part.rows:
+            return part
+        e = self.programme.unknown(part.start, max(rows.size for rows in part.rows))
+        for rows in part.rows:
+            self.programme.constrain(
+                f"{self.functional}: bound less {rows.label}",
+                part.side * (e - rows.values),
+                0.0,
+                np.inf,
+                scale=rows.size,
+                unit=rows.unit,
+                times=rows.times,
+            )
+        return _Part(e, part.start, part.side)
+
+    def _negated(self, part: _Part) -> _Part:
+        rows = (r._replace(label=f"-{r.label}", values=-r.values) for r in part.rows)
+        return _Part(-part.value, -part.start, -part.side, part.is_sum, tuple(rows))
+
+    def _bound(self, parts: list[_Part], start: float, sign: int) -> _Part:
+        """The greatest of parts (sign 1), or the least, as a bound that is still to be made."""
+        rows: list[_Rows] = []
+        for part in parts:
+            own = _Rows(str(self.functional), part.value, self.scale, "1", None)
+            rows += part.rows or (own,)
+        return _Part(ca.SX(), start, sign, rows=tuple(rows))
 
     def _node(self, node: Expr, parts: list[_Part]) -> _Part:
         if isinstance(node, ConstantExpression):
             return _Part(ca.SX(node.value), node.value)
         assert isinstance(node, Call)
-        sides = {part.side for part in parts} - {0}
+        if node.op == "neg":
+            return self._negated(parts[0])
         start = float(_applied(node, [ca.SX(part.start) for part in parts]))
         if node.op in ("max", "min", "abs"):
-            sign, values = -1 if node.op == "min" else 1, [part.value for part in parts]
-            if node.op == "abs":
-                values, sides = [values[0], -values[0]], sides | {-side for side in sides}
-            if sides <= {sign}:
-                e = self.programme.unknown(start, self.scale)
-                for value in values:
-                    self._below(str(self.functional), sign * (e - value), self.scale, "1")
-                return _Part(e, start, sign)
+            sign = -1 if node.op == "min" else 1
+            several = [*parts, *map(self._negated, parts)] if node.op == "abs" else parts
+            if {part.side for part in several} <= {0, sign}:
+                return self._bound(several, start, sign)
+        parts = [self._made(part) for part in parts]
+        sides = {part.side for part in parts} - {0}
         if node.op == "sqrt" and not parts[0].value.is_constant():
             # a square has a slope at zero, where a root has none
             size = abs(start) or self.scale
@@ -223,9 +257,8 @@ class _Terms:
             self.programme.constrain(label, e**2 - parts[0].value, 0.0, 0.0, scale=size**2)
             return _Part(e, start, parts[0].side)
         is_scaled = node.op in ("*", "/") and any(part.value.is_constant() for part in parts)
-        if node.op in ("-", "neg"):
-            signs = (-1,) if node.op == "neg" else (1, -1)
-            sides = {sign * part.side for sign, part in zip(signs, parts, strict=True)} - {0}
+        if node.op == "-":
+            sides = {parts[0].side, -parts[1].side} - {0}
         elif is_scaled and sides:
             factor = next(part.start for part in parts if part.value.is_constant())
             sides = {side if factor > 0 else -side for side in sides}
@@ -239,7 +272,7 @@ class _Terms:
                 "give the system and until=."
             )
         sums = [part.is_sum for part in parts]
-        is_linear = node.op in ("+", "-", "neg") or (node.op, sums) in _LINEAR
+        is_linear = node.op in ("+", "-") or (node.op, sums) in _LINEAR
         if not is_linear:
             parts = [self._alone(part) for part in parts]
         value = _applied(node, [part.value for part in parts])

@@ -9,9 +9,10 @@ import pytest
 
 import lumped as lp
 from lumped.code.to_c import as_c
+from lumped.functionals.damage_law import DamageLaw, MeanStress
 from lumped.kernel import engine
 from lumped.kernel.cycles import count_all
-from lumped.timeloop.cycle_count import DamageLaw, MeanStress, count_cycles, damage_of_cycles
+from lumped.timeloop.cycle_count import count_cycles, damage_of_cycles
 
 ROWS = ((40.0, 1e-7, 9.0), (60.0, 1e-7 * 1.5**9, 5.0), (100.0, 1e-7 * 1.5**9 * (5 / 3) ** 5, 3.0))
 MEANS = {

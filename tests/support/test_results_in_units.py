@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import lumped as lp
+from lumped import functionals as fun
 from lumped.cli import main
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
 from lumped.errors import OptionError, UnitError, UnknownNameError
-from lumped import functionals as fun
 from lumped.vibration import Limit, order_response, verdict
 
 RPM = 60 / (2 * pi)
