@@ -16,7 +16,6 @@ from lumped.errors import OptionError, nearest
 from lumped.functionals.damage_law import DamageLaw
 from lumped.functionals.functional import Functional
 from lumped.functionals.readings import (
-    SIDES,
     AtEvent,
     Between,
     Cycles,
@@ -203,8 +202,8 @@ class Watched:
 
     def _extremes_of(self, held: Held) -> tuple[int, int]:
         """Numbers of the highest and the lowest value of what stays in a range."""
-        high, low = (self._number(Extreme((held.formula,), side)) for side in SIDES)
-        return high, low
+        of = (held.formula,)
+        return self._number(Extreme(of, "highest")), self._number(Extreme(of, "lowest"))
 
     def _part(self, reading: Extreme | Integral) -> Between:
         if reading.between is None:
@@ -356,7 +355,7 @@ class Watched:
         if isinstance(reading, Integral):
             return Place(integrals + number)
         if isinstance(reading, Extreme):
-            return Place(extremes + number, reading.sign)
+            return Place(extremes + number, reading.sign or 1)
         if isinstance(reading, Cycles):
             return Place(loads + number)
         event = reading.at if isinstance(reading, Value) else reading

@@ -21,7 +21,7 @@ from lumped.functionals.readings import (
     Span,
     Value,
 )
-from lumped.ops import maximum, sqrt
+from lumped.ops import sqrt
 from lumped.support.arguments import checked
 
 __all__ = [
@@ -76,8 +76,7 @@ def peak(name: Name, *, between: Between | None = None) -> Functional:
     -------
     Functional
     """
-    high, low = highest(name, between=between), lowest(name, between=between)
-    return maximum(high, -low).called(high.text.replace("highest", "peak", 1))
+    return Functional.of(Extreme((key_of(name),), "peak", _window(between)))
 
 
 @checked

@@ -9,7 +9,6 @@ from lumped.compiler.system import System
 from lumped.functionals.damage_law import DamageLaw
 
 __all__ = [
-    "SIDES",
     "AtEvent",
     "Between",
     "Clearance",
@@ -27,8 +26,8 @@ __all__ = [
     "Value",
 ]
 
-Side = Literal["highest", "lowest"]
-SIDES: tuple[Side, Side] = ("highest", "lowest")
+Side = Literal["highest", "lowest", "peak"]
+_SIGNS: dict[str, Literal[-1, 0, 1]] = {"highest": 1, "lowest": -1, "peak": 0}
 Between = tuple[float, float]
 """First and last instant of a part of a run, s."""
 
@@ -77,7 +76,10 @@ class OfQuantities(Reading):
 
 @dataclass(frozen=True)
 class Extreme(OfQuantities):
-    """Highest or lowest value of a product of quantities."""
+    """Highest or lowest value of a product of quantities, or its peak, ``max |y|``.
+
+    A peak is more than the larger of the other two: to enclose a size costs half as much.
+    """
 
     side: Side
     between: Between | None = None
@@ -86,9 +88,9 @@ class Extreme(OfQuantities):
         return f"{self.side}({self.text}{_part(self.between)})"
 
     @property
-    def sign(self) -> Literal[1, -1]:
-        """1 for the highest value, -1 for the lowest."""
-        return 1 if self.side == "highest" else -1
+    def sign(self) -> Literal[-1, 0, 1]:
+        """1 for the highest value, -1 for the lowest, 0 for a peak."""
+        return _SIGNS[self.side]
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,8 @@ from lumped.timeloop.step_bounds import heights, kinks
 
 __all__ = ["Signs", "highest_points", "range_of", "turning_points_in"]
 
-Signs = tuple[Literal[-1, 1], ...]
-"""Of each extreme: 1 for the greatest value, -1 for the least."""
+Signs = tuple[Literal[-1, 0, 1], ...]
+"""Of each extreme: 1 for the greatest value, -1 for the least, 0 for the largest size."""
 
 _ROOM = 256
 """Points for which there is room at first."""
@@ -69,7 +69,7 @@ def highest_points(
     steps: Steps,
     span: Span,
     factors: tuple[str, ...],
-    sign: Literal[-1, 1],
+    sign: Literal[-1, 0, 1],
     best: float,
     slack: float,
 ) -> tuple[np.ndarray, float]:

@@ -202,11 +202,13 @@ class SmoothParts:
 
     def _extreme(self, reading: Extreme) -> Owed:
         tops = extremes(self.run, self.legs, self.steps, reading, self.rtol)
-        ways = self._turned(tops, self._keys(reading), reading.between is None)
+        owed = self._turned(tops, self._keys(reading), reading.between is None)
+        if reading.sign == 0:
+            owed = [multiple(way, top.sign) for top, way in zip(tops, owed, strict=True)]
         times = ", ".join(f"{top.time:.9g}" for top in tops)
-        pick: Literal["greatest", "least"] = "greatest" if reading.sign > 0 else "least"
+        pick: Literal["greatest", "least"] = "least" if reading.sign < 0 else "greatest"
         alike = ", all equally high" if len(tops) > 1 else ""
-        return Owed(tuple(ways), pick, (), f"t = {times} s{alike}")
+        return Owed(tuple(owed), pick, (), f"t = {times} s{alike}")
 
     def _keys(self, reading: Extreme | Cycles) -> tuple[str, ...]:
         return tuple(self.run.system.key(name) for name in reading.factors)

@@ -38,6 +38,8 @@ class Turn(NamedTuple):
         Number of the smooth part of the run.
     time, value : float
         Instant, s, and the value there times its sign.
+    sign : float
+        -1 if it is the opposite of the quantity that is greatest there.
     edge : int
         Number of the leg with whose begin the instant moves; 0 if it does not move.
     """
@@ -45,6 +47,7 @@ class Turn(NamedTuple):
     leg: int
     time: float
     value: float
+    sign: float
     edge: int
 
 

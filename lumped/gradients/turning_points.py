@@ -177,4 +177,4 @@ def _located(looks: Looks, points: Points) -> list[Turn]:
     t[inner], y[inner] = found.t, looks.at(found.leg, found.t)[0]
     edge = np.where(is_begin, points.leg, np.where(is_end & (points.leg < last), points.leg + 1, 0))
     rows = zip(*(v.tolist() for v in (points.leg, t, y, edge)), strict=True)
-    return [Turn(leg, time, value, moves) for leg, time, value, moves in rows]
+    return [Turn(leg, time, value, 1.0, moves) for leg, time, value, moves in rows]

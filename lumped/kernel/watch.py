@@ -63,7 +63,8 @@ class Watch(Record):
     coarse, fine, sizes : Numbers
         Integrals over a step, in parts and in twice as many, and those of the sizes.
     sign : Integers
-        1 for the greatest value of an extreme, -1 for the least (with its sign turned).
+        1 for the greatest value of an extreme, -1 for the least (with its sign turned), 0 for the
+        largest size.
     best, slack : Numbers, float
         Extremes so far, less a slack: lower values need not be found.
     load : Function

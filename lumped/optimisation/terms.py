@@ -201,7 +201,8 @@ class _Terms:
         if isinstance(reading, Extreme):
             unit = self.system.quantity(reading.factors[0]).unit
             rows = _Rows(reading.text, y.T, size, unit, self.times)
-            return _Part(ca.SX(), begin, reading.sign, rows=(rows,))
+            part = _Part(ca.SX(), begin, reading.sign or 1, rows=(rows,))
+            return part if reading.sign else self._bound([part, self._negated(part)], begin, 1)
         if isinstance(reading, Value):
             return _Part(y[-1], begin)
         return _Part(ca.mtimes(y, self.weights), begin, is_sum=True)
@@ -305,7 +306,8 @@ def _is_whole(reading: Reading) -> bool:
 def _read(reading: OfQuantities, y: np.ndarray, weights: np.ndarray) -> float:
     """A reading of values at nodes, with weights of an integral over time, s."""
     if isinstance(reading, Extreme):
-        return float(y.max() if reading.sign > 0 else y.min())
+        sizes = np.abs(y) if reading.sign == 0 else y
+        return float(sizes.min() if reading.sign < 0 else sizes.max())
     return float(weights @ y) if isinstance(reading, Integral) else float(y[-1])
 
 
@@ -344,7 +346,9 @@ def measured(functional: Functional, run: Trajectory) -> float:
         else:
             pieces = curves(run, run.system.product(reading.factors))
             if isinstance(reading, Extreme):
-                read.append(extreme(pieces, reading.sign).value)
+                signs = (reading.sign,) if reading.sign else (1, -1)
+                both = [extreme(pieces, sign).value for sign in signs]
+                read.append(both[0] if reading.sign else max(map(abs, both)))
             else:
                 read.append(integral(pieces).real)
     return float(functional.value(np.array([read]))[0])

@@ -17,12 +17,12 @@ __all__ = ["heights", "kinks"]
 def heights(
     system: System, quantities: Sequence[ca.SX], signs: Sequence[int], states: int
 ) -> Operations:
-    """What quantities times their signs do not exceed.
+    """What quantities times their signs do not exceed; their sizes where that is 0.
 
     `states` tells how many ranges of states are given.
     """
     pairs = zip(quantities, signs, strict=True)
-    signed = [sign * each for each, sign in pairs]
+    signed = [ca.fabs(each) if sign == 0 else sign * each for each, sign in pairs]
     function = ca.Function("heights", system.inputs, [ca.densify(ca.vertcat(*signed))])
     return bounds_of(operations_of(function), states, lower=False)
 

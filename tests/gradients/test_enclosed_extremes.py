@@ -81,7 +81,11 @@ def test_pulses_of_the_same_height_are_all_found(width, method):
     system = lp.assemble(Pulses(width=width))
     run = lp.simulate(system, until=1.0, grid=None, method=method)
     legs, steps = legs_of(run), steps_of(system, ())
-    for kind, times in {"highest": [0.25, 0.75], "lowest": [0.37]}.items():
+    for kind, times in {
+        "peak": [0.25, 0.37, 0.75],
+        "highest": [0.25, 0.75],
+        "lowest": [0.37],
+    }.items():
         found = extremes(run, legs, steps, getattr(fun, kind)("two").reading, 1e-7)
         assert sorted(top.time for top in found) == pytest.approx(times, abs=1e-8 * width)
         assert [abs(top.value) for top in found] == pytest.approx([1.0] * len(times), abs=1e-15)
@@ -174,7 +178,7 @@ def test_engines_list_the_same_points():
         (leg,) = legs_of(run)
 
         def listed(span):
-            tops, _ = highest_points(steps, span, ("up",), 1, 0.1, 1e-6)
+            tops, _ = highest_points(steps, span, ("up",), 0, 0.1, 1e-6)
             turns = turning_points_in(steps, span, ("down",), 1e-6)
             return tops, turns, np.array(range_of(steps, span, ("two",), (0.0, 0.0)))
 
