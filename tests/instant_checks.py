@@ -29,8 +29,9 @@ from scipy.optimize import nnls
 
 REST = 1e-9
 """Speed that is none, relative to the greatest speed (plus 1)."""
-GAPS = 1e-12, 1e-13, 1e-14, 1e-11, 1e-10
-"""Gaps that are none for one and may be open for another, rad or m; what has yielded overlaps."""
+NEAR, LEAST, MOST = 1e-12, 1e-14, 1e-10
+"""Gap that is none, rad or m; between the others each gap may be the last that is none, as what has
+yielded overlaps."""
 BRIEF = 1e-4
 """Speed, relative to the greatest, that a bounce or friction may end as it is over at once."""
 SPEEDS, RATES, STATES, MARGINS = 1e-7, 1e-6, 1e-6, 1e-6
@@ -42,8 +43,9 @@ ROUNDING = 1e-13
 """Speed that is rounding."""
 MOMENT = 1e-8
 """Length of a part of a run that is too short to see its modes, s."""
-KNIFE = 1e-6
-"""Share of a limit by which it may be missed: events are met to rounding."""
+KNIFE, SHARED = 1e-6, 1e-7
+"""Share of a limit by which it may be missed, as events are met to rounding; and of the largest
+load, as shares of redundant contacts are solved for together."""
 
 
 @dataclass
@@ -87,7 +89,7 @@ def check(drive, parts, happened):
     happened : list of tuple
         Times of events, names of contacts that change or collide, and energies lost.
     """
-    found, law = Finding(), Law(drive)
+    found, law, past = Finding(), Law(drive), []
     q, v, modes, named = drive.q, drive.v, None, set()
     for part in parts:
         t, size = part.t[0], 1.0 + np.abs(part.q[0]).max()
@@ -103,13 +105,14 @@ def check(drive, parts, happened):
         named |= {
             name
             for s, name, _ in happened
-            # bounces that a run leaves out end later
-            if abs(s - t) < 1e-12 or (name in law.bouncing and t < s < t + BRIEF)
+            if abs(s - t) < 1e-12 or law.ends_series(name, t, s, happened)
         }
         if part.t[-1] - t > MOMENT:
             before, doubtful = modes, law.doubtful
             modes = law.check_motion(part, modes, found)
             changed = law.changed(before or modes, modes) - named - doubtful
+            changed = {name for name in changed if not law.was_idle(name, past)}
+            past.append((part, modes, drive.piece, named))
             if changed:
                 found.wrong.append(f"{t:.7f}: {sorted(changed)} change without event")
             named = set()
@@ -150,6 +153,44 @@ class Law:
         pairs = zip(self.contacts, before, after, strict=True)
         return {c.name for c, a, b in pairs if a != b and c.kind != "dog"}
 
+    def ends_series(self, name, t, end, happened):
+        """Whether bounces that a run leaves out from a time on end at another.
+
+        Each flight lasts as long as the one before it times the restitution.
+        """
+        if name not in self.bouncing or end <= t:
+            return False
+        e = max(c.e for c in self.contacts if c.name == name)
+        last = max((s for s, other, _ in happened if other == name and s < t), default=t)
+        rest = (t - last) * e / (1.0 - e)
+        return end < t + BRIEF or abs(end - t - rest) < 0.1 * rest
+
+    def was_idle(self, name, past):
+        """Whether a change was told before, since when a contact rests but bears nothing.
+
+        Where others keep it at rest, a contact without load may as well be open.
+        """
+        free = {"gap": OFF, "freewheel": FORWARD}
+        own = [k for k, c in enumerate(self.contacts) if c.name == name and c.kind in free]
+        piece, is_told = self.drive.piece, False
+        for part, modes, its_piece, named in reversed(past):
+            k = next((k for k in own if modes[k] == STICK), None)
+            if k is None:
+                break
+            self.drive.piece = its_piece
+            idle = (*modes[:k], free[self.kinds[k]], *modes[k + 1 :])
+            is_fit = not self.fault_of_motion(part, idle)
+            is_told = is_fit and name in named
+            if is_told or not is_fit:
+                break
+        self.drive.piece = piece
+        return is_told
+
+    def nears(self, gap):
+        """Gaps below which all are none: the usual one, and others that may be meant."""
+        doubtful = gap[(self.kinds == "gap") & (gap > LEAST) & (gap < MOST)]
+        return [NEAR, LEAST, *np.nextafter(doubtful, 1.0)]
+
     def level(self, k, t):
         if k in self.pressing:
             return self.pressing[k]
@@ -168,7 +209,7 @@ class Law:
         """Compare speeds after an instant with those before it."""
         gap = self.gaps + self.rows @ q
         ways = []
-        for near in GAPS:
+        for near in self.nears(gap):
             ways.append(self.judged(t, gap < near, before, after))
             if not ways[-1][0]:
                 break
@@ -259,7 +300,7 @@ class Law:
             "friction": (-level - abs(share) * slack * 1e-6, level + abs(share) * slack * 1e-6),
         }[c.kind]
 
-    def rates(self, t, q, v, share=0.0, near=GAPS[0], rest=REST, given=None):
+    def rates(self, t, q, v, share=0.0, near=NEAR, rest=REST, given=None):
         """Accelerations just after a time, with limits changed by a share of them.
 
         With given accelerations, limits are kinetic where these move, and static elsewhere.
@@ -313,7 +354,8 @@ class Law:
         if np.abs(a - expected).max() <= RATES * size:
             return
         away, may_move = np.inf, set()
-        for rest, near, share in product((REST, CREEP), GAPS, (-KNIFE, 0.0, KNIFE)):
+        nears = self.nears(self.gaps + self.rows @ q)
+        for rest, near, share in product((REST, CREEP), nears, (-KNIFE, 0.0, KNIFE)):
             away = min(away, np.abs(a - self.rates(t, q, v, share, near, rest)).max())
             may_move |= self.kinetic
         fewer = np.abs(a - self.rates(t, q, v, given=a)).max() <= 10 * RATES * size
@@ -392,6 +434,12 @@ class Law:
         steps = max(int(np.ceil(length / 2e-3)), 4)
         lowest = lows(motion, z, length / steps, steps)
         allowed = MARGINS * (1.0 + motion.sizes[0] @ np.maximum(np.abs(z), np.abs(after[-1])))
+        # limits and loads cancel in a row; what yields is accelerated by what shares lack
+        limits = [c.peak * self.level(k, part.t[0]) for k, c in enumerate(self.contacts)]
+        free = self.smooth([OFF] * len(modes), part.t[-1], part.q[-1], part.v[-1])
+        missing = self.J @ np.abs(part.a[-1] - (motion.A @ after[-1])[n : 2 * n])
+        missing += SHARED * np.abs(self.J * free).max()
+        allowed += motion.blamed @ (KNIFE * np.array(limits)) + missing
         bad = lowest < -allowed
         if bad.any():
             k = int((lowest / allowed).argmin())

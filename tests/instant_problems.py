@@ -4,6 +4,8 @@ import numpy as np
 from scipy.optimize import lsq_linear, nnls
 
 _SOFT = 1e-6
+_ROUNDING = 1e-13
+"""Accelerations that are rounding, as bodies and loads are about 1."""
 
 
 class NoAnswerError(Exception):
@@ -57,7 +59,7 @@ def least_accelerations(J, free, rows, low, high):
     box = {"bounds": (low, high), "method": "bvls", "tol": 1e-15, "max_iter": 500}
     r = lsq_linear(np.vstack([G, soft]), wanted, **box).x
     found = root * free + G @ r
-    slopes, size = G.T @ found, 1e-9 * (np.abs(root * free).max() + np.abs(G * r).max())
+    slopes, size = G.T @ found, 1e-9 * (np.abs(root * free).max() + np.abs(G * r).max()) + _ROUNDING
     room = 1e-9 * np.abs(r).max()
     if ((slopes > size) & (r > low + room)).any() or ((slopes < -size) & (r < high - room)).any():
         raise NoAnswerError("bounded least squares ended before the least")

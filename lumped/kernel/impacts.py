@@ -46,7 +46,7 @@ NOTHING_CLOSES, HAS_COLLIDED, NO_ANSWER = range(3)
 _PRESSED = 1e-9
 """Gain of a limit by impulses, relative to the largest of them, that is rounding."""
 _MISS = 1e-6
-"""Error of speed that redundant constraints may have, relative to the largest speed."""
+"""Error of speed that redundant constraints may have, relative to their largest speed before."""
 _PROXIMAL, _EXACT = 4, 1e-14
 """Most proximal steps, and error of speed, relative to the largest speed, that is rounding."""
 _GAIN = -1e-9
@@ -174,9 +174,10 @@ def _find_impulses(run: Run, seen: Look) -> bool:
 def _is_obeyed(run: Run, fastest: float) -> bool:
     """Whether constraints leave at their speeds: redundant ones may contradict each other."""
     problem, obeyed = run.instant.problem, True
+    most = _MISS * fastest + ROUNDING * (1.0 + run.instant.fastest)
     for h in range(run.plant.holds):
         miss = problem.motion[h] if problem.place[h] == WITHIN else 0.0
-        problem.is_wrong[h] = not abs(miss) <= _MISS * (1.0 + fastest)
+        problem.is_wrong[h] = not abs(miss) <= most
         obeyed = obeyed and not problem.is_wrong[h]
     return obeyed
 

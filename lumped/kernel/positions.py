@@ -45,7 +45,7 @@ from lumped.kernel.run import (
     Run,
 )
 from lumped.kernel.sharing import share
-from lumped.kernel.yielding import watch_redundancy
+from lumped.kernel.yielding import watch_redundancy, would_share
 
 __all__ = ["begin", "calm_positions", "find_positions"]
 
@@ -105,7 +105,9 @@ def _is_held_by_others(run: Run, seen: Look, h: int, calm: float) -> bool:
     touches = not run.plant.has_gap[h] or seen.gap[h] <= TOUCHING
     slowest = max(STANDSTILL, run.instant.rest_speed[h])
     is_calm = abs(seen.speed[h]) <= slowest and abs(seen.acceleration[h]) <= calm
-    return touches and is_calm and seen.upper[h] > seen.lower[h]
+    if not (touches and is_calm and seen.upper[h] > seen.lower[h]):
+        return False
+    return would_share(run, h)
 
 
 @kernel

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.flattening.hold_modes import SHARE
-from lumped.kernel.holds import copy_settings, is_held, is_shared
+from lumped.kernel.holds import copy_settings, is_shared
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
@@ -17,25 +17,11 @@ __all__ = ["find_rates", "note_sharing"]
 
 
 @kernel
-def _stays(run: Run, state: int) -> bool:
-    """Whether a state is the speed of a hold that sticks: its rate is exactly zero."""
-    for h in range(run.plant.holds):
-        if run.plant.speed_state[h] == state and is_held(run.plant, run.m, h):
-            return True
-    return False
-
-
-@kernel
 def note_sharing(run: Run) -> None:
-    """Note whether states would follow what constraints yield that share a load."""
-    plant, any_shared = run.plant, False
+    """Note whether constraints share a load: states of any body may follow what these yield."""
     run.shares = 0
-    for h in range(plant.holds):
-        any_shared = any_shared or is_shared(plant, run.m, h)
-    for i in range(plant.speed_uses if any_shared else 0):
-        h = plant.use_hold[i]
-        follows = is_held(plant, run.m, h) and plant.speed_state[h] < 0
-        if follows and not _stays(run, plant.use_state[i]):
+    for h in range(run.plant.holds):
+        if is_shared(run.plant, run.m, h):
             run.shares = 1
 
 

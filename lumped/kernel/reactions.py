@@ -225,13 +225,18 @@ def _let_move(run: Run) -> bool:
 
 @kernel
 def _position(run: Run, h: int) -> int:
-    """The position of a hold of the problem by its place; others may keep it at rest."""
+    """The position of a hold of the problem by its place; others may keep it at rest.
+
+    What slides since this instant does so no longer if they keep it from reversing.
+    """
     problem, place = run.instant.problem, run.instant.problem.place[h]
-    rests = run.may_be_redundant and not run.instant.was_let_go[h]
+    position = FORWARD if place == AT_UPPER else BACKWARD
+    slides_on = run.instant.m[run.plant.hold_setting[h] + position] > 0.5
+    rests = run.may_be_redundant and not (run.instant.was_let_go[h] and slides_on)
     rests = rests and abs(problem.motion[h]) <= problem.room[h]
     if place == WITHIN or not problem.slides[h] or rests:
         return STUCK
-    return FORWARD if place == AT_UPPER else BACKWARD
+    return position
 
 
 @kernel

@@ -8,7 +8,7 @@ from lumped.kernel.holds import copy_settings, is_held, look_at, put
 from lumped.kernel.plant import FREE
 from lumped.kernel.run import Look, Run
 
-__all__ = ["COMPLIANT", "soften", "watch_redundancy", "weigh", "yield_from"]
+__all__ = ["COMPLIANT", "soften", "watch_redundancy", "weigh", "would_share", "yield_from"]
 
 COMPLIANT = 1e-8
 """Compliance of redundant constraints, relative to that of the parts they hold."""
@@ -103,6 +103,17 @@ def soften(run: Run, x: Numbers, m: Numbers) -> bool:
     weigh(run, x, m)
     _keep_rigid(run, x, m)
     return True
+
+
+@kernel
+def would_share(run: Run, h: int) -> bool:
+    """Whether constraints are redundant if one more sticks."""
+    plant, instant, trial = run.plant, run.instant, run.instant.sole
+    copy_settings(plant, instant.m, trial)
+    put(plant, trial, h, STUCK)
+    for other in range(plant.holds):
+        trial[plant.hold_setting[other] + COMPLIANCE] = 0.0
+    return _is_redundant(run, instant.x, trial)
 
 
 @kernel

@@ -8,15 +8,24 @@ import pytest
 from hybrid_reference import BACKWARD, FORWARD, OFF, STICK, Contact, Drive, Line, Load, steady
 from instant_checks import Law, Part, check
 from instant_drives import in_both_orders
-from instant_problems import nearest
+from instant_problems import least_accelerations, nearest
 from pressed_reference import Pressed, PressedDrive
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
 SEEDS = range(16)
+BY_A_HAIR = {
+    200690: "friction that an impact moves would reverse, but others keep it",
+    204690: "the same beside a freewheel",
+    200980: "a slow bounce that two others forbid",
+    203451: "a freewheel and friction that let go together of a load that turns",
+    208420: "a speed across a gear of 1.005 beside two freewheels that share a load",
+    206867: "a freewheel is told to have let go, and others keep it at rest",
+    207919: "accelerations that are rounding",
+}
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", [*SEEDS, *BY_A_HAIR])
 def test_random_drives_obey_their_laws_whatever_the_order_of_declaration(seed):
     verdict = in_both_orders(seed)
     assert verdict.word == "agrees", verdict.text
@@ -92,6 +101,44 @@ def test_a_freewheel_that_turns_backwards_is_found():
     zero = np.zeros_like(t)
     free = Part(t, np.c_[t - t**2 / 2, zero], np.c_[1 - t, zero], np.c_[zero - 1, zero])
     assert any("margin of ['wheel'] falls to -2" in text for text in check(drive, [free], []).wrong)
+
+
+@pytest.mark.parametrize(("load", "told", "is_found"), [(0, True, 0), (0, False, 1), (-1, True, 1)])
+def test_only_a_contact_without_load_may_be_told_open_before_it_moves(load, told, is_found):
+    """A body on a stop is lifted from 1 s on."""
+    row = np.ones(1)
+    lift = Load(row, Line((1.0, 1.0), (load, 1.0)))
+    stop = Contact("stop", "gap", row)
+    drive = Drive(np.ones(1), np.zeros(1), np.zeros(1), [], [lift], [stop], 2.0)
+    parts = []
+    for begin, a in ((0.0, 0.0), (0.5, 0.0), (1.0, 1.0)):
+        t = np.linspace(begin, begin + 0.5, 5)
+        s = t - begin
+        parts.append(Part(t, *((x + 0 * s)[:, None] for x in (a * s**2 / 2, a * s, a))))
+    wrong = check(drive, parts, [(0.5, "stop", 0.0)] * told).wrong
+    assert ["without event" in text for text in wrong] == [True] * is_found
+
+
+@pytest.mark.parametrize(("end", "is_its_end"), [(1.02, True), (1.04, False), (0.99, False)])
+def test_a_series_of_bounces_ends_when_its_flights_add_up_to_it(end, is_its_end):
+    """A flight of 0.02 s, after which each lasts half as long: 0.01 s, 0.005 s, and so on."""
+    law = Law(pushed())
+    assert law.ends_series("stop", 1.0, end, [(0.98, "stop", 1.0)]) == is_its_end
+
+
+def test_any_gap_in_doubt_may_be_the_last_that_is_none():
+    law = Law(pushed())
+    law.kinds = np.array(["gap"] * 4)
+    gap = np.array([0.0, 1.3e-13, 7e-13, 1e-9])
+    closed = {tuple(gap < near) for near in law.nears(gap)}
+    assert closed == {(True,) * k + (False,) * (4 - k) for k in (1, 2, 3)}
+
+
+def test_accelerations_that_are_rounding_are_no_reason_to_refuse():
+    free = np.array([7e-8, -4e-16, 0.0])
+    rows = np.array([[0.0, -1.0, 1.0], [0.0, 1.0, -1.0], [1.0, -1.0, 0.0]])
+    received = least_accelerations(np.ones(3), free, rows, np.zeros(3), np.full(3, np.inf))
+    assert received == pytest.approx(free, abs=1e-12)
 
 
 def test_impacts_are_the_nearest_speeds():
