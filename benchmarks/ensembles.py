@@ -20,8 +20,8 @@ import lumped as lp
 from benchmarks._ensemble_tasks import Task, tasks
 from benchmarks._ensembles_in_c import limit, statistics_error
 from benchmarks.hybrid import write
-from lumped.ensembles.native_runs import NativeRuns
-from lumped.ensembles.run_records import RunOptions
+from lumped.many_runs.native_runs import NativeRuns
+from lumped.many_runs.run_records import RunOptions
 from lumped.support.text_table import table
 
 SLICES, PART = 40, 256

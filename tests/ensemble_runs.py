@@ -14,9 +14,9 @@ import random_drives
 
 import lumped as lp
 from lumped import functionals as fun
-from lumped.ensembles.native_runs import NativeRuns
-from lumped.ensembles.run_records import RunOptions
 from lumped.errors import LumpedError
+from lumped.many_runs.native_runs import NativeRuns
+from lumped.many_runs.run_records import RunOptions
 
 paired = lp.ensembles.paired
 RUNS = 7

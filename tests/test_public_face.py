@@ -18,6 +18,7 @@ from lumped.support.lazy_names import sources
 
 ROOT = Path(__file__).resolve().parents[1]
 INTERNAL = {
+    "many_runs",
     *("cli", "code", "compiler", "flattening", "kernel", "language", "numerics", "reduction"),
     *("plots", "support", "timeloop"),
 }

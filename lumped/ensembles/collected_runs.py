@@ -10,13 +10,14 @@ import numpy as np
 
 from lumped.compiler.system import Changes, System
 from lumped.ensembles.ensemble_file import EnsembleFile
-from lumped.ensembles.native_runs import NativeRuns
-from lumped.ensembles.run_records import RunOptions
 from lumped.ensembles.spread import DIED, in_threads, on_cluster
-from lumped.errors import OptionError
+from lumped.errors import LumpedError, OptionError
 from lumped.functionals import Functional
 from lumped.functionals.functional import watching
 from lumped.kernel.run import DONE, FULL
+from lumped.many_runs.native_runs import NativeRuns
+from lumped.many_runs.run_records import RunOptions
+from lumped.simulation.simulate import simulate
 from lumped.support.progress import Progress
 
 __all__ = ["Failures", "RunsAt", "collected", "failures_of", "fixed", "labelled"]
@@ -175,7 +176,7 @@ def failures_of(
         if why in _WORDS:
             found[i] = _WORDS[why]
         elif len(found) < _TOLD or why not in told:
-            found[i] = made.fault(points[i], why)
+            found[i] = _fault(made, points[i], why)
             told.setdefault(why, (i, found[i]))
         else:
             first, text = told[why]
@@ -186,3 +187,25 @@ def failures_of(
         missing = [label for label, v in zip(labels, values[i], strict=True) if np.isnan(v)]
         found[i] = "; ".join(made.watched.missing(label) for label in missing)
     return Failures(found, every)
+
+
+def _fault(made: NativeRuns, values: np.ndarray, status: int) -> str:
+    """Why a variant failed, found by running it alone."""
+    options, system, theta = made.options, made.system, made.theta.copy()
+    theta[made.places] = values
+    changes = dict(zip(system.parameters, theta.tolist(), strict=True))
+    try:
+        simulate(
+            system,
+            until=options.until,
+            begin=options.begin,
+            parameters=changes,
+            start=options.start,
+            rtol=options.rtol,
+            atol=options.atol,
+            method=options.method,  # type: ignore[arg-type]
+            max_steps=options.max_steps,
+        )
+    except LumpedError as error:
+        return str(error)
+    return f"{system.name}: this run failed (status {status})."

@@ -11,13 +11,13 @@ from typing import Any
 from lumped.compiler.system import Changes, System
 from lumped.ensembles.collected_runs import collected, failures_of, fixed, labelled
 from lumped.ensembles.ensemble_file import EnsembleFile, heading
-from lumped.ensembles.native_runs import NativeRuns
 from lumped.ensembles.outcome import Ensemble
-from lumped.ensembles.run_records import RunOptions
 from lumped.ensembles.variants import Over, Sampling, variants_of
 from lumped.errors import OptionError, SolverError, shown
 from lumped.functionals import Functional
 from lumped.functionals.functional import watching
+from lumped.many_runs.native_runs import NativeRuns
+from lumped.many_runs.run_records import RunOptions
 from lumped.simulation.simulate import Method, check_options
 from lumped.support.arguments import checked
 from lumped.support.units import in_seconds

@@ -12,11 +12,11 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.ensembles.line_file import LineFile
-from lumped.ensembles.native_runs import Batch
-from lumped.ensembles.run_records import RunOptions
 from lumped.ensembles.variants import ParameterSets
 from lumped.functionals import Functional
 from lumped.kernel.run import FULL
+from lumped.many_runs.native_runs import Batch
+from lumped.many_runs.run_records import RunOptions
 from lumped.timeloop.fingerprint import fingerprint
 
 __all__ = ["EnsembleFile", "heading"]

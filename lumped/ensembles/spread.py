@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from lumped.ensembles.native_runs import Batch, NativeRuns
 from lumped.errors import SolverError
+from lumped.many_runs.native_runs import Batch, NativeRuns
 from lumped.numerics.cluster import handed_out
 
 __all__ = ["DIED", "Done", "in_threads", "on_cluster"]

@@ -15,8 +15,6 @@ from lumped.code.to_c import as_c, header
 from lumped.code.trigonometry import cosine, sine
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
-from lumped.ensembles.run_records import watch_of
-from lumped.ensembles.watched import Watched
 from lumped.exchange.c_memory import Memory
 from lumped.exchange.interface import Interface, Shown, limits_of
 from lumped.flattening import hold_modes
@@ -31,6 +29,8 @@ from lumped.kernel.positions import begin, calm_positions, find_positions
 from lumped.kernel.run import Pattern
 from lumped.kernel.steps import is_unfit
 from lumped.kernel.yielding import watch_redundancy
+from lumped.many_runs.run_records import watch_of
+from lumped.many_runs.watched import Watched
 from lumped.timeloop.executable import enclosed_of, enclosed_sizes, parts_of
 from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.instants import clocks

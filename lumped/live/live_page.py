@@ -14,7 +14,6 @@ import numpy as np
 
 from lumped.compiler.assemble import assemble
 from lumped.compiler.system import Changes, Name, System
-from lumped.ensembles.watched import POSITIONS, Watched
 from lumped.errors import OptionError
 from lumped.exchange.interface import uneven_clocks
 from lumped.explorer.sliders import Ends, Slider
@@ -25,6 +24,7 @@ from lumped.functionals.functional import Functional, watching
 from lumped.language.component import Component
 from lumped.live.numbers import rules, watched_numbers
 from lumped.live.run_code import run_code
+from lumped.many_runs.watched import POSITIONS, Watched
 from lumped.plots.over_time import over_time
 from lumped.plots.picture import Curve
 from lumped.simulation.simulate import simulate

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from lumped.compiler.system import System
-from lumped.ensembles.watched import Watched
 from lumped.errors import OptionError
 from lumped.functionals import Functional, highest, lowest
 from lumped.language.expression import Call, ConstantExpression, Expr
+from lumped.many_runs.watched import Watched
 
 __all__ = ["rules", "watched_numbers"]
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from importlib import resources
 
 from lumped.compiler.system import Changes, System
-from lumped.ensembles.watched import Watched
 from lumped.exchange.c_compiler import Linked, compiled, zig_compiler
 from lumped.exchange.c_tables import model_files
 from lumped.exchange.interface import Interface
+from lumped.many_runs.watched import Watched
 from lumped.timeloop.result import OperatingPoint
 
 __all__ = ["run_code"]

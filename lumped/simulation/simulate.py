@@ -11,6 +11,7 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import Interrupted, OptionError, SolverError
+from lumped.many_runs.read_run import read_run
 from lumped.points.start import found_start
 from lumped.simulation.certify import certified
 from lumped.simulation.compare import between
@@ -169,8 +170,9 @@ def simulate(
     both_sides = grid is None or isinstance(grid, int)
     found = run_from(point, until, rtol, relative_atol, used, max_steps, times, both_sides)
     refuse_run_outside(found)
+    options = (until, rtol, relative_atol, used, max_steps)
+    found = replace(found, read=functools.partial(read_run, point, *options))
     if point.again is not None:
-        options = (until, rtol, relative_atol, used, max_steps)
         found = replace(found, again=again_from(point, *options))
     if not certify:
         return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,6 +13,7 @@ import numpy as np
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, SolverError, UnknownNameError
+from lumped.functionals import Functional
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
@@ -338,6 +339,8 @@ class Trajectory(Named):
         Cost of the run.
     certificate : Certificate or None
         Error estimate, if it was asked for.
+    read : callable or None
+        Makes the run again and gives functionals of it; None where nobody can.
     again : callable or None
         Makes the same run with the states that were left out, at some times and on both sides of
         its own jumps; None where there are none, or nobody can.
@@ -352,6 +355,7 @@ class Trajectory(Named):
     events: tuple[Event, ...]
     statistics: Statistics
     certificate: Any = None
+    read: Callable[[Sequence[Functional]], np.ndarray] | None = None
     again: Callable[[np.ndarray], Trajectory] | None = None
     told: Told = field(default_factory=dict)
     _known: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
@@ -366,6 +370,34 @@ class Trajectory(Named):
         """States, shape (len(t), n), in the order of each piece's system."""
         none = np.zeros((0, len(self.system.structure.states)))
         return np.concatenate([none, *(piece.x for piece in self.pieces)])
+
+    @checked
+    def value(self, of: Functional) -> float:
+        """A functional of the run, such as ``lumped.functionals.peak("shaft.tau")``.
+
+        The run is made again from its start, and the time loop collects what the functional reads
+        on the way, as for an ensemble: to the tolerance of the run, whatever its output times are.
+
+        Parameters
+        ----------
+        of : Functional
+            From `lumped.functionals`.
+
+        Returns
+        -------
+        float
+
+        Raises
+        ------
+        OptionError
+            If the run has no such functional, an event that it asks for does not happen, or the run
+            does not come from `lumped.simulate`.
+        UnknownNameError
+            If a quantity does not exist.
+        """
+        if self.read is None:
+            raise OptionError(f"{self.system.name}: {of}: only runs from lumped.simulate are read.")
+        return float(self.read([of])[0])
 
     @property
     def steps(self) -> int:

@@ -9,10 +9,10 @@ import numpy as np
 
 from lumped.compiler.system import Changes, System
 from lumped.ensembles.collected_runs import RunsAt
-from lumped.ensembles.run_records import RunOptions
 from lumped.errors import LumpedError, OptionError, UnknownNameError
 from lumped.functionals import Functional
 from lumped.gradients.gradient_ensemble import gradients_at
+from lumped.many_runs.run_records import RunOptions
 from lumped.tolerances.evaluated import Array, Evaluated, Failures
 
 __all__ = ["OfRuns"]

@@ -7,10 +7,10 @@ from ensemble_runs import CURVE, Alone, drive, ran, states
 import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Fixed, Inertia, SpringDamper
-from lumped.ensembles import watched
 from lumped.errors import OptionError
 from lumped.kernel import engine, turning
 from lumped.life import SNCurve, goodman
+from lumped.many_runs import watched
 from lumped.models.reversing_mill.scenes import RATED, SHAFTS, pulled_apart
 from lumped.ops import log, sin, sqrt, where
 from lumped.timeloop.cycle_count import count_cycles

@@ -6,8 +6,8 @@ import pytest
 import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Brake, Fixed, Inertia, Spring, Torque
-from lumped.ensembles.native_runs import NativeRuns
 from lumped.errors import OptionError, ParameterError, SolverError, UnknownNameError
+from lumped.many_runs.native_runs import NativeRuns
 from lumped.ops import log, sqrt
 
 C = np.linspace(50.0, 200.0, 7)

@@ -17,8 +17,8 @@ import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Fixed, Inertia, Spring
 from lumped.ensembles.ensemble_file import EnsembleFile
-from lumped.ensembles.native_runs import NativeRuns
 from lumped.errors import OptionError, SolverError
+from lumped.many_runs.native_runs import NativeRuns
 
 C = np.linspace(50.0, 200.0, 7)
 MANY = np.linspace(50.0, 200.0, 600)

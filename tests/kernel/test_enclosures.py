@@ -17,6 +17,7 @@ from lumped.code.operations import operations_of
 from lumped.kernel import enclosure, engine
 from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.models import REST, to_bernstein
+from lumped.many_runs.native_runs import NativeRuns
 
 # -- models ----------------------------------------------------------------------------------------
 
@@ -329,8 +330,7 @@ def test_engines_and_lanes_find_the_same_instants():
     of = {"count": fun.count(name), "first": fun.instant(name), "n": fun.final("n")}
     points = np.append(1 - np.logspace(-10, -1, 10), border)[:, None]
     lanes, alone = (
-        ran(system, ["border"], points, of, kind=kind, **options)
-        for kind in (lp.ensembles.native_runs.NativeRuns, Alone)
+        ran(system, ["border"], points, of, kind=kind, **options) for kind in (NativeRuns, Alone)
     )
     assert_same_bits(lanes, alone)
     assert lanes.values[-1, :2].tolist() == [4, expected[0]]

@@ -17,6 +17,7 @@ from lumped.code.words import call
 from lumped.components import Backlash, Clutch, Damper, Fixed, Inertia, SpringDamper, Torque
 from lumped.errors import OptionError
 from lumped.kernel import engine, taylor
+from lumped.many_runs.native_runs import NativeRuns
 from lumped.timeloop.executable import executable, smooth_executable
 
 ORDER, AT = 14, 0.3
@@ -384,7 +385,7 @@ def test_a_root_at_zero_is_passed_in_another_way():
     given = {"until": 1.0, "rtol": 1e-9, "method": "taylor"}
     lanes, alone = (
         ran(system, [], np.zeros((9, 0)), {str(f): f for f in of}, kind=kind, **given)
-        for kind in (lp.ensembles.native_runs.NativeRuns, Alone)
+        for kind in (NativeRuns, Alone)
     )
     assert_same_bits(lanes, alone)
     assert lanes.values[0, 0] == pytest.approx(run["x"][-1], rel=1e-15)

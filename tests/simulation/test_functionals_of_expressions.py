@@ -10,9 +10,9 @@ import lumped as lp
 from lumped import functionals as fun
 from lumped import ops
 from lumped.components import Brake, Inertia, SpringDamper, Torque
-from lumped.ensembles.native_runs import NativeRuns
 from lumped.errors import EquationError, OptionError, UnitError, UnknownNameError
 from lumped.functionals.functional import watching
+from lumped.many_runs.native_runs import NativeRuns
 
 A, B, SHARE, UNTIL = 3.0, 20.0, 0.4, 2.0
 STEP = 1e-30j

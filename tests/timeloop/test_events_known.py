@@ -12,6 +12,7 @@ from lumped import functionals as fun
 from lumped.components import Brake, CamSwitch, Inertia, Torque
 from lumped.components import translation as tr
 from lumped.kernel import engine
+from lumped.many_runs.native_runs import NativeRuns
 
 METHODS = ("explicit", "implicit", "taylor")
 t = lp.time
@@ -67,7 +68,7 @@ def test_cams_in_lanes_switch_as_in_single_runs():
     for method in ("steps", "taylor"):
         lanes, alone = (
             ran(cam(0.1), ["cam.width"], widths[:, None], of, kind=kind, until=until, method=method)
-            for kind in (lp.ensembles.native_runs.NativeRuns, Alone)
+            for kind in (NativeRuns, Alone)
         )
         assert_same_bits(lanes, alone)
         expected = [passed(width, 100.0, until) for width in widths]
@@ -262,7 +263,7 @@ def test_pulses_in_lanes_and_by_all_engines_have_the_bits_of_single_runs():
     for method in ("steps", "taylor"):
         lanes, alone = (
             ran(system, ["a.J"], points, of, kind=kind, until=1.6, method=method)
-            for kind in (lp.ensembles.native_runs.NativeRuns, Alone)
+            for kind in (NativeRuns, Alone)
         )
         assert_same_bits(lanes, alone)
         total = 12e-5 * np.sqrt(np.pi) + 14e-2 * np.sqrt(np.pi) * np.sin(1.5) * np.exp(-0.25e-4)

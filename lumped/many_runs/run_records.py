@@ -13,7 +13,6 @@ from lumped.code.functions import compiled_functions
 from lumped.code.operations import Operations, operations_of
 from lumped.code.records import address
 from lumped.compiler.system import Changes, System
-from lumped.ensembles.watched import POSITIONS, Watched
 from lumped.errors import LumpedError
 from lumped.functionals import Functional
 from lumped.kernel import engine
@@ -23,6 +22,7 @@ from lumped.kernel.many_runs.variants import Variants
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Run, RunOutput
 from lumped.kernel.watch import Watch
+from lumped.many_runs.watched import POSITIONS, Watched
 from lumped.points.direct_start import DirectStart, direct_start
 from lumped.points.start import by_name, found_start
 from lumped.points.start_search import given_values
@@ -54,7 +54,7 @@ class RunOptions:
 
     until: float
     begin: float = 0.0
-    start: Changes | None = None
+    start: Changes | OperatingPoint | None = None
     rtol: float = 1e-6
     atol: float | None = None
     method: str = "steps"
@@ -89,9 +89,12 @@ class RunRecords:
         self.watched = Watched(system, of, options.begin, options.until)
         self._code = executable(system)
         self._code.compile()
-        changed = given_values(system, by_name(options.start))
+        changed: dict[int, float] = {}
+        self._start: DirectStart | None = None
+        if not isinstance(options.start, OperatingPoint):
+            changed = given_values(system, by_name(options.start))
+            self._start = direct_start(system, tuple(changed))
         self._start_values = np.array(list(changed.values()), dtype=float)
-        self._start = direct_start(system, tuple(changed))
         functions = dict(self.watched.functions)
         if self._start is not None:
             functions["start"] = operations_of(_with_inputs(system, self._start, len(changed)))
@@ -306,7 +309,9 @@ class RunRecords:
         return self._start is not None
 
     def started(self, values: np.ndarray) -> OperatingPoint | None:
-        """The start of a variant, found by a search; None if there is none."""
+        """The start of a variant, given or found by a search; None if there is none."""
+        if isinstance(self.options.start, OperatingPoint):
+            return self.options.start
         theta = dict(zip(self.system.parameters, self.theta.tolist(), strict=True))
         theta |= dict(zip(self.names, values.tolist(), strict=True))
         try:

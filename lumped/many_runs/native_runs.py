@@ -10,15 +10,13 @@ import numpy as np
 
 from lumped.code.records import address
 from lumped.compiler.system import System
-from lumped.ensembles.other_leads import AloneRecords, OtherLeads
-from lumped.ensembles.run_records import RunOptions, RunRecords
-from lumped.errors import LumpedError
 from lumped.functionals import Functional
 from lumped.kernel import engine
 from lumped.kernel.many_runs.lane_records import WAITING
 from lumped.kernel.many_runs.variants import Queue
 from lumped.kernel.run import ASKS, DONE, FULL, NEEDS_MATRIX, NO_START, UNFIT, Run
-from lumped.simulation.simulate import simulate
+from lumped.many_runs.other_leads import AloneRecords, OtherLeads
+from lumped.many_runs.run_records import RunOptions, RunRecords
 from lumped.support.optional_packages import extra
 from lumped.support.process_lock import process_lock
 from lumped.timeloop.programs import Answers
@@ -107,28 +105,6 @@ class NativeRuns(RunRecords):
         self.is_stopped = True
         for worker in self._workers:
             worker.stop()
-
-    def fault(self, values: np.ndarray, status: int) -> str:
-        """Why a variant failed, found by running it alone."""
-        options, system = self.options, self.system
-        theta = self.theta.copy()
-        theta[self.places] = values
-        changes = dict(zip(system.parameters, theta.tolist(), strict=True))
-        try:
-            simulate(
-                system,
-                until=options.until,
-                begin=options.begin,
-                parameters=changes,
-                start=options.start,
-                rtol=options.rtol,
-                atol=options.atol,
-                method=options.method,  # type: ignore[arg-type]
-                max_steps=options.max_steps,
-            )
-        except LumpedError as error:
-            return str(error)
-        return f"{system.name}: this run failed (status {status})."
 
 
 class _Worker:

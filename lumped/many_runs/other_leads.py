@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable
 
 from lumped.compiler.system import System
-from lumped.ensembles.run_records import RunRecords
 from lumped.errors import LumpedError
 from lumped.kernel import engine
 from lumped.kernel.many_runs.variants import Queue, Variants
 from lumped.kernel.run import ASKS, NEEDS_MATRIX, RESTART, UNFIT
+from lumped.many_runs.run_records import RunRecords
 from lumped.timeloop.leading_states import exchanged
 from lumped.timeloop.programs import Answers
 

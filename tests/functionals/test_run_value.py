@@ -1,0 +1,114 @@
+"""A functional is the same number of a run, an ensemble, a gradient and a scatter."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped import functionals as fun
+from lumped.components import Damper, Fixed, Inertia, Spring, Stop, Torque
+from lumped.errors import OptionError
+
+UNTIL = 3.0
+
+
+@pytest.fixture(scope="module")
+def bouncing():
+    """A body is pulled to a stop, with a spring beside it."""
+    return lp.assemble(
+        lp.compose(
+            a=Inertia(J=1.0, phi=1.0),
+            pull=Torque(tau=-1.0),
+            stop=Stop(phi_min=0.0, restitution=0.5),
+            wall=Fixed(),
+            spring=Spring(c=0.3),
+            damper=Damper(d=0.02),
+            connections=lambda m: [
+                lp.connect(m.a.flange_a, m.pull.flange, m.stop.flange_b, m.spring.flange_b),
+                lp.connect(m.a.flange_a, m.damper.flange_b),
+                lp.connect(m.wall.flange, m.spring.flange_a, m.damper.flange_a),
+            ],
+        )
+    )
+
+
+FUNCTIONALS = {
+    "final": fun.final("a.w"),
+    "peak": fun.peak("a.w"),
+    "highest": fun.highest("a.w", between=(0.2, 2.9)),
+    "lowest": fun.lowest("a.w"),
+    "swing": fun.swing("a.w"),
+    "integral": fun.integral("spring.tau", "a.w"),
+    "mean": fun.mean("a.phi"),
+    "rms": fun.rms("a.w", between=(0.5, 2.5)),
+    "at": fun.at([0.5, 1.1], "a.phi"),
+    "before": fun.at_event("a.w", "stop"),
+    "instant": fun.instant("stop", number=1),
+    "loss": fun.loss("stop"),
+    "impulse": fun.impulse("stop"),
+    "ratio": fun.peak("a.w") / fun.rms("a.w") + fun.span(),
+}
+
+
+@pytest.mark.parametrize("name", FUNCTIONALS)
+def test_all_analyses_give_the_same_number(bouncing, name):
+    functional, scene = FUNCTIONALS[name], {"until": UNTIL, "rtol": 1e-9}
+    run = lp.simulate(bouncing, grid=7, **scene)
+    value = run.value(functional)
+    many = lp.ensemble(bouncing, over={"a.J": [1.0]}, of={"f": functional}, **scene)
+    found = lp.gradient(bouncing, of=[functional], to=["a.J"], **scene)
+    scatter = lp.scatter(
+        bouncing, of=functional, over={"a.J": lp.normal(1.0, 1e-9)}, runs=2, seed=1, **scene
+    )
+    others = [many["f"][0], found.values[0], scatter.values[0, 0]]
+    assert others == pytest.approx([value] * 3, rel=1e-7, abs=1e-9)
+
+
+def test_a_value_does_not_depend_on_the_output_times(bouncing):
+    """The body falls from 1 with ``w = -a t`` nearly: its peak is that of the first impact."""
+    values = [
+        lp.simulate(bouncing, until=UNTIL, grid=grid, method=method).value(fun.peak("a.w"))
+        for grid, method in ((2, "auto"), (500, "auto"), (None, "auto"), (3, "implicit"))
+    ]
+    # energy: w^2 = 2 tau h - c h^2, less what the damper takes, at most d h w
+    top = np.sqrt(2 * 1.0 + 0.3)
+    assert values == pytest.approx([values[0]] * 4, rel=1e-5)
+    assert top * (1 - 0.02) < values[0] < top
+
+
+def test_runs_that_go_on_and_runs_from_points_are_read(bouncing):
+    whole = lp.simulate(bouncing, until=UNTIL, rtol=1e-9)
+    early = lp.simulate(bouncing, until=1.0, rtol=1e-9)
+    late = lp.simulate(bouncing, until=UNTIL, start=early.point(1.0), rtol=1e-9)
+    work = fun.integral("spring.tau", "a.w")
+    assert early.value(work) + late.value(work) == pytest.approx(whole.value(work), rel=1e-7)
+    assert late.value(fun.span()) == UNTIL - 1.0
+    again = pickle.loads(pickle.dumps(late))
+    assert again.value(work) == late.value(work)
+
+
+def test_a_closed_form_is_read_by_steps():
+    w = 3.0
+    system = lp.assemble(
+        lp.compose(
+            wall=Fixed(),
+            spring=Spring(c=w**2),
+            a=Inertia(J=1.0, phi=1.0),
+            connections=lambda m: lp.chain(m.wall, m.spring, m.a),
+        )
+    )
+    run = lp.simulate(system, until=2.0, method="exact", rtol=1e-9)
+    assert run.value(fun.rms("a.phi")) == pytest.approx(
+        np.sqrt(0.5 + np.sin(4 * w) / (8 * w)), rel=1e-7
+    )
+
+
+def test_what_a_run_does_not_have_is_named(bouncing):
+    run = lp.simulate(bouncing, until=0.5)
+    with pytest.raises(OptionError, match="this event of stop does not happen in this run"):
+        run.value(fun.instant("stop"))
+    with pytest.raises(OptionError, match=r"frequency\(0\).* is nothing that a run gives"):
+        run.value(fun.frequency(0))
+    with pytest.raises(OptionError, match=r"the runs last from 0 to 0\.5 s"):
+        run.value(fun.at(0.7, "a.w"))
