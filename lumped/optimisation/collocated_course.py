@@ -8,18 +8,16 @@ import casadi as ca
 import numpy as np
 
 from lumped.errors import OptionError
-from lumped.functionals import Functional
 from lumped.numerics.collocation import fractions, phase
 from lumped.numerics.nlp import Programme
 from lumped.optimisation.discretisation import Discretisation
-from lumped.optimisation.terms import measured
 from lumped.orbits.guesses import drifting, needs_time
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.points.start import start_slopes
 from lumped.simulation.simulate import simulate
 from lumped.timeloop.result import OperatingPoint, Trajectory
 
-__all__ = ["Repeating", "collocated", "measured_well", "of_orbit", "repeating", "simulated"]
+__all__ = ["Repeating", "collocated", "of_orbit", "repeating", "simulated"]
 
 _SHORTEST = 0.2
 """Of an unknown period, over that at the start."""
@@ -27,7 +25,6 @@ _TURNS, _SAME_RATES = 1e-6, 1e-7
 """Gain of a state, over its size, from which it turns; change of rates that is none."""
 
 _RTOL = 1e-10
-_DOUBLINGS, _SAME = 8, 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,16 +185,3 @@ def simulated(
     """An ordinary run from the states found, with as many output times as there are nodes."""
     point = OperatingPoint(run.system, 0.0, x[:, 0], theta, settings[0])
     return simulate(run.system, until=float(t[-1]), start=point, grid=len(t) - 1, rtol=_RTOL)
-
-
-def measured_well(run: Trajectory, functionals: list[Functional]) -> list[float]:
-    """Functionals of a run, its output times doubled until they stay the same."""
-    found = [measured(functional, run) for functional in functionals]
-    point, count, until = run.point(run.t[0]), len(run.t), float(run.t[-1])
-    for _ in range(_DOUBLINGS if functionals else 0):
-        count, before = 2 * count, found
-        finer = simulate(run.system, until=until, start=point, grid=count, rtol=_RTOL)
-        found = [measured(functional, finer) for functional in functionals]
-        if np.allclose(found, before, rtol=_SAME, atol=0.0):
-            break
-    return found

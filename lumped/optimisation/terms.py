@@ -336,7 +336,7 @@ def number_of(
 
 
 def measured(functional: Functional, run: Trajectory) -> float:
-    """A functional of a run, between its output times too: by quintics through its points."""
+    """A functional of a run without states, between its output times too, by quintics."""
     read = []
     for reading in functional.readings:
         if not isinstance(reading, OfQuantities):

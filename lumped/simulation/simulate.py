@@ -161,8 +161,12 @@ def simulate(
                 "it was made for; give no parameters or free parameters beside it."
             )
         point = start if start.time == begin else replace(start, time=begin)
+        begun = None
     else:
-        point = found_start(system, parameters, start, free, begin)
+        begun = functools.partial(
+            found_start, parameters=parameters, start=start, free=tuple(free), time=begin
+        )
+        point = begun(system)
     relative_atol = max(rtol * 1e-3, 1e-12) if atol is None else atol
     used = "steps" if method == "auto" and times is None else method
     if used == "auto" and closed_form_pays(point, until, rtol):
@@ -171,7 +175,7 @@ def simulate(
     found = run_from(point, until, rtol, relative_atol, used, max_steps, times, both_sides)
     refuse_run_outside(found)
     options = (until, rtol, relative_atol, used, max_steps)
-    found = replace(found, read=functools.partial(read_run, point, *options))
+    found = replace(found, read=functools.partial(read_run, point, begun, *options))
     if point.again is not None:
         found = replace(found, again=again_from(point, *options))
     if not certify:

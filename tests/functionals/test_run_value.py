@@ -88,20 +88,35 @@ def test_runs_that_go_on_and_runs_from_points_are_read(bouncing):
     assert again.value(work) == late.value(work)
 
 
-def test_a_closed_form_is_read_by_steps():
-    w = 3.0
-    system = lp.assemble(
+@pytest.fixture(scope="module")
+def cosine():
+    """``phi = cos(3 t)``."""
+    return lp.assemble(
         lp.compose(
             wall=Fixed(),
-            spring=Spring(c=w**2),
+            spring=Spring(c=9.0),
             a=Inertia(J=1.0, phi=1.0),
             connections=lambda m: lp.chain(m.wall, m.spring, m.a),
         )
     )
-    run = lp.simulate(system, until=2.0, method="exact", rtol=1e-9)
-    assert run.value(fun.rms("a.phi")) == pytest.approx(
-        np.sqrt(0.5 + np.sin(4 * w) / (8 * w)), rel=1e-7
-    )
+
+
+def test_a_closed_form_is_read_by_steps(cosine):
+    run = lp.simulate(cosine, until=2.0, method="exact", rtol=1e-9)
+    expected = np.sqrt(0.5 + np.sin(12.0) / 24.0)
+    assert run.value(fun.rms("a.phi")) == pytest.approx(expected, rel=1e-7)
+
+
+def test_formulas_with_kinks_are_read_to_the_tolerance(cosine):
+    """For how long the angle is above 0.3 in a turn of ``2 pi / 3``."""
+    phi = cosine.model.a.phi
+    above = fun.integral(lp.ops.where(phi > 0.3, 1, 0))
+    run = lp.simulate(cosine, until=2 * np.pi / 3, rtol=1e-9)
+    assert run.value(above) == pytest.approx(2 * np.arccos(0.3) / 3, abs=1e-8)
+    assert run.value(fun.mean(abs(phi))) == pytest.approx(2 / np.pi, abs=1e-8)
+    late = lp.simulate(cosine, until=2.0, start=run.point(1.0))
+    with pytest.raises(OptionError, match="has kinks"):
+        late.value(above)
 
 
 def test_what_a_run_does_not_have_is_named(bouncing):
