@@ -50,8 +50,9 @@ def read_run(
     if system is not point.system:
         if begun is None:
             raise OptionError(
-                f"{system.name}: {', '.join(map(str, of))}: a formula has kinks, at which a run from "
-                "an operating point does not stop. Write lumped.ops.smooth around what has them."
+                f"{system.name}: {', '.join(map(str, of))}: a formula has kinks, at which a run "
+                "from an operating point does not stop. Write lumped.ops.smooth around what has "
+                "them."
             )
         point = begun(system)
     by = "steps" if method in ("auto", "exact") else method
