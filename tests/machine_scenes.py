@@ -1,5 +1,9 @@
 """Short runs of the five machines, and of the same run by several engines."""
 
+from functools import cache
+from unittest.mock import patch
+
+import lumped as lp
 from lumped.kernel import engine
 from lumped.models.carrousel_coiler.scenes import (
     elastic_winding,
@@ -18,6 +22,28 @@ SCENES = {
     "reversing mill": lambda **o: skidding(until=0.2, **o),
     "rotary arm": lambda **o: controlled(until=3.0, **o),
 }
+
+
+class _AskedError(Exception):
+    """A scene has asked for its run."""
+
+
+@cache
+def asked(name):
+    """The system of a scene, with the options of the run that is not made."""
+    found = []
+
+    def noted(system, **options):
+        found.append((system, options))
+        raise _AskedError
+
+    try:
+        with patch.object(lp, "simulate", noted):
+            SCENES[name]()
+    except _AskedError:
+        pass
+    ((system, options),) = found
+    return system, options
 
 
 def by_engines(action, engines=("llvm", "c")):

@@ -13,10 +13,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from all_workers import made_once
 from packaging.metadata import Metadata
 from type_checkers import marked, mypy, pyright
 
 import lumped
+from lumped.models import Row
 
 Checker = Callable[[Path, Path], set[tuple[str, int, str]]]
 ROOT = Path(__file__).resolve().parents[1]
@@ -47,10 +49,8 @@ def content(wheel: Path) -> dict[str, bytes]:
         return {name: archive.read(name) for name in archive.namelist()}
 
 
-@pytest.fixture(scope="module")
-def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def sources_in(copy: Path) -> Path:
     """Copy of the sources without what earlier builds left behind."""
-    copy = tmp_path_factory.mktemp("source") / "project"
     copy.mkdir()
     for file in ROOT.iterdir():
         if file.is_file():
@@ -66,13 +66,23 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
+def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return sources_in(tmp_path_factory.mktemp("source") / "project")
+
+
+@pytest.fixture(scope="module")
 def sdist(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return build("sdist", source, tmp_path_factory.mktemp("sdist") / "dist")
 
 
 @pytest.fixture(scope="module")
-def wheel(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build("wheel", source, tmp_path_factory.mktemp("wheel") / "dist")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Built once for all workers."""
+
+    def built(place: Path) -> Path:
+        return build("wheel", sources_in(place / "project"), place / "dist")
+
+    return made_once(tmp_path_factory, "wheel", built)
 
 
 def test_wheel_holds_every_module_under_its_installed_name(wheel: Path):
@@ -103,6 +113,7 @@ def test_type_checkers_read_the_constructors_in_the_wheel(
     received = checker(tmp_path / "installed", folder)
     expected = marked(place)
     assert received == expected
+    assert len(expected) > 30
 
 
 def test_editable_install_names_the_folder_that_type_checkers_read(source: Path, tmp_path: Path):
@@ -159,17 +170,17 @@ def test_wheel_imports_without_the_sources(wheel: Path, tmp_path: Path):
     assert [Path(file) for file in received] == expected
 
 
-def test_wheel_computes_what_the_checkout_computes(wheel: Path, tmp_path: Path):
+def test_wheel_computes_what_the_checkout_computes(
+    wheel: Path, tmp_path: Path, machine_rows: Callable[[str], list[Row]]
+):
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(tmp_path)
-    for name, root in (("wheel", tmp_path), ("checkout", ROOT)):
-        call = ("-m", "lumped", "run", "reversing_mill", "--json", tmp_path / f"{name}.json")
-        run(*call, cwd=root, PYTHONPATH=str(root))
-    received, expected = (
-        json.loads((tmp_path / f"{name}.json").read_text()) for name in ("wheel", "checkout")
-    )
-    assert received["rows"]
-    assert received == expected
+    file = tmp_path / "wheel.json"
+    call = ("-m", "lumped", "run", "reversing_mill", "--json", file)
+    run(*call, cwd=tmp_path, PYTHONPATH=str(tmp_path))
+    received = {row["quantity"]: row["computed"] for row in json.loads(file.read_text())["rows"]}
+    assert received
+    assert received == {row.quantity: row.computed for row in machine_rows("reversing_mill")}
 
 
 def test_source_distribution_holds_all_sources_documentation_and_tests(source: Path, sdist: Path):

@@ -81,7 +81,7 @@ def speeds_of(run, count):
 @pytest.mark.parametrize("freewheels", [0.0, 0.5])
 def test_accelerations_of_random_nets_obey_gauss_principle(freewheels):
     worst = redundant = sticking = 0
-    for seed in range(60):
+    for seed in range(30):
         net = Net(seed, freewheels)
         count = len(net.J)
         w = net.rng.integers(0, 2, count) * 3.0  # several bodies at the same speed, some at rest
@@ -102,9 +102,9 @@ def test_accelerations_of_random_nets_obey_gauss_principle(freewheels):
         held = net.G[np.abs(net.G @ expected) < 1e-9]
         redundant += len(held) > np.linalg.matrix_rank(held) if len(held) else 0
     print(
-        f"60 nets, {sticking} elements stick, {redundant} nets redundant, worst {worst:.1e} rad/s2"
+        f"30 nets, {sticking} elements stick, {redundant} nets redundant, worst {worst:.1e} rad/s2"
     )
-    assert sticking > 50
+    assert sticking > 25
     assert redundant > 3
 
 
@@ -113,12 +113,12 @@ CROWDED = (118, 119, 146, 159)
 
 
 @pytest.mark.parametrize(
-    ("seed", "freewheels"), [*((100 + i, 0.0) for i in range(6)), *((i, 0.4) for i in CROWDED)]
+    ("seed", "freewheels"), [*((100 + i, 0.0) for i in range(3)), *((i, 0.4) for i in CROWDED)]
 )
 def test_random_nets_move_as_implicit_time_stepping_does(seed, freewheels):
     """Moreau's scheme finds standstill by itself; a change of direction costs it up to a step."""
     net = Net(seed, freewheels)
-    count, until, steps = len(net.J), 2.0, 2000
+    count, until, steps = len(net.J), 2.0, 1000
     w = net.rng.uniform(-3.0, 3.0, count)
     rates = net.rng.uniform(2.0, 9.0, count)
     if freewheels:

@@ -53,7 +53,7 @@ def genset(misfire=(), load=-RATED):
 
 def report(path, parameters=None):
     of = ["coupling.tau", "coupling.phi_rel", "shaft.sections[0].stress", "alternator.phi"]
-    speeds = np.linspace(700, 1600, 41) * RPM
+    speeds = np.linspace(700, 1600, 19) * RPM
     options = {"speeds": speeds, "of": of, "over": "flywheel.phi", "turns": 2, "free": "load.tau"}
     responses, heat = {}, {}
     for case, miss in (("all cylinders fire", {}), ("cylinder 1 misfires", {1: "compression"})):

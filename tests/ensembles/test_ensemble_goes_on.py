@@ -278,11 +278,9 @@ def test_a_file_of_values_at_other_instants_is_refused(system, tmp_path):
 # -- a cluster -------------------------------------------------------------------------------------
 
 
-def chunks(store):
-    return store.read_bytes().count(b"\n") - 1
-
-
-def test_a_cluster_of_two_processes_gives_the_same_bits_even_if_one_dies(system, whole, tmp_path):
+@pytest.fixture(scope="module")
+def client():
+    """That of a cluster of two processes."""
     distributed = pytest.importorskip("distributed")
     with (
         distributed.LocalCluster(
@@ -290,29 +288,40 @@ def test_a_cluster_of_two_processes_gives_the_same_bits_even_if_one_dies(system,
         ) as cluster,
         distributed.Client(cluster) as client,
     ):
-        assert_equal(ran(system, client=client, store=tmp_path / "runs.jsonl"), whole)
-        assert_equal(ran(system, store=tmp_path / "runs.jsonl"), whole)
-        shaft = system.model.shaft
-        slack = {"of": {"slack": fun.integral(abs(shaft.tau) - shaft.c * 0.01)}}
-        assert_equal(ran(system, client=client, **slack), ran(system, **slack))
-        over = {"c": np.linspace(50.0, 200.0, 800), "until": 300.0}
-        here = ran(system, **over)
-        (victim, *_), store = client.run(os.getpid).values(), tmp_path / "long.jsonl"
-        killed = []
+        yield client
 
-        def kill():
-            """As soon as there are results, and others to come."""
-            while not store.exists() or chunks(store) < 3:
-                time.sleep(0.005)
-            os.kill(victim, signal.SIGKILL)
-            killed.append(chunks(store))
 
-        killer = threading.Thread(target=kill)
-        killer.start()
-        there = ran(system, client=client, store=store, **over)
-        killer.join()
-        print(f"killed after {killed[0]} of {chunks(store)} chunks")
-        assert_equal(there, here)
+def chunks(store):
+    return store.read_bytes().count(b"\n") - 1
+
+
+def test_a_cluster_of_two_processes_gives_the_same_bits_even_if_one_dies(
+    system, whole, client, tmp_path
+):
+    assert_equal(ran(system, client=client, store=tmp_path / "runs.jsonl"), whole)
+    assert_equal(ran(system, store=tmp_path / "runs.jsonl"), whole)
+    shaft = system.model.shaft
+    slack = {"of": {"slack": fun.integral(abs(shaft.tau) - shaft.c * 0.01)}}
+    assert_equal(ran(system, client=client, **slack), ran(system, **slack))
+    over = {"c": np.linspace(50.0, 200.0, 800), "until": 150.0}
+    here = ran(system, **over)
+    (victim, *_), store = client.run(os.getpid).values(), tmp_path / "long.jsonl"
+    killed = []
+
+    def kill():
+        """As soon as there are results, and others to come."""
+        while not store.exists() or chunks(store) < 3:
+            time.sleep(0.005)
+        os.kill(victim, signal.SIGKILL)
+        killed.append(chunks(store))
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    there = ran(system, client=client, store=store, **over)
+    killer.join()
+    print(f"killed after {killed[0]} of {chunks(store)} chunks")
+    assert killed[0] < chunks(store)
+    assert_equal(there, here)
 
 
 class Packed:
@@ -336,8 +345,9 @@ def fatal_once(flag):
     return Packed(exec, "\n".join(lines))
 
 
-def test_a_worker_of_a_cluster_may_die_while_it_is_given_the_model(system, whole, tmp_path):
-    distributed = pytest.importorskip("distributed")
+def test_a_worker_of_a_cluster_may_die_while_it_is_given_the_model(
+    system, whole, client, tmp_path, monkeypatch
+):
     reduced = NativeRuns.__reduce__
 
     def first_fatal(runs):
@@ -348,23 +358,16 @@ def test_a_worker_of_a_cluster_may_die_while_it_is_given_the_model(system, whole
         return run["shaft.phi_rel"][-1] + 0 * len(str(fatal))
 
     fatal = fatal_once(tmp_path / "sweep")
-    with (
-        distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0"
-        ) as cluster,
-        distributed.Client(cluster) as client,
-        pytest.MonkeyPatch.context() as patch,
-    ):
-        patch.setattr(NativeRuns, "__reduce__", first_fatal)
-        assert_equal(ran(system, client=client), whole)
-        assert (tmp_path / "runs").exists()
-        scene = {"over": {"shaft.c": C}, "until": UNTIL}
-        there = lp.sweep(system, of={"x": measure}, client=client, **scene)
-        assert (tmp_path / "sweep").exists()
-        assert (there["x"] == lp.sweep(system, of={"x": last}, workers=1, **scene)["x"]).all()
-        patch.setattr(NativeRuns, "__reduce__", lambda runs: (__import__, ("no_such_package",)))
-        with pytest.raises(SolverError, match=r"cannot make the runs: .*no_such_package"):
-            ran(system, client=client)
+    monkeypatch.setattr(NativeRuns, "__reduce__", first_fatal)
+    assert_equal(ran(system, client=client), whole)
+    assert (tmp_path / "runs").exists()
+    scene = {"over": {"shaft.c": C}, "until": UNTIL}
+    there = lp.sweep(system, of={"x": measure}, client=client, **scene)
+    assert (tmp_path / "sweep").exists()
+    assert (there["x"] == lp.sweep(system, of={"x": last}, workers=1, **scene)["x"]).all()
+    monkeypatch.setattr(NativeRuns, "__reduce__", lambda runs: (__import__, ("no_such_package",)))
+    with pytest.raises(SolverError, match=r"cannot make the runs: .*no_such_package"):
+        ran(system, client=client)
 
 
 # -- sweeps ----------------------------------------------------------------------------------------

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from bits import STEPS, Unit, reachable, states_of_run, states_of_unit
-from machine_scenes import SCENES
+from bits import Unit, reachable, states_of_run, states_of_unit
+from machine_scenes import SCENES, asked
 from random_drives import RandomDrive
 from stiff_in_turn import UNTIL, InTurn
 from test_friction_random import CROWDED, Net
@@ -19,7 +19,8 @@ METHODS = ("auto", "implicit")
 def assert_same(folder, system, times, *, method="auto", version="2.0", start=None, rtol=1e-6):
     path = folder / "unit.fmu"
     options = {"version": version, "kind": "co_simulation", "method": method}
-    lp.export_fmu(system, path, start=start or {}, **options)
+    if not path.exists():
+        lp.export_fmu(system, path, start=start or {}, **options)
     if any(clock.moves and not clock.even for clock in clocks(system)):
         system = system.without_foresight()
     times = reachable(times)
@@ -29,9 +30,7 @@ def assert_same(folder, system, times, *, method="auto", version="2.0", start=No
     return run
 
 
-@pytest.mark.parametrize(
-    ("seed", "freewheels"), [(100, 0.0), (104, 0.0), *((i, 0.4) for i in CROWDED)]
-)
+@pytest.mark.parametrize(("seed", "freewheels"), [(100, 0.0), *((i, 0.4) for i in CROWDED[:2])])
 def test_random_nets_of_friction(tmp_path, seed, freewheels):
     net = Net(seed, freewheels)
     count = len(net.J)
@@ -40,34 +39,27 @@ def test_random_nets_of_friction(tmp_path, seed, freewheels):
         w, rates = np.ones(count), 3.0 + np.arange(count)
     drives = [q * sin(b * lp.time) for q, b in zip(net.Q.tolist(), rates.tolist(), strict=True)]
     system = lp.assemble(net.model(w.tolist(), drives))
-    method = "auto" if freewheels else METHODS[seed % 2]
-    assert_same(tmp_path, system, np.linspace(0.0, 2.0, 21), method=method)
+    assert_same(tmp_path, system, np.linspace(0.0, 2.0, 21))
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_random_drives(tmp_path, seed):
+@pytest.mark.parametrize(("seed", "method"), [(0, "auto"), (2, "implicit")])
+def test_random_drives(tmp_path, seed, method):
     drive = RandomDrive(seed)
     names = [f"body{i}.phi" for i in range(len(drive.shafts))]
     system = lp.assemble(drive.model(), keep=names)
     times = np.linspace(0.0, 1.5, 61)
-    assert_same(tmp_path, system, times, method=METHODS[seed // 2 % 2], version="3.0")
+    assert_same(tmp_path, system, times, method=method, version="3.0")
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", SCENES)
-def test_the_five_machines(tmp_path, monkeypatch, name, method):
-    asked = {}
-    simulate = lp.simulate
-
-    def noted(system, **options):
-        asked.update(options, system=system)
-        return simulate(system, **options)
-
-    monkeypatch.setattr(lp, "simulate", noted)
-    SCENES[name](rtol=1e-8, grid=100, method=STEPS[method])
-    system = lp.assemble(asked["system"].model.with_(dict(asked.get("parameters") or {})))
-    times = np.linspace(0.0, asked["until"], 101)
-    assert_same(tmp_path, system, times, method=method, start=asked.get("start"), rtol=1e-8)
+@pytest.mark.parametrize(
+    ("name", "method"),
+    [*((name, "auto") for name in SCENES), ("coiler, gears", "implicit"), ("shear", "implicit")],
+)
+def test_the_five_machines(tmp_path, name, method):
+    system, options = asked(name)
+    system = lp.assemble(system.model.with_(dict(options.get("parameters") or {})))
+    times, start = np.linspace(0.0, options["until"], 101), options.get("start")
+    assert_same(tmp_path, system, times, method=method, start=start, rtol=1e-8)
 
 
 def chain_of(bodies, drive):
@@ -113,16 +105,17 @@ def test_communication_points_at_instants_and_many_in_one_step(tmp_path, version
 # -- what only a unit does -------------------------------------------------------------------------
 
 
-def driven(tmp_path, **options):
-    path = tmp_path / "unit.fmu"
+@pytest.fixture(scope="module")
+def driven(tmp_path_factory):
+    path = tmp_path_factory.mktemp("driven") / "unit.fmu"
     system = lp.assemble(chain_of(2, 1.0))
-    lp.export_fmu(system, path, version="2.0", inputs=["drive.tau"], **options)
+    lp.export_fmu(system, path, version="2.0", inputs=["drive.tau"])
     return path, system
 
 
-def test_an_input_that_is_set_acts_from_its_communication_point_on(tmp_path):
+def test_an_input_that_is_set_acts_from_its_communication_point_on(driven):
     """The unit is ahead of its importer by then; the model itself has a step of the torque."""
-    path, system = driven(tmp_path)
+    path, system = driven
     unit = Unit(path, stop=2.0, rtol=1e-10)
     times = reachable(np.linspace(0.0, 2.0, 41))
     rows = []
@@ -138,8 +131,8 @@ def test_an_input_that_is_set_acts_from_its_communication_point_on(tmp_path):
     assert np.abs(np.array(rows) - expected).max() <= 1e-8 * np.abs(expected).max()
 
 
-def test_a_unit_that_is_set_back_goes_the_same_way_again(tmp_path):
-    path, system = driven(tmp_path)
+def test_a_unit_that_is_set_back_goes_the_same_way_again(driven):
+    path, system = driven
     unit = Unit(path, stop=1.0)
     names = system.state_names
 
@@ -169,9 +162,9 @@ def test_a_unit_that_is_set_back_goes_the_same_way_again(tmp_path):
     unit.close()
 
 
-def test_a_run_goes_on_beyond_its_stop_time(tmp_path):
+def test_a_run_goes_on_beyond_its_stop_time(driven):
     """Or without one."""
-    path, system = driven(tmp_path)
+    path, system = driven
     run = lp.simulate(system, until=2.0, grid=[2.0], rtol=1e-11)
     expected = run.table(system.state_names)[-1]
     for stop in (None, 0.7):

@@ -4,15 +4,11 @@ import zipfile
 
 import pytest
 from fmus import fmpy, validate_fmu
-from machine_scenes import SCENES
+from machine_scenes import SCENES, asked
 
 import lumped as lp
 from lumped.components import Backlash, Fixed, Inertia, Spring, Torque
 from lumped.errors import OptionError
-
-
-class _AskedError(Exception):
-    """A scene has asked for its run."""
 
 
 @pytest.fixture(autouse=True)
@@ -21,23 +17,10 @@ def _sources_only(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
 
 
-def of_scene(name, monkeypatch):
-    """The system that a scene of a machine runs, and its start."""
-    asked = {}
-
-    def noted(system, **options):
-        asked.update(options, system=system)
-        raise _AskedError
-
-    monkeypatch.setattr(lp, "simulate", noted)
-    with pytest.raises(_AskedError):
-        SCENES[name]()
-    return asked["system"], asked.get("start") or {}
-
-
 @pytest.mark.parametrize("name", SCENES)
-def test_units_of_the_five_machines_are_valid(tmp_path, monkeypatch, name):
-    system, start = of_scene(name, monkeypatch)
+def test_units_of_the_five_machines_are_valid(tmp_path, name):
+    system, options = asked(name)
+    start = options.get("start") or {}
     given = system.parameters
     outputs = [n for n in system.names() if n.endswith(".tau") and n not in given][:5]
     path = tmp_path / "machine.fmu"

@@ -14,10 +14,10 @@ OPERATION = (1400 * RPM, 1600 * RPM)
 WEIGHTS = {DIAMETER: 1.0, SIZE: -0.08}
 
 
-def response_of(system, design, low=1400, high=1600):
+def response_of(system, design, low=1400, high=1600, count=5):
     return order_response(
         system,
-        speeds=np.linspace(low, high, 9) * RPM,
+        speeds=np.linspace(low, high, count) * RPM,
         of=[STRESS],
         over="flywheel.phi",
         turns=2,
@@ -29,7 +29,7 @@ def response_of(system, design, low=1400, high=1600):
 def test_shaft_and_coupling_keep_stress_and_separation_at_once():
     system = genset({1: "compression"})
     found = lp.optimise(
-        response_of(system, {SIZE: 0.4, DIAMETER: 0.06}),
+        response_of(system, {SIZE: 0.7, DIAMETER: 0.075}),
         vary={SIZE: (0.3, 4.0), DIAMETER: (0.03, 0.12)},
         minimise=WEIGHTS,
         subject_to={
@@ -45,7 +45,7 @@ def test_shaft_and_coupling_keep_stress_and_separation_at_once():
 
     def criticals_of(design):
         """Critical speeds, 1/min."""
-        wide = mean_campbell(response_of(system, design, 1100, 1800), orders=(0.5, 1.0, 1.5))
+        wide = mean_campbell(response_of(system, design, 1100, 1800, 9), orders=(0.5, 1.0, 1.5))
         return [critical.speed / RPM for critical in wide.critical]
 
     stress, criticals = stress_of(found.parameters), criticals_of(found.parameters)
@@ -53,11 +53,11 @@ def test_shaft_and_coupling_keep_stress_and_separation_at_once():
     assert stress == pytest.approx(1, abs=1e-8)
     assert criticals == [pytest.approx(0.9 * 1400, abs=1e-5)]
     rng, better = np.random.default_rng(2), 0
-    for _ in range(12):
+    for _ in range(6):
         design = {k: v * (1 + 0.01 * rng.standard_normal()) for k, v in found.parameters.items()}
         if sum(w * design[k] for k, w in WEIGHTS.items()) <= found.objective:
             better += 1
             broken = stress_of(design) > 1
             assert broken or any(0.9 * 1400 < n < 1.1 * 1600 for n in criticals_of(design))
-    print(f"{better} of 12 designs nearby are better and break a limit")
+    print(f"{better} of 6 designs nearby are better and break a limit")
     assert better

@@ -117,9 +117,9 @@ def fresh(kind):
 def test_runs_in_any_order_are_those_of_new_systems(kind):
     expected, system = fresh(kind), lp.assemble(MODELS[kind]())
     assert len({repr(e) for e in expected}) > len(expected) // 2
-    order = [*range(len(expected))] * 3
+    order = [*range(len(expected))] * 2
     random.Random(4).shuffle(order)
-    for k in [*order, *np.repeat(order[:12], 3).tolist()]:
+    for k in [*order, *np.repeat(order[:6], 3).tolist()]:
         assert outcome(system, CALLS[kind][k]) == expected[k], CALLS[kind][k]
 
 
@@ -129,7 +129,7 @@ def test_threads_that_run_different_calls_find_what_new_systems_find(kind):
     barrier = Barrier(THREADS)
 
     def work(seed):
-        order = random.Random(seed).choices(range(len(expected)), k=40)
+        order = random.Random(seed).choices(range(len(expected)), k=15)
         barrier.wait()
         return [(k, outcome(system, CALLS[kind][k])) for k in order]
 
