@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from lumped.cli import main
 from lumped.models import MACHINES, MARKS, Row, machine
@@ -59,6 +60,8 @@ def ran(
     rows = machine_rows(name)
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as printed:
         patch.setattr(machine(name), "rows", lambda: rows)
+        save = Figure.savefig  # small pictures: painting takes a third of the time
+        patch.setattr(Figure, "savefig", lambda figure, file, **_: save(figure, file, dpi=30))
         assert main(["run", name, "--json", str(file), "--plot", str(folder)]) == 0
     text = file.read_text(encoding="utf-8")
     return Ran(name, printed.getvalue(), json.loads(text), folder, rows)

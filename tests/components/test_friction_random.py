@@ -118,7 +118,7 @@ CROWDED = (118, 119, 146, 159)
 def test_random_nets_move_as_implicit_time_stepping_does(seed, freewheels):
     """Moreau's scheme finds standstill by itself; a change of direction costs it up to a step."""
     net = Net(seed, freewheels)
-    count, until, steps = len(net.J), 2.0, 1000
+    count, until, steps = len(net.J), 2.0, 2000
     w = net.rng.uniform(-3.0, 3.0, count)
     rates = net.rng.uniform(2.0, 9.0, count)
     if freewheels:

@@ -227,7 +227,7 @@ def test_a_slow_speed_control_rests_the_mandrel_on_the_table_until_the_torque_su
 
 
 def test_time_never_runs_backward_while_rounding_alone_moves_what_rests():
-    for tolerance in (1e-5, 1e-6, 1e-7):
+    for tolerance in (1e-5, 1e-7):
         run = controlled(until=2.0, grid=None, rtol=tolerance, parameters={"bandwidth": 10.0})
         assert (np.diff(run.t) >= 0).all()
         rests = (run.t > 0.7) & (run.t < 1.74)  # and the integral of the error grows
