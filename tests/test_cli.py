@@ -60,7 +60,7 @@ def ran(
     rows = machine_rows(name)
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as printed:
         patch.setattr(machine(name), "rows", lambda: rows)
-        save = Figure.savefig  # small pictures: painting takes a third of the time
+        save = Figure.savefig  # small pictures are painted sooner
         patch.setattr(Figure, "savefig", lambda figure, file, **_: save(figure, file, dpi=30))
         assert main(["run", name, "--json", str(file), "--plot", str(folder)]) == 0
     text = file.read_text(encoding="utf-8")

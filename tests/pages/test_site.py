@@ -65,7 +65,7 @@ def site(sphinx, tmp_path_factory):
     """All pages, built once for all workers; test_gallery.py runs the notebooks."""
     # what is not executed does not say its language
     options = ["-Dnb_execution_mode=off", "-Dsuppress_warnings=ref.python,myst-nb.lexer"]
-    # the names beside a page, and the theme, take half of the time; `themed` has the theme
+    # the names beside a page and the theme take long; `themed` has the theme
     options += ["-Dtoc_object_entries=0", "-Dhtml_theme=basic"]
     return made_once(tmp_path_factory, "site", lambda place: build(DOCS, place / "pages", *options))
 
