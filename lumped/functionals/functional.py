@@ -24,7 +24,7 @@ from lumped.language.expression import (
 from lumped.language.formula import content_of_expression, unit_of_node
 from lumped.language.lowering import Kinks, Plain, lower
 
-__all__ = ["Branch", "Functional", "lowered", "readings_of", "refuse_other", "watching"]
+__all__ = ["Branch", "Functional", "readings_of", "refuse_other", "watching"]
 
 T = TypeVar("T")
 
@@ -55,8 +55,8 @@ class Functional(Arithmetic["Functional"]):
     ----------
     root : Expr
         Expression of readings.
-    text : str, optional
-        How it is printed; default is the expression.
+    text : str
+        How it is printed.
     rank : int
         How tightly the text binds, for brackets around it.
     """
@@ -237,7 +237,7 @@ class _Kinks(Plain):
         return self.modes[-1]
 
 
-def lowered(
+def _lowered(
     functional: Functional, leaf: Callable[[Reading], ca.SX], kinks: Kinks | None = None
 ) -> ca.SX:
     """A functional as an expression of its readings."""
@@ -264,7 +264,7 @@ def _value(functional: Functional) -> ca.Function:
     """Value of a functional: (readings) -> (value)."""
     leaves = ca.SX.sym("readings", len(functional.readings))
     places = dict(zip(functional.readings, ca.vertsplit(leaves), strict=True))
-    return ca.Function("value", [leaves], [lowered(functional, places.__getitem__)])
+    return ca.Function("value", [leaves], [_lowered(functional, places.__getitem__)])
 
 
 @lru_cache(256)
@@ -272,7 +272,7 @@ def _slopes(functional: Functional) -> ca.Function:
     """Derivatives of a functional: (readings, modes) -> (slopes, margins, slopes of margins)."""
     leaves, kinks = ca.SX.sym("readings", len(functional.readings)), _Kinks()
     places = dict(zip(functional.readings, ca.vertsplit(leaves), strict=True))
-    value = lowered(functional, places.__getitem__, kinks)
+    value = _lowered(functional, places.__getitem__, kinks)
     modes, margins = (ca.vertcat(ca.SX(0, 1), *parts) for parts in (kinks.modes, kinks.margins))
     found = ca.jacobian(value, leaves), margins, ca.jacobian(margins, leaves)
     return ca.Function("slopes", [leaves, modes], [ca.densify(each) for each in found])

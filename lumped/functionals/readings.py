@@ -78,7 +78,7 @@ class OfQuantities(Reading):
 class Extreme(OfQuantities):
     """Highest or lowest value of a product of quantities, or its peak, ``max |y|``.
 
-    A peak is more than the larger of the other two: to enclose a size costs half as much.
+    A peak is a reading of its own: enclosing the size costs half of enclosing both other extremes.
     """
 
     side: Side
@@ -101,6 +101,12 @@ class Integral(OfQuantities):
 
     def __str__(self) -> str:
         return f"integral({self.text}{_part(self.between)})"
+
+    @property
+    def is_of_square(self) -> bool:
+        """Whether a square is integrated: rounding may not leave it negative."""
+        half = len(self.factors) // 2
+        return self.factors[:half] == self.factors[half:]
 
     def unit(self, system: System) -> str:
         """Unit of its value."""

@@ -10,6 +10,7 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.functionals import Functional
+from lumped.functionals.functional import refuse_other
 from lumped.functionals.readings import Integral, Reading
 from lumped.gradients.adjoint import AdjointPoint, crossings_of
 from lumped.gradients.chained import Chained
@@ -260,13 +261,7 @@ def check(system: System, wanted: Sequence[Functional], names: Sequence[str], wh
             f"{system.name}: nothing to vary; name parameters or start values in `to`."
         )
     for functional in wanted:
-        if not isinstance(functional, Functional) or any(
-            r.of != "run" for r in functional.readings
-        ):
-            raise OptionError(
-                f"{what}: {functional!r} in `of` is no functional of a run; take one of "
-                "lumped.functionals, such as lumped.functionals.final('shaft.tau')."
-            )
+        refuse_other([functional], "run", what)
         for reading in functional.readings:
             if not reading.smooth:
                 raise OptionError(f"{what}: {reading} jumps and has no derivative.")

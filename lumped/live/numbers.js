@@ -19,7 +19,8 @@ function numberOf(rule, taken) {
   const r = rule.places.map(place => {
     if (place.column < 0) return place.factor;
     if (place.happened >= 0 && !(taken[place.happened] >= place.least)) return NaN;
-    return place.factor * taken[place.column];
+    const value = place.factor * taken[place.column];
+    return place.is_positive ? Math.max(value, 0) : value;
   });
   return Function("r", "return " + rule.formula)(r);
 }

@@ -14,7 +14,7 @@ from lumped.code.operations import Operations, operations_of
 from lumped.compiler.system import System
 from lumped.errors import OptionError, nearest
 from lumped.functionals.damage_law import DamageLaw
-from lumped.functionals.functional import Functional
+from lumped.functionals.functional import Functional, refuse_other
 from lumped.functionals.readings import (
     AtEvent,
     Between,
@@ -56,18 +56,23 @@ class Place(NamedTuple):
         Where it says how often its event happened; -1 if that does not matter.
     least : int
         How often it must have.
+    is_positive : bool
+        Whether it is zero where rounding makes it negative.
     """
 
     column: int
     factor: float = 1.0
     happened: int = -1
     least: int = 0
+    is_positive: bool = False
 
     def value(self, found: np.ndarray) -> np.ndarray:
         """The reading in each run, shape (n,); nan where its event is missing."""
         if self.column < 0:
             return np.full(len(found), self.factor)
         values: np.ndarray = self.factor * found[:, self.column]
+        if self.is_positive:
+            values = np.maximum(values, 0.0)
         if self.happened >= 0:
             values = np.where(found[:, self.happened] >= self.least, values, np.nan)
         return values
@@ -125,11 +130,8 @@ class Watched:
         self._timed: list[tuple[str, int]] = []
         self._numbers: dict[Reading, int] = {}
         for label, functional in self.of.items():
-            if not isinstance(functional, Functional):
-                raise self._refusal(label, functional)
+            refuse_other([functional], "run", f"{system.name}: of['{label}']")
             for reading in functional.readings:
-                if reading.of != "run":
-                    raise self._refusal(label, functional)
                 self._number(reading)
         self._ranges = [(held, self._extremes_of(held)) for held in ranges(system)]
         functions = {
@@ -161,12 +163,6 @@ class Watched:
     def _operations(self, quantities: list[ca.SX]) -> Operations:
         whole = ca.densify(ca.vertcat(*quantities))
         return operations_of(ca.Function("quantities", self.system.inputs, [whole]))
-
-    def _refusal(self, label: str, wanted: object) -> OptionError:
-        return OptionError(
-            f"{self.system.name}: of['{label}'] = {wanted!r:.60} is nothing that a run gives; take "
-            "one of lumped.functionals, such as lumped.functionals.peak('shaft.tau')."
-        )
 
     def _number(self, reading: Reading) -> int:
         """Number of a reading among those of its kind, for which it is asked once."""
@@ -353,7 +349,7 @@ class Watched:
             begin, end = reading.between or (self.begin, self.until)
             return Place(-1, end - begin)
         if isinstance(reading, Integral):
-            return Place(integrals + number)
+            return Place(integrals + number, is_positive=reading.is_of_square)
         if isinstance(reading, Extreme):
             return Place(extremes + number, reading.sign or 1)
         if isinstance(reading, Cycles):

@@ -160,7 +160,7 @@ WRONG = [
     ({"of": {}}, OptionError, "name what to take from each run"),
     ({"of": fun.final("shaft.tau")}, OptionError, "or a list, each"),
     ({"of": {"x": lambda run: 1.0}}, OptionError, r"of\['x'\] = .* lumped.functionals"),
-    ({"of": [fun.frequency(0)]}, OptionError, "nothing that a run gives"),
+    ({"of": [fun.frequency(0)]}, OptionError, "no functional of a run"),
     ({"of": [fun.impulse("shaft")]}, OptionError, "'shaft' has no events"),
     ({"of": [fun.peak("body.w", between=(0.5, 0.8))]}, OptionError, "the runs last from 0 to 0.7"),
     ({"of": [fun.at(0.8, "body.w")]}, OptionError, "the runs last from 0 to 0.7 s"),

@@ -145,7 +145,7 @@ def test_what_is_no_functional_is_refused(swinging):
     of = [fun.frequency(0) / fun.peak("a.phi")]
     with pytest.raises(OptionError, match="no functional of a run"):
         lp.gradient(swinging, of=of, to=["a.J"], until=1.0)
-    with pytest.raises(OptionError, match=r"frequency\(0\) / peak.* is nothing that a run gives"):
+    with pytest.raises(OptionError, match=r"frequency\(0\) / peak.* is no functional of a run"):
         lp.ensemble(swinging, over={"spring.c": [1.0]}, of=of, until=1.0)
 
 
