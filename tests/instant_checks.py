@@ -246,7 +246,8 @@ class Law:
                 D = np.concatenate([D, W[brief], self.slow(t, expected, after, size)])
                 expected = nearest(self.J, expected, W, 0 * bounce, D)
             expected = self.rubbed(before, expected, W, D)
-            open_ = float(self.J @ (expected**2 - before**2)) > 1e-9 * size**2
+            work = self.J * (expected - before) * (expected + before)
+            open_ = work.sum() > 1e-9 * np.abs(work).sum()
         except NoAnswerError:
             expected, open_ = before, True
         if open_:

@@ -309,8 +309,11 @@ def _share_in_group(run: Run, m: Numbers, look: Look, count: int) -> bool:
     largest_reserve(programme, count)
     for i in range(count):
         h = instant.group[i]
-        if programme.is_exhausted:
-            instant.gives_way[h] = programme.blocks[i]
+        way = programme.blocks[i]
+        limit = look.upper[h] if way > 0 else look.lower[h]
+        bears_nothing = limit == 0.0 and abs(programme.carried[i]) < programme.rounding[i]
+        if programme.is_exhausted or (way != 0 and bears_nothing):
+            instant.gives_way[h] = way
         else:
             m[plant.hold_setting[h] + SHARE] = programme.carried[i]
     return not programme.is_exhausted
