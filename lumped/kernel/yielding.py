@@ -152,9 +152,7 @@ def weigh(run: Run, x: Numbers, m: Numbers) -> None:
         m[plant.hold_setting[h] + COMPLIANCE] = run.yielding
     look_at(run, x, m, look)
     for h in range(plant.holds):
-        upper, lower = abs(look.upper[h]), abs(look.lower[h])
-        # a contact has no limit: what it carries counts
-        reach = min(upper, lower) if max(upper, lower) < _INFINITE else abs(look.reaction[h])
+        reach = min(abs(look.upper[h]), abs(look.lower[h]))
         if reach < _INFINITE:
             strongest = max(strongest, reach)
     for h in range(plant.holds):
