@@ -124,6 +124,6 @@ class Synthesis:
             bend = (-(self.orders**2) * turning).real.sum(axis=1)
             towards = -slope / np.where(bend == 0, np.inf, bend)
             angle = np.clip(angle + towards, begin - step, begin + step)
-        found = (each * np.exp(1j * self.orders * angle[:, None])).real.sum(axis=1)
+        found: Real = (each * np.exp(1j * self.orders * angle[:, None])).real.sum(axis=1)
         best = np.lexsort((found, k))[np.cumsum(np.bincount(k, minlength=len(values))) - 1]
         return angle[best], found[best]
