@@ -116,8 +116,8 @@ class Synthesis:
         """Angles of the highest values, and these, shapes (k,), from samples, shape (k, n)."""
         above = step**2 / 8 * (np.abs(amplitudes) @ self.orders**2)
         k, sample = np.nonzero(values >= (values.max(axis=1) - above)[:, None])
-        begin, each = step * sample, amplitudes[k]
-        angle = begin
+        begin: Real = np.multiply(step, sample, dtype=np.float64)
+        angle, each = begin, amplitudes[k]
         for _ in range(_STEPS):
             turning = each * np.exp(1j * self.orders * angle[:, None])
             slope = (1j * self.orders * turning).real.sum(axis=1)
