@@ -10,6 +10,7 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 GUIDES = [
     ROOT / "README.md",
+    ROOT / "CONTRIBUTING.md",
     DOCS / "design.md",
     DOCS / "decisions.md",
     DOCS / "limitations.md",
@@ -57,3 +58,11 @@ def test_the_readme_has_at_most_150_lines():
 def test_the_picture_of_the_way_of_a_model_is_that_of_the_lift():
     drawn = runpy.run_path(str(DOCS / "draw_model.py"))["picture"]()
     assert drawn == (DOCS / "model.svg").read_text(encoding="utf-8"), "python docs/draw_model.py"
+
+
+def test_matplotlib_is_imported_where_the_guide_says():
+    importing = re.compile(r"^\s*(?:import|from) matplotlib", re.MULTILINE)
+    files = [*(ROOT / "lumped").rglob("*.py"), *(ROOT / "components").rglob("*.py")]
+    found = {file.parent.name for file in files if importing.search(file.read_text("utf-8"))}
+    machines = {place.name for place in (ROOT / "models").rglob("") if place.is_dir()}
+    assert found <= {"plots", "drawing"} | machines
