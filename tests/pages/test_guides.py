@@ -55,7 +55,7 @@ def test_the_readme_has_at_most_150_lines():
     assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 150
 
 
-def test_the_picture_of_the_way_of_a_model_is_that_of_the_lift():
+def test_the_picture_of_a_model_shows_the_numbers_of_the_lift():
     drawn = runpy.run_path(str(DOCS / "draw_model.py"))["picture"]()
     assert drawn == (DOCS / "model.svg").read_text(encoding="utf-8"), "python docs/draw_model.py"
 
