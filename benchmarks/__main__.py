@@ -3,7 +3,8 @@
     python -m benchmarks [name ...]
 
 Each script writes its tables to ``results`` as CSV; this one sets them in ``results/README.md``,
-with the machine and the versions, and the most telling numbers in the README.
+with the machine and the versions, the most telling numbers in ``docs/benchmarks.md``, and three
+rows in the README.
 """
 
 import csv
@@ -17,7 +18,7 @@ import time
 from pathlib import Path
 
 import benchmarks
-from benchmarks import summary
+from benchmarks import _front_page, summary
 
 RESULTS = Path(__file__).parent / "results"
 VERSIONS = ("casadi", "numpy", "scipy", "llvmlite")
@@ -80,7 +81,9 @@ def main(wanted: list[str]) -> None:
         importlib.import_module(f"benchmarks.{name}").main()
         print(f"({time.perf_counter() - begin:.0f} s)", flush=True)
     write_page(questions)
-    summary.write(Path(__file__).parents[1] / "README.md")
+    root = Path(__file__).parents[1]
+    summary.write(root / "docs" / "benchmarks.md")
+    _front_page.write(root / "README.md")
 
 
 if __name__ == "__main__":

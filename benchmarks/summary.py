@@ -1,4 +1,4 @@
-"""The few numbers of the benchmarks that stand in the README, taken from the files of results."""
+"""The few numbers of the benchmarks that ``docs/benchmarks.md`` begins with, from their files."""
 
 import csv
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The ``lumped`` command: the published machines, printed beside what is computed."""
+"""The ``lumped`` command: machines of the literature, printed beside what is computed."""
 
 from __future__ import annotations
 
@@ -69,7 +69,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="lumped", description="Published machines: printed numbers beside computed ones."
+        prog="lumped",
+        description="Machines of the literature: printed numbers beside computed ones.",
     )
     commands = parser.add_subparsers(dest="command", required=True)
     commands.add_parser("list", help="list the machines")

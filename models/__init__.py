@@ -1,8 +1,12 @@
-"""Published machines, each with the numbers that its publication prints."""
+"""Machines of the literature, each with the numbers of its source.
+
+Five follow publications. Three are reconstructed examples: their numbers come from public programs,
+and the publications behind these were not read.
+"""
 
 if not __name__.startswith("lumped."):
     raise ImportError(
-        f"The published machines were imported as {__name__!r}; their name is 'lumped.models'. "
+        f"The machines were imported as {__name__!r}; their name is 'lumped.models'. "
         "Install the project and write 'from lumped.models import ...'."
     )
 
@@ -29,9 +33,9 @@ MACHINES = {
     "eccentric_shear": "Floating-shaft crank shear with elliptical gears",
     "reversing_mill": "Stand drive of the reversing cold rolling mill 400",
     "rotary_arm": "Mandrel rotary arm of a tube mill's front table",
-    "marine_turbine": "Geared steam turbines of a ship and their propeller",
-    "diesel_genset": "Six-cylinder diesel engine and its generator",
-    "turbine_generator": "Turbine generator of a benchmark, with short circuits at its terminals",
+    "marine_turbine": "Reconstructed example: geared steam turbines of a ship and their propeller",
+    "diesel_genset": "Reconstructed example: six-cylinder diesel engine and its generator",
+    "turbine_generator": "Reconstructed example: turbine generator with short circuits",
 }
 
 

@@ -161,6 +161,11 @@ def test_changelog_begins_with_this_version_and_goes_down():
     assert not any("unreleased" in heading for heading in headings[1:])
 
 
+def test_citation_names_this_version():
+    text = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert re.findall(r"^version: (.*)$", text, re.MULTILINE) == [lumped.__version__]
+
+
 def test_wheel_imports_without_the_sources(wheel: Path, tmp_path: Path):
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(tmp_path)

@@ -1,4 +1,4 @@
-"""What the README shows is true."""
+"""What the README and the winch of the page on clutches show is true."""
 
 import re
 from pathlib import Path
@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-README = (Path(__file__).parents[1] / "README.md").read_text()
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
-TEXTS = re.findall(r"```text\n(.*?)```", README, re.DOTALL)
 
 
 def executed(*blocks):
@@ -19,18 +19,10 @@ def executed(*blocks):
     return names
 
 
-def test_the_first_rig_prints_what_stands_there_and_the_textbook_frequency(capsys):
-    names = executed(BLOCKS[0])
-    assert capsys.readouterr().out.strip() == TEXTS[0].strip()
-    expected = np.sqrt(2000 * (1 / 0.02 + 9 / 1.5)) / (2 * np.pi)
-    assert names["lp"].modes(names["system"]).hertz == pytest.approx([expected], rel=1e-12)
-    assert f"{expected:.7f}" in README
-
-
 def test_a_new_users_script_has_at_most_25_lines_and_agrees_with_a_matrix_exponential(
     tmp_path, monkeypatch, capsys
 ):
-    script = BLOCKS[1]
+    (script,) = BLOCKS
     assert len(script.strip().splitlines()) <= 25
     monkeypatch.chdir(tmp_path)
     names = executed(script)
@@ -60,53 +52,30 @@ def test_a_new_users_script_has_at_most_25_lines_and_agrees_with_a_matrix_expone
     assert names["lp"].modes(names["system"]).hertz == pytest.approx(expected, rel=1e-10)
 
 
-def test_the_further_examples_run(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    names = executed(*BLOCKS[1:])
-    # steady: 40 N.m through 12:1 against 12 N.m.s/rad
-    assert names["steady"]["load.w"] == pytest.approx(40.0 * 12 / 12, rel=1e-9)
-    # 60 rad/s are 5 at the load
-    assert names["rated"].parameters["brake.d"] == pytest.approx(40.0 * 12 / 5, rel=1e-9)
-    assert names["quicker"]["load.w"][-1] > names["run"]["load.w"][-1]
-    lp = names["lp"]
-    from lumped.components import Inertia
-
-    model = lp.compose(
-        a=Inertia(J=1.0, w=2.0),
-        gear=names["EllipticalGear"](e=0.3),
-        b=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.a, m.gear, m.b),
-    )
-    # at phi = 0 the ratio is -(1 + e)/(1 - e)
-    assert lp.start_point(lp.assemble(model))["b.w"] == pytest.approx(-2.0 * 1.3 / 0.7, rel=1e-12)
+def test_the_table_of_machines_is_what_they_print_and_compute(machine_rows):
+    table = README.partition("| machine |")[2].partition("\n\n")[0]
+    shown = re.findall(r"machines/(\w+)\.md\) \| (.*?) \| ([\d.]+).*? \| ([\d.]+).*? \|", table)
+    assert len(shown) == 4
+    for name, quantity, published, computed in shown:
+        digits = len(computed.partition(".")[2])
+        found = {
+            (row.published, round(row.computed, digits))
+            for row in machine_rows(name)
+            if row.published
+        }
+        assert (float(published), float(computed)) in found, quantity
 
 
-def test_the_error_shown_is_the_error_raised():
-    import lumped as lp
-    from lumped.components import Fixed, Inertia, Spring
-    from lumped.errors import SingularModelError
+def test_the_rows_on_performance_are_those_of_one_run_of_the_benchmark(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT)
+    from benchmarks import _front_page
 
-    class Bench(lp.Component):
-        """Two supports on one shaft: phi = 0."""
-
-        wall: Fixed = Fixed()
-        wall2: Fixed = Fixed()
-        shaft: Spring = Spring(c=1.0)
-        body: Inertia = Inertia(J=1.0)
-
-        def connections(self):
-            yield lp.connect(self.wall.flange, self.wall2.flange, self.shaft.flange_a)
-            yield from lp.chain(self.shaft, self.body)
-
-    with pytest.raises(SingularModelError) as caught:
-        lp.assemble(Bench())
-    received = f"SingularModelError: {caught.value}"
-    assert received.strip() == TEXTS[1].strip()
+    assert _front_page.table() in README, "python -m benchmarks writes them"
 
 
 def test_the_winch_slips_and_locks_as_friction_torques_say():
-    block = next(block for block in BLOCKS if "Winch" in block)
-    events = executed("import lumped as lp", block)["hoisting"].events
+    page = (ROOT / "docs" / "elements" / "clutch.md").read_text(encoding="utf-8")
+    events = executed(*re.findall(r"```python\n(.*?)```", page, re.DOTALL))["hoisting"].events
     changes = [(e.time, e.component, e.after) for e in events if " " not in e.after]
     # the drum falls for 0.2 s, then the clutch takes 200 N.m from motor and drum
     w = -30.0 / 3.0 * 0.2

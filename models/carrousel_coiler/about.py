@@ -16,8 +16,10 @@ ABOUT = About(
         "power and speed range of the motor, and how far the tension is off."
     ),
     source=(
-        "The design calculation of the winding drive of a carrousel coiler behind the mill 2030, "
-        "equations (3.1) to (3.54). Nearly all formulas, title, year and page numbers are lost.",
+        "Zhang Fei, Structural and kinetic characteristic analysis of carrousel coiler (in "
+        "Chinese), graduation thesis, supervisor Wang Yongqin, College of Mechanical Engineering, "
+        "Chongqing University, June 2011, 54 pages; of its equations (3.1) to (3.54) the model "
+        "follows (3.1) to (3.14). Nearly all formulas are damaged in the copy used.",
         "Equation (3.5) adds a motor torque w dJ/dt. The strip that enters brings just this "
         "momentum with it: 4.9 % of the torque of the tension too much at 20 m/s.",
         "Examples 3.1 and 3.2 use different line speeds, 20 m/s and 1300 m/min.",
@@ -26,8 +28,8 @@ ABOUT = About(
     findings=(
         "The printed motor power of 2347 kW is 1.25 times the power of the tension. The factor is "
         "not in print; it makes rated torque suffice for the full coil in high gear.",
-        "Printed is that bending and friction take 5 to 10 % of the power of the tension. With "
-        "strip of 1 mm they take 0.35 to 0.59 %; strip of 5 mm reaches 10 %.",
+        "Printed is that bending and friction take 5 to 10 % of the total power. With strip of 1 "
+        "mm they take 0.35 to 0.59 % of the torque of the tension; strip of 5 mm reaches 10 %.",
         "Without compensation of the inertia the tension is 15 % too high on the empty coil at "
         "20 m/s and 22 % too low in speeding up.",
     ),
@@ -36,6 +38,8 @@ ABOUT = About(
         "stress. The source has none of them.",
         "Acceleration and deceleration of the line, friction and diameter of the bearings.",
         "10 m of strip before the coil, with 5 % damping.",
+        "The printed efficiency of 0.92 is a total with friction; the model takes it as that of "
+        "the gears and adds the friction of the bearings.",
         "Turret, safety coupling, long shaft and play: named in the source, without values.",
     ),
     scene=(

@@ -1,10 +1,12 @@
 """Winding drive of a carrousel coiler: motor, two-speed gear, mandrel, growing coil, strip.
 
-Source: the design calculation of the winding drive of a carrousel coiler behind the mill "2030",
-equations (3.1) to (3.54). The copy at hand is damaged: nearly all formulas are lost, title, year
-and page numbers too, so that places are given by the numbers of equations and examples. Marks: [P]
-printed, [R] restored by derivation and in agreement with the damaged print, [I] inferred, [A]
-assumed because the source does not give it. Everything inertial and the strip are [A].
+Source: Zhang Fei, Structural and kinetic characteristic analysis of carrousel coiler (in Chinese),
+graduation thesis, supervisor Wang Yongqin, College of Mechanical Engineering, Chongqing University,
+June 2011, 54 pages; of its equations (3.1) to (3.54) the model follows (3.1) to (3.14). Nearly all
+formulas are damaged in the copy used, so that places are given by the numbers of equations and
+examples. Marks: [P] printed, [R] restored by derivation and in agreement with the print, [I]
+inferred, [A] assumed because the source does not give it. Everything inertial and the strip are
+[A].
 
     motor - two-speed gear - mesh loss - mandrel and bearings - coil - strip
 
@@ -42,7 +44,7 @@ MANDREL = Given(0.305, "m", "P", "mandrel, r")
 SPEED = Given(20.0, "m/s", "P", "greatest line speed of example 3.1")
 I_HIGH = Given(1.354, "1", "P", "high gear, the smaller ratio")
 I_LOW = Given(2.0, "1", "P", "low gear")
-ETA = Given(0.92, "1", "P", "efficiency of the gears")
+ETA = Given(0.92, "1", "P", "total efficiency, friction included; here that of the gears")
 
 WIDTH = Given(1.25, "m", "A", "width of the strip")
 THICKNESS = Given(1e-3, "m", "A", "thickness of the strip, h")

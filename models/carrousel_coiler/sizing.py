@@ -53,7 +53,7 @@ def tension_power(T: float = TENSION, v: float = SPEED) -> float:
 def losses_over_tension(radius: float, h: float = THICKNESS) -> float:
     """Torque of bending and friction over that of the tension, from the model at rest.
 
-    The source has 5 to 10 per cent, (3.3), and K = 1.08.
+    The source has 5 to 10 per cent of the total power, (3.3), and K = 1.08.
 
     Parameters
     ----------

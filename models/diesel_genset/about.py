@@ -10,8 +10,9 @@ ABOUT = About(
         "that does not. Then a viscous damper, an elastic coupling and a generator are added."
     ),
     source=(
-        "Mendes, Meirelles, Zampieri, Analysis of torsional vibration in internal combustion "
-        "engines: modelling and experimental validation, Proc. IMechE Part K 222 (2008) 155-178.",
+        "A reconstructed example of Mendes, Meirelles, Zampieri, Analysis of torsional vibration "
+        "in internal combustion engines: modelling and experimental validation, Proc. IMechE Part "
+        "K 222 (2008) 155-178.",
         "The paper itself was not read; numbers, digitised pressures and curves are a copy, from "
         "an example of Aalto-Arotor/openTorsion (MIT licence).",
         "The example plots the sum of the amplitudes of all orders, without their phases. A later "

@@ -1,9 +1,10 @@
 """Crankshaft of a six-cylinder diesel engine, and the same with a damper and a generator.
 
-Source: Mendes, Meirelles, Zampieri, Analysis of torsional vibration in internal combustion engines:
-modelling and experimental validation, Proc. IMechE Part K 222 (2008) 155-178. The paper itself was
-not read; the numbers, and the digitised pressures, stand in an example of Aalto-Arotor/openTorsion
-(MIT licence). Marks: [P] printed there, [A] assumed because it is not given.
+A reconstructed example of Mendes, Meirelles, Zampieri, Analysis of torsional vibration in internal
+combustion engines: modelling and experimental validation, Proc. IMechE Part K 222 (2008) 155-178.
+The paper itself was not read; the numbers and the digitised pressures are those of an example of
+Aalto-Arotor/openTorsion (MIT licence). Marks: [P] printed there, [A] assumed because it is not
+given.
 
     pulley == gear train == cylinders 1 .. 6 == flywheel [ == coupling == generator ]
     [damper]

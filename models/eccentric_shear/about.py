@@ -11,12 +11,13 @@ ABOUT = About(
         "of the motor."
     ),
     source=(
-        "A study of this shear of Uralmash, equations (1) to (23) and figure 3. The copy is "
-        "damaged: title, year, page numbers and the values of figure 3 are lost.",
+        "V. F. Egorov, M. I. Stupakov, M. L. Bosnyak, Loads of eccentric shears with "
+        "transmissions of variable ratio (in Russian), Omsk Scientific Bulletin 2010 no. 2 (90), "
+        "CC BY; equations (1) to (23) and figure 3, whose values are damaged in the copy used.",
         "Equations (5) and (6) count the angle from the level, so that sine and cosine change "
         "places; (10) drops a constant, with which the phase of the ellipses cancels.",
-        "Equation (22) puts the greatest ratio at 9.9 deg instead of in the cut; the torque would "
-        "rise 2.33 to 2.86 times.",
+        "Equation (22) puts the greatest ratio at -26.3 deg for an eccentricity of 0.4 and at 9.9 "
+        "deg for 0.5 instead of in the cut; the torque would rise 2.33 and 2.86 times.",
         "Equation (19) does not hold where the carriage changes: speeds jump there.",
         "1.05 rad/s and 4 cuts a minute are both printed; without pauses that is 0.419 rad/s.",
     ),
@@ -34,7 +35,7 @@ ABOUT = About(
         "Lengths of both rods: twice the distance of their centres of mass.",
         "Motor and control: the source has none. Idle torque: 8.5 % of the greatest, fitted to the "
         "printed reductions; the text has 5 to 10 %.",
-        "Inertia of the motor: the print is damaged; 54 t m2 is one reading.",
+        "Inertia of the motor: the copy used is damaged there; 54 t m2 is one reading.",
         "What happens after the overlap: the way back mirrors the way down.",
     ),
     scene=(

@@ -1,9 +1,11 @@
 """Floating-shaft crank shear of 14 MN with a pair of elliptical gears: the machine.
 
-Source: a study of this Uralmash shear, equations (1) to (23) and its figure 3. The copy at hand is
-damaged: title, year and page numbers are lost, so that places are given by the equations. Marks:
-[P] printed, [R] restored by derivation and in agreement with the damaged print, [I] inferred,
-[A] assumed because the source does not give it.
+Source: V. F. Egorov, M. I. Stupakov, M. L. Bosnyak, Loads of eccentric shears with transmissions of
+variable ratio (Nagruzki ekstsentrikovykh nozhnits pri ispolzovanii peredatochnykh mekhanizmov s
+peremennym peredatochnym chislom), Omsk Scientific Bulletin 2010 no. 2 (90), CC BY; equations (1) to
+(23) and figure 3, whose values are damaged in the copy used. Marks: [P] printed, [R] restored by
+derivation and in agreement with the print, [I] inferred, [A] assumed because the source does not
+give it.
 
 The crank shaft turns in the lower support (journal A) and carries the upper support on its pin; it
 floats, for neither support is fixed to the frame. While the lower support is seated, A stands still

@@ -10,8 +10,8 @@ ABOUT = About(
         "torque in the shafts over the speed."
     ),
     source=(
-        "Gunter and Chen, Introduction to Dynamics of Rotor-Bearing Systems (2001), example 8.1, "
-        "figure 8.10-5.",
+        "A reconstructed example of Gunter and Chen, Introduction to Dynamics of Rotor-Bearing "
+        "Systems (2001), example 8.1, figure 8.10-5.",
         "The book itself was not read; numbers and points of the figure are a copy, from an "
         "example of Aalto-Arotor/openTorsion (MIT licence).",
         "The copy prints the frequencies with the unit Hz; they are those for each minute.",

@@ -1,9 +1,10 @@
 """Drive of a ship: two steam turbines, two gear stages each, one propeller.
 
-Source: Gunter and Chen, Introduction to Dynamics of Rotor-Bearing Systems (2001), example 8.1. The
-book itself was not read; the numbers stand in `marine_turbine_forced_response.py` of
-Aalto-Arotor/openTorsion (MIT licence), with its units: lbf in s2, lbf in/rad, lbf in s/rad. Marks:
-[P] printed there, [R] restored from it, [A] assumed because it is not given.
+A reconstructed example of Gunter and Chen, Introduction to Dynamics of Rotor-Bearing Systems
+(2001), example 8.1. The book itself was not read; the numbers are those of
+`marine_turbine_forced_response.py` of Aalto-Arotor/openTorsion (MIT licence), with its units: lbf
+in s2, lbf in/rad, lbf in s/rad. Marks: [P] printed there, [R] restored from it, [A] assumed because
+it is not given.
 
     propeller == shaft == bull gear -- pinion == LP intermediate == wheel -- pinion == LP turbine
                                     -- pinion == HP intermediate == wheel -- pinion == HP turbine

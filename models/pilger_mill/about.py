@@ -11,8 +11,10 @@ ABOUT = About(
         "foundation and load the motor least."
     ),
     source=(
-        "A Chinese paper on the balancing of this drive, equations (1) to (30), tables 1 and 2. "
-        "The copy is damaged: title, year, figures and brackets are lost.",
+        "Zhang Yuning, Li Shulei, Wu Jinping, Zhang Kancang, Li Jianqiang, Analysis and "
+        "optimization of vertical sliding block dynamic balancing system of LG90 cold-rolling pipe "
+        "mill (in Chinese), Steel Pipe 42 (2013) no. 6, 54-57; equations (1) to (30), tables 1 and "
+        "2. Figures and some brackets are damaged in the copy used.",
         "Equations (14), (16), (19), (20) swap the masses of a rod at its two ends; in (21) and "
         "(22) the sign of the rotating masses is wrong: with it the sectors would add to the force "
         "of the stand.",

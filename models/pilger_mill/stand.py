@@ -1,8 +1,10 @@
 """Crank drive of the cold pilger mill LG90 with a vertical counterweight.
 
-Source: a Chinese paper on the balancing of this drive, equations (1) to (30), tables 1 and 2. The
-copy at hand is damaged: title, year, figures and brackets are lost. Marks: [P] printed, [R]
-restored by derivation, [I] inferred from the published results, [A] assumed.
+Source: Zhang Yuning, Li Shulei, Wu Jinping, Zhang Kancang, Li Jianqiang, Analysis and optimization
+of vertical sliding block dynamic balancing system of LG90 cold-rolling pipe mill (in Chinese),
+Steel Pipe 42 (2013) no. 6, 54-57; equations (1) to (30), tables 1 and 2. Figures and some brackets
+are damaged in the copy used. Marks: [P] printed, [R] restored by derivation, [I] inferred from the
+published results, [A] assumed.
 
 One crank pin carries two rods of the stand, which slides to and fro, and two of the counterweight,
 which slides up and down; four sectors on the shaft lie opposite the pin. The pinions of the two

@@ -59,14 +59,14 @@ ROUNDING = "within the rounding of the printed J and C"
 INFERRED = "J and C chosen that round to the printed ones [I]; rounds to the printed digits"
 ALONE = "J2 without gearbox [I]; then no rounding gives all three frequencies at once"
 PUBLISHED: tuple[tuple[Any, ...], ...] = (  # quantity, unit, value, place, remark, bounds, fitted
-    ("upper branch, gap open, f1", "Hz", 39.8, "equations (48) to (51) [P]", ROUNDING),
-    ("upper branch, gap open, f2", "Hz", 21.7, "equations (48) to (51) [P]", ROUNDING),
+    ("upper branch, gap open, f1", "Hz", 39.8, "pages 71, 72, before (47) [P]", ROUNDING),
+    ("upper branch, gap open, f2", "Hz", 21.7, "pages 71, 72, before (47) [P]", ROUNDING),
     ("lower branch, gap open", "Hz", 38.9, "equation (46) [P]", ROUNDING),
     *(
         (f"{name}, J and C inside their rounding", "Hz", value, place, INFERRED, None, True)
         for name, value, place in (
-            ("upper f1", 39.8, "equations (48) to (51) [P]"),
-            ("upper f2", 21.7, "equations (48) to (51) [P]"),
+            ("upper f1", 39.8, "pages 71, 72, before (47) [P]"),
+            ("upper f2", 21.7, "pages 71, 72, before (47) [P]"),
             ("lower f", 38.9, "equation (46) [P]"),
         )
     ),
@@ -85,7 +85,7 @@ PUBLISHED: tuple[tuple[Any, ...], ...] = (  # quantity, unit, value, place, rema
         "Hz",
         9.55,
         "equation (47) [P]",
-        "fixes the lost diameter [I]",
+        "fixes the diameter, not legible [I]",
         None,
         True,
     ),

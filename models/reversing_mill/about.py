@@ -12,8 +12,9 @@ ABOUT = About(
         "enters or breaks, and what passes from one branch to the other through the gap."
     ),
     source=(
-        "Filatov's calculation of the torsional vibrations of this drive, equations (43) to (56). "
-        "The copy is damaged: title, year and page numbers are lost, so places are equations.",
+        "A. S. Filatov, Electric drive and automation of reversing cold rolling mills (in "
+        "Russian), book, pages 70 to 73, equations (43) to (56). The copy used names neither "
+        "publisher nor year; the exponents of both stiffnesses are illegible in it.",
         "Equation (53) has the speed of the upper gearbox where that of the lower motor belongs.",
         "Equation (55) leaves out the inertia of the rolls; for a small creep coefficient it is "
         "wrong.",
@@ -27,7 +28,8 @@ ABOUT = About(
         "within the rounding of each printed number exactly.",
         "With the gap closed there is a mode of 6.34 Hz that the source does not have: motors "
         "against each other, rolls at rest. The eccentricity of the backup rolls excites it at "
-        "9.97 m/s; the source says that there is no resonance in the working range.",
+        "9.97 m/s. The source finds no resonance in the working range, but only of the upper and "
+        "lower systems by themselves.",
         "When the strip breaks, the spindles swing back to -0.94 of the rated torque: their play "
         "opens.",
         "Rolls of unequal diameter between two speed controllers without droop load each other "

@@ -1,9 +1,9 @@
 """Stand drive of the reversing cold rolling mill 400: two motors meet in the roll gap.
 
-Source: Filatov's calculation of the torsional vibrations of this drive, equations (43) to (56).
-The copy at hand is damaged: title, year and page numbers are lost, so that places are given by
-the equations to which a number belongs. Marks: [P] printed, [R] restored by derivation and in
-agreement with the damaged print, [I] inferred, [A] assumed because the source does not give it.
+Source: A. S. Filatov, Electric drive and automation of reversing cold rolling mills (Elektroprivod
+i avtomatizatsiya reversivnykh stanov kholodnoy prokatki), book, pages 70 to 73, equations (43) to
+(56); the copy used names neither publisher nor year. Marks: [P] printed, [R] restored by derivation
+and in agreement with the print, [I] inferred, [A] assumed because the source does not give it.
 
 Each backup roll has its own drive, everything referred to the motor shaft (43), (44) [R]:
 
@@ -50,9 +50,12 @@ J_BACKUP = Given(0.16 * KGF, "kg.m2", "P", "backup roll at the motor shaft: 0.16
 J_WORK = Given(
     0.0001 * KGF, "kg.m2", "P", "work roll at the motor shaft: 0.0001 kgf m s2, implausibly small"
 )
-C_SHAFT = Given(2.62e4 * KGF, "N.m/rad", "P", "long shaft B1, C1: 2.62e4 kgf m")
+C_SHAFT = Given(2.62e4 * KGF, "N.m/rad", "R", "long shaft B1, C1: 2.62 kgf m, exponent illegible")
 C_SPINDLE = Given(
-    0.918e4 * KGF, "N.m/rad", "P", "spindles B2 and B3 at the motor shaft, C2: 0.918e4 kgf m"
+    0.918e4 * KGF,
+    "N.m/rad",
+    "R",
+    "spindles B2 and B3 at the motor shaft, C2: 0.918 kgf m, exponent illegible",
 )
 J_SPINDLE = Given(
     0.0026 * KGF, "kg.m2", "I", "a spindle that explains the printed influence of 0.1 Hz"

@@ -95,10 +95,10 @@ def _loads() -> Iterator[Row]:
     yield Row("gravity, all", "N.m", 341_060.0, sums["grav"], LOADS, "rounded")
     acc = "with the mandrel's spin, 2.8 % too much: the tray does not turn; without the rotor"
     yield Row("acceleration, 1.38 rad/s2", "N.m", 50_721.0, sums["acc"], LOADS, acc)
-    fric = "formula lost; the printed sum leaves 13 369 +- 25"
+    fric = "formula damaged; the printed sum leaves 13 369 +- 25"
     yield Row("friction in the journals", "N.m", None, sums["fric"], RESTORED, fric)
     rest = sum(weights)
-    residual = "6.3 % of the load: 'the counterweight balances the arm' does not hold"
+    residual = "6.3 % of the load: the printed counterweight does not quite balance the arm"
     yield Row("gravity, empty arm", "N.m", None, rest, FROM_PRINT, residual)
     share = 1 + rest / -weights[-1]
     balance = "0.7546 from the moments of trays and arms; or 2294 kg at 0.350 m"
@@ -138,8 +138,10 @@ def _motors() -> Iterator[Row]:
     yield Row("rated torque, 250 kW", "N.m", 4974.0, RATED, SIZING, "rounded")
     yield Row("greatest torque, 250 kW", "N.m", 9948.0, OVERLOAD * RATED, SIZING, "rounded")
     loss = at(lifting(EPS), parameters=LOSS)
-    lost = "9533 by hand: torque over efficiency"
-    yield Row("torque, with the loss", "N.m", None, loss["reducer.flange_a.tau"], FROM_PRINT, lost)
+    by_hand = "9533 by hand: torque over efficiency"
+    yield Row(
+        "torque, with the loss", "N.m", None, loss["reducer.flange_a.tau"], FROM_PRINT, by_hand
+    )
     whole = -loss["drive.flange.tau"]
     own = whole - loss["reducer.flange_a.tau"]
     yield Row("torque of the rotor alone", "N.m", None, own, FROM_PRINT, "883, 12.8 x 50 x 1.38")
@@ -161,7 +163,7 @@ def _motors() -> Iterator[Row]:
     for g, changed, value in (("10", PRINTED, 0.848), ("9.80665", {}, 0.832)):
         found = critical_efficiency(OVERLOAD * FIRST, changed)
         name = f"efficiency it needs, g = {g}"
-        yield Row(name, "1", None, found, FROM_PRINT, f"{value} by hand; printed are 0.85")
+        yield Row(name, "1", None, found, FROM_PRINT, f"{value} by hand; 0.85 is printed [I]")
 
 
 def _cycle() -> Iterator[Row]:

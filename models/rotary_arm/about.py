@@ -13,21 +13,26 @@ ABOUT = About(
         "that the mandrel moves on a circle without turning. Asked is which motor lifts it."
     ),
     source=(
-        "A paper on this arm of a tube mill's front table and its control. Author, title and year "
-        "are not in the copy; its figures 4 to 7, table 1 and two formulas are lost.",
+        "Li Enxue (Jiangsu Tianhuai Steel Tube), Drive of the front-table mandrel rotary arm of a "
+        "508 mm PQF pipe mill (in Chinese), Steel Pipe 2016 no. 2, 45-49. Figures 4 to 7, table 1 "
+        "and two formulas are damaged in the copy used.",
         "It lets the mandrel spin with the arm, which it does not: 2.8 % too much inertia.",
         "It leaves out the rotor, which has as much inertia as the whole load.",
         "It applies the efficiency to the power, but not to the torque, and takes g = 10 m/s2.",
-        "'The counterweight balances the arm' does not hold: 6.3 % of the load are left.",
+        "It says that an accurately computed counterweight balances the arm; its own sum leaves "
+        "6.3 % of the load.",
+        "An efficiency of 0.85 stands beside the choice of the motor without a name; it is taken "
+        "as that of the reducer.",
     ),
     findings=(
         "All printed torques, inertias and powers come out to their rounding with the errors of "
-        "the source. Without these errors the motor needs 10 416 N.m where it has 9948.",
-        "The first motor has 0.2 % more than lifting takes, and lifts only at an efficiency above "
-        "0.832. This is the reported 'cannot kick the mandrel in'.",
-        "The angles of the cycle are lost. With pick-up and release level, and nothing fitted, the "
-        "RMS torque is 4064 N.m; 4100 are printed. Several readings reach 4100 exactly, because "
-        "one number of each is solved for it.",
+        "the source. Without these errors, and if 0.85 is the efficiency of the reducer, the motor "
+        "needs 10 416 N.m where it has 9948.",
+        "The first motor has 0.2 % more than lifting takes, and lifts only if the reducer "
+        "has more than 0.832. This is the reported 'cannot kick the mandrel in'.",
+        "The angles of the cycle are not legible. With pick-up and release level, and nothing "
+        "fitted, the RMS torque is 4064 N.m; 4100 are printed. Several readings reach 4100 "
+        "exactly, because one number of each is solved for it.",
         "At the pick-up the arm keeps 52 % of its speed.",
     ),
     assumptions=(

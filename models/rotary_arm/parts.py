@@ -6,8 +6,10 @@ tray, and the mandrel on it, move on a circle without turning; so the mandrel's 
 tray does not matter for gravity, and neither has energy of spin. Angles count from the horizontal
 on the side of the pick-up, upward. A motor drives the shaft through a reducer of 50.
 
-Marks: [P] printed, [R] restored by derivation, [I] inferred where a figure is lost, [A] assumed as
-the source does not give it.
+Source: Li Enxue, Drive of the front-table mandrel rotary arm of a 508 mm PQF pipe mill (in
+Chinese), Steel Pipe 2016 no. 2, 45-49. Figures 4 to 7, table 1 and two formulas are damaged in the
+copy used. Marks: [P] printed, [R] restored by derivation, [I] inferred where a figure is damaged,
+[A] assumed as the source does not give it.
 
 The source computes with g = 10 m/s2 and a mandrel that spins, without the rotor and without the
 loss of the reducer (`PRINTED`). As these are errors, the model leaves the spin out and includes
@@ -52,7 +54,7 @@ J_REDUCER = Given(0.2, "kg.m2", "P", "reducer at its output")
 MU = Given(0.15, "1", "P", "friction coefficient of the journals")
 K_JOURNAL = Given(1.27, "1", "P", "factor of a run-in journal")
 RATIO = Given(50.0, "1", "P", "ratio of the reducer")
-ETA = Given(0.85, "1", "P", "efficiency of the reducer")
+ETA = Given(0.85, "1", "I", "efficiency of the reducer; printed beside the choice of the motor")
 J_ROTOR = Given(12.8, "kg.m2", "P", "rotor of the motor of 250 kW and 480 rpm")
 EPS = Given(1.38, "rad/s2", "P", "angular acceleration of the arm")
 SLOW = Given(0.17, "rad/s", "P", "slow speed of the arm")

@@ -10,9 +10,9 @@ ABOUT = About(
         "torques of the shafts, during the fault, after it is cleared, and after reclosing."
     ),
     source=(
-        "IEEE Subsynchronous Resonance Task Force, First benchmark model for computer simulation "
-        "of subsynchronous resonance, IEEE Trans. Power Apparatus and Systems 96 (1977) "
-        "1565-1572.",
+        "A reconstructed example of IEEE Subsynchronous Resonance Task Force, First benchmark "
+        "model for computer simulation of subsynchronous resonance, IEEE Trans. Power Apparatus "
+        "and Systems 96 (1977) 1565-1572.",
         "The paper itself was not read; inertia constants, stiffnesses, shares of the torque, "
         "network and synchronous reactances are a copy, found alike in two public programs.",
         "Transient and subtransient reactances and time constants are the usual ones; no second "

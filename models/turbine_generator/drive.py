@@ -1,10 +1,10 @@
 """Turbine generator on a line to an infinite bus, with faults at its terminals.
 
-Source: IEEE Subsynchronous Resonance Task Force, First benchmark model for computer simulation of
-subsynchronous resonance, IEEE Trans. Power Apparatus and Systems 96 (1977) 1565-1572. The paper
-itself was not read; inertia constants, stiffnesses, shares of the torque, network and synchronous
-reactances are copies in public programs. Marks: [P] printed there, [A] assumed or usual values,
-of which no second copy was found.
+A reconstructed example of IEEE Subsynchronous Resonance Task Force, First benchmark model for
+computer simulation of subsynchronous resonance, IEEE Trans. Power Apparatus and Systems 96 (1977)
+1565-1572. The paper itself was not read; inertia constants, stiffnesses, shares of the torque,
+network and synchronous reactances are copies in public programs. Marks: [P] printed there, [A]
+assumed or usual values, of which no second copy was found.
 
     HP == IP == LPA == LPB == generator == exciter
                                   |

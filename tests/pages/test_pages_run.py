@@ -12,7 +12,7 @@ NAMES = (
     *("analyses/starts", "analyses/robust", "analyses/scatter", "analyses/torsional"),
     *(
         f"elements/{name}"
-        for name in ("engine", "elastic_coupling", "shafts", "synchronous_machine")
+        for name in ("clutch", "engine", "elastic_coupling", "shafts", "synchronous_machine")
     ),
 )
 PAGES = [*(DOCS / f"{name}.md" for name in NAMES), *sorted((DOCS / "machines").glob("*.md"))]

@@ -62,7 +62,7 @@ INTRODUCTION = """\
 
 <!-- Written by `python -m tests.wrong_models`. Do not edit. -->
 
-What a wrong model is answered, kind by kind. Every error is a `lumped.errors.LumpedError`.
+Errors raised for invalid models, kind by kind. Every error is a `lumped.errors.LumpedError`.
 
 How to read a text:
 
