@@ -22,6 +22,8 @@ _NO_INFLUENCE, _NO_STRESS = 1e-6, 1e-6
 _MISSING = 0.2
 """Part of the rounding of a reaction that may be missing at a limit; more tells that no reserve is
 left. So a share that is found lasts while the load changes by the rest."""
+_ZERO = 1e-4
+"""Part of that up to which a share is zero whatever the loads are, and does not just pass zero."""
 _AHEAD = 1e-5
 """Part of the span of a run after which it is seen how loads change."""
 _ROUNDS = 10
@@ -327,7 +329,8 @@ def _bear_nothing(run: Run, look: Look, count: int) -> bool:
     for i in range(count):
         way, h = programme.blocks[i], run.instant.group[i]
         limit = look.upper[h] if way > 0 else look.lower[h]
-        if way != 0 and (limit != 0.0 or abs(programme.carried[i]) > programme.rounding[i]):
+        bears = limit != 0.0 or abs(programme.carried[i]) > _ZERO * programme.rounding[i]
+        if way != 0 and bears:
             return False
         any_blocks = any_blocks or way != 0
     return any_blocks
