@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, cast
+from typing import Unpack, cast
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
 from lumped.functionals import Functional
 from lumped.optimisation.collocated_course import of_orbit, repeating
@@ -14,11 +14,11 @@ from lumped.optimisation.design_problem import DesignProblem
 from lumped.optimisation.optimise_modes import best_modes
 from lumped.optimisation.optimise_orders import best_orders
 from lumped.optimisation.optimise_runs import best_runs
-from lumped.optimisation.tasks import Objective, refuse_scene, task_of
+from lumped.optimisation.tasks import Objective, task_of
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.support.arguments import checked
-from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
+from lumped.timeloop.run_options import RunOptions, RunPlan, plan_of
 from lumped.tolerances.probability import ProbabilityLimit
 from lumped.vibration.modes import Modes
 from lumped.vibration.order_response import OrderResponse
@@ -37,10 +37,9 @@ def optimise(
     intervals: int = 50,
     periodic: bool = False,
     until: float | str | None = None,
-    parameters: Changes | None = None,
-    start: Changes | None = None,
     rtol: float = 1e-8,
     starts: int = 1,
+    **options: Unpack[RunOptions],
 ) -> Optimum:
     """Parameters for which a run is best, or natural frequencies are where they are wanted.
 
@@ -99,13 +98,15 @@ def optimise(
         The states at the end are those at the start, which are free, except for whole turns that
         angles make in the run; states on which nothing depends stay as they start. Else the states
         start as in the run.
-    until, parameters, start, rtol
-        For a system, as for `gradient`; the search begins with `parameters`. `rtol` is tighter
-        than elsewhere: near the optimum a search compares runs that hardly differ.
+    until, rtol
+        For a system, as for `gradient`. `rtol` is tighter than elsewhere: near the optimum a
+        search compares runs that hardly differ.
     starts : int
         For a system: number of searches. The first begins with `parameters`, the others at the
         best of 128 designs each between the bounds, run by `ensemble` and far from each other.
         The best result counts; ``others`` has the rest, so local minima show.
+    **options : RunOptions
+        For a system: of each run (see `RunOptions`); the search begins with `parameters`.
 
     Returns
     -------
@@ -136,14 +137,14 @@ def optimise(
             f"optimise: starts = {starts}: where parameters scatter, there is one search. Begin it "
             "with other parameters instead."
         )
-    refuse_scene(run, "optimise", until, parameters, start)
+    plan = plan_of(run, "optimise", until, rtol, options)
     if starts < 1 or (starts > 1 and not isinstance(run, System)):
         raise OptionError(
             f"optimise: starts = {starts}: at least one search is needed, and several for a system "
             "only."
         )
     if isinstance(run, Scattered):
-        return best(run, task, until, parameters, start, rtol, starts)
+        return best(run, task, plan, starts)
     bounds = cast(Mapping[Functional | str, Bounds], task.subject_to)
     wanted = cast(dict[Functional | str, float], dict(task.weights))
     repeats = None
@@ -156,25 +157,14 @@ def optimise(
     return problem.optimum(problem.solve(list(wanted.values())), wanted)
 
 
-def best(
-    what: Scattered,
-    task: Task,
-    until: float | str | None,
-    parameters: Changes | None,
-    start: Changes | None,
-    rtol: float,
-    starts: int = 1,
-) -> Optimum:
+def best(what: Scattered, task: Task, plan: RunPlan | None, starts: int = 1) -> Optimum:
     """The part of `optimise` for what is found anew for each design."""
     if isinstance(what, Modes):
         return best_modes(what, task)
     if isinstance(what, OrderResponse):
         return best_orders(what, task)
-    if until is None:
-        raise OptionError("optimise: a system is simulated for each design; give until=, s.")
-    end = in_seconds(until, "until")
-    scene: Any = {"until": end, "parameters": parameters, "start": start, "rtol": rtol}
-    return best_runs(what, task, starts=starts, **scene)
+    assert plan is not None
+    return best_runs(what, task, plan, starts)
 
 
 def _check_free(orbit: PeriodicOrbit, vary: Mapping[str, Bounds] | Mapping[Name, Bounds]) -> None:

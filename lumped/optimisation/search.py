@@ -15,6 +15,7 @@ from lumped.functionals import Functional
 from lumped.numerics.nlp import Solution
 from lumped.numerics.sqp import bounded, sqp
 from lumped.optimisation.design import Key, Optimum, Scattered, Task, bounds_of, varied
+from lumped.timeloop.run_options import RunPlan
 from lumped.tolerances.moved_scene import MovedScene
 from lumped.tolerances.of_designs import CheckedProbability, DesignAim, DesignProbability
 from lumped.tolerances.probability import Probability
@@ -41,8 +42,8 @@ class DesignSearch:
         The same by name.
     task : Task
         What is wanted.
-    **scene
-        For a system: ``until``, ``parameters``, ``start`` and ``rtol``.
+    plan : RunPlan, optional
+        Options of the runs of a system.
     """
 
     tolerance = 1e-12
@@ -54,7 +55,7 @@ class DesignSearch:
         theta: np.ndarray,
         base: Mapping[str, float],
         task: Task,
-        **scene: Any,
+        plan: RunPlan | None = None,
     ) -> None:
         self.system = what if isinstance(what, System) else what.system
         self.base = dict(base)
@@ -78,7 +79,7 @@ class DesignSearch:
             self.most[each.probability] = min(each.most, self.most.get(each.probability, 1.0))
 
         def scattered(of: RobustAim | Probability) -> MovedScene:
-            return MovedScene(what, of.functional, of.over, self.names, "optimise", **scene)
+            return MovedScene(what, of.functional, of.over, self.names, "optimise", plan)
 
         self.aims = {k: DesignAim(k, scattered(k)) for k in self.keys if isinstance(k, RobustAim)}
         self.probabilities = {

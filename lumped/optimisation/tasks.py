@@ -17,7 +17,7 @@ from lumped.tolerances.robust_aims import RobustAim
 from lumped.vibration.modes import Modes
 from lumped.vibration.order_response import OrderResponse
 
-__all__ = ["Objective", "refuse_scene", "task_of"]
+__all__ = ["Objective", "task_of"]
 
 Objective = Key | str | Mapping[Key | str, float]
 """What is made small: a functional, or functionals and parameters with weights."""
@@ -61,20 +61,6 @@ def task_of(
     _check_keys(run, task)
     _check_probabilities(task)
     return task
-
-
-def refuse_scene(run: object, analysis: str, *options: object) -> None:
-    """Refuse `until`, `parameters` and `start` beside what has its own.
-
-    Raises
-    ------
-    OptionError
-        If one is given, and the run is no system.
-    """
-    if not isinstance(run, System) and any(option is not None for option in options):
-        raise OptionError(
-            f"{analysis}: until, parameters and start belong to a system; others have theirs."
-        )
 
 
 def _check_keys(run: object, task: Task) -> None:

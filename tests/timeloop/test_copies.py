@@ -159,7 +159,7 @@ def made():
     over = {"shaft.c": lp.normal(300.0, 20.0), "b.J": lp.normal(1.0, 0.05)}
     second = fun.frequency(1)
     spreads = lp.scatter(modes, over=over, of=[second], runs=64)
-    expansion = lp.scatter(modes, over=over, of=[second], runs=64, method="chaos")
+    expansion = lp.scatter(modes, over=over, of=[second], runs=64, search="chaos")
     failing = lp.reliability(modes, second, above="3.8 Hz", over=over)
     rarely = lp.probability(second, above="3.8 Hz", over=over) <= 0.01
     steady = lp.tolerances.mean_plus(second, 2.0, over=over)

@@ -54,7 +54,7 @@ def test_wrong_calls_are_refused_by_name(driven):
             r"scatter: frequency\(0\) is no functional of a run",
         ),
         (
-            {"until": 1.0, "over": NORMAL, "method": "derivatives", "sampling": "sobol"},
+            {"until": 1.0, "over": NORMAL, "search": "derivatives", "sampling": "sobol"},
             OptionError,
             r"scatter: sampling is for samples and chaos",
         ),
