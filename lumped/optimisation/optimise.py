@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Unpack, cast
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
-from lumped.functionals import Functional
+from lumped.functionals import Condition, Functional
 from lumped.optimisation.collocated_course import of_orbit, repeating
-from lumped.optimisation.design import Bounds, Key, Optimum, Scattered, Task
+from lumped.optimisation.design import Bounds, Optimum, Scattered, Task
 from lumped.optimisation.design_problem import DesignProblem
 from lumped.optimisation.optimise_modes import best_modes
 from lumped.optimisation.optimise_orders import best_orders
@@ -19,7 +19,6 @@ from lumped.orbits.orbit import PeriodicOrbit
 from lumped.support.arguments import checked
 from lumped.timeloop.result import Trajectory
 from lumped.timeloop.run_options import RunOptions, RunPlan, plan_of
-from lumped.tolerances.probability import ProbabilityLimit
 from lumped.vibration.modes import Modes
 from lumped.vibration.order_response import OrderResponse
 
@@ -32,8 +31,7 @@ def optimise(
     *,
     vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
     minimise: Objective,
-    subject_to: Mapping[Key | str, Bounds] | None = None,
-    such_that: ProbabilityLimit | Sequence[ProbabilityLimit] = (),
+    subject_to: Condition | Iterable[Condition] = (),
     intervals: int = 50,
     periodic: bool = False,
     until: float | str | None = None,
@@ -65,7 +63,7 @@ def optimise(
     search is the same as for modes. Kinks of a peak, where one crest overtakes another, may stop
     it.
 
-    Where parameters scatter, `such_that` limits probabilities: a design is held by its reliability
+    Where parameters scatter, `subject_to` limits probabilities: a design is held by its reliability
     index, with exact derivatives at the design point, and checked by samples around it. If these
     do not agree, the index asked for is shifted by the difference, and the design is searched
     again. `mean_plus` and `quantile` of `lumped.tolerances` are minimised or bounded over one
@@ -86,11 +84,10 @@ def optimise(
         `separation` too. A negative weight makes large. What sums up scatter, such as
         ``lumped.tolerances.mean_plus(frequency(0), -3, over=...)``, is a functional here; a
         `probability` is made small alone, without weights.
-    subject_to : mapping of functional or name to (low, high), optional
-        Bounds of functionals, or of a quantity at all instants.
-    such_that : condition or sequence of conditions, optional
-        Such as ``lumped.probability(peak("shaft.tau"), above="5 kN.m", over=...) <= 1e-4``; for a
-        system, modes and an order response.
+    subject_to : condition or iterable of conditions, optional
+        What functionals may not pass, such as ``peak("shaft.tau") <= "5 kN.m"``; of a system, modes
+        and an order response probabilities too, such as
+        ``lumped.probability(peak("shaft.tau"), above="5 kN.m", over=...) <= 1e-4``.
     intervals : int
         For a system with states: number of intervals of its collocation, for each part of the run
         between jumps of functions of time.
@@ -131,7 +128,7 @@ def optimise(
     (SLSQP); Tu, Choi and Park, Journal of Mechanical Design 121, 1999 (reliability index as a
     constraint).
     """
-    task = task_of(run, vary, minimise, subject_to, such_that)
+    task = task_of(run, vary, minimise, subject_to)
     if starts > 1 and task.is_scattered:
         raise OptionError(
             f"optimise: starts = {starts}: where parameters scatter, there is one search. Begin it "
@@ -145,7 +142,6 @@ def optimise(
         )
     if isinstance(run, Scattered):
         return best(run, task, plan, starts)
-    bounds = cast(Mapping[Functional | str, Bounds], task.subject_to)
     wanted = cast(dict[Functional | str, float], dict(task.weights))
     repeats = None
     if isinstance(run, PeriodicOrbit):
@@ -153,7 +149,7 @@ def optimise(
         repeats, run = of_orbit(run), run.run
     elif periodic and run.system.structure.states:
         repeats = repeating(run)
-    problem = DesignProblem(run, vary, wanted, bounds, intervals, repeats)
+    problem = DesignProblem(run, vary, wanted, task.bounds, intervals, repeats)
     return problem.optimum(problem.solve(list(wanted.values())), wanted)
 
 

@@ -75,7 +75,7 @@ def best_runs(system: System, task: Task, plan: RunPlan, starts: int) -> Optimum
     if starts > 1:
         loose = plan.at(max(plan.rtol, 1e-6))
         box = search.box * search.scale[:, None]
-        wanted = task.weights, task.subject_to
+        wanted = task.weights, task.bounds
         more = first_designs(system, search.names, box, *wanted, starts - 1, loose)
         begins += [*(more / search.scale)]
     found = []

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from lumped.compiler.system import System
-from lumped.errors import OptimisationError, OptionError
+from lumped.errors import OptimisationError
 from lumped.functionals import Functional
 from lumped.numerics.nlp import Solution
 from lumped.numerics.sqp import bounded, sqp
@@ -63,29 +63,22 @@ class DesignSearch:
         for row, name in zip(box, self.names, strict=True):
             row[0] = task.begin.get(name, row[0])
         self.start = box[:, 0].copy()
-        self.weights, self.bounds = dict(task.weights), dict(task.subject_to)
+        self.weights = dict(task.weights)
+        self.bounds = {k: b for k, b in task.bounds.items() if not isinstance(k, Probability)}
+        self.most = {k: b[1] or 0.0 for k, b in task.bounds.items() if isinstance(k, Probability)}
         self.at_most, self.keys = task.at_most, task.keys
         self.box = box / self.scale[:, None]
         self.count = 0
         for key in self.keys:
             if isinstance(key, str):
                 self.system.places([key])
-                if key in self.bounds:
-                    raise OptionError(
-                        f"optimise: {key} is a parameter; its bounds belong to `vary`."
-                    )
-        self.most: dict[Probability, float] = {}
-        for each in task.such_that:
-            self.most[each.probability] = min(each.most, self.most.get(each.probability, 1.0))
 
         def scattered(of: RobustAim | Probability) -> MovedScene:
             return MovedScene(what, of.functional, of.over, self.names, "optimise", plan)
 
         self.aims = {k: DesignAim(k, scattered(k)) for k in self.keys if isinstance(k, RobustAim)}
         self.probabilities = {
-            k: DesignProbability(k, scattered(k))
-            for k in [*self.keys, *self.most]
-            if isinstance(k, Probability)
+            k: DesignProbability(k, scattered(k)) for k in self.keys if isinstance(k, Probability)
         }
         self.shift = dict.fromkeys(self.probabilities, 0.0)
 
@@ -248,7 +241,7 @@ class DesignSearch:
         design = self.design(solution.w)
         numbers: dict[Key, float] = {
             k: self.told(k, self.value(k, solution.w)[0])
-            for k in dict.fromkeys([*self.keys, *self.most])
+            for k in self.keys
             if not isinstance(k, str)
         }
         (first, *_) = self.weights

@@ -47,7 +47,7 @@ _FROM = {
     "Path": "a path",
     "Port": "a port",
     "PeriodicOrbit": "an orbit from lumped.periodic",
-    "ProbabilityLimit": "a condition such as lumped.probability(...) <= 1e-4",
+    "Condition": "a condition such as peak('shaft.tau') <= 300",
     "SNCurve": "an S-N curve from lumped.life.SNCurve",
     "System": "a system from lumped.assemble",
     "Trajectory": "a run from lumped.simulate",

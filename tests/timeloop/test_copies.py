@@ -164,7 +164,7 @@ def made():
     rarely = lp.probability(second, above="3.8 Hz", over=over) <= 0.01
     steady = lp.tolerances.mean_plus(second, 2.0, over=over)
     stiffness = {"wheel.c": (10.0, 100.0)}
-    stiff = lp.optimise(modes, vary=stiffness, minimise={"wheel.c": -1.0}, such_that=rarely)
+    stiff = lp.optimise(modes, vary=stiffness, minimise={"wheel.c": -1.0}, subject_to=rarely)
     low = lp.optimise(modes, vary=stiffness, minimise=steady)
     t = np.linspace(0.0, 1.0, 21)
     seen = lp.simulate(system, until=1.0, grid=t, start={"a.w": 1.0})
