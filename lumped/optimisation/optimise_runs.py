@@ -52,7 +52,7 @@ class RunSearch(DesignSearch):
         """The run of a design."""
         if self.of:
             return self.at(w).run
-        plan = self._planned(w).by_steps("optimise")
+        plan = self._planned(w)
         point = run_start(self.system, plan)
         return run_on(point, plan, recorder(point, plan, 500))
 
@@ -70,6 +70,7 @@ class RunSearch(DesignSearch):
 
 def best_runs(system: System, task: Task, plan: RunPlan, starts: int) -> Optimum:
     """The part of `optimise` for whole runs."""
+    plan = plan.by_steps("optimise", are_followed=True)
     search = RunSearch(system, task, plan)
     begins = [search.box[:, 0].copy()]
     if starts > 1:

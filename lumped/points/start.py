@@ -18,7 +18,7 @@ from lumped.timeloop.event import Change
 from lumped.timeloop.instants import modes_at
 from lumped.timeloop.positions import begin
 from lumped.timeloop.result import OperatingPoint
-from lumped.timeloop.run_options import RunPlan
+from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
 from lumped.timeloop.settings import just_after
 
 __all__ = [
@@ -29,6 +29,7 @@ __all__ = [
     "free_places",
     "point_at",
     "run_start",
+    "search_start",
     "start_form",
     "start_point",
     "start_slopes",
@@ -118,6 +119,14 @@ def run_start(system: System, plan: RunPlan) -> OperatingPoint:
     if system.switching:
         x, settings, collisions = _begun(system, theta, plan.begin, x, settings)
     return replace(point, x=x, theta=theta, settings=settings, collisions=collisions)
+
+
+def search_start(
+    system: System, parameters: Changes | None, start: Changes | OperatingPoint | None
+) -> OperatingPoint:
+    """Where a search for a motion starts; states of a point are taken as those at the time zero."""
+    options: RunOptions = {"begin": 0.0, "parameters": parameters, "start": start}
+    return run_start(system, run_plan(1.0, 1e-6, options))
 
 
 def found_start(

@@ -201,7 +201,9 @@ def plan_of(
     if isinstance(what, System):
         if until is None:
             raise OptionError(f"{analysis}: a system is simulated; give until=, s.")
-        return run_plan(until, rtol, options)
+        plan = run_plan(until, rtol, options)
+        plan.watching(what, ())  # refuses a point of another system
+        return plan
     given = [name for name, value in options.items() if value is not None]
     if given or until is not None:
         raise OptionError(

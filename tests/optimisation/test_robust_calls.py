@@ -82,7 +82,7 @@ def test_what_cannot_be_asked_for_is_named(make, text):
 
 def test_a_front_of_modes_has_no_end():
     hertz = {fun.frequency(0): -1.0}
-    with pytest.raises(OptionError, match="pareto: until, parameters and start belong to a system"):
+    with pytest.raises(OptionError, match="pareto: until: options of runs belong to a system"):
         lp.optimisation.pareto(
             lp.modes(oscillator()),
             until=1.0,
