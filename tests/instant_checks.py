@@ -166,7 +166,7 @@ class Law:
         return end < t + BRIEF or abs(end - t - rest) < 0.1 * rest
 
     def was_idle(self, name, past):
-        """Whether a change was told before, since when a contact rests but bears nothing.
+        """Whether a contact rests but bears nothing since a change that was told, or the begin.
 
         Where others keep it at rest, a contact without load may as well be open.
         """
@@ -180,7 +180,7 @@ class Law:
             self.drive.piece = its_piece
             idle = (*modes[:k], free[self.kinds[k]], *modes[k + 1 :])
             is_fit = not self.fault_of_motion(part, idle)
-            is_told = is_fit and name in named
+            is_told = is_fit and (name in named or part is past[0][0])
             if is_told or not is_fit:
                 break
         self.drive.piece = piece
@@ -246,7 +246,8 @@ class Law:
                 D = np.concatenate([D, W[brief], self.slow(t, expected, after, size)])
                 expected = nearest(self.J, expected, W, 0 * bounce, D)
             expected = self.rubbed(before, expected, W, D)
-            open_ = float(self.J @ (expected**2 - before**2)) > 1e-9 * size**2
+            work = self.J * (expected - before) * (expected + before)
+            open_ = work.sum() > 1e-9 * np.abs(work).sum()
         except NoAnswerError:
             expected, open_ = before, True
         if open_:

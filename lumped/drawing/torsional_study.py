@@ -159,7 +159,7 @@ class Study:
         found = {key: verdict(every[key], own) for key, own in self.limits.items() if own}
         if self.margin is not None and self.operation is not None and self.campbell.critical:
             found["critical speeds"] = separation(
-                self.campbell.critical, between=self.operation, margin=self.margin
+                self.campbell, between=self.operation, margin=self.margin
             )
         return found
 
@@ -256,7 +256,7 @@ def study(
         margin,
         drawn,
         own_modes,
-        _campbell(first, drawn) if found_campbell is None else found_campbell,
+        found_campbell or _campbell(first, drawn, between, margin or 0.0),
         found_campbell is None,
         place,
         _heat(heat, given),
@@ -308,11 +308,21 @@ def _orders(
     return tuple(sorted(sorted(shares, key=lambda order: -shares[order])[:MOST_CRITICAL]))
 
 
-def _campbell(response: OrderResponse, orders: tuple[float, ...]) -> Campbell:
-    """Natural frequencies over the speeds, or over the lower half of a single one."""
-    speeds = response.speeds
-    begin = speeds[0] if len(speeds) > 1 else 0.5 * speeds[0]
-    return mean_campbell(response, orders=orders, between=(float(begin), float(speeds[-1])))
+def _campbell(
+    response: OrderResponse,
+    orders: tuple[float, ...],
+    operation: tuple[float, float] | None,
+    margin: float,
+) -> Campbell:
+    """Natural frequencies over the speeds, or the lower half of a single one, and the margin."""
+    begin, end = float(response.speeds[0]), float(response.speeds[-1])
+    begin = begin if len(response.speeds) > 1 else 0.5 * begin
+    if operation is not None:
+        begin, end = (
+            min(begin, operation[0] * (1 - margin)),
+            max(end, operation[1] * (1 + margin)),
+        )
+    return mean_campbell(response, orders=orders, between=(begin, end))
 
 
 def _angles_of(system: System, parts: list[str]) -> list[str]:

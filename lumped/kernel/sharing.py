@@ -307,10 +307,27 @@ def _share_in_group(run: Run, m: Numbers, look: Look, count: int) -> bool:
     programme.least_size = _load_of(run, _GENTLE)
     _find_stresses(run, m, count)
     largest_reserve(programme, count)
+    lets_go = programme.is_exhausted or _bear_nothing(run, look, count)
     for i in range(count):
         h = instant.group[i]
-        if programme.is_exhausted:
+        if lets_go:
             instant.gives_way[h] = programme.blocks[i]
         else:
             m[plant.hold_setting[h] + SHARE] = programme.carried[i]
     return not programme.is_exhausted
+
+
+@kernel
+def _bear_nothing(run: Run, look: Look, count: int) -> bool:
+    """Whether those that block each other can only bear zero, as freewheels that face each other.
+
+    Their shares would end with the next change of any load.
+    """
+    programme, any_blocks = run.instant.reserve, False
+    for i in range(count):
+        way, h = programme.blocks[i], run.instant.group[i]
+        limit = look.upper[h] if way > 0 else look.lower[h]
+        if way != 0 and (limit != 0.0 or abs(programme.carried[i]) > programme.rounding[i]):
+            return False
+        any_blocks = any_blocks or way != 0
+    return any_blocks

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
+from lumped.functionals.of_runs import mean, peak
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import utilisation
 from lumped.support.arguments import checked
@@ -338,10 +339,8 @@ def _result(found: OrderAmplitudes | Trajectory, limit: Limit) -> Result:
 
 
 def _of_run(found: Trajectory, key: str, measure: Measure) -> float:
-    """Largest size of a quantity, or its mean over the run."""
-    if measure == "mean power":
-        return float(np.trapezoid(found[key], found.t) / (found.t[-1] - found.t[0]))
-    return float(np.abs(found[key]).max())
+    """Largest size of a quantity, or its mean, over the run."""
+    return found.value(mean(key) if measure == "mean power" else peak(key))
 
 
 def measured(found: OrderAmplitudes, key: str, measure: Measure) -> Real:
@@ -405,7 +404,7 @@ def separation(
     Raises
     ------
     OptionError
-        If the range or the margin makes no sense.
+        If the range or the margin makes no sense, or a diagram does not reach as far as both.
     """
     low, high = between
     if not 0 < low <= high < np.inf:
@@ -415,8 +414,17 @@ def separation(
         )
     if not 0 < margin < 1:
         raise OptionError(f"separation: margin = {margin:g} must be between 0 and 1.")
+    if isinstance(critical, Campbell):
+        first, last = critical.speeds[0], critical.speeds[-1]
+        if first > low * (1 - margin) or last < high * (1 + margin):
+            raise OptionError(
+                f"separation: the diagram reaches from {first:g} to {last:g} rad/s; speeds from "
+                f"{low:g} to {high:g} rad/s with a margin of {margin:g} need critical speeds from "
+                f"{low * (1 - margin):g} to {high * (1 + margin):g}. Make the diagram over these."
+            )
+        critical = critical.critical
     results = []
-    for each in critical.critical if isinstance(critical, Campbell) else critical:
+    for each in critical:
         distance = max(low - each.speed, each.speed - high, 0.0)
         share = distance / (low if each.speed < low else high)
         ends = BarredRange(each.speed / (1 + margin), each.speed / (1 - margin))

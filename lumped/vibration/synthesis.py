@@ -97,25 +97,33 @@ class Synthesis:
 
     @cached_property
     def extremes(self) -> tuple[tuple[Real, Real], tuple[Real, Real]]:
-        """Angles and values of the highest and of the lowest value, shapes (k,)."""
+        """Angles and values of the highest and of the lowest value, shapes (k,).
+
+        The greatest of all: a value lies at most ``h^2 / 8 sum(order^2 abs(amplitude))`` above the
+        nearest of samples a distance h apart (Taylor), so each sample that is not lower than that
+        below the greatest is a place near which it is looked for.
+        """
         numbers = np.rint(self.orders * self.turns).astype(int)
         points = 1 << int(_FINE * numbers.max() - 1).bit_length()
         spectrum = np.zeros((len(self.speeds), points // 2 + 1), dtype=complex)
         spectrum[:, numbers] = self.amplitudes
         values = np.fft.irfft(spectrum * (points / 2), points, axis=1)
-        angle = 2 * np.pi * self.turns / points
-        high = self._located(angle * values.argmax(axis=1), angle)
-        low = self._located(angle * values.argmin(axis=1), angle)
-        return high, low
+        step = 2 * np.pi * self.turns / points
+        angle, low = self._highest(-values, -self.amplitudes, step)
+        return self._highest(values, self.amplitudes, step), (angle, -low)
 
-    def _located(self, angle: Real, width: float) -> tuple[Real, Real]:
-        """Angles of extremes near angles, and the values there, shapes (k,)."""
-        begin = angle
+    def _highest(self, values: Real, amplitudes: Complex, step: float) -> tuple[Real, Real]:
+        """Angles of the highest values, and these, shapes (k,), from samples, shape (k, n)."""
+        above = step**2 / 8 * (np.abs(amplitudes) @ self.orders**2)
+        k, sample = np.nonzero(values >= (values.max(axis=1) - above)[:, None])
+        begin: Real = np.multiply(step, sample, dtype=np.float64)
+        angle, each = begin, amplitudes[k]
         for _ in range(_STEPS):
-            turning = self.amplitudes * np.exp(1j * self.orders * angle[:, None])
+            turning = each * np.exp(1j * self.orders * angle[:, None])
             slope = (1j * self.orders * turning).real.sum(axis=1)
             bend = (-(self.orders**2) * turning).real.sum(axis=1)
-            step = -slope / np.where(bend == 0, np.inf, bend)
-            angle = np.clip(angle + step, begin - width, begin + width)
-        turning = self.amplitudes * np.exp(1j * self.orders * angle[:, None])
-        return angle, turning.real.sum(axis=1)
+            towards = -slope / np.where(bend == 0, np.inf, bend)
+            angle = np.clip(angle + towards, begin - step, begin + step)
+        found: Real = (each * np.exp(1j * self.orders * angle[:, None])).real.sum(axis=1)
+        best = np.lexsort((found, k))[np.cumsum(np.bincount(k, minlength=len(values))) - 1]
+        return angle[best], found[best]

@@ -22,6 +22,8 @@ BY_A_HAIR = {
     208420: "a speed across a gear of 1.005 beside two freewheels that share a load",
     206867: "a freewheel is told to have let go, and others keep it at rest",
     207919: "accelerations that are rounding",
+    305046: "freewheels that can bear only zero against each other",
+    302140: "two stops at one place, with different restitutions",
 }
 
 

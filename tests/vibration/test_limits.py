@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 import lumped as lp
+from lumped.components import Fixed, Spring, Torque
 from lumped.errors import LumpedError, OptionError
 from lumped.vibration import BarredRange, Limit, MarineShaft
 from tests.vibration.torsional_cases import DATA, RPM, blades, columns, marine
@@ -106,6 +107,29 @@ def test_separation_is_the_distance_from_the_speeds_of_operation():
     inside = lp.vibration.separation(critical[:1], between=(0.9 * first, 2 * first))
     assert not inside.passed
     assert inside.results[0].utilisation == np.inf
+
+
+def test_a_diagram_must_reach_as_far_as_the_operation_and_its_margin():
+    diagram = lp.campbell(marine(damped=False), speeds=[1.0, 60.0], orders=[5])
+    for between in ((55.0, 58.0), (1.05, 2.0)):
+        with pytest.raises(OptionError, match="reaches from 1 to 60 rad/s"):
+            lp.vibration.separation(diagram, between=between, margin=0.1)
+    assert lp.vibration.separation(diagram, between=(40.0, 44.0), margin=0.1).passed
+
+
+@pytest.mark.parametrize("grid", [3, 40, None])
+def test_a_run_is_judged_between_its_output_times(grid):
+    """``tau = 20 sin(38.7 t)`` on a fixed spring: its greatest is 20, its mean square 200."""
+    drive = lp.compose(
+        spring=Spring(c=1e3),
+        torque=Torque(tau=20 * lp.ops.sin(38.7 * lp.time)),
+        ground=Fixed(),
+        connections=lambda m: lp.chain(m.torque, m.spring, m.ground),
+    )
+    run = lp.simulate(lp.assemble(drive), until=20 * np.pi / 38.7, grid=grid)
+    found = lp.vibration.verdict(run, [Limit("spring.tau", 19.999)])
+    assert found.results[0].value == pytest.approx(20.0, rel=1e-6)
+    assert not found.passed
 
 
 @pytest.mark.parametrize(

@@ -510,3 +510,18 @@ def test_a_shaft_whose_angle_acts_on_nothing_is_named():
         lp.vibration.order_response(
             lp.assemble(model), speeds=[9.0], of=["shaft.tau"], over="motor.phi"
         )
+
+
+def test_synthesis_finds_the_highest_of_lobes_that_are_nearly_alike():
+    """Phases at which the highest sample is not beside the highest value."""
+    phase = np.radians(np.arange(360.0))
+    amplitudes = np.column_stack([np.full(360, 0.3), 100 * np.exp(1j * phase)])
+    both = lp.vibration.Synthesis("tau", "N.m", np.ones(360), np.array([1.0, 7.0]), amplitudes)
+    values = both.at(np.linspace(0, 2 * np.pi, 7 * 4000 + 1))
+    below = (7 * np.pi / 28000) ** 2 / 2 * 101  # what may lie between these angles
+    for found, sampled in (
+        (both.maximum, np.abs(values).max(axis=1)),
+        (both.half_range, np.ptp(values, axis=1) / 2),
+    ):
+        assert (found > sampled - 1e-12).all()
+        assert (found < sampled + below).all()
