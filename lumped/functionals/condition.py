@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 from lumped.errors import OptionError, shown
+from lumped.support.units import plain
 
 __all__ = ["Bounded", "Condition"]
 
@@ -38,6 +40,21 @@ class Condition:
     of: Any
     low: float | str | None
     high: float | str | None
+
+    def bounds(self, unit: str, analysis: str) -> tuple[float, float]:
+        """Lower and upper bound as numbers in a unit; one is infinite.
+
+        Raises
+        ------
+        UnitError
+            If the bound has a unit of another dimension.
+        OptionError
+            If it is no number.
+        """
+        what = f"{analysis}: {self}:"
+        if self.low is None:
+            return -math.inf, plain(self.high, unit, what, OptionError)
+        return plain(self.low, unit, what, OptionError), math.inf
 
     def __str__(self) -> str:
         sign, bound = ("<=", self.high) if self.low is None else (">=", self.low)

@@ -12,7 +12,6 @@ from lumped.functionals import Condition
 from lumped.functionals.functional import refuse_other
 from lumped.optimisation.design import Bounds, Key, Scattered, Task, key_unit
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.support.units import plain
 from lumped.timeloop.result import Trajectory
 from lumped.tolerances.probability import Probability
 from lumped.tolerances.robust_aims import RobustAim
@@ -70,11 +69,7 @@ def _bounds(system: System, conditions: Iterable[Condition]) -> dict[Key, Bounds
     """Bounds in SI units, those of one functional together."""
     found: dict[Key, Bounds] = {}
     for condition in conditions:
-        unit, what = key_unit(system, condition.of), f"optimise: {condition}:"
-        low, high = (
-            default if bound is None else plain(bound, unit, what, OptionError)
-            for bound, default in ((condition.low, -np.inf), (condition.high, np.inf))
-        )
+        low, high = condition.bounds(key_unit(system, condition.of), "optimise")
         least, most = found.get(condition.of, (-np.inf, np.inf))
         found[condition.of] = max(low, least), min(high, most)  # type: ignore[type-var]
     return found
