@@ -79,7 +79,7 @@ def against_samples() -> list[tuple[str, ...]]:
                 system,
                 over=over,
                 **options,
-                method="chaos",
+                search="chaos",
                 runs=runs,
                 seed=seed,
                 gradients=gradients,

@@ -21,8 +21,8 @@ from benchmarks._ensemble_tasks import Task, tasks
 from benchmarks._ensembles_in_c import limit, statistics_error
 from benchmarks.hybrid import write
 from lumped.many_runs.native_runs import NativeRuns
-from lumped.many_runs.run_records import RunOptions
 from lumped.support.text_table import table
+from lumped.timeloop.run_options import RunOptions, run_plan
 
 SLICES, PART = 40, 256
 """Slices of work, and the variants in each."""
@@ -39,8 +39,9 @@ class Alone(NativeRuns):
 def prepared(task: Task, rtol: float, kind: type[NativeRuns], letter: str) -> NativeRuns:
     """Runs of a task."""
     system = lp.assemble(task.model, keep=["wheel.phi"] if letter == "c" else ())
-    options = RunOptions(task.until, rtol=rtol, atol=rtol if letter == "d" else None)
-    return kind(system, task.names, system.theta(None), task.of, options)
+    options: RunOptions = {"atol": rtol if letter == "d" else None}
+    plan = run_plan(task.until, rtol, options).by_steps("ensemble")
+    return kind(system, task.names, system.theta(None), task.of, plan)
 
 
 def shown(letter: str, values: np.ndarray) -> np.ndarray:

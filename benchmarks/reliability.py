@@ -27,10 +27,10 @@ from lumped.support.text_table import table
 
 SAMPLES, PART = 10_000_000, 1_000_000
 METHODS: tuple[dict[str, Any], ...] = (
-    {"method": "form"},
-    {"method": "sorm"},
-    {"method": "importance", "runs": 20_000},
-    {"method": "subset", "runs": 200_000},
+    {"search": "form"},
+    {"search": "sorm"},
+    {"search": "importance", "runs": 20_000},
+    {"search": "subset", "runs": 200_000},
 )
 
 
@@ -145,7 +145,7 @@ def main() -> None:
             rows.append(
                 (
                     name,
-                    options["method"],
+                    options["search"],
                     f"{p:.4e}",
                     f"{p / many:.4f}",
                     "" if np.isnan(task.exact) else f"{p / task.exact:.4f}",

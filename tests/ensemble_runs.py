@@ -16,7 +16,7 @@ import lumped as lp
 from lumped import functionals as fun
 from lumped.errors import LumpedError
 from lumped.many_runs.native_runs import NativeRuns
-from lumped.many_runs.run_records import RunOptions
+from lumped.timeloop.run_options import run_plan
 
 paired = lp.ensembles.paired
 RUNS = 7
@@ -43,7 +43,8 @@ class Alone(NativeRuns):
 def ran(system, varied, points, of, until, kind=NativeRuns, **options):
     """Runs in this thread, with what they cost."""
     theta = system.structure.parameters.defaults.copy()
-    made = kind(system, varied, theta, of, RunOptions(until, **options))
+    plan = run_plan(until, options.pop("rtol", 1e-6), options).by_steps("ensemble")
+    made = kind(system, varied, theta, of, plan)
     return made.run(points)
 
 

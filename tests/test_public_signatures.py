@@ -6,12 +6,13 @@ import inspect
 import re
 import textwrap
 from collections.abc import Callable
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import pytest
 from public_names import CLASSES, FUNCTIONS
 
 import lumped as lp
+from lumped.simulation import RunOptions
 
 MODULES = {
     f"{module.__name__.rpartition('.')[2]}.{name}": getattr(module, name)
@@ -43,6 +44,12 @@ TIGHTER = {
     "check_orders": 1e-10,
 }
 """Defaults of `rtol` that differ, each with a reason, which also stands in the docstring."""
+
+MAKE_RUNS = {
+    *("ensemble", "gradient", "gradient_ensemble", "identify", "inverse", "optimise", "pareto"),
+    *("reliability", "scatter", "scene_of", "sensitivity", "simulate", "sobol_indices", "sweep"),
+    *("to_jax", "value_and_gradient", "work_precision"),
+}
 
 BRIEF: dict[str, set[str]] = {}
 """Sections that are still missing."""
@@ -100,19 +107,16 @@ def test_a_tighter_tolerance_has_its_reason_in_the_docstring(name):
     assert re.search(r"tighter\s+than elsewhere[:.] ", inspect.getdoc(ALL[name]), re.IGNORECASE)
 
 
-def test_the_method_is_that_of_a_run_everywhere():
-    studies = {
-        "reliability",
-        "scatter",
-    }  # the method of the study: its runs are those of an ensemble
-    methods = {name: p for name in ALL for p in parameters(name) if p.name == "method"}
-    methods = {name: p for name, p in methods.items() if name not in studies}
-    assert {*methods} == {"simulate", "ensemble", "gradient", "export_fmu"}
-    assert {p.default for p in methods.values()} == {"auto"}
-    text = inspect.getdoc(lp.simulate)
-    for p in methods.values():
-        for choice in re.findall(r'"(\w+)"', str(p.annotation)):
-            assert f'"{choice}"' in text
+def test_the_options_of_runs_are_the_same_everywhere():
+    options = get_type_hints(RunOptions, include_extras=True)
+    defaults = {name: get_args(hint)[1] for name, hint in options.items()}
+    for name in MAKE_RUNS:
+        received = {p.name: p for p in parameters(name) if p.name in options}
+        assert {key: p.default for key, p in received.items()} == defaults
+        assert {p.kind for p in received.values()} == {inspect.Parameter.KEYWORD_ONLY}
+        assert "**options : RunOptions" in inspect.getdoc(ALL[name])
+    others = {name for name in ALL for p in parameters(name) if p.name == "method"}
+    assert others - MAKE_RUNS == {"export_fmu"}  # in whose unit there are fewer
 
 
 # -- docstrings ----------------------------------------------------------------------------------
@@ -139,6 +143,8 @@ def test_the_docstring_names_all_parameters(name):
     block = inspect.getdoc(ALL[name]).partition("Parameters\n----------\n")[2].partition("\n\n")[0]
     heads = re.findall(r"^(\S.*?)(?: : .*)?$", block, re.MULTILINE)
     received = {word for head in heads for word in re.findall(r"\w+", head)}
+    if "**options" in heads:
+        received |= set(RunOptions.__annotations__)
     assert {p.name for p in parameters(name)} <= received
 
 

@@ -13,12 +13,13 @@ from lumped.ensembles.ensemble_file import EnsembleFile
 from lumped.ensembles.spread import DIED, in_threads, on_cluster
 from lumped.errors import LumpedError, OptionError
 from lumped.functionals import Functional
-from lumped.functionals.functional import watching
 from lumped.kernel.run import DONE, FULL
 from lumped.many_runs.native_runs import NativeRuns
-from lumped.many_runs.run_records import RunOptions
-from lumped.simulation.simulate import simulate
+from lumped.points.start import run_start
+from lumped.simulation.simulate import run_on
 from lumped.support.progress import Progress
+from lumped.timeloop.recorder import Recorder
+from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["Failures", "RunsAt", "collected", "failures_of", "fixed", "labelled"]
 
@@ -40,9 +41,8 @@ class RunsAt:
         What varies.
     of : mapping of str to functional
         What is wanted.
-    parameters : mapping of name to float, optional
-        Changes that hold in all runs, unless varied.
-    options : RunOptions
+    plan : RunPlan
+        Options of all runs.
     workers : int, optional
         Threads; default is one for each core.
     """
@@ -52,12 +52,12 @@ class RunsAt:
         system: System,
         names: tuple[str, ...],
         of: Mapping[str, Functional],
-        parameters: Changes | None,
-        options: RunOptions,
+        plan: RunPlan,
         workers: int | None,
     ) -> None:
-        watched = watching(system, of.values())
-        self._made = NativeRuns(watched, names, fixed(watched, parameters), of, options)
+        watched = plan.watching(system, of.values())
+        theta = fixed(watched, plan.changes(watched))
+        self._made = NativeRuns(watched, names, theta, of, plan.by_steps(system.name))
         self._workers = workers or os.cpu_count() or 1
 
     def __call__(self, points: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
@@ -191,21 +191,12 @@ def failures_of(
 
 def _fault(made: NativeRuns, values: np.ndarray, status: int) -> str:
     """Why a variant failed, found by running it alone."""
-    options, system, theta = made.options, made.system, made.theta.copy()
+    plan, system, theta = made.options, made.system, made.theta.copy()
     theta[made.places] = values
     changes = dict(zip(system.parameters, theta.tolist(), strict=True))
     try:
-        simulate(
-            system,
-            until=options.until,
-            begin=options.begin,
-            parameters=changes,
-            start=options.start,
-            rtol=options.rtol,
-            atol=options.atol,
-            method=options.method,  # type: ignore[arg-type]
-            max_steps=options.max_steps,
-        )
+        point = run_start(system, plan._replace(parameters=changes))
+        run_on(point, plan, Recorder(point, plan.until, np.array([plan.until]), False))
     except LumpedError as error:
         return str(error)
     return f"{system.name}: this run failed (status {status})."

@@ -6,21 +6,18 @@ import os
 import time as clock
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
-from lumped.compiler.system import Changes, System
+from lumped.compiler.system import System
 from lumped.ensembles.collected_runs import collected, failures_of, fixed, labelled
 from lumped.ensembles.ensemble_file import EnsembleFile, heading
 from lumped.ensembles.outcome import Ensemble
 from lumped.ensembles.variants import Over, Sampling, variants_of
 from lumped.errors import OptionError, SolverError, shown
 from lumped.functionals import Functional
-from lumped.functionals.functional import watching
 from lumped.many_runs.native_runs import NativeRuns
-from lumped.many_runs.run_records import RunOptions
-from lumped.simulation.simulate import Method, check_options
 from lumped.support.arguments import checked
-from lumped.support.units import in_seconds
+from lumped.timeloop.run_options import RunOptions, run_plan
 
 __all__ = ["ensemble"]
 
@@ -35,16 +32,11 @@ def ensemble(
     runs: int | None = None,
     seed: int = 0,
     sampling: Sampling = "random",
-    parameters: Changes | None = None,
-    begin: float | str = 0.0,
-    start: Changes | None = None,
     rtol: float = 1e-6,
-    atol: float | None = None,
-    method: Method = "auto",
-    max_steps: int = 1_000_000,
     workers: int | None = None,
     store: str | Path | None = None,
     client: Any = None,
+    **options: Unpack[RunOptions],
 ) -> Ensemble:
     """Run a system for many values of its parameters, in machine code and on all cores.
 
@@ -69,16 +61,8 @@ def ensemble(
         Of the numbers that are drawn; the same seed gives the same runs.
     sampling : {"random", "latin", "sobol", "halton"}
         How they are drawn.
-    parameters : mapping of name to float, optional
-        Parameters to change in all runs.
-    begin : float or str
-        Begin of each run, s.
-    start : mapping of name to float, optional
-        Start values to set or change.
-    rtol, atol, max_steps
-        As for `simulate`.
-    method : {"auto", "explicit", "implicit", "steps", "taylor"}
-        As for `simulate`; "auto" is "steps", as many runs have no closed form in common.
+    rtol : float
+        Relative tolerance.
     workers : int, optional
         Threads; default is one for each core.
     store : str or Path, optional
@@ -86,6 +70,8 @@ def ensemble(
         again. It belongs to a model, its parameters, what varies, options and functionals.
     client : dask.distributed.Client, optional
         Run on its cluster instead; the results are the same to the last bit.
+    **options : RunOptions
+        Of each run (see `RunOptions`).
 
     Returns
     -------
@@ -101,25 +87,19 @@ def ensemble(
     SolverError
         If no run comes to its end; it says why.
     """
-    until, begin = in_seconds(until, "until"), in_seconds(begin, "begin")
-    check_options(begin, until, rtol, atol, method, max_steps)
+    plan = run_plan(until, rtol, options).by_steps("ensemble")
     if workers is not None and workers < 1:
         raise OptionError(f"ensemble: workers = {workers}: at least one thread is needed.")
     if client is not None and not hasattr(client, "scatter"):
         raise OptionError(
             f"ensemble: client = {shown(client)}: a client from dask.distributed is needed."
         )
-    if method == "exact":
-        raise OptionError("ensemble: the closed form is for single runs; take method='steps'.")
     wanted = labelled(of, "ensemble")
-    system = watching(system, wanted.values())
-    varied = variants_of(
-        system, over, runs=runs, seed=seed, sampling=sampling, parameters=parameters
-    )
-    used = "steps" if method == "auto" else method
-    options = RunOptions(until, begin, start, rtol, atol, used, max_steps)
-    made = NativeRuns(system, varied.names, fixed(system, parameters), wanted, options)
-    head = {} if store is None else heading(system, varied, parameters, wanted, options)
+    system = plan.watching(system, wanted.values())
+    changes = plan.changes(system)
+    varied = variants_of(system, over, runs=runs, seed=seed, sampling=sampling, parameters=changes)
+    made = NativeRuns(system, varied.names, fixed(system, changes), wanted, plan)
+    head = {} if store is None else heading(system, varied, wanted, plan)
     file = EnsembleFile(store, head)
     count = workers or os.cpu_count() or 1
     if client is not None:

@@ -16,31 +16,30 @@ from lumped.ensembles.variants import ParameterSets
 from lumped.functionals import Functional
 from lumped.kernel.run import FULL
 from lumped.many_runs.native_runs import Batch
-from lumped.many_runs.run_records import RunOptions
 from lumped.timeloop.fingerprint import fingerprint
+from lumped.timeloop.result import OperatingPoint
+from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["EnsembleFile", "heading"]
 
 
 def heading(
-    system: System,
-    variants: ParameterSets,
-    parameters: object,
-    of: Mapping[str, Functional],
-    options: RunOptions,
+    system: System, variants: ParameterSets, of: Mapping[str, Functional], plan: RunPlan
 ) -> dict[str, Any]:
     """All on which the results of an ensemble depend, for the first line of its file."""
     values = np.ascontiguousarray(variants.values)
-    told = {name: str(value) for name, value in vars(options).items() if name != "until"}
+    told = {name: str(value) for name, value in plan._asdict().items() if name != "until"}
+    if isinstance(start := plan.start, OperatingPoint):
+        told["start"] = fingerprint((start.time, start.x, start.theta, start.settings))
     return {
         "lumped": "ensemble",
         "model": fingerprint(system),
         "parameters": system.parameters,
-        "until": options.until,
+        "until": plan.until,
         "points": [*variants.names, hashlib.sha256(values.tobytes()).hexdigest()[:16]],
         "runs": len(values),
         "of": {label: f"{f}: {f.readings!r}" for label, f in of.items()},
-        "options": {**told, "parameters": str(parameters)},
+        "options": told,
     }
 
 

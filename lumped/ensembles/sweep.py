@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import inspect
 import os
 import pickle
 import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -18,21 +17,20 @@ from lumped.ensembles.distributions import paired
 from lumped.ensembles.ensemble import ensemble
 from lumped.ensembles.outcome import Ensemble
 from lumped.ensembles.sweep_file import SweepFile, heading
-from lumped.ensembles.variants import Over, variants_of
-from lumped.errors import LumpedError, OptionError, nearest, shown
+from lumped.ensembles.variants import Over, Sampling, variants_of
+from lumped.errors import LumpedError, OptionError, shown
 from lumped.functionals import Functional
 from lumped.numerics.process_pool import outcomes
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
 from lumped.support.progress import Progress
-from lumped.support.units import in_seconds
 from lumped.timeloop.executable import executable
 from lumped.timeloop.result import Trajectory
+from lumped.timeloop.run_options import Grid, RunOptions, run_plan
 
 __all__ = ["sweep"]
 
-_DRAWN = ("runs", "seed", "sampling")
 _MANY = 20
 """Runs from which machine code of the system pays."""
 
@@ -47,10 +45,15 @@ def sweep(
     over: Over,
     until: float | str,
     of: Mapping[str, Measure | Functional],
+    runs: int | None = None,
+    seed: int = 0,
+    sampling: Sampling = "random",
+    grid: Grid = 500,
+    rtol: float = 1e-6,
     workers: int | None = None,
     store: str | Path | None = None,
     client: Any = None,
-    **options: Any,
+    **options: Unpack[RunOptions],
 ) -> Ensemble:
     """Run a system for many values of its parameters, on all cores.
 
@@ -70,6 +73,10 @@ def sweep(
     of : mapping of str to callable or functional
         What to take from each run: functions of a `Trajectory` that give a number; functionals
         are left to `ensemble`, which is much faster.
+    runs, seed, sampling
+        Where runs are drawn, as for `ensemble`.
+    grid, rtol
+        Of the runs that functions take, as for `simulate`.
     workers : int, optional
         Processes; default is one for each core.
     store : str or Path, optional
@@ -78,9 +85,8 @@ def sweep(
         in `of` with all that these use (see `lumped.timeloop.fingerprint`).
     client : dask.distributed.Client, optional
         Run on its cluster instead; functions and model classes travel by cloudpickle.
-    **options
-        As for `simulate`; its `parameters` hold in all runs, unless varied. `runs`, `seed` and
-        `sampling` where runs are drawn, as for `ensemble`.
+    **options : RunOptions
+        Of each run (see `RunOptions`).
 
     Returns
     -------
@@ -99,15 +105,22 @@ def sweep(
     """
     functionals = {label: f for label, f in of.items() if isinstance(f, Functional)}
     measures = {label: f for label, f in of.items() if not isinstance(f, Functional)}
-    drawn = {name: options.pop(name) for name in _DRAWN if name in options}
-    if not functionals:
-        _check_options(options)
-    fixed = options.get("parameters")
-    varied = variants_of(system, over, parameters=fixed, analysis="sweep", **drawn)
+    plan = run_plan(until, rtol, options)
+    fixed, until = plan.changes(system), plan.until
+    varied = variants_of(
+        system,
+        over,
+        runs=runs,
+        seed=seed,
+        sampling=sampling,
+        parameters=fixed,
+        analysis="sweep",
+    )
     if functionals:
         points: Any = dict(zip(varied.names, varied.values.T, strict=True))
         together = {"over": paired(points), "until": until, "workers": workers, "client": client}
-        summed = _with_functionals(system, functionals, of, together | options, store)
+        together |= {"rtol": rtol, **options}
+        summed = _with_functionals(system, functionals, of, together, grid, store)
         return replace(summed, shape=varied.shape)
     names = varied.names
     points = [dict(zip(names, row, strict=True)) for row in varied.values.tolist()]
@@ -119,10 +132,10 @@ def sweep(
         raise OptionError(
             f"sweep: client = {shown(client)}: a client from dask.distributed is needed."
         )
-    until = in_seconds(until, "until")
-    head = {} if store is None else heading(system, until, of, options)
+    given = {"grid": grid, "rtol": rtol, **options}
+    head = {} if store is None else heading(system, until, of, given)
     done = SweepFile(store, head)
-    job = Job(system, until, measures, options)
+    job = Job(system, until, measures, given)
     if len(points) >= _MANY:
         executable(system).compile()
     begin, busy = clock.perf_counter(), 0.0
@@ -170,13 +183,10 @@ def _with_functionals(
     functionals: Mapping[str, Functional],
     of: Mapping[str, Measure | Functional],
     options: dict[str, Any],
+    grid: Grid,
     store: str | Path | None,
 ) -> Ensemble:
     """The ensemble of functionals, with the results of functions if there are any."""
-    known = inspect.signature(ensemble).parameters
-    unknown = [name for name in options if name not in known]
-    if unknown:
-        raise OptionError(f"sweep: no option '{unknown[0]}' for functionals.")
     measures = {label: f for label, f in of.items() if label not in functionals}
     if not measures:
         return ensemble(system, of=functionals, store=store, **options)
@@ -186,7 +196,7 @@ def _with_functionals(
             "and call lumped.ensemble for the functionals."
         )
     first = ensemble(system, of=functionals, **options)
-    second = sweep(system, of=measures, **options)
+    second = sweep(system, of=measures, grid=grid, **options)
     faults = [first.failures, second.failures]
     failures = {
         i: "; ".join(f[i] for f in faults if i in f) for i in sorted({*faults[0], *faults[1]})
@@ -246,18 +256,6 @@ def _measured(label: str, value: object) -> float:
     if np.ndim(value) == 0 and np.asarray(value).dtype.kind in "biuf":  # type: ignore[arg-type]
         return float(value)  # type: ignore[arg-type]
     raise OptionError(f"sweep: of['{label}'] gave {shown(value)}; a number is needed.")
-
-
-def _check_options(options: Mapping[str, Any]) -> None:
-    """Refuse what no run takes, before the first one."""
-    known = inspect.signature(simulate).parameters
-    for name, value in options.items():
-        if name not in known:
-            raise OptionError(f"sweep: no option '{name}'. {nearest(name, known)}")
-        if name == "parameters" and not isinstance(value, Mapping | None):
-            raise OptionError(
-                f"sweep: parameters = {shown(value)}: a dictionary with names as keys is needed."
-            )
 
 
 def _restored(payload: bytes) -> Job:

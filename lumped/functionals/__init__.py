@@ -1,5 +1,6 @@
 """Numbers that sum up a run, its modes or its vibration, as expressions of readings."""
 
+from lumped.functionals.condition import Condition
 from lumped.functionals.functional import Functional
 from lumped.functionals.of_runs import (
     Curve,
@@ -23,6 +24,7 @@ from lumped.functionals.of_runs import (
 from lumped.functionals.of_vibration import clearance, damping, frequency, order_peak, separation
 
 __all__ = [
+    "Condition",
     "Curve",
     "Functional",
     "at",

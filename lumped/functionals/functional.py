@@ -11,6 +11,7 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import EquationError, OptionError, SolverError, shown
+from lumped.functionals.condition import Bounded
 from lumped.functionals.readings import OfQuantities, Reading
 from lumped.language.expression import (
     Arithmetic,
@@ -45,11 +46,12 @@ class _Leaf(Expr):
         self.name = reading
 
 
-class Functional(Arithmetic["Functional"]):
+class Functional(Arithmetic["Functional"], Bounded):
     """A number that sums up a run, its modes or its vibration.
 
-    Combine with ``+ - * / **`` and the functions of `lumped.ops`. Functionals of the same readings
-    and operations are equal.
+    Combine with ``+ - * / **`` and the functions of `lumped.ops`; ``<=`` and ``>=`` with a number,
+    or a text such as ``"5 kN.m"``, give a condition. Functionals of the same readings and
+    operations are equal.
 
     Parameters
     ----------

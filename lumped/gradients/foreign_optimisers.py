@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, SolverError
 from lumped.functionals import Functional
 from lumped.gradients.functional_values import check
-from lumped.gradients.gradient import Gradient, gradient
+from lumped.gradients.gradient import Gradient, gradient_of
 from lumped.gradients.gradient_ensemble import gradients_at
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
-from lumped.support.units import in_seconds
+from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
 
 __all__ = ["to_jax", "value_and_gradient"]
 
@@ -27,9 +27,8 @@ def value_and_gradient(
     of: Functional | Mapping[Functional, float],
     over: Iterable[Name],
     until: float | str,
-    parameters: Changes | None = None,
-    start: Changes | None = None,
     rtol: float = 1e-6,
+    **options: Unpack[RunOptions],
 ) -> Callable[[np.ndarray], tuple[float, np.ndarray]]:
     """A functional of a run and its gradient, as a function of parameters.
 
@@ -43,8 +42,10 @@ def value_and_gradient(
         From `lumped.functionals`; of several the sum with these weights.
     over : iterable of names
         Parameters, whose values the function takes in this order, in SI units.
-    until, parameters, start, rtol
+    until, rtol
         As for `gradient`.
+    **options : RunOptions
+        Of the run (see `RunOptions`).
 
     Returns
     -------
@@ -64,14 +65,14 @@ def value_and_gradient(
     >>> scipy.optimize.minimize(fun, [1e4], jac=True)  # doctest: +SKIP
     """
     weights = dict(of) if isinstance(of, Mapping) else {of: 1.0}
-    scene = weights, over, until, parameters, start, rtol
-    names, known, options = _scene("value_and_gradient", system, *scene)
+    plan = run_plan(until, rtol, options)
+    names = _names("value_and_gradient", system, weights, over)
     factors = np.array(list(weights.values()), dtype=float)
 
     def function(values: np.ndarray) -> tuple[float, np.ndarray]:
         point = np.asarray(values, dtype=float)
         _check_shape(system, names, point.shape)
-        found = _at(system, names, point, tuple(weights), known, options)
+        found = _at(system, names, point, tuple(weights), plan)
         return float(factors @ found.values), factors @ found.derivatives
 
     return function
@@ -84,10 +85,9 @@ def to_jax(
     of: Iterable[Functional],
     over: Iterable[Name],
     until: float | str,
-    parameters: Changes | None = None,
-    start: Changes | None = None,
     rtol: float = 1e-6,
     workers: int | None = None,
+    **options: Unpack[RunOptions],
 ) -> Callable[[Any], Any]:
     """Functionals of a run as a function for JAX.
 
@@ -102,10 +102,12 @@ def to_jax(
         From `lumped.functionals`.
     over : iterable of names
         Parameters, whose values the function takes in this order, in SI units.
-    until, parameters, start, rtol
+    until, rtol
         As for `gradient`.
     workers : int, optional
         Threads for a batch; default is one for each core.
+    **options : RunOptions
+        Of each run (see `RunOptions`).
 
     Returns
     -------
@@ -127,17 +129,16 @@ def to_jax(
             'jax.config.update("jax_enable_x64", True) first.'
         )
     wanted = tuple(of)
-    scene = wanted, over, until, parameters, start, rtol
-    names, known, options = _scene("to_jax", system, *scene)
+    plan, names = run_plan(until, rtol, options), _names("to_jax", system, wanted, over)
     sizes = len(wanted), len(names)
 
     def computed(values: Any) -> tuple[np.ndarray, np.ndarray]:
         points = np.asarray(values, dtype=float)
         if points.ndim == 1:
-            found = _at(system, names, points, wanted, known, options)
+            found = _at(system, names, points, wanted, plan)
             return found.values, found.derivatives
         rows = points.reshape(-1, sizes[1])
-        many = gradients_at(system, names, rows, wanted, names, known, options, workers)
+        many = gradients_at(system, names, rows, wanted, names, plan, workers)
         if many.failures:
             first, text = next(iter(many.failures.items()))
             raise SolverError(f"to_jax: {len(many.failures)} runs fail. Run {first}: {text}", None)
@@ -168,22 +169,14 @@ def to_jax(
     return made
 
 
-def _scene(
-    what: str,
-    system: System,
-    of: Iterable[Functional],
-    over: Iterable[Name],
-    until: float | str,
-    parameters: Changes | None,
-    start: Changes | None,
-    rtol: float,
-) -> tuple[tuple[str, ...], dict[str, Any], dict[str, Any]]:
-    """What varies, other parameters, and options of `gradient`."""
+def _names(
+    what: str, system: System, of: Iterable[Functional], over: Iterable[Name]
+) -> tuple[str, ...]:
+    """What varies."""
     names = tuple(system.key(name) for name in over)
     check(system, list(of), names, what)
     system.places(names)
-    known = {system.key(name): value for name, value in (parameters or {}).items()}
-    return names, known, {"until": in_seconds(until, "until"), "start": start, "rtol": rtol}
+    return names
 
 
 def _check_shape(system: System, names: tuple[str, ...], shape: tuple[int, ...]) -> None:
@@ -199,8 +192,7 @@ def _at(
     names: tuple[str, ...],
     values: np.ndarray,
     of: tuple[Functional, ...],
-    known: dict[str, Any],
-    options: dict[str, Any],
+    plan: RunPlan,
 ) -> Gradient:
-    given = known | dict(zip(names, values.tolist(), strict=True))
-    return gradient(system, of=of, to=names, parameters=given, **options)
+    given = plan.changes(system) | dict(zip(names, values.tolist(), strict=True))
+    return gradient_of(system, of, names, plan._replace(parameters=given))

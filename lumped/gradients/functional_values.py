@@ -76,7 +76,8 @@ class Summed:
         for reading in wanted:
             course.cut(reading)
         until = course.until
-        spans = np.array([f.between or (0.0, until) for f in found.values()])
+        begin = float(legs[0].t[0])
+        spans = np.array([f.between or (begin, until) for f in found.values()])
         spans = spans.reshape(-1, 2)
         owed = {k: course.owed(f) for k, f in enumerate(wanted) if k not in integrals}
         chosen = np.zeros((len(integrals), len(wanted)))

@@ -6,19 +6,19 @@ import itertools
 import time as clock
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Unpack
 
 import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import SolverError, UnknownNameError, nearest
 from lumped.functionals import Functional
-from lumped.functionals.functional import readings_of, watching
+from lumped.functionals.functional import readings_of
 from lumped.gradients.chained import Chained, differ
 from lumped.gradients.functional_values import END, Summed, check, refuse
 from lumped.gradients.legs import recorded
 from lumped.gradients.varied import (
-    slopes_at_zero,
+    slopes_at_start,
     sources,
     tightened,
     varied_name,
@@ -26,17 +26,18 @@ from lumped.gradients.varied import (
 )
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
-from lumped.simulation.simulate import simulate
+from lumped.points.start import run_start
+from lumped.simulation.simulate import recorder, run_on
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen
 from lumped.support.ranking import ranked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
-from lumped.support.units import in_seconds
-from lumped.timeloop.result import Trajectory
+from lumped.timeloop.result import OperatingPoint, Trajectory
+from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
 
-__all__ = ["Gradient", "gradient"]
+__all__ = ["Gradient", "gradient", "gradient_of"]
 
 _COLUMNS = 500
 """Derivatives of start states that are computed at once."""
@@ -187,10 +188,8 @@ def gradient(
     of: Iterable[Functional],
     to: Iterable[Name] | None = None,
     until: float | str,
-    parameters: Changes | None = None,
-    start: Changes | None = None,
     rtol: float = 1e-6,
-    method: Literal["auto", "explicit", "implicit"] = "auto",
+    **options: Unpack[RunOptions],
 ) -> Gradient:
     """Simulate, and differentiate functionals of the run by parameters and start values.
 
@@ -211,11 +210,13 @@ def gradient(
     to : iterable of names, optional
         Parameters, given start values, and states, which stand for their start values; default
         is all parameters that can be changed.
-    until, parameters, start, method
-        As for `simulate`.
+    until : float or str
+        End of the run, s.
     rtol : float
         Accuracy asked for, relative to the terms of which a derivative consists. The run is made
         at three thousandths of it.
+    **options : RunOptions
+        Of the run (see `RunOptions`).
 
     Returns
     -------
@@ -231,24 +232,30 @@ def gradient(
     SolverError
         Where the run has no derivative (see `sensitivity`), or one is not finite.
     """
-    until = in_seconds(until, "until")
-    wanted = tuple(of)
+    return gradient_of(system, of, to, run_plan(until, rtol, options))
+
+
+def gradient_of(
+    system: System, of: Iterable[Functional], to: Iterable[Name] | None, plan: RunPlan
+) -> Gradient:
+    """The gradient of a run with options that were checked (see `gradient`)."""
+    wanted, rtol = tuple(of), plan.rtol
+    plan = plan.by_steps("gradient", are_followed=True).at(tightened(rtol))
     p = system.structure.parameters
     names = [p.names[i] for i in p.free] if to is None else [varied_name(system, n) for n in to]
     check(system, wanted, names, "gradient")
-    system = watching(system, wanted)
+    system = plan.watching(system, wanted)
     own = [name for name in names if name != END]
-    places, varied = sources(system, own, start or {})
-    how: dict[str, Any] = {"until": until, "parameters": parameters, "start": start}
-    how |= {"rtol": tightened(rtol), "method": method}
+    places, varied = sources(system, own, plan.start)
     if system.structure.states:
-        run = recorded(system, **how)
+        run = recorded(system, plan)
     else:
-        run = simulate(system, **how, grid=_GRID)
+        point = run_start(system, plan)
+        run = run_on(point, plan, recorder(point, plan, _GRID))
     begin = clock.perf_counter()
     read = readings_of(wanted)
     summed, orders, each_error, columns, guards = Summed.of(run, read, tightened(rtol)).swept()
-    found = [_chained(run, start or {}, places, varied, *order[:2]) for order in orders]
+    found = [_chained(run, plan.start, places, varied, *order[:2]) for order in orders]
     errors = np.array([each_error[column].max() for column in columns])
     slopes = np.zeros((len(read), len(names)))
     absent = np.zeros(slopes.shape, dtype=bool)
@@ -294,7 +301,7 @@ def gradient(
 
 def _chained(
     run: Trajectory,
-    start: Changes,
+    start: Changes | OperatingPoint | None,
     places: list[int],
     varied: dict[int, np.ndarray],
     by_states: np.ndarray,
@@ -309,7 +316,7 @@ def _chained(
             if place >= 0:
                 seed[place, column] = 1.0
         units = {unknown: unit[own] for unknown, unit in varied.items()}
-        S = slopes_at_zero(run, start, seed, units)
+        S = slopes_at_start(run, start, seed, units)
         found[:, own] = by_states.T @ S
     # one by one: what has no derivative by one parameter may have one by others
     for column, place in enumerate(places):

@@ -7,21 +7,21 @@ from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from dataclasses import dataclass
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.system import Name, System
 from lumped.ensembles.variants import Over, variants_of
 from lumped.errors import LumpedError, OptionError, SolverError, UnknownNameError, nearest
 from lumped.functionals import Functional
-from lumped.gradients.gradient import Gradient, gradient
+from lumped.gradients.gradient import Gradient, gradient_of
 from lumped.gradients.varied import varied_name
 from lumped.support.arguments import checked
 from lumped.support.progress import Progress
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
-from lumped.support.units import in_seconds
+from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
 
 __all__ = ["GradientEnsemble", "gradient_ensemble", "gradients_at"]
 
@@ -90,10 +90,9 @@ def gradient_ensemble(
     until: float | str,
     runs: int | None = None,
     seed: int = 0,
-    parameters: Changes | None = None,
-    start: Changes | None = None,
     rtol: float = 1e-6,
     workers: int | None = None,
+    **options: Unpack[RunOptions],
 ) -> GradientEnsemble:
     """Functionals of many runs and their derivatives, on all cores.
 
@@ -109,10 +108,12 @@ def gradient_ensemble(
         From `lumped.functionals`.
     to : iterable of names, optional
         By what they are differentiated; default is what varies.
-    until, parameters, start, rtol
+    until, rtol
         As for `gradient`.
     workers : int, optional
         Threads; default is one for each core.
+    **options : RunOptions
+        Of each run (see `RunOptions`).
 
     Returns
     -------
@@ -129,14 +130,13 @@ def gradient_ensemble(
     """
     if workers is not None and workers < 1:
         raise OptionError(f"gradient_ensemble: workers = {workers}: at least one is needed.")
+    plan = run_plan(until, rtol, options)
+    base = plan.changes(system)
     varied = variants_of(
-        system, over, runs=runs, seed=seed, parameters=parameters, analysis="gradient_ensemble"
+        system, over, runs=runs, seed=seed, parameters=base, analysis="gradient_ensemble"
     )
     names = tuple(varied.names if to is None else (varied_name(system, name) for name in to))
-    options: dict[str, Any] = {"until": in_seconds(until, "until"), "start": start, "rtol": rtol}
-    return gradients_at(
-        system, varied.names, varied.values, tuple(of), names, parameters, options, workers
-    )
+    return gradients_at(system, varied.names, varied.values, tuple(of), names, plan, workers)
 
 
 def gradients_at(
@@ -145,17 +145,16 @@ def gradients_at(
     points: np.ndarray,
     of: Sequence[Functional],
     to: tuple[str, ...],
-    parameters: Changes | None,
-    options: dict[str, Any],
+    plan: RunPlan,
     workers: int | None = None,
 ) -> GradientEnsemble:
     """Gradients at points, shape (n, len(names)), that were checked."""
-    known = {system.key(name): value for name, value in (parameters or {}).items()}
+    known = plan.changes(system)
 
     def one(row: np.ndarray) -> Gradient | LumpedError:
         values = known | dict(zip(names, row.tolist(), strict=True))
         try:
-            return gradient(system, of=of, to=to, parameters=values, **options)
+            return gradient_of(system, of, to, plan._replace(parameters=values))
         except LumpedError as error:
             return error
 

@@ -6,18 +6,20 @@ Steps made again have the lengths of those of the run, and so their bits.
 from __future__ import annotations
 
 import itertools
-from typing import Literal
 
 import numpy as np
 
-from lumped.compiler.system import Changes, System
+from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.jumps import Side
 from lumped.gradients.state_changes import exchange_fault
 from lumped.gradients.step_code import Span
 from lumped.gradients.steps import steps_of
-from lumped.simulation.simulate import simulate_sparingly
+from lumped.points.start import run_start
+from lumped.simulation.simulate import interruptible, run_on
+from lumped.timeloop.recorder import Recorder, SparingRecorder
 from lumped.timeloop.result import Piece, Trajectory
+from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["Leg", "legs_of", "recorded"]
 
@@ -161,25 +163,18 @@ class Leg:
         self._of_run = places[self._of_run]
 
 
-def recorded(
-    system: System,
-    *,
-    until: float,
-    parameters: Changes | None,
-    start: Changes | None,
-    rtol: float,
-    method: Literal["auto", "explicit", "implicit"],
-) -> Trajectory:
-    """A run whose steps can be differentiated; arguments as for `simulate`."""
-    return simulate_sparingly(
-        system,
-        until=until,
-        parameters=parameters,
-        start=start,
-        rtol=rtol,
-        method=method,
-        most=_KEPT_BYTES,
-    )
+@interruptible
+def recorded(system: System, plan: RunPlan) -> Trajectory:
+    """A run whose steps can be differentiated.
+
+    States are kept at some steps only where all take too much room. The pieces then know the ends
+    of all steps, so that these can be made again. Where implicit quantities are followed by
+    iteration, whose guesses belong to each step, all are kept.
+    """
+    point = run_start(system, plan)
+    if system.structure.implicit:
+        return run_on(point, plan, Recorder(point, plan.until, None, True))
+    return run_on(point, plan, SparingRecorder(point, plan.until, _KEPT_BYTES))
 
 
 def legs_of(run: Trajectory) -> list[Leg]:

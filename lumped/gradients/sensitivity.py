@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Unpack
 
 import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.functionals import Functional
-from lumped.functionals.functional import readings_of, watching
+from lumped.functionals.functional import readings_of
 from lumped.gradients.chained import Chained, differ
 from lumped.gradients.forward import Followed, Forward, coincide
 from lumped.gradients.functional_values import Summed, check, refuse
@@ -21,7 +21,7 @@ from lumped.gradients.steps import steps_of
 from lumped.gradients.touches import refuse_touches
 from lumped.gradients.varied import (
     END,
-    slopes_at_zero,
+    slopes_at_start,
     sources,
     tightened,
     varied_name,
@@ -29,14 +29,15 @@ from lumped.gradients.varied import (
 )
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
-from lumped.simulation.simulate import simulate
+from lumped.points.start import run_start
+from lumped.simulation.simulate import recorder, run_on
 from lumped.support.arguments import checked
 from lumped.support.display_units import display
 from lumped.support.ranking import ranked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
-from lumped.support.units import in_seconds
-from lumped.timeloop.result import Trajectory
+from lumped.timeloop.result import OperatingPoint, Trajectory
+from lumped.timeloop.run_options import RunOptions, run_plan
 
 __all__ = ["MovedInstant", "Sensitivity", "Varied", "sensitivity"]
 
@@ -211,11 +212,10 @@ def sensitivity(
     of: Iterable[Name | Functional],
     to: Iterable[Name],
     until: float | str,
-    parameters: Changes | None = None,
-    start: Changes | None = None,
     grid: int | None = 500,
     rtol: float = 1e-6,
     side: Side = "both",
+    **options: Unpack[RunOptions],
 ) -> Sensitivity:
     """Derivatives of quantities and functionals by parameters and start values along a run.
 
@@ -234,7 +234,7 @@ def sensitivity(
     to : iterable of names
         Parameters, given start values (of instances, or in `start`), and states, which stand for
         their start values; ``"until"`` is the end of the run, which moves functionals.
-    until, parameters, start, grid
+    until, grid
         As for `simulate`; `grid` is a number of intervals, or None. Derivatives are given at the
         times of the run.
     rtol : float
@@ -244,6 +244,8 @@ def sensitivity(
         Derivatives for parameters that grow (right) or shrink (left), where these differ: where
         different changes coincide, extremes are equally high, or a change falls on the very
         instant that is looked at. By default both must agree.
+    **options : RunOptions
+        Of the run (see `RunOptions`).
 
     Returns
     -------
@@ -259,7 +261,6 @@ def sensitivity(
         changes follow each other at one instant, or states change places: where the run has no
         derivative, or none that is followed.
     """
-    until = in_seconds(until, "until")
     if not (grid is None or isinstance(grid, int)):
         raise OptionError(
             f"sensitivity: grid = {grid!r}: a number of intervals is needed, or None for the steps "
@@ -271,21 +272,15 @@ def sensitivity(
     functionals = [f for f in wanted if isinstance(f, Functional)]
     names = tuple(name for name in wanted if not isinstance(name, Functional))
     fine = tightened(rtol)
-    system = watching(system, functionals)
-    varied = Varied(system, names, tuple(to), start or {}, fine, bool(functionals))
+    plan = run_plan(until, rtol, options).by_steps("sensitivity", are_followed=True).at(fine)
+    system = plan.watching(system, functionals)
+    varied = Varied(system, names, tuple(to), plan.start, fine, bool(functionals))
     if functionals:
         check(system, functionals, varied.to, "sensitivity")
 
     def run(grid: int | None) -> Trajectory:
-        return simulate(
-            system,
-            until=until,
-            parameters=parameters,
-            start=start,
-            grid=grid,
-            rtol=fine,
-            method="steps",
-        )
+        point = run_start(system, plan)
+        return run_on(point, plan, recorder(point, plan, grid))
 
     every = None if system.structure.states else _GRID
     steps = run(every) if functionals or system.switching else None
@@ -309,7 +304,7 @@ class Varied:
         system: System,
         of: tuple[Name, ...],
         to: tuple[Name, ...],
-        start: Changes,
+        start: Changes | OperatingPoint | None,
         rtol: float,
         functionals: bool = False,
     ) -> None:
@@ -336,7 +331,7 @@ class Varied:
     def go(self, run: Trajectory, side: Side = "both") -> Sensitivity:
         """Follow the derivatives along the pieces of a run."""
         forward = copy(self.forward)  # with a count of evaluations of its own
-        begin = slopes_at_zero(run, self.given, self.seed, self.varied)
+        begin = slopes_at_start(run, self.given, self.seed, self.varied)
         pieces = forward.pieces(run)
         crossings = forward.crossings(run, pieces)
         several = any(len(crossing.orders) > 1 for crossing in crossings)
@@ -367,7 +362,7 @@ class Varied:
         steps, course = summed.course.steps, summed.course
         sizes = summed.sizes
         forward = Forward(steps, self.seed, self.rtol, sizes)
-        begin = slopes_at_zero(run, self.given, self.seed, self.varied)
+        begin = slopes_at_start(run, self.given, self.seed, self.varied)
         several = any(len(crossing.orders) > 1 for crossing in course.crossings)
         sides: list[np.ndarray] = []
         parted = several or summed.parted or chained.has_kinks

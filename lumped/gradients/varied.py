@@ -10,12 +10,12 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
 from lumped.points.start import by_name, start_slopes
 from lumped.timeloop.programs import refuse_programs
-from lumped.timeloop.result import Trajectory
+from lumped.timeloop.result import OperatingPoint, Trajectory
 
 __all__ = [
     "END",
     "TIGHTER",
-    "slopes_at_zero",
+    "slopes_at_start",
     "sources",
     "tightened",
     "varied_name",
@@ -45,7 +45,7 @@ def varied_name(system: System, name: Name) -> str:
 
 
 def sources(
-    system: System, names: Sequence[str], start: Changes
+    system: System, names: Sequence[str], start: Changes | OperatingPoint | None
 ) -> tuple[list[int], dict[int, np.ndarray]]:
     """Places of parameters (-1: a start value); unit vectors of unknowns for start values.
 
@@ -56,7 +56,9 @@ def sources(
     """
     refuse_programs(system, "a derivative of a run")
     tree, reduced = system.structure.tree, system.structure.reduced
-    given = [*system.structure.flat.given, *(tree.unknown(name) for name in by_name(start))]
+    given = list[int]()  # of the states of a point none is more given than another
+    if not isinstance(start, OperatingPoint):
+        given = [*system.structure.flat.given, *(tree.unknown(name) for name in by_name(start))]
     nodes = {reduced.node(unknown): unknown for unknown in given}
     p = system.structure.parameters
     known = {p.names[i]: place for place, i in enumerate(p.free)}
@@ -81,10 +83,13 @@ def sources(
     return places, varied
 
 
-def slopes_at_zero(
-    run: Trajectory, start: Changes, seed: np.ndarray, varied: Mapping[int, np.ndarray]
+def slopes_at_start(
+    run: Trajectory,
+    start: Changes | OperatingPoint | None,
+    seed: np.ndarray,
+    varied: Mapping[int, np.ndarray],
 ) -> np.ndarray:
-    """Derivatives of the states at the time zero (see `start_slopes`), shape (n, k).
+    """Derivatives of the states at the start (see `start_slopes`), shape (n, k).
 
     Raises
     ------
@@ -93,10 +98,11 @@ def slopes_at_zero(
     SolverError
         If states jump there.
     """
-    x, S = start_slopes(run.system, run.theta, start, seed, varied)
-    if np.abs(x - run.pieces[0].x[0]).max(initial=0.0) > 0:
+    first = run.pieces[0]
+    x, S = start_slopes(run.system, run.theta, start, float(first.t[0]), seed, varied)
+    if np.abs(x - first.x[0]).max(initial=0.0) > 0:
         raise SolverError(
-            f"{run.system.name}: bodies collide at the time zero; derivatives are not "
+            f"{run.system.name}: bodies collide at the start; derivatives are not "
             "followed across that. Give start values after the impact.",
             run,
         )

@@ -16,10 +16,11 @@ from lumped.kernel.many_runs.lane_records import WAITING
 from lumped.kernel.many_runs.variants import Queue
 from lumped.kernel.run import ASKS, DONE, FULL, NEEDS_MATRIX, NO_START, UNFIT, Run
 from lumped.many_runs.other_leads import AloneRecords, OtherLeads
-from lumped.many_runs.run_records import RunOptions, RunRecords
+from lumped.many_runs.run_records import RunRecords
 from lumped.support.optional_packages import extra
 from lumped.support.process_lock import process_lock
 from lumped.timeloop.programs import Answers
+from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["Batch", "NativeRuns"]
 
@@ -62,7 +63,7 @@ class NativeRuns(RunRecords):
         names: Sequence[str],
         theta: np.ndarray,
         of: Mapping[str, Functional],
-        options: RunOptions,
+        options: RunPlan,
     ) -> None:
         super().__init__(system, names, theta, of, options)
         self._idle: list[_Worker] = []
@@ -193,9 +194,7 @@ class _Worker:
                 self._queue.next = k + 1
                 return
         for slot in self._slots:
-            runs.prepare(slot, values)
-            if point is not None:
-                runs.tell_start(slot, point)
+            runs.prepare(slot, values, point)
         self._go(k + 1)
 
 

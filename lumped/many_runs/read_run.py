@@ -2,40 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.functionals import Functional
-from lumped.functionals.functional import watching
 from lumped.kernel.run import DONE
 from lumped.many_runs.native_runs import NativeRuns
-from lumped.many_runs.run_records import RunOptions
+from lumped.points.start import run_start
 from lumped.timeloop.result import OperatingPoint
+from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["read_run"]
 
 
-def read_run(
-    point: OperatingPoint,
-    begun: Callable[[System], OperatingPoint] | None,
-    until: float,
-    rtol: float,
-    atol: float,
-    method: str,
-    max_steps: int,
-    of: Sequence[Functional],
-) -> np.ndarray:
+def read_run(plan: RunPlan, point: OperatingPoint, of: Sequence[Functional]) -> np.ndarray:
     """Functionals of the run from a point, shape (len(of),).
 
     Parameters
     ----------
-    begun : callable or None
-        Gives the same start for a system that stops at the kinks of formulas.
-    until, rtol, atol, method, max_steps
-        Of the run, `atol` relative to nominal values. A closed form is read by steps.
+    plan : RunPlan
+        Options of the run. A closed form is read by steps.
     of : sequence of functionals
 
     Raises
@@ -46,19 +34,13 @@ def read_run(
     SolverError
         If the run cannot be made again.
     """
-    system = watching(point.system, of)
+    system = plan.watching(point.system, of)
     if system is not point.system:
-        if begun is None:
-            raise OptionError(
-                f"{system.name}: {', '.join(map(str, of))}: a formula has kinks, at which a run "
-                "from an operating point does not stop. Write lumped.ops.smooth around what has "
-                "them."
-            )
-        point = begun(system)
-    by = "steps" if method in ("auto", "exact") else method
-    options = RunOptions(until, point.time, point, rtol, atol, by, max_steps)
+        point = run_start(system, plan)
     wanted = {str(functional): functional for functional in of}
-    runs = NativeRuns(system, (), point.theta, wanted, options)
+    method = "steps" if plan.method in ("auto", "exact") else plan.method
+    own = plan._replace(start=point, parameters=None, free=(), method=method)
+    runs = NativeRuns(system, (), point.theta, wanted, own)
     batch = runs.run(np.zeros((1, 0)))
     if batch.status[0] != DONE:
         raise SolverError(

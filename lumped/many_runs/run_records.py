@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import casadi as ca
@@ -12,7 +11,7 @@ import numpy as np
 from lumped.code.functions import compiled_functions
 from lumped.code.operations import Operations, operations_of
 from lumped.code.records import address
-from lumped.compiler.system import Changes, System
+from lumped.compiler.system import System
 from lumped.errors import LumpedError
 from lumped.functionals import Functional
 from lumped.kernel import engine
@@ -24,7 +23,7 @@ from lumped.kernel.run import Run, RunOutput
 from lumped.kernel.watch import Watch
 from lumped.many_runs.watched import POSITIONS, Watched
 from lumped.points.direct_start import DirectStart, direct_start
-from lumped.points.start import by_name, found_start
+from lumped.points.start import by_name, run_start
 from lumped.points.start_search import given_values
 from lumped.points.targets import TOLERANCE
 from lumped.timeloop.executable import executable, span
@@ -36,29 +35,17 @@ from lumped.timeloop.programs import programs_of
 from lumped.timeloop.recorder import scale
 from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.run import nominals
+from lumped.timeloop.run_options import RunPlan
 from lumped.timeloop.settings import just_after
 from lumped.timeloop.taylor_series import TaylorSeries
 
-__all__ = ["RunOptions", "RunRecords", "watch_of"]
+__all__ = ["RunRecords", "watch_of"]
 
 _EVER = 1 << 60
 _LOOKS = 4000
 """Steps of a run without states."""
 _MOST_STATES = 500
 """States up to which the stages of all lanes stay near the processor."""
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """What all runs have in common, as for `simulate`."""
-
-    until: float
-    begin: float = 0.0
-    start: Changes | OperatingPoint | None = None
-    rtol: float = 1e-6
-    atol: float | None = None
-    method: str = "steps"
-    max_steps: int = 1_000_000
 
 
 class RunRecords:
@@ -73,7 +60,7 @@ class RunRecords:
         All parameters.
     of : mapping of str to functional
         What is wanted.
-    options : RunOptions
+    options : RunPlan
     """
 
     def __init__(
@@ -82,7 +69,7 @@ class RunRecords:
         names: Sequence[str],
         theta: np.ndarray,
         of: Mapping[str, Functional],
-        options: RunOptions,
+        options: RunPlan,
     ) -> None:
         self.system, self.names, self.theta, self.options = system, tuple(names), theta, options
         self.places = np.array(system.places(names), dtype=np.int64)
@@ -91,7 +78,7 @@ class RunRecords:
         self._code.compile()
         changed: dict[int, float] = {}
         self._start: DirectStart | None = None
-        if not isinstance(options.start, OperatingPoint):
+        if not (isinstance(options.start, OperatingPoint) or options.free):
             changed = given_values(system, by_name(options.start))
             self._start = direct_start(system, tuple(changed))
         self._start_values = np.array(list(changed.values()), dtype=float)
@@ -100,7 +87,7 @@ class RunRecords:
             functions["start"] = operations_of(_with_inputs(system, self._start, len(changed)))
         varied = system.inputs[1][self.places.tolist()]
         self._moved = moved_clocks(system, varied)
-        self.are_instants_same = self._moved.are_plain
+        self.are_instants_same = self._moved.are_plain and not options.free
         if self._moved.numbers:
             functions["at"] = operations_of(self._moved.function)
         self._functions, self._nothing = self._compiled(functions), Function()
@@ -151,8 +138,7 @@ class RunRecords:
         )
         span(run, scale(options.begin, options.until))
         run.rtol, run.max_steps, run.pause = options.rtol, options.max_steps, _EVER
-        relative = max(options.rtol * 1e-3, 1e-12) if options.atol is None else options.atol
-        run.atol[:] = relative * nominals(self.system)
+        run.atol[:] = options.relative_atol * nominals(self.system)
         run.chooses_method = options.method in ("steps", "taylor")
         if not n:
             run.longest = (options.until - options.begin) / _LOOKS
@@ -293,10 +279,13 @@ class RunRecords:
         settings[: len(modes)] = modes
         return settings
 
-    def prepare(self, variants: Variants, values: np.ndarray) -> None:
-        """Set the instants of a variant, if they are its own."""
+    def prepare(self, variants: Variants, values: np.ndarray, point: OperatingPoint | None) -> None:
+        """Set the instants of a variant, if they are its own, and its start, if that was found."""
         theta, run = self.theta.copy(), variants.run
         theta[self.places] = values
+        if point is not None:
+            theta = point.theta
+            self._tell_start(variants, point)
         if not self.are_instants_same:
             run.memory[:] = run.memory_at_first
             self._set_instants(run, self._instants(theta))
@@ -310,19 +299,18 @@ class RunRecords:
 
     def started(self, values: np.ndarray) -> OperatingPoint | None:
         """The start of a variant, given or found by a search; None if there is none."""
-        if isinstance(self.options.start, OperatingPoint):
-            return self.options.start
         theta = dict(zip(self.system.parameters, self.theta.tolist(), strict=True))
         theta |= dict(zip(self.names, values.tolist(), strict=True))
         try:
-            return found_start(self.system, theta, self.options.start, (), self.options.begin)
+            return run_start(self.system, self.options._replace(parameters=theta))
         except LumpedError:
             return None
 
-    def tell_start(self, variants: Variants, point: OperatingPoint) -> None:
+    def _tell_start(self, variants: Variants, point: OperatingPoint) -> None:
         """Let a variant begin at a point, with what collides there."""
         variants.knows_start = 1
         variants.x_known[:], variants.m_known[:] = point.x, point.settings
+        variants.nominal[:] = point.theta  # with those that the start determines
         s, hits = self.system.switching, []
         for change in point.collisions:
             hold = s.names.index(change.component)

@@ -11,7 +11,7 @@ import scipy
 from lumped.functionals import Functional
 from lumped.optimisation.design import Optimum, Task
 from lumped.optimisation.design_problem import DesignProblem
-from lumped.tolerances.probability import Probability, ProbabilityLimit
+from lumped.tolerances.probability import Probability
 
 __all__ = ["Aims", "AimsOfProgramme", "AimsOfSearch", "Weights", "aim_value"]
 
@@ -83,18 +83,19 @@ class AimsOfSearch:
 
     def best(self, which: int, begin: Optimum | None, limits: Mapping[int, float]) -> Optimum:
         """The design in which one is least while both keep limits."""
-        sums, conditions = list(self.task.at_most), list(self.task.such_that)
+        sums, bounds = list(self.task.at_most), dict(self.task.bounds)
         for k, most in limits.items():
             (key, *_) = self.aims[k]
             if isinstance(key, Probability):
-                conditions.append(ProbabilityLimit(key, float(scipy.special.ndtr(most))))
+                _, own = bounds.get(key, (None, 1.0))
+                bounds[key] = None, min(float(own or 1.0), float(scipy.special.ndtr(most)))
             else:
                 sums.append((self.aims[k], most))
         task = replace(
             self.task,
             weights=self.aims[which],
             at_most=tuple(sums),
-            such_that=tuple(conditions),
+            bounds=bounds,
             told=(*self.aims[0], *self.aims[1]),
             begin={} if begin is None else begin.parameters,
         )

@@ -168,7 +168,7 @@ def _fixed_start(run: Trajectory, varied: list[int]) -> None:
     system = run.system
     seed = np.zeros((len(run.theta), len(varied)))
     seed[varied, np.arange(len(varied))] = 1.0
-    slopes = start_slopes(system, run.theta, {}, seed, {})[1]
+    slopes = start_slopes(system, run.theta, None, 0.0, seed, {})[1]
     moving = np.argwhere(slopes != 0)
     if len(moving):
         state, column = moving[0]

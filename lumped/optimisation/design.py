@@ -17,7 +17,7 @@ from lumped.support.text_table import amounts, number, table
 from lumped.support.units import amount
 from lumped.timeloop.result import Trajectory
 from lumped.tolerances.of_designs import CheckedAim, CheckedProbability
-from lumped.tolerances.probability import Probability, ProbabilityLimit
+from lumped.tolerances.probability import Probability
 from lumped.tolerances.robust_aims import RobustAim
 from lumped.tolerances.scene import Scattered
 from lumped.vibration.modes import Modes
@@ -51,10 +51,8 @@ class Task:
         Parameters and their bounds.
     weights : mapping of functional or name to float
         What is made small.
-    subject_to : mapping of functional or name to (low, high)
-        Bounds of functionals.
-    such_that : tuple of ProbabilityLimit
-        Probabilities and their greatest values.
+    bounds : mapping of functional to (low, high)
+        Bounds of functionals and probabilities, in SI units.
     at_most : tuple of (mapping, float)
         Weighted sums beside the objective, and their greatest values.
     told : tuple of functional
@@ -65,23 +63,21 @@ class Task:
 
     vary: Mapping[Any, Bounds]
     weights: Mapping[Any, float]
-    subject_to: Mapping[Any, Bounds]
-    such_that: tuple[ProbabilityLimit, ...] = ()
+    bounds: Mapping[Any, Bounds]
     at_most: tuple[tuple[Mapping[Any, float], float], ...] = ()
     told: tuple[Any, ...] = ()
     begin: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def keys(self) -> list[Any]:
-        """All functionals and names, each once; without those of `such_that`."""
+        """All functionals and names, each once."""
         sums = [key for weights, _ in self.at_most for key in weights]
-        return list(dict.fromkeys([*self.weights, *self.subject_to, *sums, *self.told]))
+        return list(dict.fromkeys([*self.weights, *self.bounds, *sums, *self.told]))
 
     @property
     def is_scattered(self) -> bool:
         """Whether probabilities or sums over samples are asked for."""
-        scattered = any(isinstance(key, RobustAim | Probability) for key in self.keys)
-        return scattered or bool(self.such_that)
+        return any(isinstance(key, RobustAim | Probability) for key in self.keys)
 
 
 @dataclass(frozen=True, eq=False)

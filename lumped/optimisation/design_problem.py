@@ -37,10 +37,11 @@ class DesignProblem:
 
     Parameters
     ----------
-    run, vary, subject_to
+    run, vary
         As for `optimise`.
     weights : mapping of Functional or parameter name to float
         What may be minimised; a negative weight asks for a functional that can be made large.
+    bounds : mapping of Functional to (low, high)
     """
 
     def __init__(
@@ -48,7 +49,7 @@ class DesignProblem:
         run: Trajectory,
         vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
         weights: Mapping[Functional | str, float],
-        subject_to: Mapping[Functional | str, Bounds],
+        bounds: Mapping[Functional, Bounds],
         intervals: int = 50,
         repeats: Repeating | None = None,
     ) -> None:
@@ -69,15 +70,15 @@ class DesignProblem:
         self.course = self._course()
         self.terms: dict[Functional | str, Term] = {}
         self.value_rows: dict[Functional | str, Rows] = {}
-        self.functionals = self._functionals([*weights, *subject_to])
-        self._quantities(subject_to)
+        self.functionals = self._functionals([*weights, *bounds])
         for key in weights:
             if isinstance(key, str):
                 place = self.system.places([key])[0]
                 size = abs(float(run.theta[place])) or 1.0
                 self.terms[key] = Term(self.theta[place], size, 0)
         for key, term_ in self.terms.items():
-            low, high = bounds_of(str(key), subject_to.get(key, (None, None)))
+            given = (None, None) if isinstance(key, str) else bounds.get(key, (None, None))
+            low, high = bounds_of(str(key), given)
             refuse_side(str(key), term_, weights.get(key, 0.0), low, high)
             unit = self._unit(key)
             self.value_rows[key] = self.programme.constrain(
@@ -117,24 +118,6 @@ class DesignProblem:
                     self.programme, self.course, functional, names, *given
                 )
         return found
-
-    def _quantities(self, subject_to: Mapping[Functional | str, Bounds]) -> None:
-        """Bounds of quantities at all instants."""
-        names = [key for key in subject_to if not isinstance(key, Functional)]
-        for name in names:
-            if self.system.key(name) in self.system.parameters:
-                raise OptionError(f"optimise: {name} is a parameter; its bounds belong to `vary`.")
-        y = self.course.quantities(names) if names else None
-        for i, name in enumerate(names):
-            assert y is not None
-            low, high = bounds_of(name, subject_to[name])
-            sizes = [abs(b) for b in (low, high) if np.isfinite(b)]
-            size = max([*sizes, float(np.abs(self.run[name]).max())]) or 1.0
-            times = self.course.t if isinstance(self.course.t, np.ndarray) else None
-            unit = self.system.quantity(name).unit
-            self.programme.constrain(
-                name, y[i, :].T, low, high, scale=size, unit=unit, times=times, given=True
-            )
 
     def _check_effect(self) -> None:
         """Refuse parameters on which neither objective nor constraints depend."""

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from lumped.compiler.system import System
+from lumped.ensembles.collected_runs import RunsAt
 from lumped.ensembles.distributions import uniform
-from lumped.ensembles.ensemble import ensemble
-from lumped.errors import OptionError
+from lumped.ensembles.variants import variants_of
+from lumped.errors import OptionError, SolverError
 from lumped.functionals import Functional
 from lumped.optimisation.design import Bounds, bounds_of
+from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["TRIED", "apart", "first_designs"]
 
@@ -29,7 +31,7 @@ def first_designs(
     weights: Mapping[Functional | str, float],
     subject_to: Mapping[Functional, Bounds],
     count: int,
-    scene: Mapping[str, Any],
+    plan: RunPlan,
 ) -> np.ndarray:
     """Designs between bounds whose runs are best, or miss their constraints least.
 
@@ -43,8 +45,8 @@ def first_designs(
         As for `optimise`.
     count : int
         How many designs.
-    scene : mapping of str
-        Options of the runs, as for `ensemble`.
+    plan : RunPlan
+        Options of the runs.
 
     Returns
     -------
@@ -70,15 +72,25 @@ def first_designs(
     over: dict[Any, Any] = {
         name: uniform(*ends) for name, *ends in zip(names, low, high, strict=True)
     }
-    tried: dict[str, Any] = {"runs": TRIED * count, "sampling": "sobol"}
-    found = ensemble(system, over=over, of=labels, **tried, **scene)
-    points, results = found.points, dict(zip(of, found.values.T, strict=True))
+    drawn = variants_of(
+        system,
+        over,
+        runs=TRIED * count,
+        sampling="sobol",
+        parameters=plan.changes(system),
+        analysis="optimise",
+    )
+    points = drawn.values
+    values, failures = RunsAt(system, drawn.names, labels, plan, None)(points)
+    if len(failures) == len(points) and np.isnan(values).all():
+        raise SolverError(f"optimise: all {len(points)} runs fail. Run 0: {failures[0]}", None)
+    results = dict(zip(of, values.T, strict=True))
     worth = np.zeros(len(points))
     for key, weight in weights.items():
         if not isinstance(key, str):
             worth += weight * results[key]
         elif system.key(key) in names:  # another parameter is the same in all runs
-            worth += weight * found[system.key(key)]
+            worth += weight * points[:, drawn.names.index(system.key(key))]
     missed = np.zeros(len(points))
     for key, given in subject_to.items():
         least, most = bounds_of(str(key), given)

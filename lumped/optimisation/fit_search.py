@@ -5,23 +5,27 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
+from typing import Any
 
 import numpy as np
 import scipy
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.system import Name, System
+from lumped.ensembles.collected_runs import RunsAt
 from lumped.ensembles.distributions import paired
-from lumped.ensembles.ensemble import ensemble
+from lumped.ensembles.variants import variants_of
 from lumped.errors import LumpedError, OptimisationError, OptionError
 from lumped.functionals import at
 from lumped.gradients.sensitivity import Sensitivity, Varied
 from lumped.optimisation.design import Bounds, room_of
 from lumped.optimisation.first_designs import TRIED, apart
 from lumped.optimisation.identification import Identification
-from lumped.points.start import start_point
+from lumped.points.start import by_name, run_start
 from lumped.simulation.sampled_runs import places_of, sampled
 from lumped.support.made_once import made_once
 from lumped.support.units import plain
+from lumped.timeloop.result import OperatingPoint
+from lumped.timeloop.run_options import RunOptions, run_plan
 
 __all__ = ["Curves", "FitSearch"]
 
@@ -55,15 +59,16 @@ class FitSearch:
         t: Sequence[float] | np.ndarray,
         measured: Curves,
         sigma: Mapping[str, float] | Mapping[Name, float] | None,
-        parameters: Changes,
-        start: Changes,
+        rtol: float,
+        options: RunOptions,
     ) -> None:
         self.system, self.given = system, sigma is not None
         self.t = np.asarray(t, dtype=float)
-        if not (
-            self.t.ndim == 1 and len(self.t) > 1 and self.t[0] >= 0 and (np.diff(self.t) > 0).all()
-        ):
-            raise OptionError("identify: t must hold at least two increasing instants from 0 s on.")
+        if not (self.t.ndim == 1 and len(self.t) > 1 and (np.diff(self.t) > 0).all()):
+            raise OptionError("identify: t must hold at least two increasing instants.")
+        plan = run_plan(float(self.t[-1]), rtol, options).by_steps("identify", are_followed=True)
+        if not self.t[0] >= plan.begin:
+            raise OptionError(f"identify: t begins at {self.t[0]:g} s, runs at {plan.begin:g} s.")
         self.curves = {system.key(name): np.asarray(y, dtype=float) for name, y in measured.items()}
         self.names = [system.key(name) for name in vary]
         if not self.curves or not self.names:
@@ -75,9 +80,18 @@ class FitSearch:
                     f"values that are no numbers; {len(self.t)} finite values are needed."
                 )
         self.weights = self._weights(sigma)
-        self.parameters = {system.key(k): v for k, v in parameters.items()}
-        self.begin = {system.key(k): v for k, v in start.items()}
-        point = start_point(system, parameters=parameters, start=start)
+        self.plan, self.parameters, self.begin = plan, plan.changes(system), dict[str, Any]()
+        self.inner = [name for name in self.names if name in system.parameters]
+        self.point = plan.start if isinstance(plan.start, OperatingPoint) else None
+        if self.point is None:
+            self.begin = {system.key(k): v for k, v in by_name(plan.start).items()}
+        elif len(self.inner) < len(self.names):
+            raise OptionError(
+                "identify: start values in `vary` are not those of a start point. Give start "
+                "values by name, start={...}."
+            )
+        self.system = system = plan.watching(system, ())
+        point = run_start(system, plan)
         known = point.parameters
         self.u = np.array([known[n] if n in known else point[n] for n in self.names])
         self.low, self.high = np.array([room_of(n, b) for n, b in vary.items()]).T
@@ -109,39 +123,38 @@ class FitSearch:
             )
         return {name: 1 / value for name, value in given.items()}
 
-    def _at(self, u: np.ndarray, rtol: float) -> Sensitivity:
+    def _at(self, u: np.ndarray) -> Sensitivity:
         """Run and derivatives for scaled unknowns."""
         if self.last is not None and self.last[0] == u.tobytes():
             return self.last[1]
         values = dict(zip(self.names, (u * self.scale).tolist(), strict=True))
-        inner = {n: v for n, v in values.items() if n in self.system.parameters}
-        outer = {n: v for n, v in values.items() if n not in inner}
-        begin = self.begin | outer
+        inner = {name: values.pop(name) for name in self.inner}
+        begin = self.begin | values
         names = tuple(self.curves), tuple(self.names), tuple(begin)
-        forward = copy(_varied(self.system, *names, rtol))
-        forward.given = begin
-        point = start_point(self.system, parameters=self.parameters | inner, start=begin)
-        run = sampled(point, self.t, rtol)
+        forward = copy(_varied(self.system, *names, self.plan.rtol))
+        forward.given = self.point or begin
+        plan = self.plan._replace(parameters=self.parameters | inner, start=forward.given)
+        run = sampled(self.system, plan, self.t)
         found = forward.go(run)
         self.runs += 1
         self.last = u.tobytes(), found
         return found
 
-    def _residuals(self, u: np.ndarray, rtol: float) -> np.ndarray:
-        run = self._at(u, rtol).run
+    def _residuals(self, u: np.ndarray) -> np.ndarray:
+        run = self._at(u).run
         places = places_of(run, self.t)
         parts = [(run[name][places] - y) * self.weights[name] for name, y in self.curves.items()]
         return np.concatenate(parts)
 
-    def _jacobian(self, u: np.ndarray, rtol: float) -> np.ndarray:
-        found = self._at(u, rtol)
+    def _jacobian(self, u: np.ndarray) -> np.ndarray:
+        found = self._at(u)
         places = places_of(found.run, self.t)
         parts = [
             found.values[places, i, :] * self.weights[name] for i, name in enumerate(self.curves)
         ]
         return np.concatenate(parts) * self.scale
 
-    def _begins(self, count: int, rtol: float) -> np.ndarray:
+    def _begins(self, count: int) -> np.ndarray:
         """Scaled unknowns at which further searches begin: designs that fit best."""
         for name, low, high in zip(self.names, self.low, self.high, strict=True):
             if not (np.isfinite(low) and np.isfinite(high)):
@@ -152,29 +165,24 @@ class FitSearch:
         unit = sampler.random_base2(int(np.ceil(np.log2(TRIED * count))))
         points = self.low + (self.high - self.low) * unit
         if all(name in self.system.parameters for name in self.names):
-            points = points[np.argsort(self._misfits(points, rtol), kind="stable")]
+            points = points[np.argsort(self._misfits(points), kind="stable")]
         begins: np.ndarray = apart(points, self.low, self.high, count) / self.scale
         return begins
 
-    def _misfits(self, points: np.ndarray, rtol: float) -> np.ndarray:
+    def _misfits(self, points: np.ndarray) -> np.ndarray:
         """Weighted sums of squares of many designs; infinite where a run fails."""
         pairs = [(name, k) for name in self.curves for k in range(len(self.t))]
         of = {f"{name} {k}": at(float(self.t[k]), name) for name, k in pairs}
-        found = ensemble(
-            self.system,
-            over=paired(dict(zip(self.names, points.T, strict=True))),
-            of=of,
-            until=float(self.t[-1]),
-            parameters=self.parameters,
-            start=self.begin,
-            rtol=max(rtol, 1e-6),
-        )
+        plan = self.plan.at(max(self.plan.rtol, 1e-6))
+        over = paired(dict(zip(self.names, points.T, strict=True)))
+        varied = variants_of(self.system, over, parameters=self.parameters, analysis="identify")
+        values, _ = RunsAt(self.system, varied.names, of, plan, None)(varied.values)
         wanted = np.concatenate(list(self.curves.values()))
         weights = np.repeat(list(self.weights.values()), len(self.t))
-        total: np.ndarray = (((found.values - wanted) * weights) ** 2).sum(axis=1)
+        total: np.ndarray = (((values - wanted) * weights) ** 2).sum(axis=1)
         return np.where(np.isfinite(total), total, np.inf)
 
-    def _search(self, first: np.ndarray, rtol: float) -> scipy.optimize.OptimizeResult:
+    def _search(self, first: np.ndarray) -> scipy.optimize.OptimizeResult:
         """The minimum to which a search leads."""
         result = scipy.optimize.least_squares(
             self._residuals,
@@ -185,7 +193,6 @@ class FitSearch:
             ftol=1e-14,
             gtol=1e-14,
             max_nfev=200,
-            args=(rtol,),
         )
         if result.status <= 0:
             raise OptimisationError(
@@ -196,21 +203,21 @@ class FitSearch:
             )
         return result
 
-    def found(self, level: float, rtol: float, starts: int) -> Identification:
+    def found(self, level: float, starts: int) -> Identification:
         """Search, and tell how well the result is known."""
         tic = clock.perf_counter()
         first = self.u / self.scale
-        slope = np.abs(self._jacobian(first, rtol).T @ self._residuals(first, rtol)).max()
+        slope = np.abs(self._jacobian(first).T @ self._residuals(first)).max()
         results, faults = [], list[LumpedError]()
-        for begin in [first, *(self._begins(starts - 1, rtol) if starts > 1 else ())]:
+        for begin in [first, *(self._begins(starts - 1) if starts > 1 else ())]:
             try:
-                results.append(self._search(begin, rtol))
+                results.append(self._search(begin))
             except LumpedError as fault:
                 faults.append(fault)
         if not results:
             raise faults[0]
         result, *others = sorted(results, key=lambda r: float(r.cost))
-        J, u = self._jacobian(result.x, rtol), result.x * self.scale
+        J, u = self._jacobian(result.x), result.x * self.scale
         relative = J * np.where(u != 0, np.abs(u) / self.scale, 1.0)
         _, s, v = np.linalg.svd(relative, full_matrices=False)
         lost = s <= _LOST * s[0]
@@ -232,7 +239,7 @@ class FitSearch:
             if self.given
             else scipy.stats.t.ppf(0.5 + level / 2, freedom)
         )
-        run = self._at(result.x, rtol).run
+        run = self._at(result.x).run
         return Identification(
             run,
             dict(zip(self.names, u.tolist(), strict=True)),
@@ -255,7 +262,7 @@ class FitSearch:
             tuple(n for n, m in zip(self.names, result.active_mask, strict=True) if m),
             (
                 *self._doubts(result.fun, deviation, freedom),
-                *self._rivals(result, others, deviation, rtol),
+                *self._rivals(result, others, deviation),
             ),
             tuple(
                 (
@@ -276,7 +283,6 @@ class FitSearch:
         best: scipy.optimize.OptimizeResult,
         others: Sequence[scipy.optimize.OptimizeResult],
         deviation: float,
-        rtol: float,
     ) -> Iterator[str]:
         """Another minimum that noise cannot tell from the best one, with a barrier between them."""
         # the likelihood ratio is chi-square (Seber and Wild, Nonlinear Regression, 1989, ch. 5)
@@ -285,7 +291,7 @@ class FitSearch:
         for other in others:
             if 2 * (other.cost - best.cost) > limit:
                 return
-            between = self._residuals(0.5 * (other.x + best.x), rtol)
+            between = self._residuals(0.5 * (other.x + best.x))
             if between @ between - 2 * other.cost > limit:
                 found = dict(zip(self.names, (other.x * self.scale).tolist(), strict=True))
                 values = ", ".join(f"{name} = {value:.6g}" for name, value in found.items())

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
 from lumped.optimisation.design import Bounds
 from lumped.optimisation.fit_search import Curves, FitSearch
 from lumped.optimisation.identification import Identification
 from lumped.support.arguments import checked
+from lumped.timeloop.run_options import RunOptions
 
 __all__ = ["Identification", "identify"]
 
@@ -24,11 +26,10 @@ def identify(
     t: Sequence[float] | np.ndarray,
     measured: Curves,
     sigma: Mapping[str, float] | Mapping[Name, float] | None = None,
-    parameters: Changes | None = None,
-    start: Changes | None = None,
     level: float = 0.95,
     rtol: float = 1e-8,
     starts: int = 1,
+    **options: Unpack[RunOptions],
 ) -> Identification:
     """Parameters and start values for which runs fit measured curves best.
 
@@ -43,14 +44,12 @@ def identify(
         Parameters, or start values of states, and their bounds; the search begins at the values
         of the model, of `parameters` or of `start`, and they are its scale.
     t : array_like, shape (n,)
-        Instants of the measurement, s, from zero or later, increasing.
+        Instants of the measurement, s, from the begin of the runs on, increasing.
     measured : mapping of name to array_like, shape (n,)
         Curves of quantities, or of expressions of quantities.
     sigma : mapping of name to float, optional
         Standard deviation of the noise of each curve, in its unit. If not given, each curve counts
         relative to its root mean square, and the noise is estimated from what does not fit.
-    parameters, start : mapping of name to float, optional
-        As for `simulate`.
     level : float
         Probability of the confidence intervals.
     rtol : float
@@ -59,6 +58,8 @@ def identify(
     starts : int
         Number of searches; all but the first begin at the best of 128 designs each between the
         bounds, and the best result counts. Where another minimum fits as well, `doubts` says so.
+    **options : RunOptions
+        Of each run (see `RunOptions`).
 
     Returns
     -------
@@ -81,5 +82,5 @@ def identify(
         raise OptionError(f"identify: level = {level:g} must lie between 0 and 1.")
     if starts < 1:
         raise OptionError(f"identify: starts = {starts}: at least one search is needed.")
-    search = FitSearch(system, vary, t, measured, sigma, parameters or {}, start or {})
-    return search.found(level, rtol, starts)
+    search = FitSearch(system, vary, t, measured, sigma, rtol, options)
+    return search.found(level, starts)

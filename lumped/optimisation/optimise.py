@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, cast
+from collections.abc import Iterable, Mapping
+from typing import Unpack, cast
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
-from lumped.functionals import Functional
+from lumped.functionals import Condition, Functional
 from lumped.optimisation.collocated_course import of_orbit, repeating
-from lumped.optimisation.design import Bounds, Key, Optimum, Scattered, Task
+from lumped.optimisation.design import Bounds, Optimum, Scattered, Task
 from lumped.optimisation.design_problem import DesignProblem
 from lumped.optimisation.optimise_modes import best_modes
 from lumped.optimisation.optimise_orders import best_orders
 from lumped.optimisation.optimise_runs import best_runs
-from lumped.optimisation.tasks import Objective, refuse_scene, task_of
+from lumped.optimisation.tasks import Objective, task_of
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.support.arguments import checked
-from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
-from lumped.tolerances.probability import ProbabilityLimit
+from lumped.timeloop.run_options import RunOptions, RunPlan, plan_of
 from lumped.vibration.modes import Modes
 from lumped.vibration.order_response import OrderResponse
 
@@ -32,15 +31,13 @@ def optimise(
     *,
     vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
     minimise: Objective,
-    subject_to: Mapping[Key | str, Bounds] | None = None,
-    such_that: ProbabilityLimit | Sequence[ProbabilityLimit] = (),
+    subject_to: Condition | Iterable[Condition] = (),
     intervals: int = 50,
     periodic: bool = False,
     until: float | str | None = None,
-    parameters: Changes | None = None,
-    start: Changes | None = None,
     rtol: float = 1e-8,
     starts: int = 1,
+    **options: Unpack[RunOptions],
 ) -> Optimum:
     """Parameters for which a run is best, or natural frequencies are where they are wanted.
 
@@ -66,7 +63,7 @@ def optimise(
     search is the same as for modes. Kinks of a peak, where one crest overtakes another, may stop
     it.
 
-    Where parameters scatter, `such_that` limits probabilities: a design is held by its reliability
+    Where parameters scatter, `subject_to` limits probabilities: a design is held by its reliability
     index, with exact derivatives at the design point, and checked by samples around it. If these
     do not agree, the index asked for is shifted by the difference, and the design is searched
     again. `mean_plus` and `quantile` of `lumped.tolerances` are minimised or bounded over one
@@ -87,11 +84,10 @@ def optimise(
         `separation` too. A negative weight makes large. What sums up scatter, such as
         ``lumped.tolerances.mean_plus(frequency(0), -3, over=...)``, is a functional here; a
         `probability` is made small alone, without weights.
-    subject_to : mapping of functional or name to (low, high), optional
-        Bounds of functionals, or of a quantity at all instants.
-    such_that : condition or sequence of conditions, optional
-        Such as ``lumped.probability(peak("shaft.tau"), above="5 kN.m", over=...) <= 1e-4``; for a
-        system, modes and an order response.
+    subject_to : condition or iterable of conditions, optional
+        What functionals may not pass, such as ``peak("shaft.tau") <= "5 kN.m"``; of a system, modes
+        and an order response probabilities too, such as
+        ``lumped.probability(peak("shaft.tau"), above="5 kN.m", over=...) <= 1e-4``.
     intervals : int
         For a system with states: number of intervals of its collocation, for each part of the run
         between jumps of functions of time.
@@ -99,13 +95,15 @@ def optimise(
         The states at the end are those at the start, which are free, except for whole turns that
         angles make in the run; states on which nothing depends stay as they start. Else the states
         start as in the run.
-    until, parameters, start, rtol
-        For a system, as for `gradient`; the search begins with `parameters`. `rtol` is tighter
-        than elsewhere: near the optimum a search compares runs that hardly differ.
+    until, rtol
+        For a system, as for `gradient`. `rtol` is tighter than elsewhere: near the optimum a
+        search compares runs that hardly differ.
     starts : int
         For a system: number of searches. The first begins with `parameters`, the others at the
         best of 128 designs each between the bounds, run by `ensemble` and far from each other.
         The best result counts; ``others`` has the rest, so local minima show.
+    **options : RunOptions
+        For a system: of each run (see `RunOptions`); the search begins with `parameters`.
 
     Returns
     -------
@@ -130,21 +128,20 @@ def optimise(
     (SLSQP); Tu, Choi and Park, Journal of Mechanical Design 121, 1999 (reliability index as a
     constraint).
     """
-    task = task_of(run, vary, minimise, subject_to, such_that)
+    task = task_of(run, vary, minimise, subject_to)
     if starts > 1 and task.is_scattered:
         raise OptionError(
             f"optimise: starts = {starts}: where parameters scatter, there is one search. Begin it "
             "with other parameters instead."
         )
-    refuse_scene(run, "optimise", until, parameters, start)
+    plan = plan_of(run, "optimise", until, rtol, options)
     if starts < 1 or (starts > 1 and not isinstance(run, System)):
         raise OptionError(
             f"optimise: starts = {starts}: at least one search is needed, and several for a system "
             "only."
         )
     if isinstance(run, Scattered):
-        return best(run, task, until, parameters, start, rtol, starts)
-    bounds = cast(Mapping[Functional | str, Bounds], task.subject_to)
+        return best(run, task, plan, starts)
     wanted = cast(dict[Functional | str, float], dict(task.weights))
     repeats = None
     if isinstance(run, PeriodicOrbit):
@@ -152,29 +149,18 @@ def optimise(
         repeats, run = of_orbit(run), run.run
     elif periodic and run.system.structure.states:
         repeats = repeating(run)
-    problem = DesignProblem(run, vary, wanted, bounds, intervals, repeats)
+    problem = DesignProblem(run, vary, wanted, task.bounds, intervals, repeats)
     return problem.optimum(problem.solve(list(wanted.values())), wanted)
 
 
-def best(
-    what: Scattered,
-    task: Task,
-    until: float | str | None,
-    parameters: Changes | None,
-    start: Changes | None,
-    rtol: float,
-    starts: int = 1,
-) -> Optimum:
+def best(what: Scattered, task: Task, plan: RunPlan | None, starts: int = 1) -> Optimum:
     """The part of `optimise` for what is found anew for each design."""
     if isinstance(what, Modes):
         return best_modes(what, task)
     if isinstance(what, OrderResponse):
         return best_orders(what, task)
-    if until is None:
-        raise OptionError("optimise: a system is simulated for each design; give until=, s.")
-    end = in_seconds(until, "until")
-    scene: Any = {"until": end, "parameters": parameters, "start": start, "rtol": rtol}
-    return best_runs(what, task, starts=starts, **scene)
+    assert plan is not None
+    return best_runs(what, task, plan, starts)
 
 
 def _check_free(orbit: PeriodicOrbit, vary: Mapping[str, Bounds] | Mapping[Name, Bounds]) -> None:

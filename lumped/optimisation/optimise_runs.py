@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from lumped.compiler.system import Changes, System
+from lumped.compiler.system import System
 from lumped.errors import LumpedError
 from lumped.functionals import Functional
-from lumped.gradients.gradient import Gradient, gradient
+from lumped.gradients.gradient import Gradient, gradient_of
 from lumped.optimisation.design import Optimum, Task
 from lumped.optimisation.first_designs import first_designs
 from lumped.optimisation.search import DesignSearch
-from lumped.points.start import start_point
-from lumped.simulation.simulate import simulate
+from lumped.points.start import run_start
+from lumped.simulation.simulate import recorder, run_on
 from lumped.timeloop.result import Trajectory
+from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["RunSearch", "best_runs"]
 
@@ -26,26 +26,17 @@ class RunSearch(DesignSearch):
 
     Parameters
     ----------
-    until, parameters, start, rtol
-        As for `optimise`.
+    system, task
+        What is optimised, and what is wanted.
+    plan : RunPlan
+        Options of each run.
     """
 
-    def __init__(
-        self,
-        system: System,
-        task: Task,
-        *,
-        until: float,
-        parameters: Changes | None = None,
-        start: Changes | None = None,
-        rtol: float = 1e-8,
-    ) -> None:
-        base = start_point(system, parameters=parameters, start=start)
-        self.options: dict[str, Any] = {"until": until, "start": start, "rtol": rtol}
-        scene = {**self.options, "parameters": parameters}
-        super().__init__(system, base.theta, base.parameters, task, **scene)
-        self.changed = {system.key(name): value for name, value in (parameters or {}).items()}
-        self.tolerance = max(1e-12, rtol)
+    def __init__(self, system: System, task: Task, plan: RunPlan) -> None:
+        base = run_start(system, plan)
+        self.plan, self.changed = plan, plan.changes(system)
+        super().__init__(system, base.theta, base.parameters, task, plan)
+        self.tolerance = max(1e-12, plan.rtol)
         self.of = [key for key in self.keys if isinstance(key, Functional)]
         self.last: tuple[bytes, Gradient] | None = None
 
@@ -53,10 +44,7 @@ class RunSearch(DesignSearch):
         """Functionals of a design and their derivatives by what varies."""
         u = w[: len(self.names)]
         if self.last is None or self.last[0] != u.tobytes():
-            values = self.changed | self.design(u)
-            found = gradient(
-                self.system, of=self.of, to=self.names, parameters=values, **self.options
-            )
+            found = gradient_of(self.system, self.of, self.names, self._planned(u))
             self.last, self.count = (u.tobytes(), found), self.count + 1
         return self.last[1]
 
@@ -64,8 +52,13 @@ class RunSearch(DesignSearch):
         """The run of a design."""
         if self.of:
             return self.at(w).run
-        options = {**self.options, "parameters": self.changed | self.design(w)}
-        return simulate(self.system, **options)
+        plan = self._planned(w)
+        point = run_start(self.system, plan)
+        return run_on(point, plan, recorder(point, plan, 500))
+
+    def _planned(self, w: np.ndarray) -> RunPlan:
+        """Options of the run of a design."""
+        return self.plan._replace(parameters=self.changed | self.design(w))
 
     def functional(self, key: Functional, w: np.ndarray) -> tuple[float, np.ndarray]:
         """A number of the run and its gradient."""
@@ -75,15 +68,16 @@ class RunSearch(DesignSearch):
         return float(found.values[row]), slope
 
 
-def best_runs(system: System, task: Task, *, starts: int = 1, **options: Any) -> Optimum:
+def best_runs(system: System, task: Task, plan: RunPlan, starts: int) -> Optimum:
     """The part of `optimise` for whole runs."""
-    search = RunSearch(system, task, **options)
+    plan = plan.by_steps("optimise", are_followed=True)
+    search = RunSearch(system, task, plan)
     begins = [search.box[:, 0].copy()]
     if starts > 1:
-        scene = {**options, "rtol": max(options["rtol"], 1e-6)}
+        loose = plan.at(max(plan.rtol, 1e-6))
         box = search.box * search.scale[:, None]
-        wanted = task.weights, task.subject_to
-        more = first_designs(system, search.names, box, *wanted, starts - 1, scene)
+        wanted = task.weights, task.bounds
+        more = first_designs(system, search.names, box, *wanted, starts - 1, loose)
         begins += [*(more / search.scale)]
     found = []
     for begin in begins:

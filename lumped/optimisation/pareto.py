@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.system import Name, System
 from lumped.errors import OptimisationError, OptionError
-from lumped.functionals import Functional
+from lumped.functionals import Condition, Functional
 from lumped.optimisation.aims import Aims, AimsOfProgramme, AimsOfSearch, Weights, aim_value
 from lumped.optimisation.collocated_course import repeating
-from lumped.optimisation.design import Bounds, Key, Optimum, Scattered, key_unit
+from lumped.optimisation.design import Bounds, Optimum, Scattered, key_unit
 from lumped.optimisation.design_problem import DesignProblem
 from lumped.optimisation.front_picture import front_picture
 from lumped.optimisation.optimise import best
-from lumped.optimisation.tasks import Objective, refuse_scene, task_of
+from lumped.optimisation.tasks import Objective, task_of
 from lumped.plots.draw import Backend, draw
 from lumped.plots.picture import labelled
 from lumped.support.arguments import checked
@@ -26,7 +26,8 @@ from lumped.support.progress import Progress
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import Trajectory
-from lumped.tolerances.probability import Probability, ProbabilityLimit
+from lumped.timeloop.run_options import RunOptions, RunPlan, plan_of
+from lumped.tolerances.probability import Probability
 from lumped.vibration.modes import Modes
 from lumped.vibration.order_response import OrderResponse
 
@@ -130,15 +131,13 @@ def pareto(
     *,
     vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
     minimise: tuple[Objective, Objective],
-    subject_to: Mapping[Key | str, Bounds] | None = None,
-    such_that: ProbabilityLimit | Sequence[ProbabilityLimit] = (),
+    subject_to: Condition | Iterable[Condition] = (),
     count: int = 20,
     intervals: int = 50,
     periodic: bool = False,
     until: float | str | None = None,
-    parameters: Changes | None = None,
-    start: Changes | None = None,
     rtol: float = 1e-8,
+    **options: Unpack[RunOptions],
 ) -> Front:
     """Pareto front of two aims, such as cost and probability.
 
@@ -148,7 +147,7 @@ def pareto(
 
     Parameters
     ----------
-    run, vary, subject_to, such_that, intervals, periodic, until, parameters, start
+    run, vary, subject_to, intervals, periodic, until
         As for `optimise`.
     rtol : float
         Of runs that are made for each design, tighter than elsewhere: near an optimum a search
@@ -159,6 +158,8 @@ def pareto(
         `probability`.
     count : int
         Number of designs. Where both aims are least in one design, that alone is the front.
+    **options : RunOptions
+        For a system: of each run (see `RunOptions`).
 
     Returns
     -------
@@ -178,13 +179,11 @@ def pareto(
         raise OptionError(f"pareto: minimise = {minimise!r}; give two different functionals.")
     if count < 2:
         raise OptionError(f"pareto: count = {count}; a front has at least two designs.")
-    refuse_scene(run, "pareto", until, parameters, start)
+    plan = plan_of(run, "pareto", until, rtol, options)
     if isinstance(run, Scattered):
-        aims: Aims = _of_designs(
-            run, vary, minimise, subject_to, such_that, (until, parameters, start, rtol)
-        )
+        aims: Aims = _of_designs(run, vary, minimise, subject_to, plan)
     else:
-        aims = _of_run(run, vary, minimise, subject_to or {}, intervals, periodic)
+        aims = _of_run(run, vary, minimise, subject_to, intervals, periodic)
     name = (run if isinstance(run, System) else run.system).name
     return Front((first, second), _designs(aims, count, name))
 
@@ -193,26 +192,25 @@ def _of_designs(
     run: Scattered,
     vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
     minimise: tuple[Objective, Objective],
-    subject_to: Mapping[Key | str, Bounds] | None,
-    such_that: ProbabilityLimit | Sequence[ProbabilityLimit],
-    scene: tuple[Any, Any, Any, float],
+    subject_to: Condition | Iterable[Condition],
+    plan: RunPlan | None,
 ) -> AimsOfSearch:
     """Aims of what is found anew for each design."""
     system = run if isinstance(run, System) else run.system
-    task, _ = (task_of(run, vary, aim, subject_to, such_that) for aim in minimise)
+    task, _ = (task_of(run, vary, aim, subject_to) for aim in minimise)
     first, second = (_weights(aim, system) for aim in minimise)
     varied = {system.key(name) for name in vary}
     for key in (*first, *second):
         if isinstance(key, str) and key not in varied:
             raise OptionError(f"pareto: {key} is not in `vary`, so it is the same in all designs.")
-    return AimsOfSearch(lambda own: best(run, own, *scene), task, (first, second))
+    return AimsOfSearch(lambda own: best(run, own, plan), task, (first, second))
 
 
 def _of_run(
     run: Trajectory,
     vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
     minimise: tuple[Objective, Objective],
-    subject_to: Mapping[Key | str, Bounds],
+    subject_to: Condition | Iterable[Condition],
     intervals: int,
     periodic: bool,
 ) -> AimsOfProgramme:
@@ -225,7 +223,7 @@ def _of_run(
         )
     repeats = repeating(run) if periodic and run.system.structure.states else None
     weights: dict[Functional | str, float] = {first: 1.0, second: 1.0}
-    bounds = cast(Mapping[Functional | str, Bounds], subject_to)
+    bounds = task_of(run, vary, first, subject_to).bounds
     problem = DesignProblem(run, vary, weights, bounds, intervals, repeats)
     return AimsOfProgramme(problem, (first, second))
 

@@ -10,11 +10,12 @@ import numpy as np
 import scipy
 
 from lumped.compiler.system import System
-from lumped.errors import OptimisationError, OptionError
+from lumped.errors import OptimisationError
 from lumped.functionals import Functional
 from lumped.numerics.nlp import Solution
 from lumped.numerics.sqp import bounded, sqp
 from lumped.optimisation.design import Key, Optimum, Scattered, Task, bounds_of, varied
+from lumped.timeloop.run_options import RunPlan
 from lumped.tolerances.moved_scene import MovedScene
 from lumped.tolerances.of_designs import CheckedProbability, DesignAim, DesignProbability
 from lumped.tolerances.probability import Probability
@@ -41,8 +42,8 @@ class DesignSearch:
         The same by name.
     task : Task
         What is wanted.
-    **scene
-        For a system: ``until``, ``parameters``, ``start`` and ``rtol``.
+    plan : RunPlan, optional
+        Options of the runs of a system.
     """
 
     tolerance = 1e-12
@@ -54,7 +55,7 @@ class DesignSearch:
         theta: np.ndarray,
         base: Mapping[str, float],
         task: Task,
-        **scene: Any,
+        plan: RunPlan | None = None,
     ) -> None:
         self.system = what if isinstance(what, System) else what.system
         self.base = dict(base)
@@ -62,29 +63,22 @@ class DesignSearch:
         for row, name in zip(box, self.names, strict=True):
             row[0] = task.begin.get(name, row[0])
         self.start = box[:, 0].copy()
-        self.weights, self.bounds = dict(task.weights), dict(task.subject_to)
+        self.weights = dict(task.weights)
+        self.bounds = {k: b for k, b in task.bounds.items() if not isinstance(k, Probability)}
+        self.most = {k: b[1] or 0.0 for k, b in task.bounds.items() if isinstance(k, Probability)}
         self.at_most, self.keys = task.at_most, task.keys
         self.box = box / self.scale[:, None]
         self.count = 0
         for key in self.keys:
             if isinstance(key, str):
                 self.system.places([key])
-                if key in self.bounds:
-                    raise OptionError(
-                        f"optimise: {key} is a parameter; its bounds belong to `vary`."
-                    )
-        self.most: dict[Probability, float] = {}
-        for each in task.such_that:
-            self.most[each.probability] = min(each.most, self.most.get(each.probability, 1.0))
 
         def scattered(of: RobustAim | Probability) -> MovedScene:
-            return MovedScene(what, of.functional, of.over, self.names, "optimise", **scene)
+            return MovedScene(what, of.functional, of.over, self.names, "optimise", plan)
 
         self.aims = {k: DesignAim(k, scattered(k)) for k in self.keys if isinstance(k, RobustAim)}
         self.probabilities = {
-            k: DesignProbability(k, scattered(k))
-            for k in [*self.keys, *self.most]
-            if isinstance(k, Probability)
+            k: DesignProbability(k, scattered(k)) for k in self.keys if isinstance(k, Probability)
         }
         self.shift = dict.fromkeys(self.probabilities, 0.0)
 
@@ -247,7 +241,7 @@ class DesignSearch:
         design = self.design(solution.w)
         numbers: dict[Key, float] = {
             k: self.told(k, self.value(k, solution.w)[0])
-            for k in dict.fromkeys([*self.keys, *self.most])
+            for k in self.keys
             if not isinstance(k, str)
         }
         (first, *_) = self.weights

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
+from lumped.functionals import Condition
 from lumped.functionals.functional import refuse_other
-from lumped.optimisation.design import Bounds, Key, Scattered, Task
+from lumped.optimisation.design import Bounds, Key, Scattered, Task, key_unit
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.timeloop.result import Trajectory
-from lumped.tolerances.probability import Probability, ProbabilityLimit
+from lumped.tolerances.probability import Probability
 from lumped.tolerances.robust_aims import RobustAim
 from lumped.vibration.modes import Modes
 from lumped.vibration.order_response import OrderResponse
 
-__all__ = ["Objective", "refuse_scene", "task_of"]
+__all__ = ["Objective", "task_of"]
 
 Objective = Key | str | Mapping[Key | str, float]
 """What is made small: a functional, or functionals and parameters with weights."""
@@ -40,8 +41,7 @@ def task_of(
     run: object,
     vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
     minimise: Objective,
-    subject_to: Mapping[Key | str, Bounds] | None,
-    such_that: ProbabilityLimit | Sequence[ProbabilityLimit],
+    subject_to: Condition | Iterable[Condition],
 ) -> Task:
     """What is asked for; arguments as for `optimise`.
 
@@ -49,6 +49,8 @@ def task_of(
     ------
     OptionError
         If the run has no such functional, or weights and conditions make no sense.
+    UnitError
+        If a bound has a unit of another dimension than its functional.
     """
     weights = _weights(minimise)
     if type(run) not in _KINDS:
@@ -56,51 +58,41 @@ def task_of(
             f"optimise: {type(run).__name__} is nothing that can be optimised; give a run, a "
             "motion from periodic, modes or a system."
         )
-    conditions = (such_that,) if isinstance(such_that, ProbabilityLimit) else tuple(such_that)
-    task = Task(vary, weights, subject_to or {}, conditions)
-    _check_keys(run, task)
-    _check_probabilities(task)
-    return task
+    conditions = (subject_to,) if isinstance(subject_to, Condition) else tuple(subject_to)
+    _check_keys(run, (*weights, *(each.of for each in conditions)))
+    _check_probabilities(weights)
+    system = run if isinstance(run, System) else run.system  # type: ignore[attr-defined]
+    return Task(vary, weights, _bounds(system, conditions))
 
 
-def refuse_scene(run: object, analysis: str, *options: object) -> None:
-    """Refuse `until`, `parameters` and `start` beside what has its own.
-
-    Raises
-    ------
-    OptionError
-        If one is given, and the run is no system.
-    """
-    if not isinstance(run, System) and any(option is not None for option in options):
-        raise OptionError(
-            f"{analysis}: until, parameters and start belong to a system; others have theirs."
-        )
+def _bounds(system: System, conditions: Iterable[Condition]) -> dict[Key, Bounds]:
+    """Bounds in SI units, those of one functional together."""
+    found: dict[Key, Bounds] = {}
+    for condition in conditions:
+        low, high = condition.bounds(key_unit(system, condition.of), "optimise")
+        least, most = found.get(condition.of, (-np.inf, np.inf))
+        found[condition.of] = max(low, least), min(high, most)  # type: ignore[type-var]
+    return found
 
 
-def _check_keys(run: object, task: Task) -> None:
+def _check_keys(run: object, keys: Iterable[Key | str]) -> None:
     """Refuse functionals that belong to something else."""
-    for key in (*task.keys, *task.such_that):
-        if isinstance(key, RobustAim | Probability | ProbabilityLimit):
+    for key in keys:
+        if isinstance(key, RobustAim | Probability):
             if not isinstance(run, Scattered):
                 raise OptionError(f"optimise: {key}: {_NEEDED}")
         elif not isinstance(key, str):
             refuse_other([key], _KINDS[type(run)], "optimise")
 
 
-def _check_probabilities(task: Task) -> None:
-    """Refuse probabilities that have weights or bounds like functionals."""
-    chosen = [key for key in task.weights if isinstance(key, Probability)]
-    if chosen and (len(task.weights) > 1 or task.weights[chosen[0]] != 1):
+def _check_probabilities(weights: Mapping[Key | str, float]) -> None:
+    """Refuse probabilities that have weights."""
+    chosen = [key for key in weights if isinstance(key, Probability)]
+    if chosen and (len(weights) > 1 or weights[chosen[0]] != 1):
         raise OptionError(
             f"optimise: {chosen[0]} has no weight among others: it is made small alone. Bound it "
-            "by such_that=, or take pareto for what it costs."
+            "by subject_to=, or take pareto for what it costs."
         )
-    for key in task.subject_to:
-        if isinstance(key, Probability):
-            raise OptionError(
-                f"optimise: {key} is bounded by such_that=lumped.probability(...) <= 1e-4, not by "
-                "subject_to."
-            )
 
 
 def _weights(minimise: Objective) -> dict[Key | str, float]:

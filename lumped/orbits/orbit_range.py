@@ -16,7 +16,7 @@ from lumped.orbits.orbit import PeriodicOrbit
 from lumped.orbits.order_harmonics import angle_of, order_harmonics
 from lumped.orbits.periodic import at_guess, of_speed, turning_problem
 from lumped.orbits.shooting import Guess, OrbitProblem
-from lumped.points.start import start_point
+from lumped.points.start import search_start
 from lumped.support.arguments import checked
 from lumped.support.display_units import speed_unit
 from lumped.timeloop.result import OperatingPoint
@@ -107,7 +107,7 @@ def periodic_range(
     turns: int = 1,
     warm_up: float | None = None,
     parameters: Changes | None = None,
-    start: Changes | None = None,
+    start: Changes | OperatingPoint | None = None,
     rtol: float = 1e-10,
     iterations: int = 10,
 ) -> OrbitRange:
@@ -296,7 +296,7 @@ def _driven(
     turns: int,
     warm_up: float | None,
     parameters: Changes | None,
-    start: Changes | None,
+    start: Changes | OperatingPoint | None,
     rtol: float,
     iterations: int,
 ) -> _March:
@@ -305,7 +305,8 @@ def _driven(
         raise OptionError(f"periodic_range: turns = {turns!r}: a whole number is needed.")
     (place,) = system.places([name])
     given = {system.key(n): value for n, value in (parameters or {}).items()}
-    point = start_point(system, parameters={**given, name: speed}, start=start)
+    point = search_start(system, {**given, name: speed}, start)
+    system = point.system
     if not needs_time(system, point.theta):
         raise OptionError(
             f"periodic_range: no function of time acts on {system.name}; give an order response "

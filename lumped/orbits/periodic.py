@@ -20,11 +20,11 @@ from lumped.orbits.guesses import (
 )
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.orbits.shooting import Guess, Orbit, OrbitProblem, refuse_rest, shoot
-from lumped.points.start import start_point
+from lumped.points.start import search_start
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.units import in_seconds
-from lumped.timeloop.result import Trajectory
+from lumped.timeloop.result import OperatingPoint, Trajectory
 from lumped.vibration.order_response import OrderResponse
 
 __all__ = ["again", "at_guess", "of_speed", "periodic", "result_of", "turning_problem"]
@@ -42,7 +42,7 @@ def periodic(
     guess: OrderResponse | None = None,
     speed: float | None = None,
     parameters: Changes | None = None,
-    start: Changes | None = None,
+    start: Changes | OperatingPoint | None = None,
     grid: int = 1000,
     rtol: float = 1e-10,
     iterations: int = 20,
@@ -78,8 +78,8 @@ def periodic(
         and `start`.
     speed : float, optional
         One of its speeds, rad/s, the mean of the motion.
-    parameters, start : mapping of name to float, optional
-        As for `simulate`.
+    parameters, start
+        As for `simulate`; a point gives its states, as those at the time zero.
     grid : int
         Output intervals of the run over one period.
     rtol : float
@@ -112,7 +112,8 @@ def periodic(
         return _from_response(system, guess, float(speed), grid, rtol, iterations)
     near = None if near is None else in_seconds(near, "near")
     warm_up = None if warm_up is None else in_seconds(warm_up, "warm_up")
-    point = start_point(system, parameters=parameters, start=start)
+    point = search_start(system, parameters, start)
+    system = point.system
     clock = None
     if isinstance(period, str) and not period[:1].isalpha():
         period = in_seconds(period, "period")

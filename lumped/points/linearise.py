@@ -148,6 +148,7 @@ def linearise(
     if at is not None and parameters:
         raise OptionError("linearise: give the parameters when making the operating point `at`.")
     point = finite(at or start_point(system, parameters=parameters))
+    system = point.system
     matrices, given, observed = linear_matrices(system, point, inputs, outputs)
     A, B, C, D = (m.toarray() for m in matrices.at())
     return Linearisation(A, B, C, D, tuple(system.state_names), given, observed, point)

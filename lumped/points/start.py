@@ -18,6 +18,7 @@ from lumped.timeloop.event import Change
 from lumped.timeloop.instants import modes_at
 from lumped.timeloop.positions import begin
 from lumped.timeloop.result import OperatingPoint
+from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
 from lumped.timeloop.settings import just_after
 
 __all__ = [
@@ -27,6 +28,8 @@ __all__ = [
     "found_start",
     "free_places",
     "point_at",
+    "run_start",
+    "search_start",
     "start_form",
     "start_point",
     "start_slopes",
@@ -88,6 +91,42 @@ def start_point(
         If `start` is no mapping.
     """
     return found_start(system, parameters, start, free, time, together)
+
+
+def run_start(system: System, plan: RunPlan) -> OperatingPoint:
+    """Where the run of a system starts.
+
+    Raises
+    ------
+    OptionError
+        If the start point belongs to another system.
+    StartError
+        As `start_point`.
+    """
+    if not isinstance(plan.start, OperatingPoint):
+        return found_start(system, plan.parameters, plan.start, plan.free, plan.begin)
+    system, point = plan.watching(system, ()), plan.start
+    if point.time != plan.begin:
+        point = replace(point, time=plan.begin)
+    if not plan.parameters:
+        return point
+    theta = system.theta(plan.changes(system))
+    if (theta == point.theta).all():
+        return point
+    settings, modes = point.settings.copy(), modes_at(system, theta, just_after(plan.begin))
+    settings[: len(modes)] = modes
+    x, collisions = point.x, point.collisions
+    if system.switching:
+        x, settings, collisions = _begun(system, theta, plan.begin, x, settings)
+    return replace(point, x=x, theta=theta, settings=settings, collisions=collisions)
+
+
+def search_start(
+    system: System, parameters: Changes | None, start: Changes | OperatingPoint | None
+) -> OperatingPoint:
+    """Where a search for a motion starts; states of a point are taken as those at the time zero."""
+    options: RunOptions = {"begin": 0.0, "parameters": parameters, "start": start}
+    return run_start(system, run_plan(1.0, 1e-6, options))
 
 
 def found_start(
@@ -198,7 +237,7 @@ def by_name(start: object) -> Changes:
     Raises
     ------
     OptionError
-        If it is something else, such as a point, which only a run can start from.
+        If it is something else, such as a point, from which only runs start.
     """
     if start is None:
         return {}
@@ -206,10 +245,9 @@ def by_name(start: object) -> Changes:
         return start
     if isinstance(start, OperatingPoint):
         raise OptionError(
-            f"{start.system.name}: start is a point at t = {start.time:g} s, from which only "
-            "lp.simulate, lp.simulation.work_precision and what takes at= can go on. Here start "
-            "values by name are needed, such as {'rotor.w': 100.0}; what depends on them begins at "
-            "t = 0."
+            f"{start.system.name}: start is a point at t = {start.time:g} s, from which only runs "
+            "and what takes at= can go on. Here start values by name are needed, such as "
+            "{'rotor.w': 100.0}."
         )
     raise OptionError(
         f"start = {start!r}: start values by name are needed, such as {{'rotor.w': 100.0}}, or "
@@ -230,14 +268,19 @@ def _begun(
 def start_slopes(
     system: System,
     theta: np.ndarray,
-    start: Changes,
+    start: Changes | OperatingPoint | None,
+    time: float,
     seed: np.ndarray,
     varied: Mapping[int, np.ndarray],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """States at the time zero, before any impact there, and their derivatives.
+    """States at the start, before any impact there, and their derivatives.
 
     Parameters
     ----------
+    start : mapping of name to float, or OperatingPoint, optional
+        Start values; or a point, whose states stay where parameters vary.
+    time : float
+        Instant of the start, s.
     seed : ndarray, shape (parameters, k)
         Derivatives of the parameters.
     varied : mapping of int to ndarray, shape (k,)
@@ -247,14 +290,22 @@ def start_slopes(
     -------
     ndarray, shapes (n,) and (n, k)
     """
-    changed, used = given_values(system, start), system.structure.in_use
+    used = system.structure.in_use
+    if isinstance(start, OperatingPoint):
+        slopes = np.zeros((len(system.structure.states), seed.shape[1]))
+        reduced, place = system.structure.reduced, dict[int | None, int]()
+        place |= {node: i for i, node in enumerate(system.structure.states)}
+        for unknown, unit in varied.items():
+            slopes[place[reduced.node(unknown)]] = reduced.aliases.signs[unknown] * unit
+        return start.x, slopes
+    changed = given_values(system, by_name(start))
     form, values = direct_start(system, tuple(changed)), list(changed.values())
-    slopes = direct_slopes(system, tuple(changed), tuple(varied))
-    found = None if form is None else form.states(theta, 0.0, values)
-    if found is not None and slopes is not None:
+    direct = direct_slopes(system, tuple(changed), tuple(varied))
+    found = None if form is None else form.states(theta, time, values)
+    if found is not None and direct is not None:
         directions = np.vstack([seed, *varied.values()])
-        return found[0], slopes.along(theta, 0.0, values, directions)
-    begin = StartSearch(system, theta, start, [], 0.0)
+        return found[0], direct.along(theta, time, values, directions)
+    begin = StartSearch(system, theta, by_name(start), [], time)
     x = begin.solve()
     return x[used], begin.slopes(x, seed, varied)[used]
 

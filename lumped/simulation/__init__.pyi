@@ -12,3 +12,4 @@ from lumped.timeloop.result import Trajectory as Trajectory
 from lumped.timeloop.result import Used as Used
 from lumped.timeloop.result_files import Saved as Saved
 from lumped.timeloop.result_files import load as load
+from lumped.timeloop.run_options import RunOptions as RunOptions

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from typing import Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, SingularModelError, SolverError, nearest
 from lumped.flattening.flatten import flatten
 from lumped.flattening.tree import Tree
@@ -15,8 +16,8 @@ from lumped.language.expression import Expr, as_expr
 from lumped.language.quantity import Input
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
-from lumped.support.units import in_seconds
-from lumped.timeloop.result import OperatingPoint, Trajectory
+from lumped.timeloop.result import Trajectory
+from lumped.timeloop.run_options import Grid, RunOptions
 
 __all__ = ["inverse"]
 
@@ -28,10 +29,9 @@ def inverse(
     motion: Mapping[str, Expr | float] | Mapping[Name, Expr | float],
     drive: Name | Iterable[Name],
     until: float | str,
-    parameters: Changes | None = None,
-    start: Changes | OperatingPoint | None = None,
-    grid: int | Sequence[float | str] | np.ndarray | None = 500,
+    grid: Grid = 500,
     rtol: float = 1e-6,
+    **options: Unpack[RunOptions],
 ) -> Trajectory:
     """Torques, forces or voltages that bring about a prescribed motion.
 
@@ -57,8 +57,10 @@ def inverse(
         (``Torque(tau=0)``); the value given does not count.
     until : float
         End, s.
-    parameters, start, grid, rtol
+    grid, rtol
         As for `simulate`.
+    **options : RunOptions
+        Of the run (see `RunOptions`).
 
     Returns
     -------
@@ -81,7 +83,6 @@ def inverse(
         If the motion has a jump or kink that bodies would have to follow, or the drive loses its
         hold on the motion, as at a dead centre. Its `partial` holds the run up to there.
     """
-    until = in_seconds(until, "until")
     tree = system.structure.tree
     names: list[Name] = [drive] if isinstance(drive, str | Expr) else list(drive)
     drives = [_drive(tree, name) for name in names]
@@ -102,7 +103,7 @@ def inverse(
             "dry friction behind a spring, it does not. With the motion prescribed in place of "
             f"the drive:\n{error}"
         ) from None
-    run = simulate(inverted, until=until, parameters=parameters, start=start, grid=grid, rtol=rtol)
+    run = simulate(inverted, until=until, grid=grid, rtol=rtol, **options)
     for name in drives:
         bad = np.flatnonzero(~np.isfinite(run[name]))
         if len(bad):

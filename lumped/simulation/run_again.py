@@ -12,49 +12,31 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import Interrupted, SolverError, doubt
-from lumped.support.progress import Progress
 from lumped.timeloop.left_out_states import PointOfRun
 from lumped.timeloop.recorder import Recorder
 from lumped.timeloop.result import OperatingPoint, Trajectory
 from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_by_steps import RunBySteps
 from lumped.timeloop.run_in_closed_form import RunInClosedForm
+from lumped.timeloop.run_options import RunPlan
 
-__all__ = ["again_from", "made", "run_from"]
-
-
-def run_from(
-    point: OperatingPoint,
-    until: float,
-    rtol: float,
-    atol: float,
-    method: str,
-    max_steps: int,
-    times: np.ndarray | None,
-    both_sides: bool,
-) -> Trajectory:
-    """A run by a method that was chosen, at some times, or at its steps."""
-    with Progress(point.system.name, until - point.time) as progress:
-        output = Recorder(point.time, until, times, both_sides, progress)
-        run: RunInClosedForm | RunBySteps
-        if method == "exact":
-            run = RunInClosedForm(point, until, rtol, output)
-        else:
-            run = RunBySteps(point, until, rtol, output, atol, method, max_steps)
-        return made(run, max_steps)
+__all__ = ["again_from", "run_from"]
 
 
-def made(run: RunInClosedForm | RunBySteps, max_steps: int) -> Trajectory:
-    """What a run computes."""
-    try:
-        run.go()
-        return run.trajectory()
-    except KeyboardInterrupt:
-        raise _interrupted(run) from None
-    except SolverError as error:
-        if isinstance(run, RunInClosedForm) or run.steps + run.rejected >= max_steps:
-            raise  # rounding and the number of steps are limits of ours, not of the drive
-        raise SolverError(doubt(run.rtol) + str(error), error.partial) from None
+def run_from(point: OperatingPoint, plan: RunPlan, output: Recorder) -> Trajectory:
+    """The run from a point by the method of its plan, which a recorder takes."""
+    kind = RunInClosedForm if plan.method == "exact" else RunBySteps
+    with output.progress:
+        run = kind(point, plan, output)
+        try:
+            run.go()
+            return run.trajectory()
+        except KeyboardInterrupt:
+            raise _interrupted(run) from None
+        except SolverError as error:
+            if plan.method == "exact" or run.steps + run.rejected >= plan.max_steps:
+                raise  # rounding and the number of steps are limits of ours, not of the drive
+            raise SolverError(doubt(plan.rtol) + str(error), error.partial) from None
 
 
 def _interrupted(run: Simulation) -> Interrupted:
@@ -73,8 +55,8 @@ class _Begun:
     ----------
     point : OperatingPoint
         Where it starts; of a run that goes on from another, without that.
-    until, rtol, atol, method, max_steps
-        Its end and options.
+    plan : RunPlan
+        Its options.
     left : float
         When it left the run from which it goes on, s.
     whole : OperatingPoint or None
@@ -82,11 +64,7 @@ class _Begun:
     """
 
     point: OperatingPoint
-    until: float
-    rtol: float
-    atol: float
-    method: str
-    max_steps: int
+    plan: RunPlan
     left: float = math.nan
     whole: OperatingPoint | None = None
 
@@ -99,9 +77,9 @@ class _Begun:
         assert self.whole is not None
         until = float(times[-1])
         if until == self.whole.time:
-            until = self.until
-        options = self.rtol, self.atol, self.method, self.max_steps
-        return run_from(self.whole, until, *options, times, True)
+            until = self.plan.until
+        output = Recorder(self.whole, until, times, True)
+        return run_from(self.whole, self.plan._replace(until=until), output)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -151,9 +129,9 @@ def _as_row(*runs: _Begun) -> _Again:
     return found
 
 
-def again_from(point: OperatingPoint, *options: Any) -> _Again:
+def again_from(point: OperatingPoint, plan: RunPlan) -> _Again:
     """Makes the run from a point again."""
-    run, came = _Begun(point, *options), point.again
+    run, came = _Begun(point, plan._replace(start=None)), point.again
     if not isinstance(came, PointOfRun):
         return _Again(run, None)
     run.point, run.left = replace(point, again=None), came.time

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from lumped.support.progress import Progress
-from lumped.timeloop.recorder import Recorder, output_times
-from lumped.timeloop.result import OperatingPoint, Trajectory
-from lumped.timeloop.run_by_steps import RunBySteps
+from lumped.compiler.system import System
+from lumped.points.start import run_start
+from lumped.simulation.run_again import run_from
+from lumped.timeloop.recorder import Recorder
+from lumped.timeloop.result import Trajectory
+from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["places_of", "sampled"]
 
-_MOST_STEPS = 1_000_000
 _SAME = 1e-12
 """Distance in time, over the end of the run, below which an instant is that of an event."""
 
 
-def sampled(point: OperatingPoint, t: np.ndarray, rtol: float) -> Trajectory:
+def sampled(system: System, plan: RunPlan, t: np.ndarray) -> Trajectory:
     """A run by steps to the last of some instants, with output at each of them.
 
     Both sides of jumps are recorded too, so that derivatives can be followed across them.
@@ -26,14 +27,9 @@ def sampled(point: OperatingPoint, t: np.ndarray, rtol: float) -> Trajectory:
     t : ndarray, shape (n,)
         Instants, ascending, s.
     """
-    begin, until = point.time, float(t[-1])
-    times = output_times(np.union1d(begin, t), until, begin)
-    with Progress(point.system.name, until - begin) as progress:
-        output = Recorder(begin, until, times, True, progress)
-        atol = max(rtol * 1e-3, 1e-12)
-        run = RunBySteps(point, until, rtol, output, atol, "steps", _MOST_STEPS)
-        run.go()
-    return run.trajectory()
+    point = run_start(system, plan)
+    times = np.union1d(plan.begin, t)
+    return run_from(point, plan, Recorder(point, plan.until, times, True))
 
 
 def places_of(run: Trajectory, t: np.ndarray) -> np.ndarray:

@@ -5,24 +5,24 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.system import Name, System
 from lumped.errors import LumpedError, OptionError
 from lumped.plots import numbers
 from lumped.plots.draw import Backend, draw
-from lumped.points.start import start_point
+from lumped.points.start import run_start
 from lumped.simulation.compare import compared, observed
 from lumped.simulation.method_choice import closed_form_pays
-from lumped.simulation.simulate import Method, simulate
+from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
-from lumped.support.units import in_seconds
 from lumped.timeloop.linear_form import linear_form
-from lumped.timeloop.result import OperatingPoint, Trajectory
+from lumped.timeloop.result import Trajectory
+from lumped.timeloop.run_options import Method, RunOptions, run_plan
 
 __all__ = ["WorkPrecision", "WorkRow", "work_precision"]
 
@@ -172,8 +172,7 @@ def work_precision(
     of: Iterable[Name] | None = None,
     methods: Sequence[Method] | None = None,
     tolerances: Sequence[float] = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10),
-    parameters: Changes | None = None,
-    start: Changes | OperatingPoint | None = None,
+    **options: Unpack[RunOptions],
 ) -> WorkPrecision:
     """Run the methods over a ladder of tolerances against a much more accurate reference.
 
@@ -194,8 +193,9 @@ def work_precision(
         As for `simulate`; default is all but "steps", "exact" only for linear systems.
     tolerances : sequence of float
         Relative tolerances.
-    parameters, start
-        As for `simulate`.
+    **options : RunOptions
+        Of the runs (see `RunOptions`); `methods` stands for `method`, `atol` is that at the
+        tightest tolerance, and others have theirs in proportion.
 
     Returns
     -------
@@ -208,35 +208,35 @@ def work_precision(
     SolverError
         If the reference cannot be computed; single runs that fail are rows.
     """
-    until = in_seconds(until, "until")
     names, ladder = observed(system, of), [float(r) for r in tolerances]
     chosen = _methods(system) if methods is None else list(methods)
     if not chosen or not all(1e-14 <= rtol < 1 for rtol in ladder):
         raise OptionError(
             "work_precision: at least one method is needed, and tolerances between 1e-14 and 1."
         )
-    point = (
-        start
-        if isinstance(start, OperatingPoint)
-        else start_point(system, parameters=parameters, start=start)
-    )
     if not ladder:
         raise OptionError("work_precision: give at least one tolerance.")
-    grid = np.linspace(point.time, until, _INTERVALS + 1)
+    if options.get("method", "auto") != "auto":
+        raise OptionError("work_precision: give methods=[...] in place of method=.")
+    plan = run_plan(until, min(ladder), options)
+    point = run_start(system, plan)
+    grid = np.linspace(plan.begin, plan.until, _INTERVALS + 1)
 
-    def run(method: Method, rtol: float, most: int = 1_000_000) -> Trajectory:
+    def run(method: Method, rtol: float, most: int | None = None) -> Trajectory:
+        own = plan.at(rtol)
         return simulate(
-            system,
-            until=until,
+            point.system,
+            until=plan.until,
             start=point,
             grid=grid,
             rtol=rtol,
+            atol=own.atol,
             method=method,
-            max_steps=most,
+            max_steps=min(plan.max_steps, most or plan.max_steps),
         )
 
     tight = max(1e-2 * min(ladder), _TIGHTEST)
-    if closed_form_pays(point, until, 1e-9):
+    if closed_form_pays(point, plan.until, 1e-9):
         reference, text = run("exact", 1e-9), f"exact, checked by steps at rtol {tight:.1g}"
         check = run("steps", tight)
     else:

@@ -8,7 +8,17 @@ import math
 import types
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import wraps
-from typing import Any, ForwardRef, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
+from typing import (
+    Any,
+    ForwardRef,
+    Literal,
+    ParamSpec,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -37,7 +47,7 @@ _FROM = {
     "Path": "a path",
     "Port": "a port",
     "PeriodicOrbit": "an orbit from lumped.periodic",
-    "ProbabilityLimit": "a condition such as lumped.probability(...) <= 1e-4",
+    "Condition": "a condition such as peak('shaft.tau') <= 300",
     "SNCurve": "an S-N curve from lumped.life.SNCurve",
     "System": "a system from lumped.assemble",
     "Trajectory": "a run from lumped.simulate",
@@ -51,13 +61,15 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     Numbers must be finite, a list of names must not be a text, a system not a model, and an
     operating point must belong to the system beside it. The function itself checks values of
     mappings, as they may have units. Types imported for type checkers only are compared by name.
+    The signature shows each of ``**options: Unpack[Options]`` with its default, which the class of
+    the options holds as ``name: Annotated[type, default]``.
 
     Raises
     ------
     OptionError
         When called with an unknown, missing or wrong argument, which the text names.
     """
-    signature = inspect.signature(function)
+    signature = _with_options(function)
     name = function.__qualname__.removesuffix(".__init__").replace(".__getitem__", "[]")
     several = [k for k, p in signature.parameters.items() if p.kind is p.VAR_POSITIONAL]
     known = [p for p in signature.parameters if p != "self"]
@@ -76,7 +88,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
                 given[key] = tuple(_fitting(name, f"{key}[{i}]", v, hints[key]) for i, v in members)
             elif key in hints and not is_sure[key](value):
                 given[key] = _fitting(name, key, value, hints[key])
-        _same_system(name, given)
+        _refuse_other_system(name, given)
 
     @wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -102,16 +114,33 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         check(bound.arguments)
         return function(*bound.args, **bound.kwargs)
 
+    call.__signature__ = signature  # type: ignore[attr-defined]
     return call
+
+
+def _with_options(function: Callable[..., Any]) -> inspect.Signature:
+    """The signature of a function, with each of its options."""
+    signature, parameters = inspect.signature(function), list[inspect.Parameter]()
+    for p in signature.parameters.values():
+        if p.kind is not p.VAR_KEYWORD or not str(p.annotation).startswith("Unpack["):
+            parameters.append(p)
+            continue
+        options = function.__globals__[p.annotation[len("Unpack[") : -1]]
+        for name, annotation in get_type_hints(options, include_extras=True).items():
+            kind, default = get_args(annotation)
+            parameters.append(
+                inspect.Parameter(name, p.KEYWORD_ONLY, default=default, annotation=kind)
+            )
+    return signature.replace(parameters=parameters)
 
 
 def _hints(function: Callable[..., Any], signature: inspect.Signature) -> dict[str, Any]:
     """Types of the arguments that can be checked."""
     names = _Names(vars(builtins) | function.__globals__)
     return {
-        key: eval(p.annotation, {}, names)
+        key: eval(p.annotation, {}, names) if isinstance(p.annotation, str) else p.annotation
         for key, p in signature.parameters.items()
-        if p.kind is not p.VAR_KEYWORD and isinstance(p.annotation, str)
+        if p.kind is not p.VAR_KEYWORD and p.annotation is not p.empty
     }
 
 
@@ -198,24 +227,24 @@ def _is_looked_at(kind: Any) -> bool:
     return issubclass(kind, _Absent) or kind.__module__.startswith("lumped.")
 
 
-def _same_system(function: str, given: dict[str, Any]) -> None:
-    """Refuse an operating point of another system; take the states that a point is made of.
+def _refuse_other_system(function: str, given: dict[str, Any]) -> None:
+    """Refuse an operating point of another system.
 
     Raises
     ------
     OptionError
         If a point belongs to another system.
     """
-    if "system" not in given:
-        return
     for key, value in given.items():
-        if type(value).__name__ == "OperatingPoint":
-            if value.system.structure.flat is not given["system"].structure.flat:
-                raise OptionError(
-                    f"{function}: {key} belongs to another system. Make the operating point with "
-                    "the system that is given."
-                )
-            given["system"] = value.system
+        if (
+            type(value).__name__ == "OperatingPoint"
+            and "system" in given
+            and value.system.structure.flat is not given["system"].structure.flat
+        ):
+            raise OptionError(
+                f"{function}: {key} belongs to another system. Make the operating point with the "
+                "system that is given."
+            )
 
 
 def _fits(value: Any, hint: Any) -> bool:

@@ -12,7 +12,7 @@ from lumped.errors import OptionError
 from lumped.support.made_once import made_once
 from lumped.support.progress import Progress
 from lumped.support.units import in_seconds
-from lumped.timeloop.result import Piece
+from lumped.timeloop.result import OperatingPoint, Piece
 
 __all__ = ["Recorder", "SparingRecorder", "output_times", "scale"]
 
@@ -83,31 +83,29 @@ class Recorder:
 
     Parameters
     ----------
-    begin, until : float
-        Begin and end of the run, s.
+    point : OperatingPoint
+        Where the run starts.
+    until : float
+        Its end, s.
     times : ndarray or None
         Output times; None for the steps of the solver.
     both_sides : bool
         Both ends of each segment are recorded, besides the output times between them.
-    progress : Progress
-        Is told how far the run has come.
 
     Attributes
     ----------
+    progress : Progress
+        Is told how far the run has come.
     taken : int
         Output times that were handed out.
     """
 
     def __init__(
-        self,
-        begin: float,
-        until: float,
-        times: np.ndarray | None,
-        both_sides: bool,
-        progress: Progress,
+        self, point: OperatingPoint, until: float, times: np.ndarray | None, both_sides: bool
     ) -> None:
-        self._begin, self.times, self.both_sides = begin, times, both_sides
-        self._near, self._progress = 1e-13 * scale(begin, until), progress
+        self._begin, self.times, self.both_sides = point.time, times, both_sides
+        self._near = 1e-13 * scale(point.time, until)
+        self.progress = Progress(point.system.name, until - point.time)
         self.taken = 0
         self._parts: list[tuple[System, list[_Rows]]] = []
 
@@ -124,7 +122,7 @@ class Recorder:
         """Points of the present piece: times (k,), states (k, n), settings (k, m)."""
         self._parts[-1][1].append((t, x, settings))
         if len(t):
-            self._progress.at(float(t[-1]) - self._begin)
+            self.progress.at(float(t[-1]) - self._begin)
 
     def edge(self, t: float, x: np.ndarray, settings: np.ndarray) -> None:
         """An end of a segment; grid points that coincide with it are left out."""
@@ -171,14 +169,14 @@ class SparingRecorder(Recorder):
 
     Parameters
     ----------
-    begin, until, progress
+    point, until
         As for `Recorder`.
     most : int
         Size of states and settings, bytes; those at the ends of pieces may take more.
     """
 
-    def __init__(self, begin: float, until: float, most: int, progress: Progress) -> None:
-        super().__init__(begin, until, None, True, progress)
+    def __init__(self, point: OperatingPoint, until: float, most: int) -> None:
+        super().__init__(point, until, None, True)
         self._most, self._size, self._stride = most, 0, 1
         self._ends: list[list[np.ndarray]] = []
         self._places: list[list[np.ndarray]] = []

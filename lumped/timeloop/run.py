@@ -16,6 +16,7 @@ from lumped.timeloop.instants import instants
 from lumped.timeloop.programs import Answers
 from lumped.timeloop.recorder import Recorder, scale
 from lumped.timeloop.result import OperatingPoint, Piece, Statistics, Trajectory, Used
+from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["Simulation", "nominals"]
 
@@ -27,10 +28,8 @@ class Simulation:
     ----------
     point : OperatingPoint
         Where it starts.
-    until : float
-        End, s.
-    rtol : float
-        Relative tolerance.
+    plan : RunPlan
+        Its options.
     output : Recorder
         Takes what is computed.
 
@@ -46,9 +45,10 @@ class Simulation:
         Largest size that each state of the system had at a step; empty without steps.
     """
 
-    def __init__(self, point: OperatingPoint, until: float, rtol: float, output: Recorder) -> None:
-        self.point, self.until, self.rtol, self.output = point, until, rtol, output
-        self.begin, self.span = point.time, scale(point.time, until)
+    def __init__(self, point: OperatingPoint, plan: RunPlan, output: Recorder) -> None:
+        self.point, self.output = point, output
+        self.until, self.rtol, self.max_steps = plan.until, plan.rtol, plan.max_steps
+        self.begin, self.span = point.time, scale(point.time, plan.until)
         self.system: System = point.system
         self.methods: list[Used] = []
         self.steps = self.rejected = self.evaluations = 0

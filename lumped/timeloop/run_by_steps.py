@@ -43,6 +43,7 @@ from lumped.timeloop.programs import set_twice_fault
 from lumped.timeloop.recorder import Recorder
 from lumped.timeloop.result import OperatingPoint, Used
 from lumped.timeloop.run import Simulation, nominals
+from lumped.timeloop.run_options import RunPlan
 from lumped.timeloop.settings import closing_fault
 
 __all__ = ["RunBySteps"]
@@ -69,32 +70,17 @@ class RunBySteps(Simulation):
 
     Parameters
     ----------
-    point, until, rtol, output
-        As for `Simulation`.
-    atol : float
-        Absolute tolerance relative to nominal values.
-    method : {"auto", "steps", "explicit", "implicit", "taylor"}
-        As for `simulate`; "auto" is "steps" but for long runs.
-    max_steps : int
-        Give up after so many attempts.
+    point, plan, output
+        As for `Simulation`; the method "auto" is "steps" but for long runs.
     """
 
-    def __init__(
-        self,
-        point: OperatingPoint,
-        until: float,
-        rtol: float,
-        output: Recorder,
-        atol: float,
-        method: str,
-        max_steps: int,
-    ) -> None:
-        super().__init__(point, until, rtol, output)
-        self._relative_atol, self._method, self.max_steps = atol, method, max_steps
+    def __init__(self, point: OperatingPoint, plan: RunPlan, output: Recorder) -> None:
+        super().__init__(point, plan, output)
+        self._relative_atol, self._method = plan.relative_atol, plan.method
         self._changed_at = math.nan
         self._sizes: dict[System, np.ndarray] = {}
-        self._is_implicit, self._has_series = method == "implicit", method == "taylor"
-        self._series_after: float = _LONG if method == "auto" else math.inf
+        self._is_implicit, self._has_series = plan.method == "implicit", plan.method == "taylor"
+        self._series_after: float = _LONG if plan.method == "auto" else math.inf
         self._note_method(point.time)
 
     def _note_method(self, t: float) -> None:

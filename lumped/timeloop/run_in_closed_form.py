@@ -16,6 +16,7 @@ from lumped.timeloop.linear_form import linear_form
 from lumped.timeloop.recorder import Recorder
 from lumped.timeloop.result import OperatingPoint, Used
 from lumped.timeloop.run import Simulation
+from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["RunInClosedForm", "closed"]
 
@@ -25,8 +26,8 @@ _KEPT = 16
 class RunInClosedForm(Simulation):
     """One simulation in closed form; `rtol` limits its rounding, relative to the largest state."""
 
-    def __init__(self, point: OperatingPoint, until: float, rtol: float, output: Recorder) -> None:
-        super().__init__(point, until, rtol, output)
+    def __init__(self, point: OperatingPoint, plan: RunPlan, output: Recorder) -> None:
+        super().__init__(point, plan, output)
         self._form = linear_form(self.system)
         self.methods.append(Used(point.time, "exact"))
 

@@ -6,7 +6,6 @@ from lumped.tolerances.intervals import Share as Share
 from lumped.tolerances.of_designs import CheckedAim as CheckedAim
 from lumped.tolerances.of_designs import CheckedProbability as CheckedProbability
 from lumped.tolerances.probability import Probability as Probability
-from lumped.tolerances.probability import ProbabilityLimit as ProbabilityLimit
 from lumped.tolerances.probability import probability as probability
 from lumped.tolerances.reliability import reliability as reliability
 from lumped.tolerances.robust_aims import MeanPlusAim as MeanPlusAim

@@ -11,8 +11,9 @@ from lumped.ensembles.distributions import Correlated
 from lumped.ensembles.other_laws import Scaled
 from lumped.ensembles.variants import Over, marginals_of
 from lumped.errors import OptionError
+from lumped.timeloop.run_options import RunPlan
 from lumped.tolerances.evaluated import Array, Evaluated, Failures
-from lumped.tolerances.scene import Scattered, Scene, scene_of
+from lumped.tolerances.scene import Scattered, Scene, planned_scene
 
 __all__ = ["MovedScene"]
 
@@ -30,8 +31,8 @@ class MovedScene:
     functional : functional
     design : sequence of str
         What a design consists of, m parameters.
-    **options
-        For a system: ``until``, ``parameters``, ``start`` and ``rtol``.
+    plan : RunPlan or None
+        Options of the runs of a system.
 
     Raises
     ------
@@ -47,9 +48,9 @@ class MovedScene:
         over: Over,
         design: Sequence[str],
         analysis: str,
-        **options: Any,
+        plan: RunPlan | None,
     ) -> None:
-        self.first = scene_of(what, over=over, of=[functional], analysis=analysis, **options)
+        self.first = planned_scene(what, over, [functional], plan, None, analysis)
         self.design, self.analysis = tuple(design), analysis
         names, system = self.first.names, self.first.system
         self._refuse_fixed()

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
-from lumped.compiler.system import Changes, System
+from lumped.compiler.system import System
 from lumped.ensembles.collected_runs import RunsAt
 from lumped.errors import LumpedError, OptionError, UnknownNameError
 from lumped.functionals import Functional
 from lumped.gradients.gradient_ensemble import gradients_at
-from lumped.many_runs.run_records import RunOptions
+from lumped.timeloop.run_options import RunPlan
 from lumped.tolerances.evaluated import Array, Evaluated, Failures
 
 __all__ = ["OfRuns"]
@@ -27,11 +26,8 @@ class OfRuns(Evaluated):
     names : tuple of str
         What varies.
     of : mapping of str to functional
-    until : float
-        End of each run, s.
-    parameters, start : mapping of name to float or None
-        As for `ensemble`.
-    rtol : float
+    plan : RunPlan
+        Options of each run.
     workers : int or None
     analysis : str
         With which errors begin.
@@ -42,19 +38,14 @@ class OfRuns(Evaluated):
         system: System,
         names: tuple[str, ...],
         of: Mapping[str, Functional],
-        until: float,
-        parameters: Changes | None,
-        start: Changes | None,
-        rtol: float,
+        plan: RunPlan,
         workers: int | None,
         analysis: str,
     ) -> None:
         self._system, self._names, self._of = system, names, dict(of)
-        self._parameters = {system.key(k): value for k, value in (parameters or {}).items()}
-        self._options: dict[str, Any] = {"until": until, "start": start, "rtol": rtol}
-        self._workers, self._analysis, self.error = workers, analysis, rtol
-        options = RunOptions(until, start=start, rtol=rtol)
-        self._runs = RunsAt(system, names, of, parameters, options, workers)
+        self._plan, self._workers, self._analysis = plan, workers, analysis
+        self.error = plan.rtol
+        self._runs = RunsAt(system, names, of, plan, workers)
         self.labels = tuple(of)
         self.units = tuple(functional.unit(system) for functional in of.values())
 
@@ -84,8 +75,7 @@ class OfRuns(Evaluated):
                 x,
                 tuple(self._of.values()),
                 self._names,
-                self._parameters,
-                self._options,
+                self._plan,
                 self._workers,
             )
         except (OptionError, UnknownNameError):

@@ -7,17 +7,17 @@ from typing import Any, NoReturn
 
 from lumped.ensembles.variants import Over
 from lumped.errors import OptionError, shown
-from lumped.functionals import Functional
+from lumped.functionals import Condition, Functional
 from lumped.support.arguments import checked
 
-__all__ = ["Probability", "ProbabilityLimit", "probability"]
+__all__ = ["Probability", "probability"]
 
 
 @dataclass(frozen=True, eq=False)
 class Probability:
     """The probability that a functional passes a limit where parameters scatter.
 
-    ``probability(...) <= 1e-4`` is a condition for `such_that` of `optimise`.
+    ``probability(...) <= 1e-4`` is a condition for `subject_to` of `optimise`.
 
     Attributes
     ----------
@@ -45,13 +45,12 @@ class Probability:
         told = limit if isinstance(limit, str) else f"{limit:g}"
         return f"probability({self.functional} {side} {told})"
 
-    def __le__(self, most: float) -> ProbabilityLimit:
-        is_number = isinstance(most, int | float) and not isinstance(most, bool)
-        if not (is_number and 0 < most < 1):
+    def __le__(self, most: float | str) -> Condition:
+        if isinstance(most, str | bool) or not 0 < most < 1:
             raise OptionError(
                 f"{self} <= {shown(most)}: a number greater than 0 and less than 1 is needed."
             )
-        return ProbabilityLimit(self, float(most))
+        return Condition(self, None, most)
 
     def _refuse(self, other: object) -> NoReturn:
         raise OptionError(
@@ -64,31 +63,6 @@ class Probability:
 
     def __bool__(self) -> bool:
         self._refuse(None)
-
-
-@dataclass(frozen=True, eq=False)
-class ProbabilityLimit:
-    """A condition of a design: a probability is at most a number.
-
-    Attributes
-    ----------
-    probability : Probability
-        What is limited.
-    most : float
-        Its greatest value.
-    """
-
-    probability: Probability
-    most: float
-
-    def __str__(self) -> str:
-        return f"{self.probability} <= {self.most:g}"
-
-    def __bool__(self) -> bool:
-        raise OptionError(
-            f"{self} is a condition for such_that= of `optimise`, neither true nor false by "
-            "itself. Give several as a list, without `and`."
-        )
 
 
 @checked

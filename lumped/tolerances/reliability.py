@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any, Literal, Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Changes, Name
+from lumped.compiler.system import Name
 from lumped.ensembles.variants import Over
 from lumped.errors import OptionError, SolverError
 from lumped.support.arguments import checked
+from lumped.timeloop.run_options import RunOptions
 from lumped.tolerances.failure.form import DesignPoint, form, joined, points_of, searches
 from lumped.tolerances.failure.importance import around, centres
 from lumped.tolerances.failure.limit import Limit
@@ -29,10 +30,10 @@ _PLANE = 0.1
 """Difference of ``1 + beta kappa`` from 1 up to which a limit counts as plane."""
 _CURVED = (
     "the limit is curved beside the design point (1 + beta kappa = {:.3g} along one direction, 1 "
-    "for a plane); compare with method='sorm'"
+    "for a plane); compare with search='sorm'"
 )
 
-Method = Literal["form", "sorm", "importance", "subset"]
+Search = Literal["form", "sorm", "importance", "subset"]
 
 
 @checked
@@ -43,16 +44,15 @@ def reliability(
     over: Over,
     above: float | str | None = None,
     below: float | str | None = None,
-    method: Method = "form",
+    search: Search = "form",
     until: float | str | None = None,
     to: Iterable[Name] = (),
     runs: int | None = None,
     seed: int = 0,
     starts: int | None = None,
-    parameters: Changes | None = None,
-    start: Changes | None = None,
     rtol: float = 1e-6,
     workers: int | None = None,
+    **options: Unpack[RunOptions],
 ) -> Reliability:
     """How likely a functional passes a limit when parameters scatter.
 
@@ -61,7 +61,7 @@ def reliability(
     is passed, the design point; its distance is the reliability index beta.
 
     ================ ===================================================== =======================
-    method           probability from                                      does not apply
+    search           probability from                                      does not apply
     ================ ===================================================== =======================
     ``"form"``       a plane limit at each design point, whose gradients   to a kink there
                      are exact
@@ -89,7 +89,7 @@ def reliability(
     above, below : float or str
         The limit: the probability that the functional is above it, or below it. In the SI unit of
         the functional or with a unit; one of both.
-    method : {"form", "sorm", "importance", "subset"}
+    search : {"form", "sorm", "importance", "subset"}
         See above.
     until : float or str, optional
         For a system: end of each run, s.
@@ -102,10 +102,12 @@ def reliability(
     starts : int, optional
         Searches for design points: from the median, from opposite the point that is found, and from
         both sides of it; default is 4.
-    parameters, start, rtol
+    rtol
         For a system, as for `ensemble`.
     workers : int, optional
         Threads; default is one for each core.
+    **options : RunOptions
+        For a system: of each run (see `RunOptions`).
 
     Returns
     -------
@@ -132,34 +134,33 @@ def reliability(
     are in their modules (`lumped.tolerances.failure.form` and those beside it).
     """
     to = tuple(to)
-    _check(method, runs, seed, starts, to)
+    _check(search, runs, seed, starts, to)
     scene = scene_of(
         what,
         over=over,
         of=[functional],
         until=until,
-        parameters=parameters,
-        start=start,
         rtol=rtol,
         workers=workers,
         analysis="reliability",
+        **options,
     )
     limit = Limit(scene, above, below)
     others, (means, deviations) = scene.others(to), _moments(scene)
     bent: tuple[Curved, ...] = ()
-    if method in ("form", "sorm"):
+    if search in ("form", "sorm"):
         points = form(limit, starts=starts or _STARTS)
-        bent = tuple(curved(limit, point) for point in points) if method == "sorm" else ()
+        bent = tuple(curved(limit, point) for point in points) if search == "sorm" else ()
         sampled = _computed(points, bent)
     else:
-        points, sampled = _sampled(limit, method, runs or _RUNS, seed, starts or _STARTS)
+        points, sampled = _sampled(limit, search, runs or _RUNS, seed, starts or _STARTS)
     return Reliability(
         system=scene.system.name,
         event=limit.event,
         label=limit.label,
         unit=limit.unit,
         bound=limit.bound,
-        method=method,
+        method=search,
         names=scene.names,
         units=scene.parameter_units,
         means=means,
@@ -176,14 +177,14 @@ def reliability(
 
 
 def _check(
-    method: str, runs: int | None, seed: int, starts: int | None, to: tuple[Name, ...]
+    search: str, runs: int | None, seed: int, starts: int | None, to: tuple[Name, ...]
 ) -> None:
     """Refuse options that belong to other methods, or make no sense."""
-    is_sampled, has_points = method in ("importance", "subset"), method != "subset"
+    is_sampled, has_points = search in ("importance", "subset"), search != "subset"
     if runs is not None and not is_sampled:
         raise OptionError(
-            f"reliability: runs = {runs} is for samples; take method='importance' or "
-            f"method='subset', or leave it out for {method!r}."
+            f"reliability: runs = {runs} is for samples; take search='importance' or "
+            f"search='subset', or leave it out for {search!r}."
         )
     if runs is not None and runs < 100:
         raise OptionError(f"reliability: runs = {runs}: at least 100 samples are needed.")
@@ -192,11 +193,11 @@ def _check(
     if starts is not None and (not has_points or starts < 1):
         raise OptionError(
             f"reliability: starts = {starts}: searches for design points, at least one; "
-            "method='subset' has none."
+            "search='subset' has none."
         )
     if to and not has_points:
         raise OptionError(
-            "reliability: to = is for derivatives at the design point, which method='subset' does "
+            "reliability: to = is for derivatives at the design point, which search='subset' does "
             "not look for; take another method."
         )
 
@@ -211,12 +212,12 @@ def _computed(points: tuple[DesignPoint, ...], bent: tuple[Curved, ...]) -> Samp
 
 
 def _sampled(
-    limit: Limit, method: Method, runs: int, seed: int, starts: int
+    limit: Limit, search: Search, runs: int, seed: int, starts: int
 ) -> tuple[tuple[DesignPoint, ...], Sampled]:
     """Design points, if there are any, and a probability from samples."""
     points: tuple[DesignPoint, ...] = ()
     remarks: list[str] = []
-    if method == "subset":
+    if search == "subset":
         found = subset(limit, runs, seed)
     else:
         every = searches(limit, starts=starts)

@@ -12,6 +12,7 @@ import scipy
 from lumped.ensembles.variants import Over
 from lumped.errors import OptimisationError, OptionError
 from lumped.functionals import Functional
+from lumped.functionals.condition import Bounded
 from lumped.support.arguments import checked
 
 __all__ = ["MeanPlusAim", "QuantileAim", "RobustAim", "mean_plus", "quantile"]
@@ -23,7 +24,7 @@ _BEYOND = 10
 
 
 @dataclass(frozen=True, eq=False)
-class MeanPlusAim:
+class MeanPlusAim(Bounded):
     """Mean of a functional and a multiple of its standard deviation.
 
     Attributes
@@ -79,7 +80,7 @@ class MeanPlusAim:
 
 
 @dataclass(frozen=True, eq=False)
-class QuantileAim:
+class QuantileAim(Bounded):
     """A quantile of a functional, estimated by all values of a sample.
 
     Attributes

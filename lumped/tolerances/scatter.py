@@ -5,11 +5,10 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Changes
 from lumped.ensembles.variants import Over, Sampling
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
@@ -20,6 +19,7 @@ from lumped.support.display_units import Units, chosen, display
 from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
+from lumped.timeloop.run_options import RunOptions
 from lumped.tolerances.evaluated import Array, Failures
 from lumped.tolerances.expansions.by_derivatives import by_derivatives
 from lumped.tolerances.expansions.chaos import by_chaos
@@ -210,16 +210,15 @@ def scatter(
     *,
     over: Over,
     of: Any,
-    method: Literal["samples", "derivatives", "chaos"] = "samples",
+    search: Literal["samples", "derivatives", "chaos"] = "samples",
     runs: int | None = None,
     seed: int = 0,
     sampling: Sampling | None = None,
     gradients: bool = True,
     until: float | str | None = None,
-    parameters: Changes | None = None,
-    start: Changes | None = None,
     rtol: float = 1e-6,
     workers: int | None = None,
+    **options: Unpack[RunOptions],
 ) -> Scatter:
     """How results scatter with tolerances: moments, quantiles, shares beyond limits, ranking.
 
@@ -241,7 +240,7 @@ def scatter(
     of : functional, iterable of functionals, or mapping of str to functional
         Of runs what `ensemble` takes; of modes `frequency`, `damping` and `clearance`; of an order
         response `order_peak` and `separation` too.
-    method : {"samples", "derivatives", "chaos"}
+    search : {"samples", "derivatives", "chaos"}
         How.
     runs : int, optional
         Number of runs; default is 1000 samples, 64 to check derivatives, or 200 for polynomials.
@@ -253,10 +252,12 @@ def scatter(
         Whether polynomials are fitted to the gradients of the runs too. A gradient counts as many
         values as there are parameters. For a small drive it takes longer than as many runs
         side by side; more runs without gradients are better there.
-    until, parameters, start, rtol
+    until, rtol
         For a system, as for `ensemble`.
     workers : int, optional
         Threads; default is one for each core.
+    **options : RunOptions
+        For a system: of each run (see `RunOptions`).
 
     Returns
     -------
@@ -275,25 +276,16 @@ def scatter(
     """
     begun = clock.perf_counter()
     wanted: Any = of if isinstance(of, Mapping | Iterable) else [of]
-    scene = scene_of(
-        what,
-        over=over,
-        of=wanted,
-        until=until,
-        parameters=parameters,
-        start=start,
-        rtol=rtol,
-        workers=workers,
-    )
-    count = _RUNS[method] if runs is None else runs
-    if not gradients and method != "chaos":
-        raise OptionError(f"scatter: gradients=False is for method='chaos', not for '{method}'.")
-    if method == "chaos":
+    scene = scene_of(what, over=over, of=wanted, until=until, rtol=rtol, workers=workers, **options)
+    count = _RUNS[search] if runs is None else runs
+    if not gradients and search != "chaos":
+        raise OptionError(f"scatter: gradients=False is for search='chaos', not for '{search}'.")
+    if search == "chaos":
         fitted = by_chaos(scene, count, seed, sampling or "sobol", gradients=gradients)
         spreads: dict[str, Spread] = {**fitted.spreads}
         points, values, failures = fitted.points, fitted.values, fitted.failures
         notes = fitted.notes
-    elif method == "derivatives":
+    elif search == "derivatives":
         if sampling is not None:
             raise OptionError("scatter: sampling is for samples and chaos; derivatives need none.")
         if count < 2:
@@ -308,7 +300,7 @@ def scatter(
         spreads = _sampled(scene, points, values)
     seconds = clock.perf_counter() - begun
     name = scene.system.name
-    return Scatter(name, method, scene.names, spreads, points, values, failures, notes, seconds)
+    return Scatter(name, search, scene.names, spreads, points, values, failures, notes, seconds)
 
 
 def _sampled(scene: Scene, points: Array, values: Array) -> dict[str, Spread]:

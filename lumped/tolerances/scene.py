@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import scipy
@@ -22,8 +22,8 @@ from lumped.ensembles.variants import (
 )
 from lumped.errors import OptionError, ParameterError, SolverError
 from lumped.functionals.functional import refuse_other
-from lumped.simulation.simulate import check_options
-from lumped.support.units import in_seconds
+from lumped.support.arguments import checked
+from lumped.timeloop.run_options import RunOptions, RunPlan, plan_of
 from lumped.tolerances.evaluated import Array, Evaluated, Failures, OfReadings, curvatures_along
 from lumped.tolerances.moments import central_moments
 from lumped.tolerances.of_modes import OfModes
@@ -32,7 +32,7 @@ from lumped.tolerances.of_runs import OfRuns
 from lumped.vibration.modes import Modes
 from lumped.vibration.order_response import OrderResponse
 
-__all__ = ["Scattered", "Scene", "scene_of"]
+__all__ = ["Scattered", "Scene", "planned_scene", "scene_of"]
 
 _SCORE = 1e-4
 """Difference of scores over which second derivatives of parameters are taken."""
@@ -287,17 +287,17 @@ class Scene:
         return found
 
 
+@checked
 def scene_of(
     what: Scattered,
     *,
     over: Over,
     of: Mapping[str, Any] | Iterable[Any],
     until: float | str | None = None,
-    parameters: Changes | None = None,
-    start: Changes | None = None,
     rtol: float = 1e-6,
     workers: int | None = None,
     analysis: str = "scatter",
+    **options: Unpack[RunOptions],
 ) -> Scene:
     """The scene of a study: functionals of runs, modes or order responses, and distributions.
 
@@ -313,12 +313,14 @@ def scene_of(
         response `order_peak` and `separation` too.
     until : float or str, optional
         For a system: end of each run, s.
-    parameters, start, rtol
-        For a system, as for `ensemble`.
+    rtol : float
+        For a system: relative tolerance.
     workers : int, optional
         Threads; default is one for each core.
     analysis : str
         With which errors begin.
+    **options : RunOptions
+        For a system: of each run (see `RunOptions`).
 
     Returns
     -------
@@ -333,38 +335,41 @@ def scene_of(
     ParameterError
         If a distribution is out of the range of its parameter.
     """
-    wanted = labelled(of, analysis)
-    if workers is not None and workers < 1:
-        raise OptionError(f"{analysis}: workers = {workers}: at least one thread is needed.")
     if not isinstance(what, System | Modes | OrderResponse):
         raise OptionError(
             f"{analysis}: {type(what).__name__} is nothing that can scatter; give a system with "
             "until=, modes or an order response."
         )
+    plan = plan_of(what, analysis, until, rtol, options)
+    return planned_scene(what, over, of, plan, workers, analysis)
+
+
+def planned_scene(
+    what: Scattered,
+    over: Over,
+    of: Mapping[str, Any] | Iterable[Any],
+    plan: RunPlan | None,
+    workers: int | None,
+    analysis: str,
+) -> Scene:
+    """The scene of a study with options that were checked (see `scene_of`)."""
+    wanted = labelled(of, analysis)
+    if workers is not None and workers < 1:
+        raise OptionError(f"{analysis}: workers = {workers}: at least one thread is needed.")
     if isinstance(what, System):
-        if until is None:
-            raise OptionError(f"{analysis}: a system is simulated; give until=, s.")
         refuse_other(wanted.values(), "run", analysis)
-        marginals = marginals_of(what, over, parameters=parameters, analysis=analysis)
-        end = in_seconds(until, "until")
-        check_options(0.0, end, rtol, None, "steps", 1)
+        assert plan is not None
+        changes = plan.changes(what)
+        marginals = marginals_of(what, over, parameters=changes, analysis=analysis)
         runs = partial(
             OfRuns,
             what,
             of=wanted,
-            until=end,
-            parameters=parameters,
-            start=start,
-            rtol=rtol,
+            plan=plan.by_steps(analysis),
             workers=workers,
             analysis=analysis,
         )
-        return Scene(what, over, marginals, runs, parameters, analysis)
-    if (until, parameters, start) != (None, None, None):
-        raise OptionError(
-            f"{analysis}: until, parameters and start belong to a system; modes and order "
-            "responses have theirs."
-        )
+        return Scene(what, over, marginals, runs, changes, analysis)
     system = what.system
     own = (what.point if isinstance(what, Modes) else what.rotation.points[0]).parameters
     marginals = marginals_of(system, over, parameters=own, analysis=analysis)

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import scipy
 
-from lumped.compiler.system import Changes
 from lumped.ensembles.laws import Array
 from lumped.ensembles.variants import Over, probabilities
 from lumped.errors import OptionError, SolverError, shown
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import listed, table
+from lumped.timeloop.run_options import RunOptions
 from lumped.tolerances.scene import Scattered, Scene, scene_of
 from lumped.tolerances.shares import refuse_correlated
 
@@ -95,13 +95,12 @@ def sobol_indices(
     over: Over,
     of: Mapping[str, Any] | Iterable[Any],
     until: float | str | None = None,
-    parameters: Changes | None = None,
-    start: Changes | None = None,
     pairs: int = 1024,
     seed: int = 0,
     confidence: float = 0.95,
     rtol: float = 1e-6,
     workers: int | None = None,
+    **options: Unpack[RunOptions],
 ) -> SobolIndices:
     """Which parameters the variance of results comes from, for functionals of any kind.
 
@@ -111,7 +110,7 @@ def sobol_indices(
 
     Parameters
     ----------
-    what, over, of, until, parameters, start, rtol, workers
+    what, over, of, until, rtol, workers
         As for `lumped.scatter`; parameters that are independent.
     pairs : int
         At least 16, best a power of two.
@@ -119,6 +118,8 @@ def sobol_indices(
         Of the scrambled Sobol points from which pairs are drawn, and of intervals.
     confidence : float
         Of the intervals, between 0 and 1.
+    **options : RunOptions
+        For a system: of each run (see `RunOptions`).
 
     Returns
     -------
@@ -142,11 +143,10 @@ def sobol_indices(
         over=over,
         of=of,
         until=until,
-        parameters=parameters,
-        start=start,
         rtol=rtol,
         workers=workers,
         analysis="sobol_indices",
+        **options,
     )
     return indices_of(scene, pairs, seed, confidence)
 

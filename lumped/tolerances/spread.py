@@ -233,6 +233,6 @@ def refuse_infinite(analysis: str, label: str, values: Array) -> None:
     if count:
         raise SolverError(
             f"{analysis}: {label} is infinite in {count} of {len(values)} runs, as the damage of a "
-            "part that breaks at once, so it is not smooth. Take method='samples'.",
+            "part that breaks at once, so it is not smooth. Take search='samples'.",
             None,
         )

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
-from lumped.functionals.of_runs import mean, peak
+from lumped.functionals import Condition, mean, peak
+from lumped.functionals.functional import refuse_other
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import utilisation
 from lumped.support.arguments import checked
@@ -266,15 +267,15 @@ class Verdict(RichHtml):
 
 
 @checked
-def verdict(found: OrderAmplitudes | Trajectory, limits: Iterable[Limit]) -> Verdict:
+def verdict(found: OrderAmplitudes | Trajectory, limits: Iterable[Limit | Condition]) -> Verdict:
     """Whether vibrations keep limits, how far these are used, and where.
 
     Parameters
     ----------
     found : OrderResponse, OrbitRange or Trajectory
         Steady vibration over the speed, or a run.
-    limits : iterable of Limit
-        The limits.
+    limits : iterable of Limit or Condition
+        The limits; of a run conditions too, such as ``lumped.functionals.rms("motor.tau") <= 40``.
 
     Returns
     -------
@@ -292,7 +293,10 @@ def verdict(found: OrderAmplitudes | Trajectory, limits: Iterable[Limit]) -> Ver
     every = tuple(limits)
     if not every:
         raise OptionError("verdict: name at least one limit.")
-    results = [_result(found, limit) for limit in every]
+    results = [
+        _bounded(found, each) if isinstance(each, Condition) else _result(found, each)
+        for each in every
+    ]
     return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)))
 
 
@@ -335,6 +339,23 @@ def _result(found: OrderAmplitudes | Trajectory, limit: Limit) -> Result:
         float(used[k]),
         float(speeds[k]),
         beyond,
+    )
+
+
+def _bounded(found: OrderAmplitudes | Trajectory, condition: Condition) -> Result:
+    """How a run stands to a bound of a functional."""
+    if not isinstance(found, Trajectory):
+        raise OptionError(f"verdict: {condition} is a limit of a run; take a Limit over the speed.")
+    refuse_other([condition.of], "run", "verdict")
+    unit = condition.of.unit(found.system)
+    low, high = condition.bounds(unit, "verdict")
+    value, is_upper = found.value(condition.of), low == -np.inf
+    part, whole, bound = (value, high, high) if is_upper else (low, value, low)
+    # a share says something only of what lies on one side of zero
+    used = part / whole if part > 0 and whole > 0 else (0.0 if part <= whole else np.inf)
+    name, measure = "condition", "at most" if is_upper else "at least"
+    return Result(
+        name, str(condition.of), unit, measure, "", "", value, bound, used, float("nan"), ()
     )
 
 

@@ -80,5 +80,5 @@ def mean_modes(
     turning = rotation(system, over, np.array([speed]), turns, at, parameters, free)
     first = turning.points[0]
     point = replace(first, x=turning.x[0], theta=turning.theta[0], settings=turning.settings[0])
-    matrix, _ = mean_matrix(small_vibrations(system, (), ()), turning, np.ones(1))
+    matrix, _ = mean_matrix(small_vibrations(turning.system, (), ()), turning, np.ones(1))
     return modes_of(finite(point), scipy.sparse.csr_array(matrix), is_mean=True)

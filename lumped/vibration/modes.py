@@ -407,7 +407,8 @@ def modes(
     if at is not None and parameters:
         raise OptionError("modes: give the parameters when making the operating point `at`.")
     point = finite(at or start_point(system, parameters=parameters))
-    return modes_of(point, scipy.sparse.csr_array(sparse_state_matrix(system, point)), near, count)
+    matrix = scipy.sparse.csr_array(sparse_state_matrix(point.system, point))
+    return modes_of(point, matrix, near, count)
 
 
 @made_once

@@ -181,7 +181,8 @@ def natural_modes(
         for k, modes in enumerate(own)
     )
     damping = np.array([drive.damping(mode, value) for mode, value in zip(found, w, strict=True)])
-    return NaturalModes(system, up_to, found, w / (2 * np.pi), damping, begin.rigid, point)
+    hertz = w / (2 * np.pi)
+    return NaturalModes(point.system, up_to, found, hertz, damping, begin.rigid, point)
 
 
 def _angular(modes: Modes) -> Real:

@@ -289,7 +289,7 @@ def order_response(
     refuse_rates(system, inputs)
     found = rotation(system, over, grid, turns, at, parameters, free)
     chosen = _orders(orders, wanted, found)
-    return _responded(system, inputs, outputs, found, chosen, wanted, damping_ratio)
+    return _responded(found.system, inputs, outputs, found, chosen, wanted, damping_ratio)
 
 
 def _responded(

@@ -342,6 +342,7 @@ def frequency_response(
     if not len(at_hertz) or not good:
         raise OptionError("frequency_response: hertz must be ascending, finite and not negative.")
     point = finite(at or start_point(system, parameters=parameters))
+    system = point.system
     matrices, given, observed = linear_matrices(system, point, inputs, outputs)
     if not given or not observed:
         raise OptionError("frequency_response: name at least one input and one output.")

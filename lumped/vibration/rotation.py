@@ -206,6 +206,7 @@ def rotation(
     else:
         points = _together(system, key, speeds, parameters)
     first = points[0]
+    system = first.system
     x = np.array([p.x for p in points])
     if key is not None and not callable(at) and at is None:
         x = _on_lines(system, speeds, points)

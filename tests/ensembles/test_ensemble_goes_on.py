@@ -410,8 +410,6 @@ def test_a_sweep_of_both_tells_the_failures_of_each(system):
 
 def test_what_a_sweep_of_functionals_cannot_do_is_refused(system, tmp_path):
     given = {"over": {"shaft.c": C}, "until": UNTIL}
-    with pytest.raises(OptionError, match="no option 'grid' for functionals"):
-        lp.sweep(system, of=OF, grid=10, **given)
     both = {**OF, "a": last}
     with pytest.raises(OptionError, match="functions or of functionals"):
         lp.sweep(system, of=both, store=tmp_path / "runs.jsonl", **given)

@@ -155,7 +155,7 @@ def test_expressions_of_modes(swinging):
         lp.modes(swinging),
         of={"share": 100 * fun.damping(0), "period": 1 / fun.frequency(0)},
         over={"spring.c": lp.normal(W**2, 1e-3)},
-        method="derivatives",
+        search="derivatives",
     )
     expected = 1e-3 * np.array([50 * Z / W**2, np.pi / W**3])
     assert [found[k].std for k in ("share", "period")] == pytest.approx(expected, rel=1e-6)

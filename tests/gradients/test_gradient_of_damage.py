@@ -157,7 +157,7 @@ def test_the_largest_torque_that_a_shaft_bears():
         system,
         minimise={"motor.tau": -1.0},
         vary={"motor.tau": (1.0, 50.0)},
-        subject_to={damage: (None, allowed)},
+        subject_to=damage <= allowed,
         until=until,
     )
     turns = int(20 * until / np.pi)

@@ -10,7 +10,6 @@ import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Inertia, SpringDamper, Torque
 from lumped.gradients import legs
-from lumped.support.progress import Progress
 from lumped.timeloop.recorder import SparingRecorder
 
 
@@ -107,7 +106,7 @@ def test_memory_does_not_grow_with_the_states_of_all_steps(sparing):
 def test_every_second_state_goes_when_there_is_no_room():
     system = chain(2)
     n = len(system.state_names)
-    recorder = SparingRecorder(0.0, 100.0, 8 * n * 40, Progress("test", 100.0))
+    recorder = SparingRecorder(lp.start_point(system), 100.0, 8 * n * 40)
     recorder.open(system)
     t = np.arange(101.0)
     x = np.outer(t, np.ones(n))

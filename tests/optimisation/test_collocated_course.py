@@ -54,7 +54,7 @@ class TestStates:
             run,
             vary={"motor.tau": (0, 100)},
             minimise={"motor.tau": 1.0},
-            subject_to={fun.final("body.w"): (speed, None)},
+            subject_to=fun.final("body.w") >= speed,
             intervals=20,
         )
         expected = speed * D / (1 - np.exp(-D * T / J))
@@ -77,7 +77,7 @@ class TestStates:
             run,
             vary={"body.J": (0.01, 50)},
             minimise={"body.J": -1.0},
-            subject_to={fun.mean("body.w"): (0.5, None)},
+            subject_to=fun.mean("body.w") >= 0.5,
         )
         t, J_found = T - begin, found.parameters["body.J"]
         way = 6 / D * (t - J_found / D * (1 - np.exp(-D * t / J_found)))

@@ -32,10 +32,10 @@ def test_shaft_and_coupling_keep_stress_and_separation_at_once():
         response_of(system, {SIZE: 0.7, DIAMETER: 0.075}),
         vary={SIZE: (0.3, 4.0), DIAMETER: (0.03, 0.12)},
         minimise=WEIGHTS,
-        subject_to={
-            fun.order_peak(STRESS): (None, LIMIT),
-            fun.separation((0.5, 1.0, 1.5), between=OPERATION): (0.1, None),
-        },
+        subject_to=[
+            fun.order_peak(STRESS) <= LIMIT,
+            fun.separation((0.5, 1.0, 1.5), between=OPERATION) >= 0.1,
+        ],
     )
     assert len(found.active) == 2
 

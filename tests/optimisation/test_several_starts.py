@@ -61,7 +61,7 @@ def test_constraints_hold_from_every_start(system):
         system,
         vary={"p": (-2, 2), "q": (-1, 1)},
         minimise={fun.final("height"): 1.0, "q": 0.1},
-        subject_to={fun.final("far"): (-0.6, None)},
+        subject_to=fun.final("far") >= -0.6,
         until=1.0,
         starts=3,
     )

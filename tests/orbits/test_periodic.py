@@ -113,6 +113,13 @@ def test_the_van_der_pol_oscillator_has_its_published_period():
     assert by.period["mu"] == pytest.approx((beside[0] - beside[1]) / (2 * step), rel=1e-5)
 
 
+def test_a_search_starts_from_a_point_of_a_run():
+    system = van_der_pol()
+    point = lp.simulate(system, until=30.0).point(25.0)
+    orbit = lp.periodic(system, near=6.5, start=point, warm_up=0.1)
+    assert orbit.period == pytest.approx(VAN_DER_POL, rel=5e-11)
+
+
 @pytest.mark.parametrize("mu", [0.5, 1.0])
 def test_an_unstable_orbit_is_found_and_called_so(mu):
     """Back in time the oscillator has the same orbit with inverse multipliers."""

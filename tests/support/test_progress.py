@@ -177,7 +177,7 @@ def test_an_empty_run_says_that_it_is_empty(monkeypatch, tmp_path):
         raise KeyboardInterrupt
 
     system = braked()
-    monkeypatch.setattr(import_module("lumped.simulation.simulate"), "found_start", interrupted)
+    monkeypatch.setattr(import_module("lumped.simulation.simulate"), "run_start", interrupted)
     with pytest.raises(Interrupted, match="Model: interrupted before the run began") as caught:
         lp.simulate(system, until=1.0)
     part = caught.value.partial

@@ -132,7 +132,7 @@ LISTS = [
     for name, function in FUNCTIONS.items()
     for p in inspect.signature(function).parameters.values()
     if takes_names(p.annotation)
-]
+] + [("simulate", "free")]  # one of the options of runs, which all have in common
 
 
 def test_all_lists_of_names_are_walked_through():

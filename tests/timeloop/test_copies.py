@@ -159,12 +159,12 @@ def made():
     over = {"shaft.c": lp.normal(300.0, 20.0), "b.J": lp.normal(1.0, 0.05)}
     second = fun.frequency(1)
     spreads = lp.scatter(modes, over=over, of=[second], runs=64)
-    expansion = lp.scatter(modes, over=over, of=[second], runs=64, method="chaos")
+    expansion = lp.scatter(modes, over=over, of=[second], runs=64, search="chaos")
     failing = lp.reliability(modes, second, above="3.8 Hz", over=over)
     rarely = lp.probability(second, above="3.8 Hz", over=over) <= 0.01
     steady = lp.tolerances.mean_plus(second, 2.0, over=over)
     stiffness = {"wheel.c": (10.0, 100.0)}
-    stiff = lp.optimise(modes, vary=stiffness, minimise={"wheel.c": -1.0}, such_that=rarely)
+    stiff = lp.optimise(modes, vary=stiffness, minimise={"wheel.c": -1.0}, subject_to=rarely)
     low = lp.optimise(modes, vary=stiffness, minimise=steady)
     t = np.linspace(0.0, 1.0, 21)
     seen = lp.simulate(system, until=1.0, grid=t, start={"a.w": 1.0})

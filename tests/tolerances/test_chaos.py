@@ -103,7 +103,7 @@ def test_what_jumps_is_not_trusted_and_what_fails_is_told():
     jumps, fails = found.spreads["y0"], found.spreads["y1"]
     assert not jumps.is_trusted
     assert "not to be trusted" in jumps.trust()
-    assert "method='samples'" in jumps.trust()
+    assert "search='samples'" in jumps.trust()
     lost = int((found.points[:, 0] > 1).sum())
     assert fails.missing.value == pytest.approx(lost / 128)
     assert len(found.failures) == lost
@@ -142,7 +142,7 @@ def test_a_natural_frequency_of_lognormal_parameters_is_lognormal():
         "body.J": lp.distributions.lognormal(2.0, 0.1),
     }
     modes = lp.modes(pendulum_on_a_spring())
-    found = lp.scatter(modes, over=over, of={"f": fun.frequency(0)}, method="chaos", runs=64)["f"]
+    found = lp.scatter(modes, over=over, of={"f": fun.frequency(0)}, search="chaos", runs=64)["f"]
     law = scipy.stats.lognorm(np.hypot(0.1, 0.05), scale=np.sqrt(1000 / 2) / (2 * np.pi))
     assert (found.mean, found.std) == pytest.approx((law.mean(), law.std()), rel=1e-5)
     assert found.quantile(0.99).value == pytest.approx(law.ppf(0.99), rel=1e-3)
@@ -164,7 +164,7 @@ def test_shares_of_small_scatter_rank_parameters_as_their_sensitivities_do():
     slopes = lp.gradient(system, of=[of], to=list(over), until=until, start=start).derivatives[0]
     expected = (slopes * deviations) ** 2 / np.sum((slopes * deviations) ** 2)
     options = {"over": over, "of": {"tau": of}, "until": until, "start": start}
-    found = lp.scatter(system, method="chaos", runs=20, **options)["tau"]
+    found = lp.scatter(system, search="chaos", runs=20, **options)["tau"]
     print(found.total)
     assert shares(found.total, over) == pytest.approx(expected, abs=1e-3)
     assert [name for name, _ in found.ranking] == [[*over][j] for j in np.argsort(-expected)]
@@ -181,7 +181,7 @@ def test_statistics_of_three_masses_are_those_of_a_hundred_thousand_runs():
         over=over,
         of=task.of,
         until=task.until,
-        method="chaos",
+        search="chaos",
         runs=512,
         gradients=False,
     )
@@ -203,7 +203,7 @@ def test_statistics_of_three_masses_are_those_of_a_hundred_thousand_runs():
 
 
 def test_gradients_are_for_polynomials_only():
-    with pytest.raises(OptionError, match="gradients=False is for method='chaos'"):
+    with pytest.raises(OptionError, match="gradients=False is for search='chaos'"):
         lp.scatter(
             wheel(),
             over={"body.J": lp.normal(4.0, 0.1)},

@@ -65,15 +65,15 @@ def test_an_ensemble_tells_infinite_damage(part, damage):
 
 
 @pytest.mark.parametrize(
-    "how", [{"method": "derivatives"}, {"method": "chaos", "gradients": False}]
+    "how", [{"search": "derivatives"}, {"search": "chaos", "gradients": False}]
 )
 def test_what_needs_smooth_functions_says_so(part, damage, how):
-    with pytest.raises(SolverError, match=r"infinite in \d+ of 64 runs.*method='samples'"):
+    with pytest.raises(SolverError, match=r"infinite in \d+ of 64 runs.*search='samples'"):
         lp.scatter(part, over=MEAN, of=damage, until=PERIODS, runs=64, **how)
 
 
 def test_polynomials_with_gradients_tell_the_runs_that_break(part, damage):
-    found = lp.scatter(part, over=MEAN, of=damage, until=PERIODS, runs=64, method="chaos")
+    found = lp.scatter(part, over=MEAN, of=damage, until=PERIODS, runs=64, search="chaos")
     told = [i for i, reason in found.failures.items() if "breaks at once" in reason]
     assert told == np.flatnonzero(found.points[:, 0] > ULTIMATE).tolist()
     assert found[str(damage)].missing.value == len(found.failures) / 64

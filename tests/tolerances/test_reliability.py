@@ -126,7 +126,7 @@ def test_torques_that_depend_on_each_other(pull):
 
 def test_torques_that_follow_from_each_other(pull):
     whole = correlated(normals(), np.ones((3, 3)))
-    found = lp.reliability(pull, fun.final("a.w"), above=12.0, over=whole, until=1.0, method="sorm")
+    found = lp.reliability(pull, fun.final("a.w"), above=12.0, over=whole, until=1.0, search="sorm")
     assert found.beta == pytest.approx((24 - MEANS.sum()) / STDS.sum(), rel=1e-6)
 
 
@@ -136,7 +136,7 @@ def test_a_frequency_of_lognormal_parameters(swing):
     beta = np.log(1.2) / np.hypot(0.05, 0.025)
     at = np.array([400, 1]) * np.exp(np.log(1.2) * np.array([0.1**2, -(0.05**2)]) / 2 / 0.003125)
     for method in ("form", "sorm"):
-        found = lp.reliability(swing, fun.frequency(0), above=limit, over=over, method=method)
+        found = lp.reliability(swing, fun.frequency(0), above=limit, over=over, search=method)
         print(method, found.beta / beta - 1)
         assert found.beta == pytest.approx(beta, rel=1e-7)
         assert [*found.design_point.values()] == pytest.approx(at, rel=1e-5)
@@ -200,12 +200,12 @@ def test_second_order_meets_the_share_of_many_samples(torsion, monte_carlo):
         for n, low in (("a.J", 0.1), ("b.J", 0.1))
     }
     found = {
-        method: lp.reliability(torsion, fun.frequency(0), above=5.0, over=over, method=method)
+        method: lp.reliability(torsion, fun.frequency(0), above=5.0, over=over, search=method)
         for method in ("form", "sorm")
     }
     for method, one in found.items():
         print(method, one.probability / share - 1, "+-", error)
-    assert "compare with method='sorm'" in repr(found["form"])
+    assert "compare with search='sorm'" in repr(found["form"])
     bent = found["sorm"].second_order[0]
     print(found["sorm"])
     assert bent.source == "second derivatives"
@@ -214,7 +214,7 @@ def test_second_order_meets_the_share_of_many_samples(torsion, monte_carlo):
     first, second = (abs(found[m].probability / share - 1) for m in ("form", "sorm"))
     assert second < first
     sampled = lp.reliability(
-        torsion, fun.frequency(0), above=5.0, over=over, method="importance", runs=400
+        torsion, fun.frequency(0), above=5.0, over=over, search="importance", runs=400
     )
     print(sampled)
     assert sampled.interval[0] < share < sampled.interval[1]
@@ -226,7 +226,7 @@ def test_second_order_of_a_run_has_the_curvature_of_its_closed_form(pull):
     middle, wide = np.array([10.0, 4.0]), np.array([0.25, 0.4])
     over = {n: lognormal(m, a) for n, m, a in zip(TORQUES[:2], middle, wide, strict=True)}
     common = {"above": 15.0, "over": over, "until": 1.0, "parameters": {"r.tau": 8.0}}
-    found = lp.reliability(pull, fun.final("a.w"), method="sorm", **common)
+    found = lp.reliability(pull, fun.final("a.w"), search="sorm", **common)
     (bent,) = found.second_order
     at = np.array([*found.design_point.values()])
     by, bend = wide * at, wide**2 * at
@@ -255,7 +255,7 @@ def test_a_run_is_made_level_by_level(pull):
     over = normals()
     beta = (24 - MEANS.sum()) / np.linalg.norm(STDS)
     found = lp.reliability(
-        pull, fun.final("a.w"), above=12.0, over=over, until=1.0, method="subset", runs=2000, seed=2
+        pull, fun.final("a.w"), above=12.0, over=over, until=1.0, search="subset", runs=2000, seed=2
     )
     print(found)
     assert found.interval[0] < norm.sf(beta) < found.interval[1]
@@ -283,7 +283,7 @@ def test_what_is_printed_and_drawn(pull, swing):
     assert "<table" in first._repr_html_()
     with lp.display_units({"N.m": "kN.m"}):
         assert " kN.m " in repr(first)
-    levels = lp.reliability(pull, fun.final("a.w"), method="subset", runs=100, **common)
+    levels = lp.reliability(pull, fun.final("a.w"), search="subset", runs=100, **common)
     assert "moves accepted" in repr(levels)
     assert "<table" in levels._repr_html_()
     for found, label in ((first, "importance factor, %"), (levels, "final(a.w), 1/min")):
@@ -300,9 +300,9 @@ def test_what_is_printed_and_drawn(pull, swing):
     ("changes", "kind", "words"),
     [
         ({"runs": 500}, OptionError, "runs = 500 is for samples"),
-        ({"method": "importance", "runs": 5}, OptionError, "at least 100"),
-        ({"method": "subset", "starts": 3}, OptionError, "method='subset' has none"),
-        ({"method": "subset", "to": ["a.J"]}, OptionError, "to = is for derivatives"),
+        ({"search": "importance", "runs": 5}, OptionError, "at least 100"),
+        ({"search": "subset", "starts": 3}, OptionError, "search='subset' has none"),
+        ({"search": "subset", "to": ["a.J"]}, OptionError, "to = is for derivatives"),
         ({"starts": 0}, OptionError, "starts = 0"),
         ({"seed": -1}, OptionError, "seed = -1"),
         ({"to": ["t.tau"]}, OptionError, "t.tau scatters"),
@@ -314,7 +314,7 @@ def test_what_is_printed_and_drawn(pull, swing):
         ({"over": {"a.J": lp.normal(1.0, 1.0)}}, ParameterError, "a.J .* greater than 0 kg.m2"),
         ({"above": 1e3}, SolverError, "is met nowhere .* at beta = 8"),
         ({"below": 1e3, "above": None}, SolverError, "is met everywhere"),
-        ({"method": "importance", "above": 1e3}, SolverError, "is met nowhere"),
+        ({"search": "importance", "above": 1e3}, SolverError, "is met nowhere"),
         ({"over": {"t.tau": lp.normal(1.0, 0.1)}, "until": 1e-9}, SolverError, "nowhere"),
     ],
 )
@@ -335,7 +335,7 @@ def test_runs_without_the_event_are_told():
         over={"pull.tau": lp.normal(-1.0, 0.12)},
         until=1.55,
         start={"a.phi": 0.0, "a.w": 0.0},
-        method="subset",
+        search="subset",
         runs=1000,
     )
     print(found)
@@ -355,10 +355,10 @@ def test_what_has_no_derivative_names_the_method_that_needs_none():
     system = lp.assemble(pulled_to_a_stop())
     call = {"above": 0.5, "over": {"pull.tau": lp.normal(-1.0, 0.12)}, "until": 1.5}
     call["start"] = {"a.phi": 0.0, "a.w": 0.0}
-    with pytest.raises(OptionError, match="method='subset' needs no derivatives") as caught:
+    with pytest.raises(OptionError, match="search='subset' needs no derivatives") as caught:
         lp.reliability(system, fun.count("stop", "closed"), **call)
     print(caught.value)
-    found = lp.reliability(system, fun.count("stop", "closed"), method="subset", runs=1000, **call)
+    found = lp.reliability(system, fun.count("stop", "closed"), search="subset", runs=1000, **call)
     assert found.probability == pytest.approx(norm.sf((2 / 1.5**2 - 1) / 0.12), rel=0.1)
 
 

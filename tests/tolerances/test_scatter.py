@@ -26,7 +26,7 @@ def linear(driven, **more):
 
 @pytest.mark.parametrize("method", ["samples", "derivatives"])
 def test_a_sum_of_normal_torques(driven, method):
-    found = linear(driven, method=method, seed=4, **({"runs": 4000} if method == "samples" else {}))
+    found = linear(driven, search=method, seed=4, **({"runs": 4000} if method == "samples" else {}))
     own = found[SPEED]
     true = scipy.stats.norm(8.0, np.sqrt(5.0) / 4)
     exact = method == "derivatives"
@@ -61,7 +61,7 @@ def test_correlated_torques_add_their_covariance(driven):
     true = np.sqrt(4 + 1 - 2 * 0.8 * 2) / 4
     for method, room in (("derivatives", 1e-3), ("samples", 0.09)):
         found = lp.scatter(
-            driven, over=over, of=fun.final("body.w"), until=1.0, method=method, seed=1
+            driven, over=over, of=fun.final("body.w"), until=1.0, search=method, seed=1
         )[SPEED]
         print(f"{method}: {found.std / true - 1:.1e}")
         assert found.std == pytest.approx(true, rel=room)
@@ -77,7 +77,7 @@ def test_the_frequency_of_a_lognormal_stiffness_is_lognormal():
     over = {"spring.c": lognormal(1000.0, 0.1), "body.J": lognormal(2.0, 0.05)}
     true = scipy.stats.lognorm(np.hypot(0.05, 0.025), scale=np.sqrt(500.0) / (2 * np.pi))
     sampled = lp.scatter(modes, over=over, of=fun.frequency(0), runs=20_000, seed=5)
-    expanded = lp.scatter(modes, over=over, of=fun.frequency(0), method="derivatives")
+    expanded = lp.scatter(modes, over=over, of=fun.frequency(0), search="derivatives")
     own = sampled["frequency(0)"]
     for q in (0.001, 0.1, 0.5, 0.9, 0.999):
         found, by = own.quantile(q), expanded["frequency(0)"].quantile(q)
@@ -108,12 +108,12 @@ def test_the_check_of_derivatives_tells_when_not_to_trust_them():
         modes,
         over={"spring.c": lp.normal(1000.0, 60.0)},
         of={"away": fun.clearance([1.001 * hertz]), "f": fun.frequency(0)},
-        method="derivatives",
+        search="derivatives",
     )
     print(found)
     assert found["f"].is_trusted
     assert not found["away"].is_trusted
-    assert "not to be trusted, take method='samples'" in repr(found)
+    assert "not to be trusted, take search='samples'" in repr(found)
 
 
 def test_the_ranking_in_the_small_is_that_of_the_derivatives(driven):
@@ -127,7 +127,7 @@ def test_the_ranking_in_the_small_is_that_of_the_derivatives(driven):
     gradient = lp.gradient(system, of=[of], to=names, until=1.0, start=start)
     expected = gradient.relative[0] ** 2 / (gradient.relative[0] ** 2).sum()
     run = lp.scatter(system, over=over, of=of, until=1.0, start=start, runs=3000, sampling="latin")
-    expanded = lp.scatter(system, over=over, of=of, until=1.0, start=start, method="derivatives")
+    expanded = lp.scatter(system, over=over, of=of, until=1.0, start=start, search="derivatives")
     ranked = [name for name, _ in gradient.ranked(str(of))]
     for found in (run, expanded):
         shares = dict(found[str(of)].ranking)
@@ -254,7 +254,7 @@ def test_second_derivatives_of_a_run_are_as_exact_as_differences_allow(rtol):
 
 def test_a_run_is_expanded_to_second_order():
     found = lp.scatter(
-        lp.assemble(Filled()), over=FILLED, of=fun.peak("x"), until=UNTIL, method="derivatives"
+        lp.assemble(Filled()), over=FILLED, of=fun.peak("x"), until=UNTIL, search="derivatives"
     )["peak(x)"]
     m = moments(0.8)
     # x = u m0(k) with u and k normal: variance of the expansion about the means
@@ -274,7 +274,7 @@ def test_an_expansion_is_of_first_order_where_derivatives_end_beside_the_mean():
         over={"brake.f_max": lp.normal(20 / 2.1 + 1e-3, 0.4)},
         of=fun.instant("brake", "stuck"),
         until=2.1,
-        method="derivatives",
+        search="derivatives",
     )
     print(found)
     assert found["instant(brake, stuck, 0)"].order == 1

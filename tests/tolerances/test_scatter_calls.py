@@ -54,7 +54,7 @@ def test_wrong_calls_are_refused_by_name(driven):
             r"scatter: frequency\(0\) is no functional of a run",
         ),
         (
-            {"until": 1.0, "over": NORMAL, "method": "derivatives", "sampling": "sobol"},
+            {"until": 1.0, "over": NORMAL, "search": "derivatives", "sampling": "sobol"},
             OptionError,
             r"scatter: sampling is for samples and chaos",
         ),
@@ -62,7 +62,7 @@ def test_wrong_calls_are_refused_by_name(driven):
     for given, kind, text in calls:
         with pytest.raises(kind, match=text):
             lp.scatter(driven, **({"of": of} | given))
-    with pytest.raises(OptionError, match=r"scatter: until, parameters and start belong to a sys"):
+    with pytest.raises(OptionError, match=r"scatter: until: options of runs belong to a system"):
         lp.scatter(
             lp.modes(pair()), over={"s.c": lp.normal(1e3, 1.0)}, of=fun.frequency(0), until=1
         )

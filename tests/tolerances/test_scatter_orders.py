@@ -94,5 +94,5 @@ def test_second_derivatives_are_those_of_dense_solutions(response):
     error = np.abs(received - expected).max() / np.abs(expected).max()
     print(error)
     assert error < 1e-5
-    found = lp.scatter(response, over=over, of=of, method="derivatives")[str(of)]
+    found = lp.scatter(response, over=over, of=of, search="derivatives")[str(of)]
     assert found.order == 2

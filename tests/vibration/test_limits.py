@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.components import Fixed, Spring, Torque
+from lumped.components import Fixed, Inertia, Spring, Torque
 from lumped.errors import LumpedError, OptionError
 from lumped.vibration import BarredRange, Limit, MarineShaft
 from tests.vibration.torsional_cases import DATA, RPM, blades, columns, marine
@@ -130,6 +130,24 @@ def test_a_run_is_judged_between_its_output_times(grid):
     found = lp.vibration.verdict(run, [Limit("spring.tau", 19.999)])
     assert found.results[0].value == pytest.approx(20.0, rel=1e-6)
     assert not found.passed
+
+
+def test_a_run_is_judged_by_conditions_of_functionals():
+    """``w = 2 t``, so its mean square over 3 s is ``4 * 3**2 / 3``."""
+    drive = lp.compose(
+        motor=Torque(tau=4.0), body=Inertia(J=2.0), connections=lambda m: lp.chain(m.motor, m.body)
+    )
+    run = lp.simulate(lp.assemble(drive), until=3.0)
+    w, fun = "body.w", lp.functionals
+    conditions = [fun.rms(w) <= 4.0, fun.final(w) >= "60 rpm", fun.lowest(w) <= -1.0]
+    found = {(r.quantity, r.measure): r for r in lp.vibration.verdict(run, conditions).results}
+    assert found["rms(body.w)", "at most"].utilisation == pytest.approx(np.sqrt(12) / 4, rel=1e-7)
+    assert found["final(body.w)", "at least"].utilisation == pytest.approx(2 * np.pi / 6, rel=1e-7)
+    assert not found["lowest(body.w)", "at most"].passed
+    with pytest.raises(LumpedError, match="is no functional of a run"):
+        lp.vibration.verdict(run, [fun.frequency(0) <= 3.0])
+    with pytest.raises(LumpedError, match="limit of a run"):
+        lp.vibration.verdict(turbine(np.array([20.0])), [fun.rms("shaft.tau") <= 3.0])
 
 
 @pytest.mark.parametrize(

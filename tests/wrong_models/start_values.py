@@ -222,12 +222,12 @@ def start_in_no_position():
     lp.start_point(build(lambda m: [], part=Contrary()), start={"part.y": 0.0})
 
 
-@wrong(OptionError, "start = Model at t = 2 s", "names as keys")
-def derivatives_from_a_point():
-    """Derivatives of a run that goes on from a point."""
+@wrong(OptionError, "parameters that start values determine", "free=...")
+def derivatives_through_a_free_parameter():
+    """Derivatives of a run whose start values determine a parameter."""
     system = braked_drive()
     of = [lp.functionals.final("rotor.w")]
-    lp.gradient(system, of=of, until=3.0, start=lp.start_point(system, time=2.0))
+    lp.gradient(system, of=of, until=3.0, free=["rotor.J"])
 
 
 @wrong(UnknownNameError, "'drive.tau' is no parameter", "3 * sin(time)", "give a number")

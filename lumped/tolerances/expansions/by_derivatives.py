@@ -80,7 +80,7 @@ class ExpandedSpread(Spread):
     def trust(self) -> str:
         """How far the expansion holds, in words."""
         order = "second order" if self.order == 2 else "first order"
-        verdict = "to be trusted" if self.is_trusted else "not to be trusted, take method='samples'"
+        verdict = "to be trusted" if self.is_trusted else "not to be trusted, take search='samples'"
         return f"{order}, misses {100 * self.error:.2g} % of the deviation: {verdict}"
 
 
@@ -126,7 +126,7 @@ def by_derivatives(scene: Scene, runs: int, seed: int) -> ByDerivatives:
     if scene.failures:
         raise SolverError(
             f"{scene.analysis}: there are no derivatives at the mean: {scene.failures[0]} Take "
-            "method='samples'.",
+            "search='samples'.",
             None,
         )
     points = scene.draw(runs, seed)
@@ -143,7 +143,7 @@ def by_derivatives(scene: Scene, runs: int, seed: int) -> ByDerivatives:
         if not (slope.any() or curvature.any()):
             raise OptionError(
                 f"{scene.analysis}: nothing that scatters changes {label} near the mean. Leave it "
-                "out, or take method='samples'."
+                "out, or take search='samples'."
             )
         found = _expanded(many - means, value, slope, curvature)
         if independent:

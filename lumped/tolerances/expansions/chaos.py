@@ -137,7 +137,7 @@ class PolynomialSpread(Spread):
             "to be trusted"
             if self.is_trusted
             else "not to be trusted, since it jumps or has kinks over these ranges or the runs are "
-            "too few; take more, or method='samples'"
+            "too few; take more, or search='samples'"
         )
         return (
             f"degree {self.expansion.degree} from {kind}, predicts "
@@ -229,7 +229,7 @@ def by_chaos(
     if failures:
         notes = (
             f"{len(failures)} of {runs} runs have no value; there the polynomials go on from the "
-            "others. method='samples' leaves out what has no value.",
+            "others. search='samples' leaves out what has no value.",
         )
     return ByChaos(spreads, x, values, failures, notes)
 

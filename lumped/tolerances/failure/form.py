@@ -115,7 +115,7 @@ def points_of(limit: Limit, every: Sequence[Search]) -> tuple[DesignPoint, ...]:
         raise SolverError(
             f"{limit.head}: at {saddle} the limit bends around the median more than a sphere, so "
             "combinations beside this one are more likely, and none was found. Take more starts, "
-            "or method='subset'."
+            "or search='subset'."
         )
     return tuple(points)
 
@@ -202,12 +202,12 @@ def nothing_found(limit: Limit, every: Sequence[Search]) -> OptionError | Solver
     if not known:
         return SolverError(
             f"{limit.head}: no derivatives at the median of the parameters: {limit.reason} "
-            "method='subset' needs none."
+            "search='subset' needs none."
         )
     if all(search.is_flat for search in known):
         return OptionError(
             f"{limit.head} does not depend on {', '.join(limit.scene.names)} near their median: "
-            "all derivatives are zero. Vary something else, or take method='subset', which needs "
+            "all derivatives are zero. Vary something else, or take search='subset', which needs "
             "no derivatives."
         )
     if not limit.is_crossed:
@@ -216,7 +216,7 @@ def nothing_found(limit: Limit, every: Sequence[Search]) -> OptionError | Solver
         _bent(limit, search.u)
     return SolverError(
         f"{limit.head}: no design point was found in {sum(s.count for s in every)} evaluations. "
-        "Take tighter rtol, or method='subset', which needs no design point."
+        "Take tighter rtol, or search='subset', which needs no design point."
     )
 
 
@@ -236,7 +236,7 @@ def _bent(limit: Limit, u: Array) -> float:
         if not np.isfinite(slopes).all():
             raise SolverError(
                 f"{limit.head} has no derivative beside its design point at "
-                f"{limit.combination(u)}: {limit.reason} method='subset' needs none."
+                f"{limit.combination(u)}: {limit.reason} search='subset' needs none."
             )
         sizes = np.linalg.norm(slopes, axis=1, keepdims=True)
         normals = slopes / np.maximum(sizes, np.finfo(float).tiny)
@@ -250,5 +250,5 @@ def _bent(limit: Limit, u: Array) -> float:
     raise SolverError(
         f"{limit.head} has a kink at its design point, {limit.combination(u)}: on its two sides "
         f"the normals of the limit are ({first}) and ({second}), so beta says nothing about the "
-        "probability. Take method='importance' or method='subset'."
+        "probability. Take search='importance' or search='subset'."
     )

@@ -87,7 +87,7 @@ def around(limit: Limit, points: Sequence[Array], runs: int, seed: int) -> Sampl
     if not rare:
         raise SolverError(
             f"{limit.head}: none of {runs} samples around {limit.combination(middle[0])} lies "
-            f"beyond the limit. {limit.reason} Take method='subset'."
+            f"beyond the limit. {limit.reason} Take search='subset'."
         )
     deviation = float(counted.std() / np.sqrt(runs) / rare)
     unknown = float(np.where(failed, weights, 0.0).mean())
@@ -98,13 +98,13 @@ def around(limit: Limit, points: Sequence[Array], runs: int, seed: int) -> Sampl
         remarks.append(
             f"{limit.combination(first)} lies beyond the limit at a distance of "
             f"{np.linalg.norm(first):.3g}, nearer than the design point at {distances.min():.3g}; "
-            "more of these may have been missed, so compare with method='subset'"
+            "more of these may have been missed, so compare with search='subset'"
         )
     most = counted.max() / counted.sum()
     if most > _MOST:
         remarks.append(
             f"one sample makes {most:.0%} of the estimate, so its interval is too narrow; take "
-            "more runs, or method='subset'"
+            "more runs, or search='subset'"
         )
     return Sampled(
         *interval(rare, deviation, unknown, limit.is_kept_by_median),

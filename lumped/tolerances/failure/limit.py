@@ -103,7 +103,7 @@ class Limit:
             values, by = self.scene.slopes(x)
         except OptionError as error:
             raise OptionError(
-                f"{self.head}: {error} method='subset' needs no derivatives."
+                f"{self.head}: {error} search='subset' needs no derivatives."
             ) from None
         self.evaluations += len(u)
         self.gradients += len(u)
@@ -142,7 +142,7 @@ class Limit:
         if not np.isfinite(by).all():
             raise SolverError(
                 f"{self.head} has no derivatives at its design point, {self.combination(u)}: "
-                f"{next(iter(self.scene.failures.values()), '')} method='subset' needs none."
+                f"{next(iter(self.scene.failures.values()), '')} search='subset' needs none."
             )
         found: Array = self.sign * by[0, self.row]
         return found

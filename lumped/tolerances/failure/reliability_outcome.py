@@ -179,8 +179,8 @@ class Reliability(RichHtml):
     def _nearest(self) -> DesignPoint:
         if not self.points:
             raise OptionError(
-                f"reliability: {self.event}: there is no design point with method="
-                f"'{self.method}'. {self.remarks[0] if self.remarks else ''} Take method='form'."
+                f"reliability: {self.event}: there is no design point with search="
+                f"'{self.method}'. {self.remarks[0] if self.remarks else ''} Take search='form'."
             )
         return self.points[0]
 

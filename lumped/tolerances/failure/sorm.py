@@ -73,7 +73,7 @@ def curved(limit: Limit, point: DesignPoint) -> Curved:
         raise SolverError(
             f"{limit.head}: at the design point {limit.combination(point.u)} the limit bends "
             f"around the median nearly as a sphere or more (1 + beta kappa = {least:.3g}), so it "
-            "has no probability to second order. Take method='importance' or method='subset'."
+            "has no probability to second order. Take search='importance' or search='subset'."
         )
     estimates = [rare / math.sqrt(np.prod(1 + slope * kappa)) for slope in (beta, sign * hazard)]
     plain, better = (p if sign > 0 else 1 - p for p in estimates)
@@ -122,6 +122,6 @@ def _bent(limit: Limit, point: DesignPoint) -> tuple[Array, Source]:
     if not np.isfinite(found).all():
         raise SolverError(
             f"{limit.head}: no derivatives around the design point {limit.combination(point.u)}: "
-            f"{limit.reason} method='subset' needs none."
+            f"{limit.reason} search='subset' needs none."
         )
     return found, "gradients around it"
