@@ -18,8 +18,8 @@ from pathlib import Path
 
 import benchmarks
 from benchmarks import summary
+from benchmarks.harness import RESULTS
 
-RESULTS = Path(__file__).parent / "results"
 VERSIONS = ("casadi", "numpy", "scipy", "llvmlite")
 
 
