@@ -155,11 +155,12 @@ def main() -> None:
     system = chain()
     names = [f"body[{i}].J" for i in range(COUNT)] + [f"shaft[{i}].c" for i in range(COUNT - 1)]
     names.append("load.tau")
-    final = functionals.final(f"body[{COUNT - 1}].w")
+    speed = f"body[{COUNT - 1}].w"
+    final = functionals.final(speed)
     rms, peak = functionals.rms("shaft[50].tau"), functionals.peak("shaft[50].tau")
     run = partial(lp.simulate, system, until=END, grid=None)
     back = partial(lp.gradient, system, to=names, until=END, rtol=RTOL)
-    ahead = partial(lp.sensitivity, system, of=[final.name], until=END, rtol=RTOL, grid=1)
+    ahead = partial(lp.sensitivity, system, of=[speed], until=END, rtol=RTOL, grid=1)
     cases = [
         ("run", 0, partial(run, rtol=RTOL)),
         ("run with the steps of derivatives", 0, partial(run, rtol=TIGHTER * RTOL)),

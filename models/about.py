@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import lumped as lp
 from lumped.simulation.sizing import Limit
 
-__all__ = ["About", "Measure", "Motor", "extremes", "shared"]
+__all__ = ["About", "Measure", "Motor", "extremes", "numbered", "shared", "sized"]
 
 
 class Motor(NamedTuple):
@@ -72,6 +72,11 @@ class Measure(NamedTuple):
     quantity: str
     unit: str
     value: float
+
+
+def numbered(text: str, unit: str, values: Iterable[float]) -> list[Measure]:
+    """Values of one kind, counted from 1."""
+    return [Measure(f"{text} {i}", unit, float(value)) for i, value in enumerate(values, 1)]
 
 
 def extremes(run: lp.Trajectory, about: About) -> Iterator[Measure]:

@@ -8,13 +8,13 @@ restored by derivation, [I] inferred, [A] assumed as the source does not give it
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 import lumped as lp
-from lumped.models import Row
-from lumped.models.about import Measure, extremes, shared
+from lumped.models import Machine, Row
+from lumped.models.about import Measure, shared
 from lumped.models.carrousel_coiler import sizing
 from lumped.models.carrousel_coiler.about import ABOUT
 from lumped.models.carrousel_coiler.drive import (
@@ -35,9 +35,6 @@ from lumped.models.carrousel_coiler.scenes import (
     tension_deviation,
 )
 from lumped.models.carrousel_coiler.turret import half_turn
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 EXAMPLE_1, EXAMPLE_2, DRAWING = "[P] example 3.1", "[P] example 3.2", "[P] drawing"
 RESTORED, INFERRED = "not published, [R]", "not published, [I]"
@@ -182,45 +179,23 @@ def _extremes() -> Iterator[Row]:
         yield Row(f"turret drive, {name} torque of half a turn", "kN.m", None, found, ASSUMED, note)
 
 
-def model() -> UnderTension:
-    """The machine to draw and to report on."""
-    return UnderTension()
-
-
-def scene(until: float = 30.0, **options: Any) -> lp.Trajectory:
-    """The run whose error is shown against run time."""
+def scene(until: float, **options: Any) -> lp.Trajectory:
+    """A full coil is wound under torque control, or a part of it."""
     return elastic_winding(until=until if np.isfinite(until) else None, **options)
 
 
-def start_values(
-    system: lp.System, parameters: Mapping[str, Any] | None = None
-) -> dict[str, float] | None:
-    """Start values of that run, which hold with changed parameters."""
-    return {}
-
-
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
-    """Start of that run with changed parameters."""
-    return lp.start_point(system, parameters=parameters)
-
-
-def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """Effects of changed parameters: a coil wound by the line, and by torque control."""
+def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
+    """Demand of a coil that the line winds, with changed parameters."""
     system = lp.assemble(UnderTension())
-    run = winding(grid=4000, rtol=1e-9, parameters=shared(system, parameters))
-    asked = sizing.demand(run, sizing.chosen_motor())
-    found = [
+    wound = winding(grid=4000, rtol=1e-9, parameters=shared(system, parameters))
+    asked = sizing.demand(wound, sizing.chosen_motor())
+    return [
         Measure("prescribed motion, greatest motor power", "W", asked.peak_power),
         Measure("prescribed motion, greatest motor torque", "N.m", asked.peak_torque),
         Measure("prescribed motion, RMS motor torque", "N.m", asked.rms_torque),
-        Measure("strip in the coil", "m", float(run["drive.coil.L"][-1])),
-        Measure("mass of the coil", "kg", float(run["drive.coil.m"][-1])),
+        Measure("strip in the coil", "m", float(wound["drive.coil.L"][-1])),
+        Measure("mass of the coil", "kg", float(wound["drive.coil.m"][-1])),
     ]
-    return [*found, *extremes(scene(ABOUT.until, parameters=parameters, grid=4000), ABOUT)]
 
 
-def plots() -> dict[str, Figure]:
-    """Figures by name."""
-    from lumped.models.carrousel_coiler.figures import figures
-
-    return figures()
+MACHINE = Machine("carrousel_coiler", ABOUT, rows, UnderTension, scene, effects, short=30.0)

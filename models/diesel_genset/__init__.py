@@ -7,13 +7,13 @@ The drive and its source are described in `lumped.models.diesel_genset.drive`, i
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 import lumped as lp
-from lumped.models import Row
-from lumped.models.about import Measure, extremes
+from lumped.models import Machine, Row
+from lumped.models.about import Measure, numbered
 from lumped.models.diesel_genset.about import ABOUT
 from lumped.models.diesel_genset.drive import SHAFTS, Genset
 from lumped.models.diesel_genset.scenes import (
@@ -26,9 +26,6 @@ from lumped.models.diesel_genset.scenes import (
     run_up,
     starting,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PICTURE = "picture of the example [P]"
 NOT = "not published [R]"
@@ -87,46 +84,22 @@ def _natural() -> list[Row]:
     ]
 
 
-def model() -> Genset:
-    """The machine to draw and to report on."""
-    return Genset()
-
-
-def scene(until: float = 0.2, **options: Any) -> lp.Trajectory:
-    """The run whose error is shown against run time."""
-    return run_up(until, **options)
-
-
-def start_values(
-    system: lp.System, parameters: Mapping[str, Any] | None = None
-) -> dict[str, float] | None:
-    """None: the run begins from an equilibrium, which is searched for."""
-    return None
-
-
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
-    """Start of that run with changed parameters."""
-    return starting(system, parameters)
-
-
-def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """Effects of changed parameters: natural frequencies, steady vibration, the start."""
-    run = scene(ABOUT.until, parameters=parameters, grid=8000)
+def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
+    """Natural frequencies and steady vibration with changed parameters."""
     modes = mean_modes(Genset(), parameters)
     hertz = lp.vibration.mass_elastic(modes, over="flywheel.phi").hertz
-    found = [
-        Measure(f"natural frequency, mode {i}", "Hz", float(f)) for i, f in enumerate(hertz, 1)
-    ]
+    found = numbered("natural frequency, mode", "Hz", hertz)
     of = [*SHAFTS, "coupling.tau"]
     steady = response(np.arange(1000.0, 1801.0, 50.0), Genset(), of, parameters)
     for name in of:
         size = steady.synthesis(name).maximum.max()
         found.append(Measure(f"largest vibration of {name}", "N.m", float(size)))
-    return [*found, *extremes(run, ABOUT)]
+    return found
 
 
-def plots() -> dict[str, Figure]:
-    """Figures by name."""
-    from lumped.models.diesel_genset.figures import figures
-
-    return figures()
+MACHINE = Machine(
+    *("diesel_genset", ABOUT, rows, Genset, run_up, effects),
+    short=0.2,
+    searched=starting,
+    grid=8000,
+)

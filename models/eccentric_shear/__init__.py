@@ -14,13 +14,13 @@ peak.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 import lumped as lp
-from lumped.models import Row
-from lumped.models.about import Measure, extremes, shared
+from lumped.models import Machine, Row
+from lumped.models.about import Measure, numbered, shared
 from lumped.models.eccentric_shear.about import ABOUT
 from lumped.models.eccentric_shear.scenes import (
     SLOW,
@@ -48,9 +48,6 @@ from lumped.models.eccentric_shear.stand import (
     GuidedShear,
     PrintedShear,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ANGLES = "angles of the cycle [P]"
 FIGURE = "figure 3 and its text [P]"
@@ -166,11 +163,6 @@ def rows() -> list[Row]:
     ]
 
 
-def model() -> FreeShear:
-    """The machine to draw and to report on."""
-    return FreeShear()
-
-
 def reductions(
     size: str = "peak",
     ellipses: Sequence[float] = ELLIPSES,
@@ -204,38 +196,19 @@ def _at_the_change() -> Iterator[float]:
             yield float((motions(run, shear)[at[side]] ** 2).sum() / 1e3)
 
 
-def scene(until: float = 6.0, **options: Any) -> lp.Trajectory:
-    """The run whose error is shown against run time."""
-    return free_run(until=until, **options)
-
-
-def start_values(
-    system: lp.System, parameters: Mapping[str, Any] | None = None
-) -> dict[str, float] | None:
-    """Start values of that run, which hold with changed parameters."""
-    return upright(PrintedShear)
-
-
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
-    """Start of that run with changed parameters."""
-    return lp.start_point(system, parameters=parameters, start=start_values(system))
-
-
-def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """Effects of changed parameters: torque at constant crank speed, and the free run."""
+def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
+    """Torque at constant crank speed, and what impacts leave, with changed parameters."""
     demand = turn(CrankTurned, parameters=shared(lp.assemble(CrankTurned()), parameters))
-    found = [
+    return [
         Measure("constant crank speed, greatest motor torque", "N.m", demand.peak),
         Measure("constant crank speed, RMS motor torque", "N.m", demand.rms),
+        *numbered("speed of the crank kept at impact", "1", kept(run)),
     ]
-    run = scene(ABOUT.until, parameters=parameters, grid=8000)
-    for i, share in enumerate(kept(run), 1):
-        found.append(Measure(f"speed of the crank kept at impact {i}", "1", share))
-    return [*found, *extremes(run, ABOUT)]
 
 
-def plots() -> dict[str, Figure]:
-    """Figures by name."""
-    from lumped.models.eccentric_shear.figures import figures
-
-    return figures()
+MACHINE = Machine(
+    *("eccentric_shear", ABOUT, rows, FreeShear, free_run, effects),
+    short=6.0,
+    given=lambda system, parameters: upright(PrintedShear),
+    grid=8000,
+)

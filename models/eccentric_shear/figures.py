@@ -24,33 +24,19 @@ from lumped.models.eccentric_shear.stand import (
     GuidedShear,
     PrintedShear,
 )
-
-__all__ = ["figures"]
-
-
-def figures() -> dict[str, Figure]:
-    """Figures by name."""
-    return {
-        "inertia": _draw_inertia(),
-        "ellipses": _draw_ellipses(),
-        "torque": _draw_torque(),
-        "ratios": _draw_ratios(),
-        "free_run": _draw_free(),
-    }
+from lumped.models.panels import panels
 
 
 def _label_crank(axis: Axes, degrees: int = 360) -> None:
     """Axis of the crank angle, with the changes of carriage."""
     axis.set(xlabel="crank angle, deg", xlim=(0, degrees), xticks=range(0, degrees + 1, 45))
-    axis.grid(alpha=0.3)
     for begin in range(0, degrees, 360):
         for change in (MEETS, 2 * np.pi - MEETS):
             axis.axvline(np.degrees(change) + begin, color="black", linewidth=0.6)
 
 
-def _draw_inertia() -> Figure:
-    figure = Figure((8, 4), layout="constrained")
-    axis = figure.subplots()
+def draw_inertia() -> Figure:
+    figure, axis = panels()
     lines = ((PrintedShear, "-", "as printed"), (GuidedShear, "--", "in the guides of the frame"))
     for shear, line, label in lines:
         run = inertia(shear)
@@ -65,9 +51,8 @@ def _draw_inertia() -> Figure:
     return figure
 
 
-def _draw_ellipses() -> Figure:
-    figure = Figure((8, 6), layout="constrained")
-    ratio, felt = figure.subplots(2, sharex=True)
+def draw_ellipses() -> Figure:
+    figure, (ratio, felt) = panels(2, size=(8, 6))
     for e in (0.0, 0.2, 0.4, 0.5, 0.6):
         demand = turn(CrankTurned, e, grid=720)
         phi, u = np.degrees(demand.phi), demand.ratio
@@ -83,9 +68,8 @@ def _draw_ellipses() -> Figure:
     return figure
 
 
-def _draw_torque() -> Figure:
-    figure = Figure((8, 6), layout="constrained")
-    axes = figure.subplots(2, sharex=True)
+def draw_torque() -> Figure:
+    figure, axes = panels(2, size=(8, 6))
     for axis, pulse in zip(axes, ("half-sine", "rectangle"), strict=True):
         for e in (0.0, 0.2, 0.4, 0.5, 0.6):
             demand = turn(CrankTurned, e, pulse)
@@ -98,9 +82,8 @@ def _draw_torque() -> Figure:
     return figure
 
 
-def _draw_ratios() -> Figure:
-    figure = Figure((8, 7), layout="constrained")
-    grid = figure.subplots(2, 2, sharex=True, sharey=True)
+def draw_ratios() -> Figure:
+    figure, grid = panels(2, 2, size=(8, 7), sharey=True)
     ellipses = np.linspace(0, 0.6, 17)
     sizes = (("peak", 2.5, 3.0, "peak"), ("rms", 1.6, 1.7, "RMS"))
     for column, pulse in enumerate(("half-sine", "rectangle")):
@@ -116,7 +99,6 @@ def _draw_ratios() -> Figure:
             claim = f"published: 1/{high:g} to 1/{low:g}"
             axis.fill_between([0.4, 0.5], 1 / high, 1 / low, color="C2", alpha=0.4, label=claim)
             axis.set(title=f"{text} of the motor torque, {pulse}", xlim=(0, 0.6), ylim=(0.2, 1))
-            axis.grid(alpha=0.3)
             axis.legend(fontsize="small")
     for axis in grid[:, 0]:
         axis.set_ylabel("torque / torque of circles")
@@ -125,9 +107,8 @@ def _draw_ratios() -> Figure:
     return figure
 
 
-def _draw_free() -> Figure:
-    figure = Figure((8, 8), layout="constrained")
-    axes = figure.subplots(3, sharex=True)
+def draw_free_run() -> Figure:
+    figure, axes = panels(3, size=(8, 8))
     cases = (
         (0.0, PrintedShear, "C0-", "e = 0"),
         (0.5, PrintedShear, "C1-", "e = 0.5"),

@@ -7,13 +7,13 @@ The drive and its source are described in `lumped.models.pilger_mill.stand`, its
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 import lumped as lp
-from lumped.models import Row
-from lumped.models.about import Measure, extremes, shared
+from lumped.models import Machine, Row
+from lumped.models.about import Measure, shared
 from lumped.models.pilger_mill.about import ABOUT
 from lumped.models.pilger_mill.balance import (
     Balance,
@@ -41,9 +41,6 @@ from lumped.models.pilger_mill.stand import (
     turned,
 )
 from lumped.models.sources import Given
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TABLE = "table 2 [P]"
 FORCE = {
@@ -101,50 +98,6 @@ def rows() -> list[Row]:
     ):
         found.append(Row(f"set P, {label}", unit, None, float(value), MOTOR, reference))
     return found
-
-
-def model() -> Driven:
-    """The machine to draw and to report on."""
-    return Driven(wanted=Driven.gear.ratio * Driven.w)
-
-
-def scene(until: float = 3.0, **options: Any) -> lp.Trajectory:
-    """The run whose error is shown against run time."""
-    return start_up(until=until, **options)
-
-
-def start_values(
-    system: lp.System, parameters: Mapping[str, Any] | None = None
-) -> dict[str, float] | None:
-    """Start values of that run, which hold with changed parameters."""
-    return {}
-
-
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
-    """Start of that run with changed parameters."""
-    return lp.start_point(system, parameters=parameters)
-
-
-def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """Effects of changed parameters: a turn at constant speed, and a start from rest."""
-    w = SPEED["P"]
-    system = turned(mill("P"), w * lp.time)
-    changed = shared(system, parameters)
-    turn = revolution(system, w, np.arange(0.0, 360.05, 0.25), changed)
-    force = float(np.hypot(*shaking_force(turn).T).max())
-    torque = float(np.ptp(crank_torque(turn, IDLE)))
-    found = [
-        Measure("greatest force on the foundation", "N", force),
-        Measure("fluctuation of the crank torque", "N.m", torque),
-    ]
-    return [*found, *extremes(scene(ABOUT.until, parameters=parameters, grid=4000), ABOUT)]
-
-
-def plots() -> dict[str, Figure]:
-    """Figures by name."""
-    from lumped.models.pilger_mill.figures import figures
-
-    return figures()
 
 
 def powers(of: Balance, design: str, w: float) -> dict[str, float]:
@@ -250,3 +203,23 @@ def _swing(name: str, kind: type[Mill]) -> float:
     system = turned(mill(name, kind=kind, T_f=0.0, M0=0.0), w * lp.time)
     torque = crank_torque(revolution(system, w, np.arange(0.0, 360.05, 0.1)))
     return float(np.ptp(torque)) / 1e3
+
+
+def drawn() -> Driven:
+    """The machine with a wanted speed."""
+    return Driven(wanted=Driven.gear.ratio * Driven.w)
+
+
+def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
+    """Force and torque of a turn at constant speed with changed parameters."""
+    w = SPEED["P"]
+    system = turned(mill("P"), w * lp.time)
+    turn = revolution(system, w, np.arange(0.0, 360.05, 0.25), shared(system, parameters))
+    force = float(np.hypot(*shaking_force(turn).T).max())
+    return [
+        Measure("greatest force on the foundation", "N", force),
+        Measure("fluctuation of the crank torque", "N.m", float(np.ptp(crank_torque(turn, IDLE)))),
+    ]
+
+
+MACHINE = Machine("pilger_mill", ABOUT, rows, drawn, start_up, effects, short=3.0)

@@ -8,11 +8,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import lumped as lp
+from lumped.models.panels import panels
 from lumped.models.pilger_mill.balance import balance
-from lumped.models.pilger_mill.drive import (
-    running,
-    start_up,
-)
+from lumped.models.pilger_mill.drive import running, start_up
 from lumped.models.pilger_mill.stand import (
     DESIGNS,
     IDLE,
@@ -27,23 +25,8 @@ from lumped.models.pilger_mill.stand import (
     turned,
 )
 
-__all__ = ["figures"]
-
 DEGREES = np.arange(361.0)
 LINES = {"before": "--", "after": "-"}
-
-
-def figures() -> dict[str, Figure]:
-    """Figures by name."""
-    return {
-        "kinematics": _draw_kinematics(),
-        "inertia_force": _draw_force(),
-        "inertia_torque": _draw_inertia_torque(),
-        "motor_torque": _draw_motor(),
-        "optimum": _draw_front(),
-        "running": _draw_run(running(until=3.75, grid=2000), "Steady running, set P"),
-        "start_up": _draw_run(start_up(grid=2000), "Start from rest, set P"),
-    }
 
 
 def _turn(
@@ -62,10 +45,9 @@ def _label_angle(axis: object) -> None:
     axis.set(xlabel="crank angle, deg", xlim=(0, 360), xticks=range(0, 361, 45))  # type: ignore[attr-defined]
 
 
-def _draw_kinematics() -> Figure:
+def draw_kinematics() -> Figure:
     run = _turn("P", "after")
-    figure = Figure((8, 8), layout="constrained")
-    axes = figure.subplots(3, sharex=True)
+    figure, axes = panels(3, size=(8, 8))
     parts: Mapping[str, str] = {"stand": "stand, along x", "weight": "counterweight, along y"}
     for part, label in parts.items():
         s, v = run[f"mill.{part}.s"], run[f"mill.{part}.v"]
@@ -76,15 +58,12 @@ def _draw_kinematics() -> Figure:
     axes[1].set(ylabel="velocity, m/s")
     axes[2].set(ylabel="acceleration, m/s²")
     axes[0].legend()
-    for axis in axes:
-        axis.grid(alpha=0.3)
     _label_angle(axes[2])
     return figure
 
 
-def _draw_force() -> Figure:
-    figure = Figure((8, 8), layout="constrained")
-    axes = figure.subplots(2, 2)
+def draw_inertia_force() -> Figure:
+    figure, axes = panels(2, 2, size=(8, 8), sharex=False)
     for column, name in enumerate("PF"):
         for design, line in LINES.items():
             force = shaking_force(_turn(name, design)) / 1e3
@@ -94,8 +73,6 @@ def _draw_force() -> Figure:
         axes[0, column].set(xlabel="along x, kN", ylabel="along y, kN")
         axes[1, column].set(ylabel="amount, kN", ylim=(0, None))
         _label_angle(axes[1, column])
-    for axis in axes.flat:
-        axis.grid(alpha=0.3)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
@@ -107,9 +84,8 @@ CASES = (
 )
 
 
-def _draw_inertia_torque() -> Figure:
-    figure = Figure((10, 7), layout="constrained")
-    axes = figure.subplots(2, 2, sharex=True, sharey="row")
+def draw_inertia_torque() -> Figure:
+    figure, axes = panels(2, 2, size=(10, 7), sharey="row")
     for row, name in enumerate("PF"):
         for axis, design in zip(axes[row], LINES, strict=True):
             for label, kind, g, line in CASES:
@@ -117,7 +93,6 @@ def _draw_inertia_torque() -> Figure:
                 axis.plot(DEGREES, crank_torque(run) / 1e3, line, label=label)
             axis.axhline(0, color="black", linewidth=0.8)
             axis.set(title=f"Inertia torque at the crank, set {name}, {design}")
-            axis.grid(alpha=0.3)
         axes[row, 0].set_ylabel("torque, kN.m")
     for axis in axes[1]:
         _label_angle(axis)
@@ -125,9 +100,8 @@ def _draw_inertia_torque() -> Figure:
     return figure
 
 
-def _draw_motor() -> Figure:
-    figure = Figure((10, 7), layout="constrained")
-    axes = figure.subplots(2, 2, sharex=True)
+def draw_motor_torque() -> Figure:
+    figure, axes = panels(2, 2, size=(10, 7))
     for column, name in enumerate("PF"):
         torque, power = axes[:, column]
         for color, (design, line) in zip(("C0", "C1"), LINES.items(), strict=True):
@@ -143,14 +117,12 @@ def _draw_motor() -> Figure:
         _label_angle(power)
         for axis in (torque, power):
             axis.axhline(0, color="black", linewidth=0.8)
-            axis.grid(alpha=0.3)
     figure.legend(*axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
     return figure
 
 
-def _draw_front() -> Figure:
-    figure = Figure((8, 8), layout="constrained")
-    axes = figure.subplots(2)
+def draw_optimum() -> Figure:
+    figure, axes = panels(2, size=(8, 8), sharex=False)
     for axis, name in zip(axes, "PF", strict=True):
         found = balance(name)
         front, goals = found.front(), found.goals()
@@ -168,18 +140,22 @@ def _draw_front() -> Figure:
         axis.set(title=f"Set {name}", xlabel="$F_1 / F_{10}$", ylabel="$F_2 / F_{20}$")
         axis.xaxis.set_major_formatter("{x:.3f}")
         axis.yaxis.set_major_formatter("{x:.4f}")
-        axis.grid(alpha=0.3)
         axis.legend(loc="upper left", bbox_to_anchor=(0, -0.2))
     return figure
 
 
+def draw_running() -> Figure:
+    return _draw_run(running(until=3.75, grid=2000), "Steady running, set P")
+
+
+def draw_start_up() -> Figure:
+    return _draw_run(start_up(grid=2000), "Start from rest, set P")
+
+
 def _draw_run(run: lp.Trajectory, title: str) -> Figure:
-    figure = Figure((8, 6), layout="constrained")
-    speed, torque = figure.subplots(2, sharex=True)
+    figure, (speed, torque) = panels(2, size=(8, 6))
     speed.plot(run.t, run["motor.w"])
     speed.set(title=title, ylabel="speed of the motor, rad/s")
     torque.plot(run.t, run["motor.tau"] / 1e3)
     torque.set(xlabel="time, s", ylabel="motor torque, kN.m", xlim=(0, run.t[-1]))
-    for axis in (speed, torque):
-        axis.grid(alpha=0.3)
     return figure

@@ -8,13 +8,13 @@ sticks, skids and opens in `lumped.models.reversing_mill.scenes`, its motors in
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 import lumped as lp
-from lumped.models import Row
-from lumped.models.about import Measure, extremes, shared
+from lumped.models import Machine, Row
+from lumped.models.about import Measure, numbered, shared
 from lumped.models.reversing_mill.about import ABOUT
 from lumped.models.reversing_mill.drives import (
     TURNING,
@@ -51,9 +51,6 @@ from lumped.models.reversing_mill.stand import (
     lower_with_spindle,
     strip_entry,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ROUNDING = "within the rounding of the printed J and C"
 INFERRED = "J and C chosen that round to the printed ones [I]; rounds to the printed digits"
@@ -250,48 +247,28 @@ def rows() -> list[Row]:
     ]
 
 
-def model() -> StripGap:
-    """The machine to draw and to report on."""
-    return StripGap()
-
-
 def _hertz(gap: lp.Component, parameters: Mapping[str, float] | None = None) -> np.ndarray:
     return lp.modes(lp.assemble(gap), parameters=parameters).hertz
 
 
-def scene(
-    until: float = 0.4, start: Mapping[str, Any] | None = None, **options: Any
-) -> lp.Trajectory:
-    """The run whose error is shown against run time."""
-    return skidding(until=until, start=dict.fromkeys(TURNING, SPEED) | dict(start or {}), **options)
+def scene(start: Mapping[str, Any] | None = None, **options: Any) -> lp.Trajectory:
+    """The gap skids while all parts turn with the speed of rolling."""
+    return skidding(start=dict.fromkeys(TURNING, SPEED) | dict(start or {}), **options)
 
 
-def start_values(
-    system: lp.System, parameters: Mapping[str, Any] | None = None
-) -> dict[str, float] | None:
+def given(system: lp.System, parameters: Mapping[str, Any] | None) -> dict[str, float]:
     """Start values of that run, which hold with changed parameters."""
     return dict.fromkeys(TURNING, float(SPEED)) | dict.fromkeys(SHAFTS, float(RATED))
 
 
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
-    """Start of that run with changed parameters."""
-    return lp.start_point(system, parameters=parameters, start=start_values(system))
-
-
-def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """Effects of changed parameters: frequencies, and the skidding gap."""
+def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
+    """Natural frequencies with changed parameters."""
     found = []
     for name, gap in (("open", OpenGap()), ("closed", ClosedGap())):
         system = lp.assemble(gap)
         hertz = lp.modes(system, parameters=shared(system, parameters)).hertz
-        for i, f in enumerate(hertz, 1):
-            found.append(Measure(f"gap {name}, natural frequency {i}", "Hz", float(f)))
-    run = scene(ABOUT.until, parameters=parameters, grid=4000)
-    return [*found, *extremes(run, ABOUT)]
+        found += numbered(f"gap {name}, natural frequency", "Hz", hertz)
+    return found
 
 
-def plots() -> dict[str, Figure]:
-    """Figures by name."""
-    from lumped.models.reversing_mill.figures import figures
-
-    return figures()
+MACHINE = Machine("reversing_mill", ABOUT, rows, StripGap, scene, effects, short=0.4, given=given)

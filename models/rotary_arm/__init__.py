@@ -8,14 +8,14 @@ by derivation, [I] inferred, [A] assumed as the source does not give it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 import lumped as lp
 from lumped.components import Torque
-from lumped.models import Row
-from lumped.models.about import Measure, extremes, shared
+from lumped.models import Machine, Row
+from lumped.models.about import Measure, shared
 from lumped.models.rotary_arm.about import ABOUT
 from lumped.models.rotary_arm.control import (
     AIM,
@@ -61,9 +61,6 @@ from lumped.models.rotary_arm.parts import (
     SLOW,
     Driven,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 LOADS, SIZING, TEXT, CYCLE = "[P] load torques", "[P] motor sizing", "[P] text", "[P] cycle"
 FROM_PRINT = "not published, from [P]"
@@ -242,44 +239,17 @@ def jump(run: lp.Trajectory, instant: float) -> float:
     return float(after / before)
 
 
-def model() -> Controlled:
-    """The machine to draw and to report on."""
-    return Controlled()
-
-
-def scene(until: float = 4.0, **options: Any) -> lp.Trajectory:
-    """The run whose error is shown against run time."""
-    return controlled(until=until, **options)
-
-
-def start_values(
-    system: lp.System, parameters: Mapping[str, Any] | None = None
-) -> dict[str, float] | None:
-    """Start values of that run: at rest, with the torque that holds the arm."""
-    return at_rest(system, parameters)
-
-
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
-    """Start of that run with changed parameters."""
-    still = start_values(system, parameters)
-    return lp.start_point(system, parameters=parameters, start=still)
-
-
-def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """Effects of changed parameters: the prescribed cycle, and the turn under control."""
+def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
+    """Torque of the prescribed cycle, and the way left, with changed parameters."""
     given = shared(lp.assemble(Driven(drive=Torque(tau=0.0))), parameters)
     asked = demand(run_cycle(parameters=given))
-    found = [
+    return [
         Measure("prescribed motion, RMS motor torque", "N.m", asked.rms_torque),
         Measure("prescribed motion, greatest motor torque", "N.m", asked.peak_torque),
+        Measure("way left at the end", "rad", float(AIM - run["arm.phi"][-1])),
     ]
-    run = scene(ABOUT.until, parameters=parameters, grid=4000)
-    found.append(Measure("way left at the end", "rad", float(AIM - run["arm.phi"][-1])))
-    return [*found, *extremes(run, ABOUT)]
 
 
-def plots() -> dict[str, Figure]:
-    """Figures by name."""
-    from lumped.models.rotary_arm.figures import figures
-
-    return figures()
+MACHINE = Machine(
+    "rotary_arm", ABOUT, rows, Controlled, controlled, effects, short=4.0, given=at_rest
+)

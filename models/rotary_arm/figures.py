@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import lumped as lp
+from lumped.models.panels import panels
 from lumped.models.rotary_arm.control import (
     AIM,
     controlled,
@@ -27,23 +28,10 @@ from lumped.models.rotary_arm.loads import (
     RATED,
 )
 
-__all__ = ["figures"]
 
-
-def figures() -> dict[str, Figure]:
-    """Figures by name."""
-    return {
-        "cycle": _draw_cycle(),
-        "control": _draw_control(),
-        "pick_up": _draw_pick_up(),
-        "first_motor": _draw_first_motor(),
-    }
-
-
-def _draw_cycle() -> Figure:
+def draw_cycle() -> Figure:
     full, printed = run_cycle(), run_cycle(printed=True)
-    figure = Figure((8, 7), layout="constrained")
-    speed, torque = figure.subplots(2, sharex=True, height_ratios=(1, 2))
+    figure, (speed, torque) = panels(2, size=(8, 7), height_ratios=(1, 2))
     speed.plot(full.t, full["arm.trays.w"], color="C2")
     for name, angle in ADOPTED.points.items():
         t = np.interp(angle, full["arm.phi"], full.t)
@@ -58,15 +46,12 @@ def _draw_cycle() -> Figure:
         torque.text(8.95, limit / 1e3, f"{name}, 250 kW", ha="right", va="bottom")
     torque.set(xlabel="time, s", ylabel="motor torque, kN.m", xlim=(0, 9))
     torque.legend()
-    for axis in (speed, torque):
-        axis.grid(alpha=0.3)
     return figure
 
 
-def _draw_control() -> Figure:
+def draw_control() -> Figure:
     run = controlled(grid=3000)
-    figure = Figure((8, 8), layout="constrained")
-    speed, torque, error = figure.subplots(3, sharex=True)
+    figure, (speed, torque, error) = panels(3, size=(8, 8))
     speed.plot(run.t, run["wanted.y"], "--", label="wanted")
     speed.plot(run.t, run["arm.trays.w"], label="arm")
     speed.set_title("Square-root position control of one turn; mandrel on the arm from P to R")
@@ -81,7 +66,6 @@ def _draw_control() -> Figure:
     error.set(ylabel="way to the aim, rad", xlabel="time, s", xlim=(0, 10.98))
     error.text(0.1, 1e-3, "1 mrad", va="bottom")
     for axis in (speed, torque, error):
-        axis.grid(alpha=0.3)
         for t in instants(run)[:2]:
             axis.axvline(t, color="grey", linewidth=0.5)
     for t, name in zip(instants(run), ("P", "R"), strict=False):
@@ -106,14 +90,11 @@ def _finished(figure: Figure, axes: Sequence[Axes], limit: float, until: float) 
     torque.text(0.02 * until, limit / 1e3 - 0.1, "greatest", va="top")
     torque.set(ylabel="motor torque, kN.m", xlabel="time, s", xlim=(0, until))
     speed.legend()
-    for axis in axes:
-        axis.grid(alpha=0.3)
     return figure
 
 
-def _draw_pick_up() -> Figure:
-    figure = Figure((8, 8), layout="constrained")
-    axes = figure.subplots(3, sharex=True)
+def draw_pick_up() -> Figure:
+    figure, axes = panels(3, size=(8, 8))
     for bandwidth in (30.0, 20.0, 10.0):
         run = controlled(until=2.0, parameters={"bandwidth": bandwidth}, grid=2000)
         _shown(axes, run, f"speed control of {bandwidth:g} rad/s")
@@ -122,9 +103,8 @@ def _draw_pick_up() -> Figure:
     return _finished(figure, axes, MAXIMUM, 2.0)
 
 
-def _draw_first_motor() -> Figure:
-    figure = Figure((8, 8), layout="constrained")
-    axes = figure.subplots(3, sharex=True)
+def draw_first_motor() -> Figure:
+    figure, axes = panels(3, size=(8, 8))
     for eta in (0.86, 0.84, 0.83, 0.80):
         changed = {"motor.tau_max": OVERLOAD * FIRST, "reducer.eta": eta}
         run = controlled(until=3.0, parameters=changed, grid=2000)
