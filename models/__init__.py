@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lumped.models.about import About, Measure
     from lumped.timeloop.result import OperatingPoint, Trajectory
 
-__all__ = ["MACHINES", "MARKS", "Machine", "Row", "compare", "machine"]
+__all__ = ["MACHINES", "MARKS", "Machine", "Row", "compare", "machine", "unpublished"]
 
 MACHINES = {
     "carrousel_coiler": "Winding drive of a carrousel coiler",
@@ -106,6 +106,11 @@ def compare(titles: Iterable[tuple[Any, ...]], computed: Iterable[float]) -> lis
         Row(quantity, unit, published, float(value), *rest)
         for (quantity, unit, published, *rest), value in zip(titles, computed, strict=True)
     ]
+
+
+def unpublished(unit: str, place: str, remarks: Mapping[str, str]) -> list[tuple[Any, ...]]:
+    """Titles for `compare` of what the source does not print: quantities and remarks."""
+    return [(quantity, unit, None, place, remark) for quantity, remark in remarks.items()]
 
 
 def _none(_: "System", __: Mapping[str, Any] | None) -> dict[str, float]:

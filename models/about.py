@@ -89,11 +89,15 @@ def read_about(machine: str, until: float, watched: Mapping[str, str], **more: A
     file = resources.files(f"lumped.models.{machine}") / "about.md"
     head, *sections = re.split(r"^## ", file.read_text(encoding="utf-8"), flags=re.MULTILINE)
     parts = {title: body for title, _, body in (section.partition("\n") for section in sections)}
-    lists = {title: _listed(parts[title]) for title in ("Source", "Findings", "Assumptions")}
+    source, findings, assumptions = (
+        _listed(parts[title]) for title in ("Source", "Findings", "Assumptions")
+    )
     captions = (text.split(": ", 1) for text in _listed(parts["Figures"]))
     return About(
         _joined(head.partition("\n")[2]),
-        *lists.values(),
+        source,
+        findings,
+        assumptions,
         scene=_joined(parts["Run"]),
         captions={name.strip("`"): caption for name, caption in captions},
         until=until,

@@ -5,30 +5,14 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from lumped.models.carrousel_coiler import sizing
-from lumped.models.carrousel_coiler.drive import (
-    I_HIGH,
-    I_LOW,
-    MANDREL,
-    RADIUS,
-    SPEED,
-    TENSION,
-    strip_momentum,
-    winding,
-)
-from lumped.models.carrousel_coiler.scenes import (
-    J_EMPTY,
-    elastic_winding,
-    gear_change,
-    tension_deviation,
-)
+from lumped.models.carrousel_coiler import drive, scenes, sizing
 from lumped.models.carrousel_coiler.shafts import jam
 from lumped.models.carrousel_coiler.turret import half_turn
 from lumped.models.panels import panels
 
 
 def draw_winding_run() -> Figure:
-    run = winding(grid=1000, rtol=1e-9)
+    run = drive.winding(grid=1000, rtol=1e-9)
     motor = sizing.chosen_motor()
     torque, w = run["drive.rotor.flange_a.tau"], run["drive.rotor.w"]
     figure, ((line, speeds), (radius, inertia), (torques, powers)) = panels(3, 2, size=(10, 8))
@@ -41,7 +25,9 @@ def draw_winding_run() -> Figure:
     speeds.set_ylabel("speed, rad/s")
     radius.plot(run.t, run["drive.coil.R"], label="coil")
     radius.set_ylabel("radius, m")
-    inertia.plot(run.t, (run["drive.coil.J"] + J_EMPTY) / 1e3, label="at the mandrel, with rotor")
+    inertia.plot(
+        run.t, (run["drive.coil.J"] + scenes.J_EMPTY) / 1e3, label="at the mandrel, with rotor"
+    )
     inertia.plot(run.t, run["drive.coil.J"] / 1e3, "--", label="coil alone")
     inertia.set_ylabel("inertia, 10$^3$ kg m$^2$")
     limit = motor.power / np.maximum(w, motor.base)
@@ -56,21 +42,25 @@ def draw_winding_run() -> Figure:
 
 
 def draw_tension_deviation() -> Figure:
-    radii = np.linspace(MANDREL, RADIUS, 80)
+    radii = np.linspace(drive.MANDREL, drive.RADIUS, 80)
     figure, axis = panels(size=(8, 5))
     for v, a, label in (
         (20.0, 0.0, "20 m/s, steady"),
         (10.0, 0.0, "10 m/s, steady"),
         (0.0, 1.0, "1 m/s$^2$ from rest"),
     ):
-        found = tension_deviation(radii, v, a)
+        found = scenes.tension_deviation(radii, v, a)
         axis.plot(radii, found / 1e3, label=label)
-        if v == SPEED:
-            text = found - strip_momentum(1.0)  # over the radius, to which it is proportional
+        if v == drive.SPEED:
+            text = found - drive.strip_momentum(1.0)  # over the radius, to which it is proportional
             axis.plot(radii, text / 1e3, "C0--", label="20 m/s, with w dJ/dt of (3.5)")
     axis.axhline(0.0, color="grey", linewidth=0.8)
     axis.set(title="Deviation of the tension without inertia compensation")
-    axis.set(xlabel="radius of the coil, m", ylabel="tension - wanted, kN", xlim=(MANDREL, RADIUS))
+    axis.set(
+        xlabel="radius of the coil, m",
+        ylabel="tension - wanted, kN",
+        xlim=(drive.MANDREL, drive.RADIUS),
+    )
     _finish(figure)
     return figure
 
@@ -78,9 +68,9 @@ def draw_tension_deviation() -> Figure:
 def draw_elastic_strip() -> Figure:
     figure, axis = panels(size=(8, 5))
     for share in (0.0, 0.8, 1.0):  # swings of 6 Hz are seen as bands
-        run = elastic_winding(share, grid=6000, rtol=1e-8)
+        run = scenes.elastic_winding(share, grid=6000, rtol=1e-8)
         axis.plot(run.t, run["strip.T"] / 1e3, linewidth=1, label=f"{100 * share:g} % compensated")
-    axis.axhline(TENSION / 1e3, color="grey", linestyle="--", linewidth=0.8)
+    axis.axhline(drive.TENSION / 1e3, color="grey", linestyle="--", linewidth=0.8)
     axis.set(title="Tension of 10 m of elastic strip under torque control")
     axis.set(xlabel="time, s", ylabel="tension, kN", xlim=(0, run.t[-1]))
     _finish(figure)
@@ -94,7 +84,7 @@ def draw_gear_map() -> Figure:
     drawn = sizing.drawn_motor()
     figure, axis = panels(size=(8, 5))
     for found, line, name in ((motor, "-", "2348 kW"), (drawn, "--", "2160 kW")):
-        for ratio, color, gear in ((I_HIGH, "C0", "high"), (I_LOW, "C1", "low")):
+        for ratio, color, gear in ((drive.I_HIGH, "C0", "high"), (drive.I_LOW, "C1", "low")):
             tension = sizing.greatest_tension(found, speeds / 60, ratio)
             axis.plot(speeds, tension / 1e3, line, color=color, label=f"{gear} gear, {name}")
     for v, T in ((1200, 80), (780, 100), (400, 110), (1080, 90)):
@@ -108,7 +98,7 @@ def draw_gear_map() -> Figure:
 
 
 def draw_gear_change() -> Figure:
-    run = gear_change()
+    run = scenes.gear_change()
     figure, axis = panels()
     axis.plot(run.t, run["drive.rotor.w"], label="motor")
     axis.plot(run.t, run["drive.mandrel.w"], label="mandrel")
@@ -141,7 +131,7 @@ def draw_jam() -> Figure:
         changes = {} if limit is None else {"drive.coupling.static": limit}
         run = jam(grid=3000, parameters=changes)
         torque.plot(run.t, -run["drive.shaft.tau"] / 1e3, label=f"shaft, {label}")
-        speed.plot(run.t, run["drive.rotor.w"] / I_HIGH, label=f"motor over ratio, {label}")
+        speed.plot(run.t, run["drive.rotor.w"] / drive.I_HIGH, label=f"motor over ratio, {label}")
     speed.plot(run.t, run["drive.mandrel.w"], "C1:", label="mandrel, coupling that slips")
     torque.set(title="Mandrel jams with 400 kN m while winding at 20 m/s", ylabel="torque, kN m")
     speed.set(xlabel="time, s", ylabel="speed, rad/s", xlim=(0, run.t[-1]))

@@ -14,18 +14,9 @@ import numpy as np
 import lumped as lp
 from lumped.models import Machine, Row
 from lumped.models.about import Measure, numbered
+from lumped.models.diesel_genset import scenes
 from lumped.models.diesel_genset.about import ABOUT
 from lumped.models.diesel_genset.drive import SHAFTS, Genset
-from lumped.models.diesel_genset.scenes import (
-    CASES,
-    SLOW,
-    coupled,
-    mean_modes,
-    published,
-    response,
-    run_up,
-    starting,
-)
 
 PICTURE = "picture of the example [P]"
 NOT = "not published [R]"
@@ -44,22 +35,22 @@ OUTER = {8: "shaft_8.tau_c", 1: "shaft_1.tau_c"}
 def rows() -> list[Row]:
     """Published and computed numbers."""
     found = [*_published(), *_natural()]
-    for case in CASES:
+    for case in scenes.CASES:
         for (number, name), known in zip(OUTER.items(), BY_SCIPY[case], strict=True):
-            size = float(published(case).synthesis(name).maximum.max())
+            size = float(scenes.published(case).synthesis(name).maximum.max())
             remark = f"{known} by complex matrices in SciPy"
             text = f"shaft {number}, largest torque, {case}"
             found.append(Row(text, "N.m", None, size, NOT, remark))
-    rated = SLOW.index(1500)
-    for case in CASES:
-        size = float(coupled(case).synthesis("coupling.tau").maximum[rated])
+    rated = scenes.SLOW.index(1500)
+    for case in scenes.CASES:
+        size = float(scenes.coupled(case).synthesis("coupling.tau").maximum[rated])
         text = f"coupling at 1500 1/min, {case}"
         found.append(Row(text, "N.m", None, size, ASSUMED, "vibratory torque"))
     return found
 
 
 def _published() -> list[Row]:
-    steady, found = published(), []
+    steady, found = scenes.published(), []
     for number, (torque, rpm) in PUBLISHED.items():
         size = steady.synthesis(OUTER[number]).sum
         text = f"shaft {number}, largest sum of amplitudes"
@@ -70,7 +61,7 @@ def _published() -> list[Row]:
 
 
 def _natural() -> list[Row]:
-    hertz = lp.vibration.mass_elastic(mean_modes(), over="flywheel.phi").hertz
+    hertz = lp.vibration.mass_elastic(scenes.mean_modes(), over="flywheel.phi").hertz
     return [
         Row(
             f"natural frequency, mode {i}",
@@ -86,11 +77,11 @@ def _natural() -> list[Row]:
 
 def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
     """Natural frequencies and steady vibration with changed parameters."""
-    modes = mean_modes(Genset(), parameters)
+    modes = scenes.mean_modes(Genset(), parameters)
     hertz = lp.vibration.mass_elastic(modes, over="flywheel.phi").hertz
     found = numbered("natural frequency, mode", "Hz", hertz)
     of = [*SHAFTS, "coupling.tau"]
-    steady = response(np.arange(1000.0, 1801.0, 50.0), Genset(), of, parameters)
+    steady = scenes.response(np.arange(1000.0, 1801.0, 50.0), Genset(), of, parameters)
     for name in of:
         size = steady.synthesis(name).maximum.max()
         found.append(Measure(f"largest vibration of {name}", "N.m", float(size)))
@@ -98,8 +89,8 @@ def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Me
 
 
 MACHINE = Machine(
-    *("diesel_genset", ABOUT, rows, Genset, run_up, effects),
+    *("diesel_genset", ABOUT, rows, Genset, scenes.run_up, effects),
     short=0.2,
-    searched=starting,
+    searched=scenes.starting,
     grid=8000,
 )

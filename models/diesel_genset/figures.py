@@ -7,48 +7,37 @@ from typing import Any
 from matplotlib.figure import Figure
 
 import lumped as lp
-from lumped.models.diesel_genset import OUTER, PUBLISHED
+from lumped.models.diesel_genset import OUTER, PUBLISHED, scenes
 from lumped.models.diesel_genset.drive import RPM, SHAFTS, Genset
-from lumped.models.diesel_genset.scenes import (
-    CASES,
-    SLOW,
-    SPEEDS,
-    coupled,
-    mean_modes,
-    published,
-    response,
-    run_up,
-    vector_sums,
-)
 from lumped.models.panels import panels
 
 _LARGEST = 6
 
 
 def draw_shapes() -> Any:
-    table = lp.vibration.mass_elastic(mean_modes(), over="flywheel.phi")
+    table = lp.vibration.mass_elastic(scenes.mean_modes(), over="flywheel.phi")
     return table.holzer(0).plot()
 
 
 def draw_phases() -> Any:
-    return vector_sums().plot()
+    return scenes.vector_sums().plot()
 
 
 def draw_orders() -> Figure:
-    fired = published()
+    fired = scenes.published()
     figure, axis = panels()
     sizes = {float(order): fired.magnitude(OUTER[8], float(order)) for order in fired.orders}
     largest = sorted(sizes, key=lambda order: -sizes[order].max())[:_LARGEST]
     for order in sorted(largest):
         axis.plot(fired.rpm, sizes[order] / 1e3, label=f"order {order:g}")
     axis.set(xlabel="speed, 1/min", ylabel="vibratory torque of shaft 8, kN.m")
-    axis.set(xlim=(SPEEDS[0], SPEEDS[-1]), ylim=(0, None))
+    axis.set(xlim=(scenes.SPEEDS[0], scenes.SPEEDS[-1]), ylim=(0, None))
     axis.legend()
     return figure
 
 
 def draw_synthesis() -> Figure:
-    fired = published()
+    fired = scenes.published()
     figure, axes = panels(2, size=(8, 6))
     for axis, (number, name) in zip(axes, OUTER.items(), strict=True):
         both = fired.synthesis(name)
@@ -57,27 +46,32 @@ def draw_synthesis() -> Figure:
         torque, rpm = PUBLISHED[number]
         axis.plot(rpm, torque / 1e3, "o", color="black", label="peak of the sum, published")
         axis.set(ylabel=f"shaft {number}, kN.m", ylim=(0, None))
-    axis.set(xlabel="speed, 1/min", xlim=(SPEEDS[0], SPEEDS[-1]))
+    axis.set(xlabel="speed, 1/min", xlim=(scenes.SPEEDS[0], scenes.SPEEDS[-1]))
     axes[0].legend()
     return figure
 
 
 def draw_misfire() -> Figure:
     figure, (above, below) = panels(2, size=(8, 6), sharex=False)
-    for case in CASES:
-        above.plot(SPEEDS, published(case).synthesis(OUTER[8]).maximum / 1e3, label=case)
-        below.plot(SLOW, coupled(case).synthesis("coupling.tau").maximum / 1e3)
-    above.set(ylabel="shaft 8, kN.m", xlim=(SPEEDS[0], SPEEDS[-1]), ylim=(0, None))
+    for case in scenes.CASES:
+        above.plot(
+            scenes.SPEEDS, scenes.published(case).synthesis(OUTER[8]).maximum / 1e3, label=case
+        )
+        below.plot(scenes.SLOW, scenes.coupled(case).synthesis("coupling.tau").maximum / 1e3)
+    above.set(ylabel="shaft 8, kN.m", xlim=(scenes.SPEEDS[0], scenes.SPEEDS[-1]), ylim=(0, None))
     below.set(
-        ylabel="coupling, kN.m", xlabel="speed, 1/min", xlim=(SLOW[0], SLOW[-1]), ylim=(0, None)
+        ylabel="coupling, kN.m",
+        xlabel="speed, 1/min",
+        xlim=(scenes.SLOW[0], scenes.SLOW[-1]),
+        ylim=(0, None),
     )
     above.legend()
     return figure
 
 
 def draw_damper() -> Figure:
-    fired = published()
-    damped = response(model=Genset())
+    fired = scenes.published()
+    damped = scenes.response(model=Genset())
     figure, axis = panels()
     for label, found in (("crankshaft", fired), ("with damper and generator", damped)):
         sizes = [found.synthesis(name).maximum.max() / 1e3 for name in SHAFTS]
@@ -88,7 +82,7 @@ def draw_damper() -> Figure:
 
 
 def draw_start() -> Figure:
-    run = run_up(grid=4000)
+    run = scenes.run_up(grid=4000)
     figure, (above, below) = panels(2, size=(8, 5))
     above.plot(run.t, run["flywheel.w"] / RPM, label="flywheel")
     above.plot(run.t, run["generator.w"] / RPM, label="generator")

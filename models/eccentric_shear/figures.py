@@ -6,24 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lumped.models.eccentric_shear.scenes import (
-    SLOW,
-    CrankTurned,
-    free_run,
-    inertia,
-    motions,
-    turn,
-)
-from lumped.models.eccentric_shear.stand import (
-    CUT_BEGINS,
-    CUT_ENDS,
-    GREATEST,
-    J_MOTOR,
-    MEETS,
-    SPEED,
-    GuidedShear,
-    PrintedShear,
-)
+from lumped.models.eccentric_shear import scenes, stand
 from lumped.models.panels import panels
 
 
@@ -31,17 +14,20 @@ def _label_crank(axis: Axes, degrees: int = 360) -> None:
     """Axis of the crank angle, with the changes of carriage."""
     axis.set(xlabel="crank angle, deg", xlim=(0, degrees), xticks=range(0, degrees + 1, 45))
     for begin in range(0, degrees, 360):
-        for change in (MEETS, 2 * np.pi - MEETS):
+        for change in (stand.MEETS, 2 * np.pi - stand.MEETS):
             axis.axvline(np.degrees(change) + begin, color="black", linewidth=0.6)
 
 
 def draw_inertia() -> Figure:
     figure, axis = panels()
-    lines = ((PrintedShear, "-", "as printed"), (GuidedShear, "--", "in the guides of the frame"))
+    lines = (
+        (stand.PrintedShear, "-", "as printed"),
+        (stand.GuidedShear, "--", "in the guides of the frame"),
+    )
     for shear, line, label in lines:
-        run = inertia(shear)
-        reduced = (motions(run, shear) ** 2).sum(axis=1) / 1e3
-        axis.plot(np.degrees(SPEED * run.t), reduced, line, label=f"supports {label}")
+        run = scenes.inertia(shear)
+        reduced = (scenes.motions(run, shear) ** 2).sum(axis=1) / 1e3
+        axis.plot(np.degrees(stand.SPEED * run.t), reduced, line, label=f"supports {label}")
     for angle, text in ((46, "upper support moves"), (180, "lower support moves")):
         axis.text(angle, 1.2, text, ha="center")
     axis.set(title="Inertia of shaft and supports, reduced to the crank", ylim=(0, None))
@@ -54,12 +40,14 @@ def draw_inertia() -> Figure:
 def draw_ellipses() -> Figure:
     figure, (ratio, felt) = panels(2, size=(8, 6))
     for e in (0.0, 0.2, 0.4, 0.5, 0.6):
-        demand = turn(CrankTurned, e, grid=720)
+        demand = scenes.turn(scenes.CrankTurned, e, grid=720)
         phi, u = np.degrees(demand.phi), demand.ratio
         ratio.plot(phi, u, label=f"e = {e:g}")
-        felt.plot(phi, u**2 * J_MOTOR / 1e3)
+        felt.plot(phi, u**2 * stand.J_MOTOR / 1e3)
     for axis in (ratio, felt):
-        axis.axvspan(*np.degrees([CUT_BEGINS, CUT_ENDS]), color="C7", alpha=0.2, label="cut")
+        axis.axvspan(
+            *np.degrees([stand.CUT_BEGINS, stand.CUT_ENDS]), color="C7", alpha=0.2, label="cut"
+        )
         _label_crank(axis)
     ratio.set(title="Elliptical gears, slowest crank in the middle of the cut", xlabel="")
     ratio.set_ylabel("motor speed / crank speed")
@@ -72,8 +60,8 @@ def draw_torque() -> Figure:
     figure, axes = panels(2, size=(8, 6))
     for axis, pulse in zip(axes, ("half-sine", "rectangle"), strict=True):
         for e in (0.0, 0.2, 0.4, 0.5, 0.6):
-            demand = turn(CrankTurned, e, pulse)
-            axis.plot(np.degrees(demand.phi), demand.tau / GREATEST, label=f"e = {e:g}")
+            demand = scenes.turn(scenes.CrankTurned, e, pulse)
+            axis.plot(np.degrees(demand.phi), demand.tau / stand.GREATEST, label=f"e = {e:g}")
         axis.set(title=f"Motor torque at constant crank speed, {pulse}", ylabel="torque / Mmax")
         axis.axhline(0, color="black", linewidth=0.8)
         _label_crank(axis)
@@ -88,10 +76,12 @@ def draw_ratios() -> Figure:
     sizes = (("peak", 2.5, 3.0, "peak"), ("rms", 1.6, 1.7, "RMS"))
     for column, pulse in enumerate(("half-sine", "rectangle")):
         for speed, line, label in (
-            (SPEED, "-", "1: variable inertia"),
-            (SLOW * SPEED, "--", "2: constant inertia"),
+            (stand.SPEED, "-", "1: variable inertia"),
+            (scenes.SLOW * stand.SPEED, "--", "2: constant inertia"),
         ):
-            demands = [turn(CrankTurned, e, pulse, speed=speed, grid=500) for e in ellipses]
+            demands = [
+                scenes.turn(scenes.CrankTurned, e, pulse, speed=speed, grid=500) for e in ellipses
+            ]
             for axis, (name, *_) in zip(grid[:, column], sizes, strict=True):
                 size = np.array([getattr(demand, name) for demand in demands])
                 axis.plot(ellipses, size / size[0], line, label=label)
@@ -110,21 +100,25 @@ def draw_ratios() -> Figure:
 def draw_free_run() -> Figure:
     figure, axes = panels(3, size=(8, 8))
     cases = (
-        (0.0, PrintedShear, "C0-", "e = 0"),
-        (0.5, PrintedShear, "C1-", "e = 0.5"),
-        (0.5, GuidedShear, "C3:", "e = 0.5, guided supports"),
+        (0.0, stand.PrintedShear, "C0-", "e = 0"),
+        (0.5, stand.PrintedShear, "C1-", "e = 0.5"),
+        (0.5, stand.GuidedShear, "C3:", "e = 0.5, guided supports"),
     )
     for e, shear, line, label in cases:
-        run = free_run(e, shear=shear, grid=2000)
+        run = scenes.free_run(e, shear=shear, grid=2000)
         phi = np.degrees(run["loaded.shear.crank.phi"])
-        signals = (run["loaded.shear.shaft.body.w"], run["motor.w"], run["motor.tau"] / GREATEST)
+        signals = (
+            run["loaded.shear.shaft.body.w"],
+            run["motor.w"],
+            run["motor.tau"] / stand.GREATEST,
+        )
         for axis, signal in zip(axes, signals, strict=True):
             axis.plot(phi, signal, line, label=label)
     titles = ("crank speed, rad/s", "motor speed, rad/s", "motor torque / Mmax")
     for axis, title in zip(axes, titles, strict=True):
         axis.set_ylabel(title)
         for begin in (0, 360):
-            cut = np.degrees([CUT_BEGINS, CUT_ENDS]) + begin
+            cut = np.degrees([stand.CUT_BEGINS, stand.CUT_ENDS]) + begin
             axis.axvspan(*cut, color="C7", alpha=0.2, label="cut" if begin == 0 else None)
         _label_crank(axis, 720)
         axis.set(xlabel="", xticks=range(0, 721, 90))

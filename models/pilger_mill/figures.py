@@ -9,21 +9,9 @@ from matplotlib.figure import Figure
 
 import lumped as lp
 from lumped.models.panels import panels
+from lumped.models.pilger_mill import stand
 from lumped.models.pilger_mill.balance import balance
 from lumped.models.pilger_mill.drive import running, start_up
-from lumped.models.pilger_mill.stand import (
-    DESIGNS,
-    IDLE,
-    RATIO,
-    SPEED,
-    AsPrinted,
-    Mill,
-    crank_torque,
-    mill,
-    revolution,
-    shaking_force,
-    turned,
-)
 
 DEGREES = np.arange(361.0)
 LINES = {"before": "--", "after": "-"}
@@ -32,13 +20,13 @@ LINES = {"before": "--", "after": "-"}
 def _turn(
     name: str,
     design: str,
-    kind: type[Mill] = Mill,
+    kind: type[stand.Mill] = stand.Mill,
     g: float = 0.0,
     changes: Mapping[str, float] | None = None,
 ) -> lp.Trajectory:
-    w = SPEED[name]
-    part = mill(name, design, kind, g=g, **(changes or {}))
-    return revolution(turned(part, w * lp.time), w, DEGREES)
+    w = stand.SPEED[name]
+    part = stand.mill(name, design, kind, g=g, **(changes or {}))
+    return stand.revolution(stand.turned(part, w * lp.time), w, DEGREES)
 
 
 def _label_angle(axis: object) -> None:
@@ -66,7 +54,7 @@ def draw_inertia_force() -> Figure:
     figure, axes = panels(2, 2, size=(8, 8), sharex=False)
     for column, name in enumerate("PF"):
         for design, line in LINES.items():
-            force = shaking_force(_turn(name, design)) / 1e3
+            force = stand.shaking_force(_turn(name, design)) / 1e3
             axes[0, column].plot(*force.T, line, label=f"{design} optimisation")
             axes[1, column].plot(DEGREES, np.hypot(*force.T), line)
         axes[0, column].set(title=f"Force on the foundation, set {name}", aspect="equal")
@@ -78,9 +66,9 @@ def draw_inertia_force() -> Figure:
 
 
 CASES = (
-    ("as printed", AsPrinted, 0.0, ":"),
-    ("exact", Mill, 0.0, "-"),
-    ("exact, with gravity", Mill, 9.80665, "--"),
+    ("as printed", stand.AsPrinted, 0.0, ":"),
+    ("exact", stand.Mill, 0.0, "-"),
+    ("exact, with gravity", stand.Mill, 9.80665, "--"),
 )
 
 
@@ -90,7 +78,7 @@ def draw_inertia_torque() -> Figure:
         for axis, design in zip(axes[row], LINES, strict=True):
             for label, kind, g, line in CASES:
                 run = _turn(name, design, kind, g, {"T_f": 0.0, "M0": 0.0})
-                axis.plot(DEGREES, crank_torque(run) / 1e3, line, label=label)
+                axis.plot(DEGREES, stand.crank_torque(run) / 1e3, line, label=label)
             axis.axhline(0, color="black", linewidth=0.8)
             axis.set(title=f"Inertia torque at the crank, set {name}, {design}")
         axes[row, 0].set_ylabel("torque, kN.m")
@@ -105,11 +93,14 @@ def draw_motor_torque() -> Figure:
     for column, name in enumerate("PF"):
         torque, power = axes[:, column]
         for color, (design, line) in zip(("C0", "C1"), LINES.items(), strict=True):
-            for kind, width, label in ((AsPrinted, 1.6, "as printed"), (Mill, 0.7, "exact")):
-                found = crank_torque(_turn(name, design, kind), IDLE) / 1e3
+            for kind, width, label in (
+                (stand.AsPrinted, 1.6, "as printed"),
+                (stand.Mill, 0.7, "exact"),
+            ):
+                found = stand.crank_torque(_turn(name, design, kind), stand.IDLE) / 1e3
                 style = {"linewidth": width, "label": f"{design}, {label}", "color": color}
-                torque.plot(DEGREES, found / RATIO[name], line, **style)
-                power.plot(DEGREES, found * SPEED[name], line, **style)
+                torque.plot(DEGREES, found / stand.RATIO[name], line, **style)
+                power.plot(DEGREES, found * stand.SPEED[name], line, **style)
         shaft = "crank" if name == "P" else "motor"
         torque.set(title=f"Set {name}", ylabel=f"torque at the {shaft} shaft, kN.m")
         power.axhline(510, color="C3", linewidth=0.8, linestyle="-.", label="published, before")
@@ -127,7 +118,7 @@ def draw_optimum() -> Figure:
         found = balance(name)
         front, goals = found.front(), found.goals()
         axis.plot(front[:, 2] / goals[0], front[:, 3] / goals[1], ".-", label="Pareto front")
-        points = {design: np.array(list(u.values())) for design, u in DESIGNS.items()}
+        points = {design: np.array(list(u.values())) for design, u in stand.DESIGNS.items()}
         points |= {"best by the weights of the source": found.optimum()}
         for (label, u), mark in zip(points.items(), "so*", strict=True):
             goal = found.forces(u).max() / goals[0], found.fluctuation(u) / goals[1]

@@ -7,18 +7,10 @@ from matplotlib.figure import Figure
 
 import lumped as lp
 from lumped.models.panels import panels
-from lumped.models.turbine_generator.drive import (
-    BASE,
-    BEGIN,
-    CLEARED,
-    CLOSES,
-    OPENS,
-    SHAFTS,
-    Train,
-)
+from lumped.models.turbine_generator import drive
 from lumped.models.turbine_generator.scenes import cleared, faulted, per_unit, reclosed
 
-SHAFT = SHAFTS["LPB-GEN"]
+SHAFT = drive.SHAFTS["LPB-GEN"]
 BODIES = {
     "HP": "turbine.hp",
     "IP": "turbine.ip",
@@ -30,7 +22,7 @@ BODIES = {
 
 
 def draw_shapes() -> Figure:
-    table = lp.vibration.mass_elastic(lp.modes(lp.assemble(Train())), over="gen.phi")
+    table = lp.vibration.mass_elastic(lp.modes(lp.assemble(drive.Train())), over="gen.phi")
     figure, axes = panels(len(table.hertz), size=(8, 7), sharey=True)
     for mode, axis in enumerate(axes):
         holzer = table.holzer(mode)
@@ -46,7 +38,7 @@ def draw_fault() -> Figure:
     figure, (top, bottom) = panels(2, size=(8, 5.5))
     for phases, text in (("abc", "three phases"), ("bc", "line to line")):
         run = faulted(0.32, phases, grid=6000)
-        time = 1e3 * (run.t - BEGIN)
+        time = 1e3 * (run.t - drive.BEGIN)
         top.plot(time, per_unit(run, "gen.tau"), linewidth=1, label=text)
         bottom.plot(time, per_unit(run, SHAFT), linewidth=1, label=text)
     top.set(ylabel="air gap, rated torques", xlim=(-20, 300))
@@ -59,8 +51,8 @@ def draw_cleared() -> Figure:
     durations = np.arange(0.03, 0.2001, 0.0005)
     found = cleared(durations)
     figure, axis = panels()
-    for text in SHAFTS:
-        axis.plot(1e3 * durations, found[text] / BASE.tau, label=text)
+    for text in drive.SHAFTS:
+        axis.plot(1e3 * durations, found[text] / drive.BASE.tau, label=text)
     axis.set(xlabel="duration of the fault, ms", ylabel="largest torque, rated torques")
     axis.set(xlim=(30, 200), ylim=(0, None))
     axis.legend(ncols=5, loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
@@ -72,7 +64,12 @@ def draw_reclosed() -> Figure:
     figure, axis = panels()
     axis.plot(run.t, per_unit(run, "gen.tau"), linewidth=0.8, label="air gap")
     axis.plot(run.t, per_unit(run, SHAFT), linewidth=1.2, label="LPB-GEN")
-    instants = {"fault": BEGIN, "cleared": CLEARED, "opened": OPENS, "closed": CLOSES}
+    instants = {
+        "fault": drive.BEGIN,
+        "cleared": drive.CLEARED,
+        "opened": drive.OPENS,
+        "closed": drive.CLOSES,
+    }
     for text, time in instants.items():
         axis.axvline(time, color="black", linewidth=0.6)
         axis.annotate(text, (time, 0.97), xycoords=("data", "axes fraction"), rotation=90,
