@@ -19,8 +19,8 @@ from pathlib import Path
 
 import benchmarks
 from benchmarks import _front_page, summary
+from benchmarks.harness import RESULTS
 
-RESULTS = Path(__file__).parent / "results"
 VERSIONS = ("casadi", "numpy", "scipy", "llvmlite")
 
 

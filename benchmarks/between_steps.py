@@ -14,10 +14,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import lumped as lp
-from benchmarks.hybrid import write
+from benchmarks.harness import publish
 from lumped.components import Damper, Fixed, Inertia, QuadraticTorque, Torque
 from lumped.ops import table as tabulated
-from lumped.support.text_table import table
 
 EDGES, START = (0.0, 0.5, 5.5, 6.0), 149.0
 TIMES = np.linspace(0, EDGES[-1], 5001)
@@ -68,7 +67,7 @@ def exact(times: np.ndarray) -> np.ndarray:
 
 
 def main() -> None:
-    """Print the table and write it beside this script."""
+    """Print the table and write it to the results."""
     system, reference, rows = rotor(), exact(TIMES), []
     size = float(np.ptp(reference))
 
@@ -89,8 +88,7 @@ def main() -> None:
             noted(label, rtol, run.t, run["rotor.w"], fine["rotor.w"])
     head = ("rtol", "way", "steps", "error at steps over rtol x range")
     head = (*head, "error between steps over rtol x range")
-    print(table(head, rows))
-    write("between_steps.csv", head, rows)
+    publish("between_steps", head, rows)
 
 
 if __name__ == "__main__":

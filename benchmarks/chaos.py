@@ -5,8 +5,7 @@ Peaks of both shaft torques of three masses whose inertias and stiffnesses scatt
 Sobol points, over half the width of the 95 % interval that the random runs have: below 1 a result
 lies inside, as those of the random runs themselves do in 95 % of cases (first rows). Those of chaos
 are medians over three seeds. Times are wall times beside that of the random runs in the same
-process; the second table has the processor time of the fit alone, for ten parameters. Read the
-ratios.
+process. Read the ratios.
 
     python -m benchmarks.chaos
 """
@@ -19,10 +18,7 @@ from scipy.stats import qmc
 
 import lumped as lp
 from benchmarks._ensemble_tasks import tasks
-from benchmarks.hybrid import write
-from lumped.support.text_table import table
-from lumped.tolerances.expansions.expansion import fit
-from lumped.tolerances.expansions.polynomials import family_of, standard_normal
+from benchmarks.harness import publish
 from lumped.tolerances.intervals import quantile_of
 
 NOMINAL = (0.5, 1.2, 3.0, 4e4, 2.5e4)
@@ -102,34 +98,10 @@ def against_samples() -> list[tuple[str, ...]]:
     return rows
 
 
-def fits() -> list[tuple[str, ...]]:
-    """Time of a fit to 1000 runs over ten parameters."""
-    family = family_of(scipy.special.ndtr(standard_normal()))
-    z = np.sqrt(3) * (2 * qmc.Sobol(10, seed=1).random(1024)[:1000] - 1)
-    slope = np.linspace(0.03, 0.3, 10)
-    values, slopes = np.sin(z @ slope), np.cos(z @ slope)[:, None] * slope
-    rows = []
-    for what, given in (("values and gradients", slopes), ("values", None)):
-        best = np.inf
-        for _ in range(5):
-            begin = time.process_time()
-            found = fit([family] * 10, z, values, given)
-            best = min(best, time.process_time() - begin)
-        terms = str(len(found.coefficients))
-        rows.append((what, str(found.degree), terms, f"{1 - found.q2:.1e}", f"{best:.2f}"))
-    return rows
-
-
 def main() -> None:
-    """Print the tables and write them as CSV."""
+    """Print the table and write it to the results."""
     head = ("peak of", "runs", "fitted to", "mean", "deviation", "1 %", "99 %", "s", "over 100 000")
-    rows = against_samples()
-    print(table(head, rows))
-    write("chaos.csv", head, rows)
-    head = ("1000 runs, 10 parameters", "degree", "terms", "not predicted", "s")
-    rows = fits()
-    print(table(head, rows))
-    write("chaos_fit.csv", head, rows)
+    publish("chaos", head, against_samples())
 
 
 if __name__ == "__main__":

@@ -8,14 +8,12 @@ three, in turn in one process. Read the ratios.
     python -m benchmarks.damage
 """
 
-import time
-from collections.abc import Callable
-from typing import Any
+from functools import partial
 
 import numpy as np
 
 import lumped as lp
-from benchmarks.hybrid import write
+from benchmarks.harness import in_turn, publish
 from lumped import functionals as fun
 from lumped.models.reversing_mill.scenes import pulled_apart
 from lumped.models.reversing_mill.stand import RATED, SHAFTS
@@ -25,17 +23,6 @@ CURVE = lp.life.SNCurve(knee=2e3, cycles=2e6, slope=5.0, unit="N.m")
 SCENE = {"until": 0.4, "start": dict.fromkeys(SHAFTS, RATED)}
 VARIED = ("upper.shaft.c", "upper.spindle.c", "upper.rolls.J", "M_s")
 RUNS, RECORDED, TURNS, AWAY = 2000, 20, 3, 1e-5
-
-
-def least(*ways: Callable[[], Any]) -> list[float]:
-    """Seconds of ways, taken in turn."""
-    seconds = [np.inf] * len(ways)
-    for _ in range(TURNS):
-        for i, way in enumerate(ways):
-            begin = time.perf_counter()
-            way()
-            seconds[i] = min(seconds[i], time.perf_counter() - begin)
-    return seconds
 
 
 def streamed(system: lp.System) -> list[str]:
@@ -51,10 +38,8 @@ def streamed(system: lp.System) -> list[str]:
         cycles = lp.life.rainflow(lp.life.turning_points(run, LOAD))
         alone = float(cycles.counts @ CURVE.damage(cycles.ranges / 2))
         worst = max(worst, abs(found[str(damage)][k] / alone - 1))
-    with_damage, with_peak = least(
-        lambda: lp.ensemble(system, of=[damage], **options),
-        lambda: lp.ensemble(system, of=[peak], **options),
-    )
+    ways = (partial(lp.ensemble, system, of=[one], **options) for one in (damage, peak))
+    with_damage, with_peak = (way.seconds for way in in_turn(*ways, rounds=TURNS))
     times = f"{with_damage:.3f}", f"{with_peak:.3f}", f"{with_damage / with_peak:.2f}"
     return [f"{RUNS} runs, against their peaks", *times, f"{worst:.1e}"]
 
@@ -75,9 +60,8 @@ def differentiated(system: lp.System) -> list[str]:
     def gradient() -> np.ndarray:
         return lp.gradient(system, of=[damage], to=VARIED, **options).derivatives[0]
 
-    exact, apart = gradient(), differences()
+    (one, _, exact), (eight, _, apart) = in_turn(gradient, differences, rounds=TURNS)
     error = np.abs((exact - apart) * own).max() / np.abs(exact * own).max()
-    one, eight = least(gradient, differences)
     return ["gradient, against differences", f"{one:.3f}", f"{eight:.3f}", f"{one / eight:.2f}",
             f"{error:.1e}"]  # fmt: skip
 
@@ -86,7 +70,7 @@ def main() -> None:
     """Print the table, and write it to results."""
     system = lp.assemble(pulled_apart())
     head = ("damage of a spindle", "s", "against, s", "ratio", "deviation")
-    write("damage.csv", head, [streamed(system), differentiated(system)])
+    publish("damage", head, [streamed(system), differentiated(system)])
 
 
 if __name__ == "__main__":

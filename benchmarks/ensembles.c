@@ -1,4 +1,4 @@
-/* Programs written by hand for `benchmarks._ensembles_in_c`: many runs of one small system, each
+/* Programs written by hand for `benchmarks.ensembles`: many runs of one small system, each
    with its own parameters. They show how quick such a run can be on one thread.
 
    Every number is a `wide`: one double, or LANES doubles side by side in a register. Each lane has
@@ -505,64 +505,6 @@ void task_a(const double *parameters, long count, double rtol, double *found, lo
    speeds meet, and stays locked. */
 static const double inertia[4] = {1.0, 1.5, 0.8, 2.0}, start_speed[4] = {30, 18, 12, 4};
 #define MOTOR 2.0
-
-/* Closed form: between two locks all accelerations are constant. Found: time of each lock, heat. */
-void task_b_closed(const double *parameters, long count, double rtol, double *found, long *steps)
-{
-    (void)rtol;
-    steps[0] = steps[1] = 0;
-    for (long first = 0; first < count; first += LANES) {
-        long used = count - first < LANES ? count - first : LANES;
-        wide torque[3], locked[3], at[3], w[4], t = all(0), heat = all(0);
-        for (int i = 0; i < 3; i++) {
-            locked[i] = at[i] = torque[i] = all(0);
-            for (int l = 0; l < used; l++)
-                LANE(torque[i], l) = parameters[3 * (first + l) + i];
-        }
-        for (int i = 0; i < 4; i++) w[i] = all(start_speed[i]);
-        for (int round = 0; round < 3; round++) {
-            wide sum[4], mass[4], a[4], time[3], slip[3];
-            /* Locked bodies form one: forces and inertias add up from the first to the last. */
-            UNROLLED for (int i = 0; i < 4; i++) {
-                sum[i] = i < 3 ? -torque[i] * (1 - locked[i]) : all(0);
-                sum[i] += i > 0 ? torque[i - 1] * (1 - locked[i - 1]) : all(MOTOR);
-                mass[i] = all(inertia[i]);
-                if (i > 0) {
-                    sum[i] += locked[i - 1] * sum[i - 1];
-                    mass[i] += locked[i - 1] * mass[i - 1];
-                }
-            }
-            UNROLLED for (int i = 3; i >= 0; i--) {
-                a[i] = sum[i] / mass[i];
-                if (i < 3) a[i] += locked[i] * (a[i + 1] - a[i]);
-            }
-            wide step = all(1e300);
-            UNROLLED for (int i = 0; i < 3; i++) {
-                slip[i] = w[i] - w[i + 1];
-                wide closing = a[i + 1] - a[i];
-                truth meets = above(closing * (1 - locked[i]), all(0));
-                time[i] = choose(meets, slip[i] / closing, all(1e300));
-                step = smaller(step, time[i]);
-            }
-            t += step;
-            UNROLLED for (int i = 0; i < 3; i++) {
-                wide mean = slip[i] + 0.5 * step * (a[i] - a[i + 1]);
-                heat += (1 - locked[i]) * torque[i] * mean * step;
-            }
-            UNROLLED for (int i = 0; i < 4; i++) w[i] += a[i] * step;
-            UNROLLED for (int i = 0; i < 3; i++) {
-                truth later = above(time[i], step);
-                at[i] = choose(later, at[i], t);
-                locked[i] = choose(later, locked[i], all(1));
-            }
-        }
-        for (int l = 0; l < used; l++) {
-            double *row = found + 4 * (first + l);
-            for (int i = 0; i < 3; i++) row[i] = LANE(at[i], l);
-            row[3] = LANE(heat, l);
-        }
-    }
-}
 
 #if LANES == 1 && GROUPS == 1
 

@@ -4,30 +4,67 @@ Four tasks (`_ensemble_tasks`): three masses, three clutches, a crank drive, Lor
 solved by DOP853 with its own formulas: plain, tuned for this machine, and with eight variants side
 by side in registers and fused multiplications (`ensembles.c`). `lumped` makes the same runs from
 the models, one by one and in lanes, with the bits of single runs. Times are processor times a run
-of one thread, the best of many short slices; errors the greatest over the variants, relative to
-the largest value (Lorenz: absolute), against runs at 1e-11. Read the ratios, and the errors beside
-them.
+of one thread, the best of many short slices; set-up goes from the description to the end of the
+first slice in lanes, less the time of a slice. Errors are the greatest over the variants, relative
+to the largest value (Lorenz: absolute), against runs at 1e-11. Read the ratios, and the errors
+beside them.
 
     python -m benchmarks.ensembles
 """
 
+import functools
 import os
+import subprocess
 import time
+from collections.abc import Callable
+from ctypes import CDLL, c_double, c_long, c_void_p
 
 import numpy as np
 
 import lumped as lp
 from benchmarks._ensemble_tasks import Task, tasks
-from benchmarks._ensembles_in_c import limit, statistics_error
-from benchmarks.hybrid import write
+from benchmarks.harness import built_in_c, publish, timed
 from lumped.many_runs.native_runs import NativeRuns
-from lumped.support.text_table import table
 from lumped.timeloop.run_options import RunOptions, run_plan
 
 SLICES, PART = 40, 256
 """Slices of work, and the variants in each."""
 CASES = (("a", 1e-6), ("a", 1e-8), ("b", 1e-8), ("c", 1e-6), ("c", 1e-8), ("d", 1e-6), ("d", 1e-8))
+WHOLE = (("a", 1e-6), ("b", 1e-8), ("c", 1e-6), ("d", 1e-8))
 TIGHT = 1e-11
+
+# Sums over neighbouring states are not to be turned into short vectors: they are stored one by one
+# and read in pairs, for which the processor waits.
+PLAIN = ("-O2", "-fno-tree-slp-vectorize")
+NATIVE = ("-O3", "-march=native", "-fno-tree-slp-vectorize")
+GROUPS = 2
+"""Registers full of variants that advance together: one leaves the processor waiting for results,
+three no longer fit."""
+
+
+@functools.cache
+def library(kind: str) -> CDLL | None:
+    """The programs in C: "plain", "tuned", or with variants "side by side" in a register."""
+    options = PLAIN if kind == "plain" else NATIVE
+    if kind == "side by side":
+        ask = ["gcc", "-march=native", "-dM", "-E", "-x", "c", "/dev/null"]
+        said = subprocess.run(ask, check=True, capture_output=True, text=True).stdout.split()
+        lanes = 8 if "__AVX512F__" in said else 4 if "__AVX2__" in said else 1
+        options = (*options, f"-DLANES={lanes}", f"-DGROUPS={GROUPS}")
+    return built_in_c("ensembles.c", *options)
+
+
+def in_c(letter: str, rtol: float, kind: str, points: np.ndarray) -> tuple[float, np.ndarray]:
+    """Processor time of a run in C, and the functionals of all variants."""
+    made = library(kind)
+    found = np.full((len(points), {"a": 1, "b": 4, "c": 3, "d": 3}[letter]), np.nan)
+    if made is None or (letter, kind) == ("b", "side by side"):
+        return np.nan, found
+    function, steps = made[f"task_{letter}"], (c_long * 2)()
+    function.restype, function.argtypes = None, (c_void_p, c_long, c_double, c_void_p, c_void_p)
+    points = np.ascontiguousarray(points)
+    given = (points.ctypes.data, len(points), rtol, found.ctypes.data, steps)
+    return timed(lambda: function(*given), SLICES, time.thread_time).seconds / len(points), found
 
 
 class Alone(NativeRuns):
@@ -53,15 +90,13 @@ def shown(letter: str, values: np.ndarray) -> np.ndarray:
     return values
 
 
-def timed(runs: NativeRuns, points: np.ndarray) -> float:
-    """Processor time of a run."""
-    runs.run(points[:8])
-    best = np.inf
-    for _ in range(SLICES):
-        begin = time.thread_time()
-        runs.run(points)
-        best = min(best, time.thread_time() - begin)
-    return best / len(points)
+def sliced(runs_of: Callable[[], NativeRuns], points: np.ndarray) -> tuple[float, float]:
+    """Processor time of a run, and of all before it, s."""
+    begin = time.process_time()
+    runs = runs_of()
+    made = time.process_time() - begin
+    found = timed(lambda: runs.run(points), SLICES, time.thread_time)
+    return found.seconds / len(points), made + found.first - found.seconds
 
 
 def greatest(letter: str, found: np.ndarray, reference: np.ndarray) -> float:
@@ -81,25 +116,24 @@ def against_c() -> list[tuple[str, ...]]:
             points = task.points[np.linspace(0, len(task.points) - 1, count).round().astype(int)]
         reference = shown(letter, prepared(task, TIGHT, NativeRuns, letter).run(points).values)
         found = shown(letter, prepared(task, rtol, NativeRuns, letter).run(points).values)
-        alone = timed(prepared(task, rtol, Alone, letter), points)
-        lanes = timed(prepared(task, rtol, NativeRuns, letter), points)
-        scalar, own = limit(letter, rtol, "scalar", count)
-        native, _ = limit(letter, rtol, "native", count)
-        side = np.nan if letter == "b" else limit(letter, rtol, "lanes", count)[0]
-        times = [f"{1e6 * t:.2f}" for t in (alone, lanes, scalar, native, side)]
-        best = native if letter == "b" else side
-        ratios = [f"{lanes / scalar:.2f}", f"{lanes / best:.2f}"]
+        alone, _ = sliced(functools.partial(prepared, task, rtol, Alone, letter), points)
+        lanes, set_up = sliced(functools.partial(prepared, task, rtol, NativeRuns, letter), points)
+        plain, own = in_c(letter, rtol, "plain", points)
+        tuned, _ = in_c(letter, rtol, "tuned", points)
+        side, _ = in_c(letter, rtol, "side by side", points)
+        times = [f"{1e6 * t:.2f}" for t in (alone, lanes, plain, tuned, side)]
+        ratios = [f"{lanes / plain:.2f}", f"{lanes / np.nanmin([plain, tuned, side]):.2f}"]
         errors = [f"{greatest(letter, v, reference):.1e}" for v in (found, own)]
-        rows.append((letter, f"{rtol:g}", *times, *ratios, *errors))
+        rows.append((letter, f"{rtol:g}", f"{set_up:.2f}", *times, *ratios, *errors))
     return rows
 
 
 def whole() -> list[tuple[str, ...]]:
-    """Whole ensembles on all threads, with their statistics against the published ones."""
+    """Whole ensembles on all threads."""
     rows, cores = [], os.cpu_count() or 1
-    for letter, rtol in (("a", 1e-6), ("b", 1e-8), ("c", 1e-6), ("d", 1e-8)):
+    for letter, rtol in WHOLE:
         task = tasks()[letter]
-        system = lp.assemble(task.model, keep=["wheel.phi"] if letter == "c" else ())
+        system = lp.assemble(task.model)
         over = lp.ensembles.paired(dict(zip(task.names, task.points.T, strict=True)))
         common = {"over": over, "until": task.until, "of": task.of, "rtol": rtol}
         if letter == "d":
@@ -109,40 +143,19 @@ def whole() -> list[tuple[str, ...]]:
             found = lp.ensemble(system, workers=workers, **common)
             assert not found.failures
             seconds[workers] = found.seconds
-        values = shown(letter, found.values)
-        error = "" if letter == "d" else f"{statistics_error(letter, values):.1e}"
-        count, wall = len(values), seconds[cores]
-        use = seconds[1] / (cores * wall)
-        rows.append(
-            (
-                letter,
-                f"{rtol:g}",
-                str(count),
-                f"{wall:.2f}",
-                f"{count / wall:.0f}",
-                f"{use:.2f}",
-                error,
-            )
-        )
+        count, wall = len(found), seconds[cores]
+        use = f"{seconds[1] / (cores * wall):.2f}"
+        rows.append((letter, f"{rtol:g}", str(count), f"{wall:.2f}", f"{count / wall:.0f}", use))
     return rows
 
 
 def main() -> None:
-    """Print the tables and write them beside this script."""
-    head = (
-        *("task", "rtol", "us one by one", "us in lanes", "us C", "us C tuned", "us C in lanes"),
-        *("lanes over C", "lanes over fastest C", "error", "error of C"),
-    )
-    rows = against_c()
-    print(table(head, rows))
-    write("ensembles.csv", head, rows)
-    head = (
-        *("task", "rtol", "runs", "s on all threads", "runs per second"),
-        *("share of perfect use", "error of statistics"),
-    )
-    rows = whole()
-    print(table(head, rows))
-    write("ensembles_whole.csv", head, rows)
+    """Print the tables and write them to the results."""
+    head = ("task", "rtol", "set-up, s", "us one by one", "us in lanes")
+    head += ("us C", "us C tuned", "us C in lanes", "lanes over C", "lanes over fastest C")
+    publish("ensembles", (*head, "error", "error of C"), against_c())
+    head = ("task", "rtol", "runs", "s on all threads", "runs per second", "share of perfect use")
+    publish("ensembles_whole", head, whole())
 
 
 if __name__ == "__main__":

@@ -5,30 +5,6 @@ extremes. Errors are relative to the range of the signal. Where errors add up ov
 is the tolerance times the number of steps, at least a hundred; for the closed form it is the
 tolerance itself.
 
-    python -m benchmarks.extreme
-"""
-
-import csv
-import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from pathlib import Path
-
-import numpy as np
-from scipy.integrate import quad
-
-import lumped as lp
-from lumped.components import CrankSlider, EllipticalGear, Inertia, Spring
-from lumped.components.translation import Force
-from lumped.errors import LumpedError
-from lumped.support.text_table import table
-
-TURN = 2 * np.pi
-TEXT = """# What happens at the edges
-
-By `python -m benchmarks.extreme`; the error is relative to the range of the signal, `energy` the
-largest deviation of the energy from its start, both over the whole run; ms on two shared cores.
-
 * A stiff shaft that vibrates holds every method by steps to its period: 200 000 steps are not
   enough from a ratio of 1e8 or 1e10 on, and the run says so. If it only stands in the way, the
   implicit method passes over it with 70 steps. The closed form needs none of this; its rounding,
@@ -43,7 +19,22 @@ largest deviation of the energy from its start, both over the whole run; ms on t
 * Explicit steps at the limit of stability are less accurate than their tolerance, 40 times for the
   slow mode beside a shaft of ratio 100; the limit is a hundred times.
 
+    python -m benchmarks.extreme
 """
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import quad
+
+import lumped as lp
+from benchmarks.harness import publish, timed
+from lumped.components import CrankSlider, EllipticalGear, Inertia, Spring
+from lumped.components.translation import Force
+from lumped.errors import LumpedError
+
+TURN = 2 * np.pi
 METHODS = ("explicit", "implicit", "exact", "auto")
 HEAD = ("case", "value", "method", "rtol", "error", "limit", "ms", "steps", "energy", "outcome")
 
@@ -249,13 +240,7 @@ def measured(case: Case, method: str) -> tuple:
 
     first = (case.name, f"{case.value:g}", method, f"{case.rtol:g}")
     try:
-        begin = time.perf_counter()
-        run = action()
-        spent = time.perf_counter() - begin
-        if spent < 1:
-            begin = time.perf_counter()
-            action()
-            spent = time.perf_counter() - begin
+        spent, _, run = timed(action, 2)
         error, energy = case.error(run), case.energy(run)
     except LumpedError as fault:
         text = f"{type(fault).__name__}: {str(fault).splitlines()[0]}"
@@ -272,16 +257,8 @@ def measured(case: Case, method: str) -> tuple:
 
 
 def main() -> None:
-    """Print the table and write it beside this script."""
-    rows = []
-    for case in cases():
-        rows += [measured(case, method) for method in METHODS]
-        print(table(HEAD, rows[-len(METHODS) :]), flush=True)
-    folder = Path(__file__).parent / "results"
-    with (folder / "extreme.csv").open("w", newline="") as file:
-        csv.writer(file).writerows([HEAD, *rows])
-    lines = ["| " + " | ".join(map(str, row)) + " |" for row in (HEAD, ["---"] * len(HEAD), *rows)]
-    (folder / "extreme.md").write_text(TEXT + "\n".join(lines) + "\n")
+    """Print the table and write it to the results."""
+    publish("extreme", HEAD, [measured(case, method) for case in cases() for method in METHODS])
 
 
 if __name__ == "__main__":

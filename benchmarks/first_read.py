@@ -8,23 +8,13 @@ Times are the best of several; read the ratios.
     python -m benchmarks.first_read
 """
 
-import time
-
 import numpy as np
 
 import lumped as lp
 from benchmarks.default_call import Two
-from benchmarks.hybrid import write
-from lumped.support.text_table import table
+from benchmarks.harness import publish, timed
 
 ROUNDS, SYSTEMS = 200, 5
-
-
-def taken(action) -> float:
-    """Time of one call, s."""
-    begin = time.perf_counter()
-    action()
-    return time.perf_counter() - begin
 
 
 def in_numpy(run: lp.Trajectory) -> np.ndarray:
@@ -34,7 +24,7 @@ def in_numpy(run: lp.Trajectory) -> np.ndarray:
 
 
 def main() -> None:
-    """Print the table and write it beside this script."""
+    """Print the table and write it to the results."""
     best = dict.fromkeys(
         (
             "the torque in NumPy",
@@ -47,7 +37,7 @@ def main() -> None:
     )
 
     def note(what: str, action) -> None:
-        best[what] = min(best[what], taken(action))
+        best[what] = min(best[what], timed(action, 1).seconds)
 
     for _ in range(SYSTEMS):
         system = lp.assemble(Two())
@@ -65,8 +55,7 @@ def main() -> None:
     base = best["the torque in NumPy"]
     head = ("what", "us", "over NumPy")
     rows = [(what, f"{s * 1e6:.1f}", f"{s / base:.2f}") for what, s in best.items()]
-    print(table(head, rows))
-    write("first_read.csv", head, rows)
+    publish("first_read", head, rows)
 
 
 if __name__ == "__main__":

@@ -13,8 +13,7 @@ import subprocess
 import sys
 import tempfile
 
-from benchmarks.hybrid import write
-from lumped.support.text_table import table
+from benchmarks.harness import publish
 
 PARTS = ("import", "assemble", "machine code of the loop", "run and read")
 LUMPED = """
@@ -65,26 +64,21 @@ print(times[1] - times[0], 0.0, 0.0, times[2] - times[1])
 """
 
 
-def measured(program: str, cache: str) -> list[float]:
-    """Parts of the time of a new process, s."""
-    environment = {**os.environ, "LUMPED_CACHE": cache, "OMP_NUM_THREADS": "1"}
-    command = [sys.executable, "-c", program]
-    told = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+def measured(program: str, cache: str | None) -> list[float]:
+    """Parts of the time of a new process, s; with nothing cached unless a folder is given."""
+    with tempfile.TemporaryDirectory() as empty:
+        environment = {**os.environ, "LUMPED_CACHE": cache or empty, "OMP_NUM_THREADS": "1"}
+        command = [sys.executable, "-c", program]
+        told = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     return [float(part) for part in told.stdout.split()]
 
 
-def empty(program: str) -> list[float]:
-    """The same with nothing cached."""
-    with tempfile.TemporaryDirectory() as folder:
-        return measured(program, folder)
-
-
 def main() -> None:
-    """Print the table and write it beside this script."""
+    """Print the table and write it to the results."""
     with tempfile.TemporaryDirectory() as folder:
         measured(LUMPED, folder)
         ways = {
-            "lumped, nothing cached": [empty(LUMPED) for _ in range(3)],
+            "lumped, nothing cached": [measured(LUMPED, None) for _ in range(3)],
             "lumped, cached": [measured(LUMPED, folder) for _ in range(6)],
             "SciPy DOP853, NumPy": [measured(SCIPY, folder) for _ in range(5)],
         }
@@ -95,8 +89,7 @@ def main() -> None:
         for way, parts in best.items()
     ]
     head = ("new process", *(f"{part}, s" for part in PARTS), "all, s", "over SciPy")
-    print(table(head, rows))
-    write("first_result.csv", head, rows)
+    publish("first_result", head, rows)
 
 
 if __name__ == "__main__":

@@ -7,16 +7,14 @@ beside it. Times are the best of three in one process: read them against each ot
     python -m benchmarks.machines
 """
 
-import csv
 from collections.abc import Callable
-from pathlib import Path
 
 from matplotlib.figure import Figure
 
 import lumped as lp
+from benchmarks.harness import RESULTS, publish
 from benchmarks.hybrid import Coupled
 from lumped.models import MACHINES, machine
-from lumped.support.text_table import table
 
 
 def three_clutches(**options) -> lp.Trajectory:
@@ -24,7 +22,6 @@ def three_clutches(**options) -> lp.Trajectory:
     return lp.simulate(lp.assemble(Coupled()), until=1.5, **options)
 
 
-RESULTS = Path(__file__).parent / "results"
 SCENES: dict[str, Callable[..., lp.Trajectory]] = {
     **{text: machine(name).scene for name, text in MACHINES.items()},
     "Three clutches": three_clutches,
@@ -33,7 +30,7 @@ TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 
 
 def main() -> None:
-    """Print the tables, write them as CSV and draw them."""
+    """Print the table, write it to the results and draw it."""
     head = ("scene", "method", "rtol", "error", "ms", "steps", "rejected", "events", "outcome")
     rows = []
     lines = -(-len(SCENES) // 2)
@@ -62,9 +59,7 @@ def main() -> None:
     figure.supxlabel("largest error of a state, relative to its range")
     figure.supylabel("run time, ms")
     figure.savefig(RESULTS / "machines.png", dpi=70)
-    print(table(head, rows))
-    with (RESULTS / "machines.csv").open("w", newline="") as file:
-        csv.writer(file).writerows([head, *rows])
+    publish("machines", head, rows)
 
 
 if __name__ == "__main__":

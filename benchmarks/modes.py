@@ -8,18 +8,17 @@ runs in a process of its own: its memory is what the modes add to the peak of th
     python -m benchmarks.modes
 """
 
-import csv
 import resource
 import subprocess
 import sys
 import time
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 
 import lumped as lp
+from benchmarks.harness import publish, timed
 from lumped.components import Inertia, Spring
-from lumped.support.text_table import table
 
 SIZES = (1000, 3000, 10_000, 30_000, 100_000)
 COUNT, ROUNDS = 20, 3
@@ -46,18 +45,17 @@ def measured(n: int) -> list[float]:
     )
     point = lp.start_point(system)
     system.state_matrix((point.x, point.theta, point.time, point.settings))
-    assembled, before, best = time.process_time() - begin, peak(), np.inf
-    for _ in range(ROUNDS):
-        begin = time.process_time()
-        found = lp.modes(system, at=point, near=0.0, count=COUNT).hertz
-        best = min(best, time.process_time() - begin)
+    assembled, before = time.process_time() - begin, peak()
+    lowest = partial(lp.modes, system, at=point, near=0.0, count=COUNT)
+    found = timed(lowest, ROUNDS, time.process_time)
     k = np.arange(1, COUNT + 1)
     exact = np.sqrt(C / J) * np.sin(k * np.pi / (2 * n)) / np.pi
-    return [assembled, best, peak() - before, float(np.abs(found / exact - 1).max())]
+    error = float(np.abs(found.result.hertz / exact - 1).max())
+    return [assembled, found.seconds, peak() - before, error]
 
 
 def main() -> None:
-    """Print the table and write it as CSV."""
+    """Print the table and write it to the results."""
     rows = []
     for n in SIZES:
         call = [sys.executable, "-m", "benchmarks.modes", str(n)]
@@ -65,10 +63,7 @@ def main() -> None:
         assembled, seconds, memory, error = map(float, text.split())
         each = f"{seconds / n * 1e6:.1f}", f"{memory:.0f}", f"{memory / n * 1024:.1f}"
         rows.append((str(n), f"{assembled:.2f}", f"{seconds:.3f}", *each, f"{error:.0e}"))
-    print(table(HEAD, rows))
-    path = Path(__file__).parent / "results" / "modes.csv"
-    with path.open("w", newline="") as file:
-        csv.writer(file).writerows([HEAD, *rows])
+    publish("modes", HEAD, rows)
 
 
 if __name__ == "__main__":

@@ -10,20 +10,25 @@ crankshaft has nine masses.
     python -m benchmarks.order_response
 """
 
-import csv
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 
 import lumped as lp
+from benchmarks.harness import in_turn, publish
 from lumped.components import Damper, Fixed, Inertia, LossSpring, Torque
-from lumped.support.text_table import table
 
 SIZES, SPEEDS, ORDERS, ROUNDS = (9, 18, 36), np.linspace(100.0, 270.0, 1000), 24, 5
 ETA, D = 0.035, 2.0
-HEAD = ("inertias", "order response, ms", "over batched solver", "over tridiagonal", "difference")
+HEAD = (
+    "inertias",
+    "first call, s",
+    "order response, ms",
+    "over batched solver",
+    "over tridiagonal",
+    "difference",
+)
 
 Solved = Callable[[], np.ndarray]
 
@@ -103,25 +108,17 @@ def by_hand(J: np.ndarray, k: np.ndarray, T: np.ndarray) -> tuple[Solved, Solved
 
 
 def main() -> None:
-    """Print the table and write it as CSV."""
+    """Print the table and write it to the results."""
     rows = []
     for n in SIZES:
         ways = [by_lumped(*drive(n)), *by_hand(*drive(n))]
-        best, found = [np.inf] * 3, [way() for way in ways]
-        ways[0]()
-        for _ in range(ROUNDS):
-            for i, way in enumerate(ways):
-                begin = time.process_time()
-                way()
-                best[i] = min(best[i], time.process_time() - begin)
-        missed = max(np.abs(found[0] - other).max() for other in found[1:])
-        ratios = [f"{best[0] / other:.2f}" for other in best[1:]]
-        error = missed / np.abs(found[1]).max()
-        rows.append((str(n), f"{best[0] * 1e3:.0f}", *ratios, f"{error:.0e}"))
-    print(table(HEAD, rows))
-    path = Path(__file__).parent / "results" / "order_response.csv"
-    with path.open("w", newline="") as file:
-        csv.writer(file).writerows([HEAD, *rows])
+        own, *others = in_turn(*ways, rounds=ROUNDS, clock=time.process_time)
+        missed = max(np.abs(own.result - other.result).max() for other in others)
+        ratios = [f"{own.seconds / other.seconds:.2f}" for other in others]
+        error = missed / np.abs(others[0].result).max()
+        times = (f"{own.first:.2f}", f"{own.seconds * 1e3:.0f}")
+        rows.append((str(n), *times, *ratios, f"{error:.0e}"))
+    publish("order_response", HEAD, rows)
 
 
 if __name__ == "__main__":

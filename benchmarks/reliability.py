@@ -10,8 +10,7 @@ samples have an interval as narrow.
     python -m benchmarks.reliability
 """
 
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,11 +18,10 @@ import numpy as np
 from scipy.stats import norm
 
 import lumped as lp
-from benchmarks.hybrid import write
+from benchmarks.harness import publish, timed
 from lumped import functionals as fun
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
 from lumped.ensembles import lognormal, truncated
-from lumped.support.text_table import table
 
 SAMPLES, PART = 10_000_000, 1_000_000
 METHODS: tuple[dict[str, Any], ...] = (
@@ -122,46 +120,35 @@ def sampled(task: Task) -> float:
     return beyond / SAMPLES
 
 
+def rows_of(name: str, task: Task) -> Iterator[tuple[str, ...]]:
+    """All methods on a drive, after the samples."""
+    many = sampled(task)
+
+    def probabilities(p: float) -> tuple[str, ...]:
+        exact = "" if np.isnan(task.exact) else f"{p / task.exact:.4f}"
+        return f"{p:.4e}", f"{p / many:.4f}", exact
+
+    error = f"{np.sqrt((1 - many) / many / SAMPLES):.1%}"
+    yield name, f"{SAMPLES} samples", *probabilities(many), error, "", "", "", ""
+    for options in METHODS:
+        one = timed(lambda o=options: lp.reliability(**task.call, **o), 1)
+        found = one.result
+        p, off = found.probability, found.sampled.deviation
+        told = (f"{off:.1%}", f"{(1 - p) / p / off**2:.0f}") if off else ("", "")
+        counts = (str(found.evaluations), str(found.gradients), f"{one.seconds:.2f}")
+        yield name, options["search"], *probabilities(p), told[0], *counts, told[1]
+
+
 def main() -> None:
-    """Print the table and write it as CSV."""
-    rows = []
-    for name, task in (
-        ("linear, normal", pulled()),
-        ("frequency, lognormal", grounded()),
-        ("two masses, curved", two_masses()),
-    ):
-        many = sampled(task)
-        error = np.sqrt((1 - many) / many / SAMPLES)
-        ratio = "" if np.isnan(task.exact) else f"{many / task.exact:.4f}"
-        rows.append(
-            (name, f"{SAMPLES} samples", f"{many:.4e}", "1", ratio, f"{error:.1%}", "", "", "", "")
-        )
-        for options in METHODS:
-            begin = time.perf_counter()
-            found = lp.reliability(**task.call, **options)
-            seconds = time.perf_counter() - begin
-            p, off = found.probability, found.sampled.deviation
-            plain = f"{(1 - p) / p / off**2:.0f}" if off else ""
-            rows.append(
-                (
-                    name,
-                    options["search"],
-                    f"{p:.4e}",
-                    f"{p / many:.4f}",
-                    "" if np.isnan(task.exact) else f"{p / task.exact:.4f}",
-                    f"{off:.1%}" if off else "",
-                    str(found.evaluations),
-                    str(found.gradients),
-                    f"{seconds:.2f}",
-                    plain,
-                )
-            )
-    head = (
-        "drive", "method", "probability", "over samples", "over closed form", "deviation",
-        "evaluations", "with gradients", "time, s", "plain samples",
-    )  # fmt: skip
-    print(table(head, rows))
-    write("reliability.csv", head, rows)
+    """Print the table and write it to the results."""
+    head = ("drive", "method", "probability", "over samples", "over closed form", "deviation")
+    head = (*head, "evaluations", "with gradients", "time, s", "plain samples")
+    tasks = {
+        "linear, normal": pulled(),
+        "frequency, lognormal": grounded(),
+        "two masses, curved": two_masses(),
+    }
+    publish("reliability", head, [row for item in tasks.items() for row in rows_of(*item)])
 
 
 if __name__ == "__main__":

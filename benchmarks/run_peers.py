@@ -6,8 +6,7 @@ reference of `time_loop`. Packages without components get the right-hand side of
 NumPy. SciPy has the method that it has there, the others the fastest found. Set-up goes from the
 description to the end of the first run, less the best time of a run and without the imports; lumped
 makes its machine code anew, that of the time loop too. What a package does again in each run counts
-as run. jaxonomy has the three masses alone: `flatten_time --peers` shows how its set-up grows.
-Each row is the best of all runs in some seconds of a process of its own; read the ratios.
+as run. Each row is the best of all runs in some seconds of a process of its own; read the ratios.
 
     python -m benchmarks.run_peers
 """
@@ -19,7 +18,6 @@ import tempfile
 import time
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
@@ -28,74 +26,39 @@ from typing import Any
 import numpy as np
 
 import lumped as lp
-from benchmarks.hybrid import write
-from benchmarks.time_loop import MASSES, Chain, Drive, by_scipy, chain, three
-from lumped.support.text_table import table
+from benchmarks.harness import publish
+from benchmarks.time_loop import ROW, THREE, Masses
 from lumped.timeloop.executable import executable
 
 SECONDS, ROUNDS, LIMIT = 4.0, 300, 90.0  # of the runs, at most so many; of the whole process
 
 
-@dataclass(frozen=True)
-class Problem:
-    """Masses in a row on damped shafts: a sine turns the first, steps of torque the last."""
-
-    model: type[lp.Component]
-    rate: Callable[[float, np.ndarray], np.ndarray]
-    J: tuple[float, ...]
-    c: tuple[float, ...]
-    d: tuple[float, ...]
-    amplitude: float
-    frequency: float
-    edges: tuple[float, ...]
-    loads: tuple[float, ...]
-
-    @property
-    def states(self) -> int:
-        """Twists and speeds."""
-        return 2 * len(self.J) - 1
-
-
-PROBLEMS = {
-    "three masses, 2 s": Problem(
-        *(Drive, three, (2.0, 0.5, 1.0), (2e4, 1e4), (4.0, 3.0), 40.0, 30.0),
-        edges=(0.0, 0.5, 1.2, 2.0),
-        loads=(0.0, -100.0, -30.0),
-    ),
-    "300 masses, 1 s": Problem(
-        *(Chain, chain, (1.0,) * MASSES, (1e4,) * (MASSES - 1), (0.5,) * (MASSES - 1), 1.0, 20.0),
-        edges=(0.0, 1.0),
-        loads=(0.0,),
-    ),
-}
-
+PROBLEMS = {"three masses, 2 s": THREE, "300 masses, 1 s": ROW}
 Way = tuple[Callable[[], Any], Callable[[Any], np.ndarray]]
 """A run, and what finds the twists and speeds at its end."""
 
 
-def in_lumped(problem: Problem, rtol: float) -> Way:
+def in_lumped(problem: Masses, rtol: float) -> Way:
     """Assembled, with explicit steps and compiled functions."""
-    system, until, n = lp.assemble(problem.model()), problem.edges[-1], len(problem.J)
-    wanted = [f"shaft[{i}].phi_rel" for i in range(n - 1)] + [f"body[{i}].w" for i in range(n)]
-
+    system, until = lp.assemble(problem.model()), problem.until
     executable(system).compile()
 
     def run() -> lp.Trajectory:
         return lp.simulate(system, until=until, rtol=rtol, grid=[until], method="steps")
 
-    return run, lambda found: np.array([found[name][-1] for name in wanted])
+    return run, lambda found: np.array([found[name][-1] for name in problem.names])
 
 
-def in_scipy(problem: Problem, rtol: float) -> Way:
+def in_scipy(problem: Masses, rtol: float) -> Way:
     """SciPy's DOP853."""
-    return by_scipy(problem.rate, problem.edges, problem.states, rtol), np.asarray
+    return problem.by_scipy(rtol), np.asarray
 
 
-def in_cvode(problem: Problem, rtol: float, **options: object) -> Way:
+def in_cvode(problem: Masses, rtol: float, **options: object) -> Way:
     """CVODE's Adams method; twists and speeds alternate, so that its matrices are banded."""
     from sksundae.cvode import CVODE
 
-    n = problem.states
+    n = len(problem.names)
     order = np.concatenate([np.arange(1, n, 2), np.arange(0, n, 2)])  # of twists, then speeds
 
     def rate(t: float, y: np.ndarray, yp: np.ndarray) -> None:
@@ -117,7 +80,7 @@ def in_cvode(problem: Problem, rtol: float, **options: object) -> Way:
     return run, lambda y: y[order]
 
 
-def in_exudyn(problem: Problem, rtol: float, matrices: str) -> Way:
+def in_exudyn(problem: Masses, rtol: float, matrices: str) -> Way:
     """Items of one coordinate, the motor's torque as a symbolic function of exudyn, DOPRI5."""
     import exudyn as exu
     from exudyn import itemInterface as items  # noqa: N813
@@ -220,7 +183,7 @@ end Drive;
 """
 
 
-def in_rumoca(problem: Problem, rtol: float) -> Way:
+def in_rumoca(problem: Masses, rtol: float) -> Way:
     """Compiled Modelica, with the explicit one of its solvers."""
     import rumoca
 
@@ -230,7 +193,7 @@ def in_rumoca(problem: Problem, rtol: float) -> Way:
     values: dict[str, object] = {"n": n, "load": load}
     values |= {"amplitude": problem.amplitude, "frequency": problem.frequency}
     for name in ("J", "c", "d"):
-        values[name] = "{" + ", ".join(str(value) for value in getattr(problem, name)) + "}"
+        values[name] = "{" + ", ".join(map(str, getattr(problem, name).tolist())) + "}"
     source = MODELICA
     for name, value in values.items():
         source = source.replace("{" + name + "}", str(value))
@@ -244,67 +207,6 @@ def in_rumoca(problem: Problem, rtol: float) -> Way:
     )
 
 
-def in_jaxonomy(problem: Problem, rtol: float) -> Way:
-    """Acausal components, compiled by JAX; of its solvers, BDF alone takes the equations."""
-    import jax
-    import jax.numpy as jnp
-    import jaxonomy
-    from jaxonomy.acausal import AcausalCompiler, AcausalDiagram, EqnEnv, rotational
-    from jaxonomy.library import SourceBlock
-
-    env, diagram, n = EqnEnv(), AcausalDiagram(), len(problem.J)
-    rest = {"initial_angle_fixed": True, "initial_velocity_fixed": True}
-    body = [rotational.Inertia(env, name=f"body_{i}", I=J, **rest) for i, J in enumerate(problem.J)]
-    for i, (c, d) in enumerate(zip(problem.c, problem.d, strict=True)):
-        parts = (
-            rotational.Spring(env, name=f"spring_{i}", K=c),
-            rotational.Damper(env, name=f"damper_{i}", D=d),
-        )
-        for part in parts:
-            diagram.connect(body[i], "flange", part, "flange_a")
-            diagram.connect(part, "flange_b", body[i + 1], "flange")
-    for i in range(n):
-        sensor = rotational.MotionSensor(
-            env, name=f"sensor_{i}", enable_flange_b=False, enable_angle_port=True
-        )
-        diagram.connect(body[i], "flange", sensor, "flange_a")
-    for name, at in (("motor", 0), ("load", n - 1)):
-        source = rotational.TorqueSource(
-            env, name=name, enable_torque_port=True, enable_flange_b=False
-        )
-        diagram.connect(source, "flange_a", body[at], "flange")
-    system = AcausalCompiler(env, diagram)()
-
-    def motor(t: Any, **_: object) -> Any:
-        return problem.amplitude * jnp.sin(problem.frequency * t)
-
-    def load(t: Any, **_: object) -> Any:
-        section = jnp.searchsorted(jnp.array(problem.edges[1:-1]), t, side="right")
-        return jnp.array(problem.loads)[section]
-
-    builder = jaxonomy.DiagramBuilder()
-    builder.add(system)
-    torques = {
-        "motor_tau": builder.add(SourceBlock(motor, name="motor")),
-        "load_tau": builder.add(SourceBlock(load, name="load")),
-    }
-    for port in system.input_ports:
-        builder.connect(torques[port.name].output_ports[0], port)
-    whole = builder.build()
-    start, until = whole.create_context(), problem.edges[-1]
-    options = jaxonomy.SimulatorOptions(
-        rtol=rtol, atol=rtol * 1e-3, ode_solver_method="bdf", max_major_steps=200
-    )
-    advance = jax.jit(jaxonomy.Simulator(whole, options=options).advance_to)
-
-    def at_end(found: Any) -> np.ndarray:
-        seen = {port.name: float(port.eval(found.context)) for port in system.output_ports}
-        phi = np.array([seen[f"sensor_{i}_ang_rel"] for i in range(n)])
-        return np.concatenate([np.diff(phi), [seen[f"sensor_{i}_w_rel"] for i in range(n)]])
-
-    return lambda: jax.block_until_ready(advance(until, start)), at_end
-
-
 Plan = tuple[str, str, Callable[..., Way], tuple[object, ...], dict[str, object]]
 """Package, method, what makes the run, its tolerance and other arguments."""
 
@@ -314,7 +216,6 @@ PLANS: dict[str, list[Plan]] = {
         ("scipy", "DOP853, NumPy", in_scipy, (1e-5,), {}),
         ("exudyn", "DOPRI5", in_exudyn, (1e-7, "EXUdense"), {}),
         ("rumoca", "rk-like", in_rumoca, (3e-7,), {}),
-        ("jaxonomy", "BDF", in_jaxonomy, (2e-7,), {}),
         ("scikit-sundae", "CVODE Adams, NumPy", in_cvode, (4e-6,), {}),
     ],
     "300 masses, 1 s": [
@@ -377,7 +278,7 @@ def within_limit(problem: str, place: int) -> tuple[float, float, np.ndarray] | 
 def rows_of(name: str) -> list[tuple[str, ...]]:
     """All packages on one problem."""
     problem, rows, own = PROBLEMS[name], [], np.nan
-    reference = by_scipy(problem.rate, problem.edges, problem.states, 1e-13)()
+    reference = problem.by_scipy(1e-13)()
     for place, (package, method, _, arguments, _) in enumerate(PLANS[name]):
         found = within_limit(name, place)
         if isinstance(found, str):
@@ -395,13 +296,10 @@ def rows_of(name: str) -> list[tuple[str, ...]]:
 
 
 def main() -> None:
-    """Print the table and write it beside this script."""
-    begin = time.perf_counter()
+    """Print the table and write it to the results."""
     rows = [row for name in PROBLEMS for row in rows_of(name)]
     head = ("problem", "package", "method", "error", "ms", "set-up, s", "ratio to lumped")
-    print(table(head, rows))
-    write("run_peers.csv", head, rows)
-    print(f"\n{time.perf_counter() - begin:.0f} s")
+    publish("run_peers", head, rows)
 
 
 if __name__ == "__main__":

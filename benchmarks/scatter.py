@@ -17,7 +17,7 @@ from collections.abc import Callable
 import numpy as np
 
 import lumped as lp
-from benchmarks.hybrid import write
+from benchmarks.harness import in_turn, publish
 from lumped import functionals as fun
 from lumped.ensembles import scaled, truncated
 from lumped.models.reversing_mill.scenes import pulled_apart
@@ -40,20 +40,10 @@ TOLERANCES = SHAFT_TOLERANCES | {
 Values = Callable[[], np.ndarray]
 
 
-def least(ways: list[Values]) -> tuple[list[float], list[np.ndarray]]:
-    """Seconds of the processor and results of ways, taken in turn."""
-    seconds, found = [np.inf] * len(ways), [np.zeros(0)] * len(ways)
-    for _ in range(TURNS):
-        for i, way in enumerate(ways):
-            begin = time.process_time()
-            found[i] = way()
-            seconds[i] = min(seconds[i], time.process_time() - begin)
-    return seconds, found
-
-
 def row(what: str, together: Values, alone: Values) -> tuple[str, ...]:
     """Seconds of all variants together, and one by one; the latter are the first of the former."""
-    (seconds, some), (found, expected) = least([together, alone])
+    ways = in_turn(together, alone, rounds=TURNS, clock=time.process_time)
+    (seconds, _, found), (some, _, expected) = ways
     error = np.abs(found[:ALONE] / expected - 1).max()
     each = some / ALONE
     cells = (
@@ -121,7 +111,7 @@ def main() -> None:
     """Print the table, and write it to results."""
     head = ("what", "variants", "cores", "processor, s", "one by one, processor, s")
     head += ("ratio", "largest difference")
-    write("scatter.csv", head, [mill(), *frequencies()])
+    publish("scatter", head, [mill(), *frequencies()])
 
 
 if __name__ == "__main__":

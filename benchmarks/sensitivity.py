@@ -14,21 +14,20 @@ is driven to and fro, with one gradient and with those of many variants in threa
     python -m benchmarks.sensitivity
 """
 
-import csv
 import time
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 from scipy.linalg import expm
 
 import lumped as lp
+from benchmarks.harness import in_turn, publish
 from benchmarks.hybrid import Coupled
 from lumped import functionals
 from lumped.components import Backlash, Damper, Fixed, Inertia, SpringDamper, Torque
 from lumped.gradients.varied import TIGHTER
 from lumped.models.reversing_mill import scenes as mill
 from lumped.ops import sin
-from lumped.support.text_table import table
 
 COUNT, END, ROUNDS, RTOL = 100, 0.5, 40, 1e-8
 RNG = np.random.default_rng(1)
@@ -38,7 +37,6 @@ D = RNG.uniform(1.0, 5.0, COUNT - 1)
 TORQUE = 100.0
 CHECKED = ("body[7].J", "shaft[40].c", "load.tau")
 VARIANTS = 200
-RESULTS = Path(__file__).parent / "results"
 
 
 def chain() -> lp.System:
@@ -83,24 +81,6 @@ def expected() -> np.ndarray:
     return np.array(found)
 
 
-def timed(actions) -> list[tuple[float, float, object]]:
-    """Of each action: time of the first call, best time of several more, and the last result.
-
-    They take turns, so that a slow moment of the machine meets all of them.
-    """
-    first, best, results = [], [np.inf] * len(actions), [None] * len(actions)
-    for action in actions:
-        begin = time.process_time()
-        action()
-        first.append(time.process_time() - begin)
-    for _ in range(ROUNDS):
-        for i, action in enumerate(actions):
-            begin = time.process_time()
-            results[i] = action()
-            best[i] = min(best[i], time.process_time() - begin)
-    return list(zip(first, best, results, strict=True))
-
-
 def skidding_mill():
     """System, functionals, parameters, end and start values."""
     of = [functionals.peak("upper.spindle.tau"), functionals.rms("upper.shaft.tau")]
@@ -137,22 +117,17 @@ def gain(system, of, names, until, start) -> float:
     """How many times as fast two threads make many gradients as one; wall times."""
     value = system.parameters[names[0]]
     over = {names[0]: value * np.linspace(0.99, 1.01, VARIANTS)}
-    best = [np.inf, np.inf]
-    for _ in range(4):
-        for i, workers in enumerate((1, 2)):
-            begin = time.perf_counter()
-            lp.gradients.gradient_ensemble(
-                system, over=over, of=of, to=names, until=until, start=start, workers=workers
-            )
-            best[i] = min(best[i], time.perf_counter() - begin)
-    return best[0] / best[1]
+    given = {"over": over, "of": of, "to": names, "until": until, "start": start}
+    one, two = (partial(lp.gradients.gradient_ensemble, system, workers=n, **given) for n in (1, 2))
+    alone, both = in_turn(one, two, rounds=4)
+    return alone.seconds / both.seconds
 
 
 def across_events() -> None:
-    """Gradients of runs with events, as a table and as CSV."""
+    """Gradients of runs with events."""
     head = (
-        *("drive", "events", "functionals", "parameters", "run, ms", "gradient, ms", "own runs"),
-        "two threads over one",
+        *("drive", "events", "functionals", "parameters", "first call, s", "run, ms"),
+        *("gradient, ms", "own runs", "two threads over one"),
     )
     rows = []
     for name, case in (
@@ -162,56 +137,46 @@ def across_events() -> None:
     ):
         system, of, names, until, start = case()
         options = {"until": until, "start": start}
-        (_, own, run), (_, spent, _) = timed(
-            [
-                lambda s=system, o=options: lp.simulate(s, **o, rtol=TIGHTER * 1e-6, grid=None),
-                lambda s=system, o=options, of=of, to=names: lp.gradient(s, of=of, to=to, **o),
-            ]
+        own, slope = in_turn(
+            partial(lp.simulate, system, **options, rtol=TIGHTER * 1e-6, grid=None),
+            partial(lp.gradient, system, of=of, to=names, **options),
+            rounds=ROUNDS,
+            clock=time.process_time,
         )
-        counts = (str(len(v)) for v in (run.events, of, names))
-        numbers = (f"{own * 1e3:.2f}", f"{spent * 1e3:.2f}", f"{spent / own:.1f}")
+        counts = (str(len(v)) for v in (own.result.events, of, names))
+        times = (f"{own.seconds * 1e3:.2f}", f"{slope.seconds * 1e3:.2f}")
+        numbers = (f"{slope.first:.2f}", *times, f"{slope.seconds / own.seconds:.1f}")
         rows.append((name, *counts, *numbers, f"{gain(system, of, names, until, start):.2f}"))
-    print(table(head, rows))
-    _write("sensitivity_across_events", head, rows)
-
-
-def _write(name, head, rows) -> None:
-    with (RESULTS / f"{name}.csv").open("w", newline="") as file:
-        csv.writer(file).writerows([head, *rows])
+    publish("sensitivity_across_events", head, rows)
 
 
 def main() -> None:
-    """Print the tables and write them as CSV."""
+    """Print the tables and write them to the results."""
     system = chain()
     names = [f"body[{i}].J" for i in range(COUNT)] + [f"shaft[{i}].c" for i in range(COUNT - 1)]
     names.append("load.tau")
-    final = functionals.final(f"body[{COUNT - 1}].w")
+    speed = f"body[{COUNT - 1}].w"
+    final = functionals.final(speed)
     rms, peak = functionals.rms("shaft[50].tau"), functionals.peak("shaft[50].tau")
-    rows: list = [("run", 0), ("run with the steps of derivatives", 0)]
-    actions: list = [
-        lambda rtol=rtol: lp.simulate(system, until=END, rtol=rtol, grid=None)
-        for rtol in (RTOL, TIGHTER * RTOL)
+    run = partial(lp.simulate, system, until=END, grid=None)
+    back = partial(lp.gradient, system, to=names, until=END, rtol=RTOL)
+    ahead = partial(lp.sensitivity, system, of=[speed], until=END, rtol=RTOL, grid=1)
+    cases = [
+        ("run", 0, partial(run, rtol=RTOL)),
+        ("run with the steps of derivatives", 0, partial(run, rtol=TIGHTER * RTOL)),
+        ("sweep back, final value", len(names), partial(back, of=[final])),
+        ("sweep back, root mean square", len(names), partial(back, of=[rms])),
+        ("sweep back, peak", len(names), partial(back, of=[peak])),
+        ("sweep back, all three", len(names), partial(back, of=[final, rms, peak])),
     ]
-    for label, of in (
-        ("sweep back, final value", [final]),
-        ("sweep back, root mean square", [rms]),
-        ("sweep back, peak", [peak]),
-        ("sweep back, all three", [final, rms, peak]),
-    ):
-        rows.append((label, len(names)))
-        actions.append(lambda of=of: lp.gradient(system, of=of, to=names, until=END, rtol=RTOL))
     for count in (1, 2, 4):
         to = [*CHECKED[:1], *names[50 : 49 + count]]
-        rows.append(("sensitivities forward", count))
-        actions.append(
-            lambda to=to: lp.sensitivity(
-                system, of=[final.name], to=to, until=END, rtol=RTOL, grid=1
-            )
-        )
-    measured, right = timed(actions), expected()
+        cases.append(("sensitivities forward", count, partial(ahead, to=to)))
+    actions = [action for *_, action in cases]
+    measured, right = in_turn(*actions, rounds=ROUNDS, clock=time.process_time), expected()
     head = ("what", "parameters", "time, ms", "first call, ms", "runs", "own runs", "error", "told")
     text = []
-    for (label, count), (first, spent, found) in zip(rows, measured, strict=True):
+    for (label, count, _), (spent, first, found) in zip(cases, measured, strict=True):
         error = told = ""
         if isinstance(found, lp.gradients.Gradient) and found.of[0].startswith("final"):
             received = np.array([found[found.of[0], name] for name in CHECKED])
@@ -219,11 +184,10 @@ def main() -> None:
             told = f"{found.errors[0]:.1e}"
         elif isinstance(found, lp.gradients.Sensitivity):
             error = f"{abs(found.values[-1, 0, 0] / right[0] - 1):.1e}"
-        ratios = (f"{spent / run[1]:.2f}" for run in measured[:2])
+        ratios = (f"{spent / run.seconds:.2f}" for run in measured[:2])
         numbers = (f"{spent * 1e3:.1f}", f"{first * 1e3:.0f}", *ratios)
         text.append((label, str(count), *numbers, error, told))
-    print(table(head, text))
-    _write("sensitivity", head, text)
+    publish("sensitivity", head, text)
     across_events()
 
 

@@ -20,10 +20,9 @@ import scipy.sparse
 from scipy.sparse.linalg import expm_multiply
 
 import lumped as lp
-from benchmarks.hybrid import timed, write
+from benchmarks.harness import publish, run_timed, timed
 from lumped.components import Inertia, SpringDamper, Torque
 from lumped.ops import where
-from lumped.support.text_table import table
 from lumped.timeloop.executable import executable
 
 J, C, D, TORQUE, STEP, END, RTOL = 0.01, 1e5, 50.0, 100.0, 0.01, 0.5, 1e-6
@@ -95,12 +94,11 @@ def by_cvode(n: int, rtol: float):
     return run
 
 
-def own(system: lp.System, method: str, rounds: int) -> tuple[float, lp.Trajectory]:
-    """Best time of a run that ran before, and the run."""
+def own(system: lp.System, method: str) -> tuple[float, lp.Trajectory]:
+    """Best time of a run, and the run."""
     options = {"until": END, "rtol": RTOL, "grid": [END], "method": method}
-    for _ in range(2):
-        lp.simulate(system, **options)
-    return timed(lambda: lp.simulate(system, **options), rounds)
+    found, _ = run_timed(system, 10, **options)
+    return found.seconds, found.result
 
 
 def speeds(run: lp.Trajectory, n: int) -> np.ndarray:
@@ -117,13 +115,13 @@ def compared(n: int, system: lp.System) -> list[tuple[str, ...]]:
         return float(np.abs(w - reference).max() / largest)
 
     for method in ("auto", "implicit"):
-        seconds, run = own(system, method, 7)
+        seconds, run = own(system, method)
         used = run.statistics.method
         label = f"lumped, {'default' if method == 'auto' else method} ({used}), rtol {RTOL:g}"
         ways.append((label, error(speeds(run, n)), seconds))
     for rtol in TOLERANCES:
-        seconds, w = timed(by_cvode(n, rtol), 3)
-        way = (f"CVODE BDF, banded, NumPy, rtol {rtol:g}", error(w), seconds)
+        found = timed(by_cvode(n, rtol), 3)
+        way = (f"CVODE BDF, banded, NumPy, rtol {rtol:g}", error(found.result), found.seconds)
         if way[1] <= ways[0][1]:
             break
     ways.append(way)
@@ -148,7 +146,7 @@ def measured() -> tuple[list[tuple[str, ...]], list[tuple[str, ...]]]:
         compiled = time.perf_counter() - begin
         if n in COMPARED:
             rows += compared(n, system)
-        seconds, run = own(system, "auto", 8)
+        seconds, run = own(system, "auto")
         attempts = run.steps + run.statistics.rejected
         each = seconds / attempts / n
         base = min(base, each)
@@ -158,18 +156,16 @@ def measured() -> tuple[list[tuple[str, ...]], list[tuple[str, ...]]]:
 
 
 def main() -> None:
-    """Print the tables and write them beside this script."""
+    """Print the tables and write them to the results."""
     lp.simulate(lp.assemble(chain(2)), until=END)  # the time loop itself is compiled
     with tempfile.TemporaryDirectory() as folder:
         os.environ["LUMPED_CACHE"] = folder
         rows, growth = measured()
     head = ("inertias", "way", "error", "ms", "ratio to CVODE")
-    print(table(head, rows))
-    write("stiff_chain_peers.csv", head, rows)
+    publish("stiff_chain_peers", head, rows)
     head = ("inertias", "assemble, s", "first run, s", "compile, s", "run, s", "attempted steps")
     head = (*head, "ns per attempt and inertia", "over the least before")
-    print("\n" + table(head, growth))
-    write("stiff_chain_growth.csv", head, growth)
+    publish("stiff_chain_growth", head, growth)
 
 
 if __name__ == "__main__":

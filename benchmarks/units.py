@@ -8,13 +8,8 @@ best of several runs in one process; read the ratios.
     python -m benchmarks.units
 """
 
-import csv
 import ctypes
-import os
-import shutil
-import subprocess
 import tempfile
-import time
 import zipfile
 from importlib import resources
 from pathlib import Path
@@ -22,26 +17,14 @@ from pathlib import Path
 import numpy as np
 
 import lumped as lp
+from benchmarks.harness import built_in_c, in_turn, publish
 from lumped.models.reversing_mill.scenes import RATED, StripGap
-from lumped.support.text_table import table
 
 RTOL, ROUNDS = 1e-6, 15
 RUNS = ((0.2, 1), (0.2, 200), (0.2, 2000), (20.0, 200), (20.0, 2000), (20.0, 20_000))
 """Seconds of a run, and its communication points."""
 DRIVES = {"upper.drive.tau": RATED, "lower.drive.tau": 0.4 * RATED}
 OUTPUTS = ["upper.shaft.tau", "gap.tau"]
-
-
-def importer(folder: Path) -> ctypes.CDLL:
-    """The importer, compiled."""
-    compiler = os.environ.get("CC") or shutil.which("cc") or "cc"
-    headers = resources.files("lumped.exchange") / "c"
-    source, made = Path(__file__).parent / "units.c", folder / "importer.so"
-    options = ["-std=c99", "-O2", "-shared", "-fPIC", f"-I{headers}"]
-    subprocess.run([*compiler.split(), *options, "-o", made, source, "-ldl"], check=True)
-    library = ctypes.CDLL(str(made))
-    library.runs.restype = ctypes.c_double
-    return library
 
 
 def main() -> None:
@@ -55,7 +38,10 @@ def main() -> None:
         text = (folder / "modelDescription.xml").read_text()
         token = text.split('instantiationToken="')[1].split('"')[0]
         (binary,) = (folder / "binaries").glob("*/*")
-        library = importer(folder)
+        headers = resources.files("lumped.exchange") / "c"
+        library = built_in_c("units.c", "-O2", f"-I{headers}")
+        assert library, "the importer needs a compiler"
+        library.runs.restype = ctypes.c_double
         count = unit.counts["parameters"] + 1
         states = range(count, count + len(system.state_names))
         first = count + 2 * len(system.state_names)
@@ -63,10 +49,7 @@ def main() -> None:
         called = str(binary), token, listed
         rows = [_row(system, library, called, end, points) for end, points in RUNS]
     header = ("run, s", "communication points", "simulate, ms", "unit, ms", "ratio", "deviation")
-    print(table(header, rows))
-    path = Path(__file__).parent / "results" / "units.csv"
-    with path.open("w", newline="") as file:
-        csv.writer(file).writerows([header, *rows])
+    publish("units", header, rows)
 
 
 def _row(
@@ -78,26 +61,17 @@ def _row(
 ) -> tuple[str, ...]:
     path, token, listed = unit
     references, values = (ctypes.c_uint32 * len(listed))(*listed), (ctypes.c_double * len(listed))()
-    own = others = np.inf
-    for _ in range(ROUNDS):
-        begin = time.perf_counter()
-        run = lp.simulate(system, until=end, grid=points, rtol=RTOL)
-        own = min(own, time.perf_counter() - begin)
-        seconds = library.runs(
-            path.encode(),
-            token.encode(),
-            ctypes.c_double(end),
-            ctypes.c_double(RTOL),
-            points,
-            2,
-            references,
-            len(listed),
-            values,
-        )
-        others = min(others, seconds)
+    given = (path.encode(), token.encode(), ctypes.c_double(end), ctypes.c_double(RTOL), points)
+
+    def imported() -> float:
+        return float(library.runs(*given, 2, references, len(listed), values))
+
+    options = {"until": end, "grid": points, "rtol": RTOL}
+    own, unit_runs = in_turn(lambda: lp.simulate(system, **options), imported, rounds=ROUNDS)
+    run, others = own.result, unit_runs.result
     expected = run.table([*system.state_names, *OUTPUTS])[-1]
     worst = np.max(np.abs(np.array(values) - expected) / (np.abs(expected) + 1e-3))
-    numbers = (1e3 * own, 1e3 * others, others / own)
+    numbers = (1e3 * own.seconds, 1e3 * others, others / own.seconds)
     return (f"{end:g}", str(points), *(f"{v:.3g}" for v in numbers), f"{worst:.0e}")
 
 

@@ -10,10 +10,12 @@ if not __name__.startswith("lumped."):
         "Install the project and write 'from lumped.models import ...'."
     )
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
+import lumped as lp
 from lumped.errors import UnknownNameError, nearest
 from lumped.language.component import Component
 from lumped.support.text_table import compared
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
     from lumped.models.about import About, Measure
     from lumped.timeloop.result import OperatingPoint, Trajectory
 
-__all__ = ["MACHINES", "MARKS", "Machine", "Row", "machine"]
+__all__ = ["MACHINES", "MARKS", "Machine", "Row", "compare", "machine", "unpublished"]
 
 MACHINES = {
     "carrousel_coiler": "Winding drive of a carrousel coiler",
@@ -94,39 +96,105 @@ class Row(NamedTuple):
         return compared(self.published, self.computed, self.bounds, self.fitted)
 
 
-class Machine(Protocol):
-    """Contents of the module of a machine; `ABOUT` has the texts of its report."""
+def compare(titles: Iterable[tuple[Any, ...]], computed: Iterable[float]) -> list[Row]:
+    """Rows of a table.
 
+    Parameters
+    ----------
+    titles : iterable of tuple
+        Quantity, unit, published value, place, remark, and what else a `Row` may have.
+    computed : iterable of float
+        Values of the model, in the same order.
+    """
+    return [
+        Row(quantity, unit, published, float(value), *rest)
+        for (quantity, unit, published, *rest), value in zip(titles, computed, strict=True)
+    ]
+
+
+def unpublished(unit: str, place: str, remarks: Mapping[str, str]) -> list[tuple[Any, ...]]:
+    """Titles for `compare` of what the source does not print: quantities and remarks."""
+    return [(quantity, unit, None, place, remark) for quantity, remark in remarks.items()]
+
+
+def _none(_: "System", __: Mapping[str, Any] | None) -> dict[str, float]:
+    return {}
+
+
+@dataclass
+class Machine:
+    """A published machine.
+
+    Attributes
+    ----------
+    name : str
+        Its name in `MACHINES`.
+    ABOUT : About
+        Texts of its report.
+    rows : callable
+        Published and computed numbers.
+    model : callable
+        The machine to draw.
+    run : callable
+        The run of the report: its end, s, as `until`, and options of `lumped.simulate`.
+    effects : callable
+        Numbers, besides the extremes of that run, that show what changed parameters do; from the
+        run and the parameters.
+    given : callable
+        Start values of that run in a system with changed parameters.
+    searched : callable, optional
+        Start of that run where it must be searched for; some parameters may follow from it.
+    short : float
+        End, s, of the run whose error is shown against run time.
+    grid : int
+        Output intervals of the run whose extremes are compared.
+    """
+
+    name: str
     ABOUT: "About"
+    rows: Callable[[], list[Row]]
+    model: Callable[[], Component]
+    run: "Callable[..., Trajectory]"
+    effects: "Callable[[Trajectory, Mapping[str, Any] | None], Iterable[Measure]]"
+    short: float
+    given: "Callable[[System, Mapping[str, Any] | None], dict[str, float]]" = _none
+    searched: "Callable[[System, Mapping[str, Any] | None], OperatingPoint] | None" = None
+    grid: int = 4000
 
-    def rows(self) -> list[Row]:
-        """Published and computed numbers."""
+    def scene(self, until: float | None = None, **options: Any) -> "Trajectory":
+        """The run of the report; up to `short` unless told otherwise."""
+        return self.run(until=self.short if until is None else until, **options)
 
     def plots(self) -> "dict[str, Figure]":
-        """Figures by name."""
-
-    def model(self) -> Component:
-        """The machine to draw."""
-
-    def scene(self, until: float = ..., **options: Any) -> "Trajectory":
-        """The run of the report, also for error against run time; options of `lumped.simulate`."""
+        """Figures by the names of their captions."""
+        figures = import_module(f"lumped.models.{self.name}.figures")
+        return {name: getattr(figures, f"draw_{name}")() for name in self.ABOUT.captions}
 
     def start_values(
         self, system: "System", parameters: Mapping[str, Any] | None = None
     ) -> dict[str, float] | None:
-        """Start values of that run; None where its start must be searched for."""
+        """Start values of the run; None where its start must be searched for."""
+        return None if self.searched else self.given(system, parameters)
 
     def begin(
         self, system: "System", parameters: Mapping[str, Any] | None = None
     ) -> "OperatingPoint":
-        """Start of that run with changed parameters; some of them may follow from it."""
+        """Start of the run with changed parameters."""
+        if self.searched:
+            return self.searched(system, parameters)
+        start = self.given(system, parameters)
+        return lp.start_point(system, parameters=parameters, start=start)
 
     def measures(self, parameters: Mapping[str, Any] | None = None) -> "list[Measure]":
-        """Numbers that show the effect of changed parameters on that run."""
+        """Numbers that show the effect of changed parameters on the run."""
+        from lumped.models.about import extremes
+
+        run = self.scene(self.ABOUT.until, parameters=parameters, grid=self.grid)
+        return [*self.effects(run, parameters), *extremes(run, self.ABOUT)]
 
 
 def machine(name: str) -> Machine:
-    """Import the module of a machine.
+    """The description of a machine.
 
     Parameters
     ----------
@@ -144,4 +212,4 @@ def machine(name: str) -> Machine:
     """
     if name not in MACHINES:
         raise UnknownNameError(f"There is no machine '{name}'. {nearest(name, MACHINES)}")
-    return cast(Machine, import_module(f"lumped.models.{name}"))
+    return cast(Machine, import_module(f"lumped.models.{name}").MACHINE)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from importlib import resources
 from typing import Any, NamedTuple
 
 import lumped as lp
 from lumped.simulation.sizing import Limit
 
-__all__ = ["About", "Measure", "Motor", "extremes", "shared"]
+__all__ = ["About", "Measure", "Motor", "extremes", "numbered", "read_about", "shared", "sized"]
 
 
 class Motor(NamedTuple):
@@ -72,6 +74,49 @@ class Measure(NamedTuple):
     quantity: str
     unit: str
     value: float
+
+
+def read_about(machine: str, until: float, watched: Mapping[str, str], **more: Any) -> About:
+    """Texts of the file `about.md` of a machine, and the quantities of its run.
+
+    Parameters
+    ----------
+    machine : str
+        Its name in `lumped.models.MACHINES`.
+    until, watched, **more
+        What else `About` has.
+    """
+    file = resources.files(f"lumped.models.{machine}") / "about.md"
+    head, *sections = re.split(r"^## ", file.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    parts = {title: body for title, _, body in (section.partition("\n") for section in sections)}
+    source, findings, assumptions = (
+        _listed(parts[title]) for title in ("Source", "Findings", "Assumptions")
+    )
+    captions = (text.split(": ", 1) for text in _listed(parts["Figures"]))
+    return About(
+        _joined(head.partition("\n")[2]),
+        source,
+        findings,
+        assumptions,
+        scene=_joined(parts["Run"]),
+        captions={name.strip("`"): caption for name, caption in captions},
+        until=until,
+        watched=watched,
+        **more,
+    )
+
+
+def _joined(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _listed(text: str) -> tuple[str, ...]:
+    return tuple(_joined(item) for item in re.split(r"^\* ", text, flags=re.MULTILINE)[1:])
+
+
+def numbered(text: str, unit: str, values: Iterable[float]) -> list[Measure]:
+    """Values of one kind, counted from 1."""
+    return [Measure(f"{text} {i}", unit, float(value)) for i, value in enumerate(values, 1)]
 
 
 def extremes(run: lp.Trajectory, about: About) -> Iterator[Measure]:

@@ -8,36 +8,16 @@ restored by derivation, [I] inferred, [A] assumed as the source does not give it
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 import lumped as lp
-from lumped.models import Row
-from lumped.models.about import Measure, extremes, shared
-from lumped.models.carrousel_coiler import sizing
+from lumped.models import Machine, Row
+from lumped.models.about import Measure, shared
+from lumped.models.carrousel_coiler import drive, scenes, sizing
 from lumped.models.carrousel_coiler.about import ABOUT
-from lumped.models.carrousel_coiler.drive import (
-    I_HIGH,
-    I_LOW,
-    MANDREL,
-    RADIUS,
-    TENSION,
-    THICKNESS,
-    UnderTension,
-    strip_momentum,
-    winding,
-)
-from lumped.models.carrousel_coiler.scenes import (
-    J_EMPTY,
-    elastic_winding,
-    gear_change,
-    tension_deviation,
-)
 from lumped.models.carrousel_coiler.turret import half_turn
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 EXAMPLE_1, EXAMPLE_2, DRAWING = "[P] example 3.1", "[P] example 3.2", "[P] drawing"
 RESTORED, INFERRED = "not published, [R]", "not published, [I]"
@@ -61,8 +41,8 @@ def _motors() -> Iterator[Row]:
     note = "1878.26, without the factor 1.25"
     yield Row("power of (3.4)", "kW", None, sizing.tension_power() / 1e3, RESTORED, note)
     for name, i, printed, slower in (
-        ("high gear only", I_HIGH, 10.65, 9.836),
-        ("both gears", I_LOW, 7.21, 6.659),
+        ("high gear only", drive.I_HIGH, 10.65, 9.836),
+        ("both gears", drive.I_LOW, 7.21, 6.659),
     ):
         found = sizing.speed_range(i)
         note = "print cut off, not rounded; 1300 m/min, not the 20 m/s of example 3.1"
@@ -87,23 +67,23 @@ def _gears() -> Iterator[Row]:
     motor, drawn = sizing.chosen_motor(), sizing.drawn_motor()
     slow = np.array([5.0])
     for name, found, i, note in (
-        ("high gear", motor, I_HIGH, "80 as a = 1.25 says"),
-        ("low gear", motor, I_LOW, "118.17 from (3.4) and the envelope"),
-        ("2160 kW, high gear", drawn, I_HIGH, "73.6 from (3.4) and the envelope"),
-        ("2160 kW, low gear", drawn, I_LOW, "108.71 from (3.4) and the envelope"),
+        ("high gear", motor, drive.I_HIGH, "80 as a = 1.25 says"),
+        ("low gear", motor, drive.I_LOW, "118.17 from (3.4) and the envelope"),
+        ("2160 kW, high gear", drawn, drive.I_HIGH, "73.6 from (3.4) and the envelope"),
+        ("2160 kW, low gear", drawn, drive.I_LOW, "108.71 from (3.4) and the envelope"),
     ):
         held = sizing.greatest_tension(found, slow, i)[0] / 1e3
         yield Row(f"tension at full coil, {name}", "kN", None, held, INFERRED, note)
-    reach = float(sizing.torque_at_mandrel(drawn.torque)) / TENSION
+    reach = float(sizing.torque_at_mandrel(drawn.torque)) / drive.TENSION
     yield Row("radius up to which 2160 kW hold 80 kN", "m", None, reach, INFERRED, "0.92")
-    for name, i, value in (("high", I_HIGH, "1200"), ("low", I_LOW, "812.4")):
-        fastest = 60 * motor.speed * MANDREL / i
+    for name, i, value in (("high", drive.I_HIGH, "1200"), ("low", drive.I_LOW, "812.4")):
+        fastest = 60 * motor.speed * drive.MANDREL / i
         yield Row(f"fastest line, {name} gear", "m/min", None, fastest, INFERRED, value)
 
 
 def _run() -> Iterator[Row]:
     motor = sizing.chosen_motor()
-    run = winding(grid=20_000, rtol=1e-9)
+    run = drive.winding(grid=20_000, rtol=1e-9)
     asked = sizing.demand(run, motor)
     note = "1892.0 closed form, at the end of the acceleration; (3.4) gives 1878.3"
     yield Row("greatest motor power, whole run", "kW", None, asked.peak_power / 1e3, ASSUMED, note)
@@ -121,19 +101,19 @@ def _run() -> Iterator[Row]:
     yield Row("length of strip in the full coil", "m", None, length, ASSUMED, "2849.35")
     yield Row("turns of the full coil", "1", None, turns, ASSUMED, "695, (R - r) / h")
     yield Row("mass of the full coil", "t", None, mass / 1e3, ASSUMED, "27.96")
-    J = run["drive.coil.J"][[0, -1]] + J_EMPTY
+    J = run["drive.coil.J"][[0, -1]] + scenes.J_EMPTY
     yield Row("inertia, full over empty", "1", None, J[1] / J[0], ASSUMED, "10.55")
-    twice = strip_momentum(RADIUS)
+    twice = drive.strip_momentum(drive.RADIUS)
     note = "3925: w dJ/dt of (3.5) counts the momentum of the strip twice, 4.9 % of T R"
     yield Row("torque that the text adds, full coil", "N.m", None, twice, ASSUMED, note)
 
 
 def _deviations() -> Iterator[Row]:
-    ends = np.array([MANDREL, RADIUS])
-    steady = tension_deviation(ends) / 1e3
-    starting = tension_deviation(np.array([*ends, 0.555]), v=0.0, a=1.0) / 1e3
-    text = steady - strip_momentum(1.0) / 1e3
-    thin, thick = (tension_deviation(ends[:1], h=h)[0] / 1e3 for h in (0.3e-3, 5e-3))
+    ends = np.array([drive.MANDREL, drive.RADIUS])
+    steady = scenes.tension_deviation(ends) / 1e3
+    starting = scenes.tension_deviation(np.array([*ends, 0.555]), v=0.0, a=1.0) / 1e3
+    text = steady - drive.strip_momentum(1.0) / 1e3
+    thin, thick = (scenes.tension_deviation(ends[:1], h=h)[0] / 1e3 for h in (0.3e-3, 5e-3))
     for name, found, note in (
         ("steady, empty", steady[0], "11.771 from A / R^4 + B"),
         ("steady, full", steady[1], "1.0746 from A / R^4 + B"),
@@ -151,29 +131,29 @@ def _deviations() -> Iterator[Row]:
 def _elastic() -> Iterator[Row]:
     lossless = {"drive.eta": 1.0, "drive.mu": 0.0}
     at = np.array([0.0, 10.0, 59.9, 150.1])
-    run = elastic_winding(0.0, until=151.0, grid=at, rtol=1e-9, parameters=lossless)
+    run = scenes.elastic_winding(0.0, until=151.0, grid=at, rtol=1e-9, parameters=lossless)
     by_hand = (67_070.5, 81_534.7, 101_181)
     for t, found, value in zip(at[1:], run["strip.T"][1:], by_hand, strict=True):
         name = f"elastic strip at {t:g} s, not compensated"
         yield Row(name, "N", None, found, ASSUMED, f"{value} by DOP853, no loss")
-    run = elastic_winding(1.0, until=160.4, grid=400, rtol=1e-11, parameters=lossless)
-    worst = run["strip.T"][np.abs(run["strip.T"] - TENSION).argmax()]
+    run = scenes.elastic_winding(1.0, until=160.4, grid=400, rtol=1e-11, parameters=lossless)
+    worst = run["strip.T"][np.abs(run["strip.T"] - drive.TENSION).argmax()]
     note = "80000.0 within 8e-5 by DOP853, no loss"
     yield Row("elastic strip, compensated, farthest off", "N", None, worst, ASSUMED, note)
 
 
 def _extremes() -> Iterator[Row]:
-    for name, radius, percent in (("empty", MANDREL, "0.59"), ("full", RADIUS, "0.35")):
+    for name, radius, percent in (("empty", drive.MANDREL, "0.59"), ("full", drive.RADIUS, "0.35")):
         part = 100 * sizing.losses_over_tension(radius)
         note = f"{percent} from sigma_s b h^2 / 4 and mu Q d / 2, 1 mm [A]; it fits thicker strip"
         label = f"bending and friction over tension, {name} coil"
         yield Row(label, "%", None, part, "[P] text to (3.3)", note, bounds=(5.0, 10.0))
-    for h, value in ((THICKNESS, 93.75), (5e-3, 2344)):
-        model = UnderTension().with_({"drive.h": h, "drive.motor.phi": lp.time})
+    for h, value in ((drive.THICKNESS, 93.75), (5e-3, 2344)):
+        model = drive.UnderTension().with_({"drive.h": h, "drive.motor.phi": lp.time})
         found = lp.start_point(lp.assemble(model))["drive.coil.M_b"]
         name = f"torque that bends the strip, {1e3 * h:g} mm"
         yield Row(name, "N.m", None, found, ASSUMED, f"{value} from sigma_s b h^2 / 4")
-    lost = sum(event.loss for event in gear_change().events) / 1e3
+    lost = sum(event.loss for event in scenes.gear_change().events) / 1e3
     note = "15.649 from momentum"
     yield Row("energy lost by a gear change at 20 rad/s", "kJ", None, lost, ASSUMED, note)
     turret = -half_turn(grid=600)["turn.flange.tau"] / 1e3
@@ -182,45 +162,23 @@ def _extremes() -> Iterator[Row]:
         yield Row(f"turret drive, {name} torque of half a turn", "kN.m", None, found, ASSUMED, note)
 
 
-def model() -> UnderTension:
-    """The machine to draw and to report on."""
-    return UnderTension()
+def scene(until: float, **options: Any) -> lp.Trajectory:
+    """A full coil is wound under torque control, or a part of it."""
+    return scenes.elastic_winding(until=until if np.isfinite(until) else None, **options)
 
 
-def scene(until: float = 30.0, **options: Any) -> lp.Trajectory:
-    """The run whose error is shown against run time."""
-    return elastic_winding(until=until if np.isfinite(until) else None, **options)
-
-
-def start_values(
-    system: lp.System, parameters: Mapping[str, Any] | None = None
-) -> dict[str, float] | None:
-    """Start values of that run, which hold with changed parameters."""
-    return {}
-
-
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
-    """Start of that run with changed parameters."""
-    return lp.start_point(system, parameters=parameters)
-
-
-def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """Effects of changed parameters: a coil wound by the line, and by torque control."""
-    system = lp.assemble(UnderTension())
-    run = winding(grid=4000, rtol=1e-9, parameters=shared(system, parameters))
-    asked = sizing.demand(run, sizing.chosen_motor())
-    found = [
+def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
+    """Demand of a coil that the line winds, with changed parameters."""
+    system = lp.assemble(drive.UnderTension())
+    wound = drive.winding(grid=4000, rtol=1e-9, parameters=shared(system, parameters))
+    asked = sizing.demand(wound, sizing.chosen_motor())
+    return [
         Measure("prescribed motion, greatest motor power", "W", asked.peak_power),
         Measure("prescribed motion, greatest motor torque", "N.m", asked.peak_torque),
         Measure("prescribed motion, RMS motor torque", "N.m", asked.rms_torque),
-        Measure("strip in the coil", "m", float(run["drive.coil.L"][-1])),
-        Measure("mass of the coil", "kg", float(run["drive.coil.m"][-1])),
+        Measure("strip in the coil", "m", float(wound["drive.coil.L"][-1])),
+        Measure("mass of the coil", "kg", float(wound["drive.coil.m"][-1])),
     ]
-    return [*found, *extremes(scene(ABOUT.until, parameters=parameters, grid=4000), ABOUT)]
 
 
-def plots() -> dict[str, Figure]:
-    """Figures by name."""
-    from lumped.models.carrousel_coiler.figures import figures
-
-    return figures()
+MACHINE = Machine("carrousel_coiler", ABOUT, rows, drive.UnderTension, scene, effects, short=30.0)

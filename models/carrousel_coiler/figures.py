@@ -5,48 +5,17 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from lumped.models.carrousel_coiler import sizing
-from lumped.models.carrousel_coiler.drive import (
-    I_HIGH,
-    I_LOW,
-    MANDREL,
-    RADIUS,
-    SPEED,
-    TENSION,
-    strip_momentum,
-    winding,
-)
-from lumped.models.carrousel_coiler.scenes import (
-    J_EMPTY,
-    elastic_winding,
-    gear_change,
-    tension_deviation,
-)
+from lumped.models.carrousel_coiler import drive, scenes, sizing
 from lumped.models.carrousel_coiler.shafts import jam
 from lumped.models.carrousel_coiler.turret import half_turn
-
-__all__ = ["figures"]
-
-
-def figures() -> dict[str, Figure]:
-    """Figures by name."""
-    return {
-        "winding_run": _draw_run(),
-        "tension_deviation": _draw_deviation(),
-        "elastic_strip": _draw_elastic(),
-        "gear_map": _draw_gears(),
-        "gear_change": _draw_change(),
-        "turret": _draw_turret(),
-        "jam": _draw_jam(),
-    }
+from lumped.models.panels import panels
 
 
-def _draw_run() -> Figure:
-    run = winding(grid=1000, rtol=1e-9)
+def draw_winding_run() -> Figure:
+    run = drive.winding(grid=1000, rtol=1e-9)
     motor = sizing.chosen_motor()
     torque, w = run["drive.rotor.flange_a.tau"], run["drive.rotor.w"]
-    figure = Figure((10, 8), layout="constrained")
-    (line, speeds), (radius, inertia), (torques, powers) = figure.subplots(3, 2, sharex=True)
+    figure, ((line, speeds), (radius, inertia), (torques, powers)) = panels(3, 2, size=(10, 8))
     figure.suptitle("Strip of 1 mm wound at 20 m/s under 80 kN in high gear")
     line.plot(run.t, run["drive.coil.w"] * run["drive.coil.R"], label="strip")
     line.set_ylabel("line speed, m/s")
@@ -56,7 +25,9 @@ def _draw_run() -> Figure:
     speeds.set_ylabel("speed, rad/s")
     radius.plot(run.t, run["drive.coil.R"], label="coil")
     radius.set_ylabel("radius, m")
-    inertia.plot(run.t, (run["drive.coil.J"] + J_EMPTY) / 1e3, label="at the mandrel, with rotor")
+    inertia.plot(
+        run.t, (run["drive.coil.J"] + scenes.J_EMPTY) / 1e3, label="at the mandrel, with rotor"
+    )
     inertia.plot(run.t, run["drive.coil.J"] / 1e3, "--", label="coil alone")
     inertia.set_ylabel("inertia, 10$^3$ kg m$^2$")
     limit = motor.power / np.maximum(w, motor.base)
@@ -70,49 +41,50 @@ def _draw_run() -> Figure:
     return figure
 
 
-def _draw_deviation() -> Figure:
-    radii = np.linspace(MANDREL, RADIUS, 80)
-    figure = Figure((8, 5), layout="constrained")
-    axis = figure.subplots()
+def draw_tension_deviation() -> Figure:
+    radii = np.linspace(drive.MANDREL, drive.RADIUS, 80)
+    figure, axis = panels(size=(8, 5))
     for v, a, label in (
         (20.0, 0.0, "20 m/s, steady"),
         (10.0, 0.0, "10 m/s, steady"),
         (0.0, 1.0, "1 m/s$^2$ from rest"),
     ):
-        found = tension_deviation(radii, v, a)
+        found = scenes.tension_deviation(radii, v, a)
         axis.plot(radii, found / 1e3, label=label)
-        if v == SPEED:
-            text = found - strip_momentum(1.0)  # over the radius, to which it is proportional
+        if v == drive.SPEED:
+            text = found - drive.strip_momentum(1.0)  # over the radius, to which it is proportional
             axis.plot(radii, text / 1e3, "C0--", label="20 m/s, with w dJ/dt of (3.5)")
     axis.axhline(0.0, color="grey", linewidth=0.8)
     axis.set(title="Deviation of the tension without inertia compensation")
-    axis.set(xlabel="radius of the coil, m", ylabel="tension - wanted, kN", xlim=(MANDREL, RADIUS))
+    axis.set(
+        xlabel="radius of the coil, m",
+        ylabel="tension - wanted, kN",
+        xlim=(drive.MANDREL, drive.RADIUS),
+    )
     _finish(figure)
     return figure
 
 
-def _draw_elastic() -> Figure:
-    figure = Figure((8, 5), layout="constrained")
-    axis = figure.subplots()
+def draw_elastic_strip() -> Figure:
+    figure, axis = panels(size=(8, 5))
     for share in (0.0, 0.8, 1.0):  # swings of 6 Hz are seen as bands
-        run = elastic_winding(share, grid=6000, rtol=1e-8)
+        run = scenes.elastic_winding(share, grid=6000, rtol=1e-8)
         axis.plot(run.t, run["strip.T"] / 1e3, linewidth=1, label=f"{100 * share:g} % compensated")
-    axis.axhline(TENSION / 1e3, color="grey", linestyle="--", linewidth=0.8)
+    axis.axhline(drive.TENSION / 1e3, color="grey", linestyle="--", linewidth=0.8)
     axis.set(title="Tension of 10 m of elastic strip under torque control")
     axis.set(xlabel="time, s", ylabel="tension, kN", xlim=(0, run.t[-1]))
     _finish(figure)
     return figure
 
 
-def _draw_gears() -> Figure:
+def draw_gear_map() -> Figure:
     speeds = np.concatenate([np.arange(100.0, 1300, 10), [812.4, 812.5, 1199.9, 1200.1]])
     speeds = np.sort(speeds)
     motor = sizing.chosen_motor()
     drawn = sizing.drawn_motor()
-    figure = Figure((8, 5), layout="constrained")
-    axis = figure.subplots()
+    figure, axis = panels(size=(8, 5))
     for found, line, name in ((motor, "-", "2348 kW"), (drawn, "--", "2160 kW")):
-        for ratio, color, gear in ((I_HIGH, "C0", "high"), (I_LOW, "C1", "low")):
+        for ratio, color, gear in ((drive.I_HIGH, "C0", "high"), (drive.I_LOW, "C1", "low")):
             tension = sizing.greatest_tension(found, speeds / 60, ratio)
             axis.plot(speeds, tension / 1e3, line, color=color, label=f"{gear} gear, {name}")
     for v, T in ((1200, 80), (780, 100), (400, 110), (1080, 90)):
@@ -125,10 +97,9 @@ def _draw_gears() -> Figure:
     return figure
 
 
-def _draw_change() -> Figure:
-    run = gear_change()
-    figure = Figure((8, 4), layout="constrained")
-    axis = figure.subplots()
+def draw_gear_change() -> Figure:
+    run = scenes.gear_change()
+    figure, axis = panels()
     axis.plot(run.t, run["drive.rotor.w"], label="motor")
     axis.plot(run.t, run["drive.mandrel.w"], label="mandrel")
     axis.set(title="Low to high gear while turning: speeds jump, momentum is kept")
@@ -137,9 +108,8 @@ def _draw_change() -> Figure:
     return figure
 
 
-def _draw_turret() -> Figure:
-    figure = Figure((8, 8), layout="constrained")
-    speeds, torques, lengths = figure.subplots(3, sharex=True)
+def draw_turret() -> Figure:
+    figure, (speeds, torques, lengths) = panels(3, size=(8, 8))
     run, still = half_turn(grid=600), half_turn(turning=False, grid=600)
     speeds.plot(run.t, run["coil.w"], label="mandrel")
     speeds.plot(still.t, still["coil.w"], ":", color="C0", label="mandrel, turret at rest")
@@ -155,14 +125,13 @@ def _draw_turret() -> Figure:
     return figure
 
 
-def _draw_jam() -> Figure:
-    figure = Figure((9, 6), layout="constrained")
-    torque, speed = figure.subplots(2, sharex=True)
+def draw_jam() -> Figure:
+    figure, (torque, speed) = panels(2, size=(9, 6))
     for label, limit in (("coupling without limit", 1e9), ("coupling that slips", None)):
         changes = {} if limit is None else {"drive.coupling.static": limit}
         run = jam(grid=3000, parameters=changes)
         torque.plot(run.t, -run["drive.shaft.tau"] / 1e3, label=f"shaft, {label}")
-        speed.plot(run.t, run["drive.rotor.w"] / I_HIGH, label=f"motor over ratio, {label}")
+        speed.plot(run.t, run["drive.rotor.w"] / drive.I_HIGH, label=f"motor over ratio, {label}")
     speed.plot(run.t, run["drive.mandrel.w"], "C1:", label="mandrel, coupling that slips")
     torque.set(title="Mandrel jams with 400 kN m while winding at 20 m/s", ylabel="torque, kN m")
     speed.set(xlabel="time, s", ylabel="speed, rad/s", xlim=(0, run.t[-1]))
@@ -172,5 +141,4 @@ def _draw_jam() -> Figure:
 
 def _finish(figure: Figure) -> None:
     for axis in figure.axes:
-        axis.grid(alpha=0.3)
         axis.legend(fontsize="small")

@@ -7,28 +7,16 @@ The drive and its source are described in `lumped.models.diesel_genset.drive`, i
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 import lumped as lp
-from lumped.models import Row
-from lumped.models.about import Measure, extremes
+from lumped.models import Machine, Row
+from lumped.models.about import Measure, numbered
+from lumped.models.diesel_genset import scenes
 from lumped.models.diesel_genset.about import ABOUT
 from lumped.models.diesel_genset.drive import SHAFTS, Genset
-from lumped.models.diesel_genset.scenes import (
-    CASES,
-    SLOW,
-    coupled,
-    mean_modes,
-    published,
-    response,
-    run_up,
-    starting,
-)
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PICTURE = "picture of the example [P]"
 NOT = "not published [R]"
@@ -47,22 +35,22 @@ OUTER = {8: "shaft_8.tau_c", 1: "shaft_1.tau_c"}
 def rows() -> list[Row]:
     """Published and computed numbers."""
     found = [*_published(), *_natural()]
-    for case in CASES:
+    for case in scenes.CASES:
         for (number, name), known in zip(OUTER.items(), BY_SCIPY[case], strict=True):
-            size = float(published(case).synthesis(name).maximum.max())
+            size = float(scenes.published(case).synthesis(name).maximum.max())
             remark = f"{known} by complex matrices in SciPy"
             text = f"shaft {number}, largest torque, {case}"
             found.append(Row(text, "N.m", None, size, NOT, remark))
-    rated = SLOW.index(1500)
-    for case in CASES:
-        size = float(coupled(case).synthesis("coupling.tau").maximum[rated])
+    rated = scenes.SLOW.index(1500)
+    for case in scenes.CASES:
+        size = float(scenes.coupled(case).synthesis("coupling.tau").maximum[rated])
         text = f"coupling at 1500 1/min, {case}"
         found.append(Row(text, "N.m", None, size, ASSUMED, "vibratory torque"))
     return found
 
 
 def _published() -> list[Row]:
-    steady, found = published(), []
+    steady, found = scenes.published(), []
     for number, (torque, rpm) in PUBLISHED.items():
         size = steady.synthesis(OUTER[number]).sum
         text = f"shaft {number}, largest sum of amplitudes"
@@ -73,7 +61,7 @@ def _published() -> list[Row]:
 
 
 def _natural() -> list[Row]:
-    hertz = lp.vibration.mass_elastic(mean_modes(), over="flywheel.phi").hertz
+    hertz = lp.vibration.mass_elastic(scenes.mean_modes(), over="flywheel.phi").hertz
     return [
         Row(
             f"natural frequency, mode {i}",
@@ -87,46 +75,22 @@ def _natural() -> list[Row]:
     ]
 
 
-def model() -> Genset:
-    """The machine to draw and to report on."""
-    return Genset()
-
-
-def scene(until: float = 0.2, **options: Any) -> lp.Trajectory:
-    """The run whose error is shown against run time."""
-    return run_up(until, **options)
-
-
-def start_values(
-    system: lp.System, parameters: Mapping[str, Any] | None = None
-) -> dict[str, float] | None:
-    """None: the run begins from an equilibrium, which is searched for."""
-    return None
-
-
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
-    """Start of that run with changed parameters."""
-    return starting(system, parameters)
-
-
-def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """Effects of changed parameters: natural frequencies, steady vibration, the start."""
-    run = scene(ABOUT.until, parameters=parameters, grid=8000)
-    modes = mean_modes(Genset(), parameters)
+def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
+    """Natural frequencies and steady vibration with changed parameters."""
+    modes = scenes.mean_modes(Genset(), parameters)
     hertz = lp.vibration.mass_elastic(modes, over="flywheel.phi").hertz
-    found = [
-        Measure(f"natural frequency, mode {i}", "Hz", float(f)) for i, f in enumerate(hertz, 1)
-    ]
+    found = numbered("natural frequency, mode", "Hz", hertz)
     of = [*SHAFTS, "coupling.tau"]
-    steady = response(np.arange(1000.0, 1801.0, 50.0), Genset(), of, parameters)
+    steady = scenes.response(np.arange(1000.0, 1801.0, 50.0), Genset(), of, parameters)
     for name in of:
         size = steady.synthesis(name).maximum.max()
         found.append(Measure(f"largest vibration of {name}", "N.m", float(size)))
-    return [*found, *extremes(run, ABOUT)]
+    return found
 
 
-def plots() -> dict[str, Figure]:
-    """Figures by name."""
-    from lumped.models.diesel_genset.figures import figures
-
-    return figures()
+MACHINE = Machine(
+    *("diesel_genset", ABOUT, rows, Genset, scenes.run_up, effects),
+    short=0.2,
+    searched=scenes.starting,
+    grid=8000,
+)

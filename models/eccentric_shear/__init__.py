@@ -14,43 +14,15 @@ study says it used, cannot: at constant torque over 68 deg the reduction is at m
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 import lumped as lp
-from lumped.models import Row
-from lumped.models.about import Measure, extremes, shared
+from lumped.models import Machine, Row, compare
+from lumped.models.about import Measure, numbered, shared
+from lumped.models.eccentric_shear import scenes, stand
 from lumped.models.eccentric_shear.about import ABOUT
-from lumped.models.eccentric_shear.scenes import (
-    SLOW,
-    CrankTurned,
-    FreeShear,
-    MotorTurned,
-    free_run,
-    inertia,
-    kept,
-    landing,
-    motions,
-    turn,
-    upright,
-)
-from lumped.models.eccentric_shear.stand import (
-    CENTRE_RECTANGLE,
-    CUT_BEGINS,
-    CUT_ENDS,
-    ECCENTRICITY,
-    FOUR_CUTS,
-    MEAN,
-    MEETS,
-    PULSE_ENDS,
-    SPEED,
-    GuidedShear,
-    PrintedShear,
-)
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ANGLES = "angles of the cycle [P]"
 FIGURE = "figure 3 and its text [P]"
@@ -63,7 +35,7 @@ CUTS = "4 cuts/min, printed beside 1.05 rad/s, but without pauses 0.419 rad/s"
 LOAD = "1.6 to 1.7 for e = 0.4 to 0.5, ends in any order; idle torque fitted [I]"
 MOTORS = "J_mx is illegible; the claims fit 5.4 as well as 54 t.m2 [I]"
 EVEN = "1.6 to 1.7 for e = 0.4 to 0.5; the other reading, at constant motor speed [I]"
-READINGS = (PrintedShear, GuidedShear)
+READINGS = (stand.PrintedShear, stand.GuidedShear)
 TOO_WIDE = "impossible: at most 1.79 without inertia; a rectangle of 68 deg is too wide"
 INERTIAS = (5.4e3, 51e3, 56e3)  # kg.m2  other readings of J_mx [I]
 BEST = 0.564  # 1  eccentricity of the least peak
@@ -119,37 +91,42 @@ TITLES = (  # quantity, unit, published, place, remark, bounds, fitted
 
 def printed_phase(eps: float) -> float:
     """Crank angle of the greatest ratio by (22) and (23), rad; the source means `phi_max`."""
-    driver = (1 + eps) / (1 - eps) * CENTRE_RECTANGLE
+    driver = (1 + eps) / (1 - eps) * stand.CENTRE_RECTANGLE
     return float(2 * np.arctan((1 - eps) / (1 + eps) * np.tan(driver / 2)))
 
 
 def rows() -> list[Row]:
     """Published and computed numbers; reductions are those against e = 0."""
-    lift = -1e3 * ECCENTRICITY * np.diff(np.cos([0, MEETS, CUT_BEGINS, CUT_ENDS, PULSE_ENDS]))
-    sine = turn(CrankTurned)
-    even = free_run(rtol=1e-9, until=12.0, grid=20_000)
+    lift = (
+        -1e3
+        * stand.ECCENTRICITY
+        * np.diff(np.cos([0, stand.MEETS, stand.CUT_BEGINS, stand.CUT_ENDS, stand.PULSE_ENDS]))
+    )
+    sine = scenes.turn(scenes.CrankTurned)
+    even = scenes.free_run(rtol=1e-9, until=12.0, grid=20_000)
     twice = np.interp(4 * np.pi, even["loaded.shear.crank.phi"], even.t)
     tau = even["motor.tau"][even.t <= twice]
     first = next(event.time for event in even.events if event.loss)
-    elliptical = [free_run(0.5, shear=shear, rtol=1e-9, grid=40_000) for shear in READINGS]
-    slow: dict[str, Any] = {"speed": SLOW * SPEED}
+    elliptical = [scenes.free_run(0.5, shear=shear, rtol=1e-9, grid=40_000) for shear in READINGS]
+    slow: dict[str, Any] = {"speed": scenes.SLOW * stand.SPEED}
     wide: dict[str, Any] = {"pulse": "rectangle"}
     mistaken = [
-        turn(CrankTurned, e, slowest=printed_phase(e), **wide).peak / turn(CrankTurned, **wide).peak
+        scenes.turn(scenes.CrankTurned, e, slowest=printed_phase(e), **wide).peak
+        / scenes.turn(scenes.CrankTurned, **wide).peak
         for e in ELLIPSES
     ]
     computed = [
         *lift[[2, 0, 1, 3]],
-        MEAN / 1e6,
+        stand.MEAN / 1e6,
         *_at_the_change(),
         *(sine.peak / 1e3, sine.rms / 1e3),
         *reductions(),
         *reductions(**slow),
-        *reductions(speed=FOUR_CUTS),
+        *reductions(speed=stand.FOUR_CUTS),
         *(x for J in INERTIAS for x in reductions(parameters={"motor.J": J})),
         *reductions("rms"),
-        *reductions("rms", motion=MotorTurned),
-        *reductions("rms", motion=MotorTurned, parameters={"loaded.idle.tau": 0.0}),
+        *reductions("rms", motion=scenes.MotorTurned),
+        *reductions("rms", motion=scenes.MotorTurned, parameters={"loaded.idle.tau": 0.0}),
         *reductions(**wide),
         *reductions(ellipses=(0.5,), **wide, **slow),
         *mistaken,
@@ -157,24 +134,16 @@ def rows() -> list[Row]:
         *reductions(ellipses=(BEST,), **slow),
         *(twice, tau.max() / 1e3),
         np.sqrt(np.trapezoid(tau**2, even.t[even.t <= twice]) / twice) / 1e3,
-        *(kept(even)[0], sum(e.loss for e in even.events if e.time == first) / 1e3),
-        *map(landing, elliptical),
+        *(scenes.kept(even)[0], sum(e.loss for e in even.events if e.time == first) / 1e3),
+        *map(scenes.landing, elliptical),
     ]
-    return [
-        Row(quantity, unit, published, float(found), *rest)
-        for (quantity, unit, published, *rest), found in zip(TITLES, computed, strict=True)
-    ]
-
-
-def model() -> FreeShear:
-    """The machine to draw and to report on."""
-    return FreeShear()
+    return compare(TITLES, computed)
 
 
 def reductions(
     size: str = "peak",
     ellipses: Sequence[float] = ELLIPSES,
-    motion: type[CrankTurned] = CrankTurned,
+    motion: type[scenes.CrankTurned] = scenes.CrankTurned,
     **options: Any,
 ) -> list[float]:
     """Motor torque of circles over that of ellipses.
@@ -190,52 +159,35 @@ def reductions(
     **options
         Passed to `lumped.models.eccentric_shear.scenes.turn`.
     """
-    sizes = [float(getattr(turn(motion, e, **options), size)) for e in (0.0, *ellipses)]
+    sizes = [float(getattr(scenes.turn(motion, e, **options), size)) for e in (0.0, *ellipses)]
     return [sizes[0] / x for x in sizes[1:]]
 
 
 def _at_the_change() -> Iterator[float]:
     """Reduced inertia before the pin lands, and after it by both readings, t.m2."""
-    for shear, sides in ((PrintedShear, (0, -1)), (GuidedShear, (-1,))):
-        run = inertia(shear)
+    for shear, sides in ((stand.PrintedShear, (0, -1)), (stand.GuidedShear, (-1,))):
+        run = scenes.inertia(shear)
         first = next(event.time for event in run.events if event.component.endswith("switch"))
         at = np.flatnonzero(run.t == first)
         for side in sides:
-            yield float((motions(run, shear)[at[side]] ** 2).sum() / 1e3)
+            yield float((scenes.motions(run, shear)[at[side]] ** 2).sum() / 1e3)
 
 
-def scene(until: float = 6.0, **options: Any) -> lp.Trajectory:
-    """The run whose error is shown against run time."""
-    return free_run(until=until, **options)
-
-
-def start_values(
-    system: lp.System, parameters: Mapping[str, Any] | None = None
-) -> dict[str, float] | None:
-    """Start values of that run, which hold with changed parameters."""
-    return upright(PrintedShear)
-
-
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
-    """Start of that run with changed parameters."""
-    return lp.start_point(system, parameters=parameters, start=start_values(system))
-
-
-def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """Effects of changed parameters: torque at constant crank speed, and the free run."""
-    demand = turn(CrankTurned, parameters=shared(lp.assemble(CrankTurned()), parameters))
-    found = [
+def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
+    """Torque at constant crank speed, and what impacts leave, with changed parameters."""
+    demand = scenes.turn(
+        scenes.CrankTurned, parameters=shared(lp.assemble(scenes.CrankTurned()), parameters)
+    )
+    return [
         Measure("constant crank speed, greatest motor torque", "N.m", demand.peak),
         Measure("constant crank speed, RMS motor torque", "N.m", demand.rms),
+        *numbered("speed of the crank kept at impact", "1", scenes.kept(run)),
     ]
-    run = scene(ABOUT.until, parameters=parameters, grid=8000)
-    for i, share in enumerate(kept(run), 1):
-        found.append(Measure(f"speed of the crank kept at impact {i}", "1", share))
-    return [*found, *extremes(run, ABOUT)]
 
 
-def plots() -> dict[str, Figure]:
-    """Figures by name."""
-    from lumped.models.eccentric_shear.figures import figures
-
-    return figures()
+MACHINE = Machine(
+    *("eccentric_shear", ABOUT, rows, scenes.FreeShear, scenes.free_run, effects),
+    short=6.0,
+    given=lambda system, parameters: scenes.upright(stand.PrintedShear),
+    grid=8000,
+)

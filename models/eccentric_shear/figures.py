@@ -6,56 +6,28 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lumped.models.eccentric_shear.scenes import (
-    SLOW,
-    CrankTurned,
-    free_run,
-    inertia,
-    motions,
-    turn,
-)
-from lumped.models.eccentric_shear.stand import (
-    CUT_BEGINS,
-    CUT_ENDS,
-    GREATEST,
-    J_MOTOR,
-    MEETS,
-    SPEED,
-    GuidedShear,
-    PrintedShear,
-)
-
-__all__ = ["figures"]
-
-
-def figures() -> dict[str, Figure]:
-    """Figures by name."""
-    return {
-        "inertia": _draw_inertia(),
-        "ellipses": _draw_ellipses(),
-        "torque": _draw_torque(),
-        "ratios": _draw_ratios(),
-        "free_run": _draw_free(),
-    }
+from lumped.models.eccentric_shear import scenes, stand
+from lumped.models.panels import panels
 
 
 def _label_crank(axis: Axes, degrees: int = 360) -> None:
     """Axis of the crank angle, with the changes of carriage."""
     axis.set(xlabel="crank angle, deg", xlim=(0, degrees), xticks=range(0, degrees + 1, 45))
-    axis.grid(alpha=0.3)
     for begin in range(0, degrees, 360):
-        for change in (MEETS, 2 * np.pi - MEETS):
+        for change in (stand.MEETS, 2 * np.pi - stand.MEETS):
             axis.axvline(np.degrees(change) + begin, color="black", linewidth=0.6)
 
 
-def _draw_inertia() -> Figure:
-    figure = Figure((8, 4), layout="constrained")
-    axis = figure.subplots()
-    lines = ((PrintedShear, "-", "as printed"), (GuidedShear, "--", "in the guides of the frame"))
+def draw_inertia() -> Figure:
+    figure, axis = panels()
+    lines = (
+        (stand.PrintedShear, "-", "as printed"),
+        (stand.GuidedShear, "--", "in the guides of the frame"),
+    )
     for shear, line, label in lines:
-        run = inertia(shear)
-        reduced = (motions(run, shear) ** 2).sum(axis=1) / 1e3
-        axis.plot(np.degrees(SPEED * run.t), reduced, line, label=f"supports {label}")
+        run = scenes.inertia(shear)
+        reduced = (scenes.motions(run, shear) ** 2).sum(axis=1) / 1e3
+        axis.plot(np.degrees(stand.SPEED * run.t), reduced, line, label=f"supports {label}")
     for angle, text in ((46, "upper support moves"), (180, "lower support moves")):
         axis.text(angle, 1.2, text, ha="center")
     axis.set(title="Inertia of shaft and supports, reduced to the crank", ylim=(0, None))
@@ -65,16 +37,17 @@ def _draw_inertia() -> Figure:
     return figure
 
 
-def _draw_ellipses() -> Figure:
-    figure = Figure((8, 6), layout="constrained")
-    ratio, felt = figure.subplots(2, sharex=True)
+def draw_ellipses() -> Figure:
+    figure, (ratio, felt) = panels(2, size=(8, 6))
     for e in (0.0, 0.2, 0.4, 0.5, 0.6):
-        demand = turn(CrankTurned, e, grid=720)
+        demand = scenes.turn(scenes.CrankTurned, e, grid=720)
         phi, u = np.degrees(demand.phi), demand.ratio
         ratio.plot(phi, u, label=f"e = {e:g}")
-        felt.plot(phi, u**2 * J_MOTOR / 1e3)
+        felt.plot(phi, u**2 * stand.J_MOTOR / 1e3)
     for axis in (ratio, felt):
-        axis.axvspan(*np.degrees([CUT_BEGINS, CUT_ENDS]), color="C7", alpha=0.2, label="cut")
+        axis.axvspan(
+            *np.degrees([stand.CUT_BEGINS, stand.CUT_ENDS]), color="C7", alpha=0.2, label="cut"
+        )
         _label_crank(axis)
     ratio.set(title="Elliptical gears, slowest crank in the middle of the cut", xlabel="")
     ratio.set_ylabel("motor speed / crank speed")
@@ -83,13 +56,12 @@ def _draw_ellipses() -> Figure:
     return figure
 
 
-def _draw_torque() -> Figure:
-    figure = Figure((8, 6), layout="constrained")
-    axes = figure.subplots(2, sharex=True)
+def draw_torque() -> Figure:
+    figure, axes = panels(2, size=(8, 6))
     for axis, pulse in zip(axes, ("half-sine", "rectangle"), strict=True):
         for e in (0.0, 0.2, 0.4, 0.5, 0.6):
-            demand = turn(CrankTurned, e, pulse)
-            axis.plot(np.degrees(demand.phi), demand.tau / GREATEST, label=f"e = {e:g}")
+            demand = scenes.turn(scenes.CrankTurned, e, pulse)
+            axis.plot(np.degrees(demand.phi), demand.tau / stand.GREATEST, label=f"e = {e:g}")
         axis.set(title=f"Motor torque at constant crank speed, {pulse}", ylabel="torque / Mmax")
         axis.axhline(0, color="black", linewidth=0.8)
         _label_crank(axis)
@@ -98,17 +70,18 @@ def _draw_torque() -> Figure:
     return figure
 
 
-def _draw_ratios() -> Figure:
-    figure = Figure((8, 7), layout="constrained")
-    grid = figure.subplots(2, 2, sharex=True, sharey=True)
+def draw_ratios() -> Figure:
+    figure, grid = panels(2, 2, size=(8, 7), sharey=True)
     ellipses = np.linspace(0, 0.6, 17)
     sizes = (("peak", 2.5, 3.0, "peak"), ("rms", 1.6, 1.7, "RMS"))
     for column, pulse in enumerate(("half-sine", "rectangle")):
         for speed, line, label in (
-            (SPEED, "-", "1: variable inertia"),
-            (SLOW * SPEED, "--", "2: constant inertia"),
+            (stand.SPEED, "-", "1: variable inertia"),
+            (scenes.SLOW * stand.SPEED, "--", "2: constant inertia"),
         ):
-            demands = [turn(CrankTurned, e, pulse, speed=speed, grid=500) for e in ellipses]
+            demands = [
+                scenes.turn(scenes.CrankTurned, e, pulse, speed=speed, grid=500) for e in ellipses
+            ]
             for axis, (name, *_) in zip(grid[:, column], sizes, strict=True):
                 size = np.array([getattr(demand, name) for demand in demands])
                 axis.plot(ellipses, size / size[0], line, label=label)
@@ -116,7 +89,6 @@ def _draw_ratios() -> Figure:
             claim = f"published: 1/{high:g} to 1/{low:g}"
             axis.fill_between([0.4, 0.5], 1 / high, 1 / low, color="C2", alpha=0.4, label=claim)
             axis.set(title=f"{text} of the motor torque, {pulse}", xlim=(0, 0.6), ylim=(0.2, 1))
-            axis.grid(alpha=0.3)
             axis.legend(fontsize="small")
     for axis in grid[:, 0]:
         axis.set_ylabel("torque / torque of circles")
@@ -125,25 +97,28 @@ def _draw_ratios() -> Figure:
     return figure
 
 
-def _draw_free() -> Figure:
-    figure = Figure((8, 8), layout="constrained")
-    axes = figure.subplots(3, sharex=True)
+def draw_free_run() -> Figure:
+    figure, axes = panels(3, size=(8, 8))
     cases = (
-        (0.0, PrintedShear, "C0-", "e = 0"),
-        (0.5, PrintedShear, "C1-", "e = 0.5"),
-        (0.5, GuidedShear, "C3:", "e = 0.5, guided supports"),
+        (0.0, stand.PrintedShear, "C0-", "e = 0"),
+        (0.5, stand.PrintedShear, "C1-", "e = 0.5"),
+        (0.5, stand.GuidedShear, "C3:", "e = 0.5, guided supports"),
     )
     for e, shear, line, label in cases:
-        run = free_run(e, shear=shear, grid=2000)
+        run = scenes.free_run(e, shear=shear, grid=2000)
         phi = np.degrees(run["loaded.shear.crank.phi"])
-        signals = (run["loaded.shear.shaft.body.w"], run["motor.w"], run["motor.tau"] / GREATEST)
+        signals = (
+            run["loaded.shear.shaft.body.w"],
+            run["motor.w"],
+            run["motor.tau"] / stand.GREATEST,
+        )
         for axis, signal in zip(axes, signals, strict=True):
             axis.plot(phi, signal, line, label=label)
     titles = ("crank speed, rad/s", "motor speed, rad/s", "motor torque / Mmax")
     for axis, title in zip(axes, titles, strict=True):
         axis.set_ylabel(title)
         for begin in (0, 360):
-            cut = np.degrees([CUT_BEGINS, CUT_ENDS]) + begin
+            cut = np.degrees([stand.CUT_BEGINS, stand.CUT_ENDS]) + begin
             axis.axvspan(*cut, color="C7", alpha=0.2, label="cut" if begin == 0 else None)
         _label_crank(axis, 720)
         axis.set(xlabel="", xticks=range(0, 721, 90))

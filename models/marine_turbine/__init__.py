@@ -7,19 +7,16 @@ The drive and its source are described in `lumped.models.marine_turbine.drive`, 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 import lumped as lp
-from lumped.models import Row
-from lumped.models.about import Measure, extremes, shared
+from lumped.models import Machine, Row
+from lumped.models.about import Measure, numbered, shared
 from lumped.models.marine_turbine.about import ABOUT
 from lumped.models.marine_turbine.drive import BLADES, MarineTurbine
 from lumped.models.marine_turbine.scenes import response, run_up, slow_turning
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 EXAMPLE = "example 8.1 [P]"
 FIGURE = "figure 8.10-5, digitised [P]"
@@ -73,45 +70,21 @@ def rows() -> list[Row]:
     ]
 
 
-def model() -> MarineTurbine:
-    """The machine to draw and to report on."""
-    return MarineTurbine()
-
-
-def scene(until: float = 20.0, **options: Any) -> lp.Trajectory:
-    """The run whose error is shown against run time."""
-    return run_up(until, **options)
-
-
-def start_values(
-    system: lp.System, parameters: Mapping[str, Any] | None = None
-) -> dict[str, float] | None:
-    """None: the run begins from an equilibrium, which is searched for."""
-    return None
-
-
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
-    """Start of that run with changed parameters."""
-    return slow_turning(system, parameters)
-
-
-def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """Effects of changed parameters: natural frequencies, steady vibration, the run up."""
-    run = scene(ABOUT.until, parameters=parameters, grid=8000)
-    own = shared(lp.assemble(MarineTurbine()), parameters)
-    hertz = lp.modes(lp.assemble(MarineTurbine()), parameters=own).hertz
-    found = [
-        Measure(f"natural frequency, mode {i}", "Hz", float(f)) for i, f in enumerate(hertz, 1)
-    ]
+def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
+    """Natural frequencies and steady vibration with changed parameters."""
+    system = lp.assemble(MarineTurbine())
+    own = shared(system, parameters)
+    found = numbered("natural frequency, mode", "Hz", lp.modes(system, parameters=own).hertz)
     steady = response(np.arange(20.0, 100.1, 0.2), parameters=own)
     for name in steady.outputs:
         size = steady.magnitude(name, BLADES).max()
         found.append(Measure(f"greatest vibration of {name}", "N.m", float(size)))
-    return [*found, *extremes(run, ABOUT)]
+    return found
 
 
-def plots() -> dict[str, Figure]:
-    """Figures by name."""
-    from lumped.models.marine_turbine.figures import figures
-
-    return figures()
+MACHINE = Machine(
+    *("marine_turbine", ABOUT, rows, MarineTurbine, run_up, effects),
+    short=20.0,
+    searched=slow_turning,
+    grid=8000,
+)

@@ -7,43 +7,20 @@ The drive and its source are described in `lumped.models.pilger_mill.stand`, its
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 import lumped as lp
-from lumped.models import Row
-from lumped.models.about import Measure, extremes, shared
+from lumped.models import Machine, Row
+from lumped.models.about import Measure, shared
+from lumped.models.pilger_mill import drive, stand
 from lumped.models.pilger_mill.about import ABOUT
 from lumped.models.pilger_mill.balance import (
     Balance,
     balance,
 )
-from lumped.models.pilger_mill.drive import (
-    Driven,
-    running,
-    start_up,
-)
-from lumped.models.pilger_mill.stand import (
-    DESIGNS,
-    IDLE,
-    OFFSET,
-    RADIUS,
-    RATIO,
-    ROD,
-    SPEED,
-    AsPrinted,
-    Mill,
-    crank_torque,
-    mill,
-    revolution,
-    shaking_force,
-    turned,
-)
 from lumped.models.sources import Given
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TABLE = "table 2 [P]"
 FORCE = {
@@ -66,7 +43,6 @@ PLAIN = {
     "P": "set fitted to it [I]; at the crank's shaft",
     "F": "set fitted to it [I]; at the motor's shaft, as the text has it",
 }
-ADDED = {"m2": "counterweight added by the optimum", "U": "sector moment added by the optimum"}
 DIFFERENCE = "table 2, after less before [P]"
 FLAT = "set fitted to it [I], which leaves the optimum of a flat function loose: {best:.1f} {unit}"
 RESTORED = "not published [R]"
@@ -74,12 +50,19 @@ CHOSEN = "not published, set [I]"
 MOTOR = "not published, motor and gear [A]"
 TWO_CYCLES = 1.8771169117  # s
 FINE = 14400  # points of a revolution
+VECTORS = {name: np.array(list(design.values())) for name, design in stand.DESIGNS.items()}
 
 
 def rows() -> list[Row]:
     """Published and computed numbers of both sets of parameters."""
-    stroke = np.sqrt((ROD + RADIUS) ** 2 - OFFSET**2) - np.sqrt((ROD - RADIUS) ** 2 - OFFSET**2)
-    dead = np.degrees(np.arcsin([OFFSET / (ROD + RADIUS), OFFSET / (ROD - RADIUS)]))
+    stroke = np.sqrt((stand.ROD + stand.RADIUS) ** 2 - stand.OFFSET**2) - np.sqrt(
+        (stand.ROD - stand.RADIUS) ** 2 - stand.OFFSET**2
+    )
+    dead = np.degrees(
+        np.arcsin(
+            [stand.OFFSET / (stand.ROD + stand.RADIUS), stand.OFFSET / (stand.ROD - stand.RADIUS)]
+        )
+    )
     outward = 180 - dead[1] + dead[0]
     found = [
         Row("stroke of the stand", "mm", None, 1e3 * stroke, RESTORED, "1183.644 from R, L and e"),
@@ -89,7 +72,7 @@ def rows() -> list[Row]:
     ]
     for name in ("F", "P"):
         found += _compared(name)
-    run = running(until=TWO_CYCLES, grid=4000, rtol=1e-9)
+    run = drive.running(until=TWO_CYCLES, grid=4000, rtol=1e-9)
     torque = run["motor.tau"]
     phi = float(run["mill.crank.phi"][-1] / (2 * np.pi))
     for label, unit, value, reference in (
@@ -103,53 +86,9 @@ def rows() -> list[Row]:
     return found
 
 
-def model() -> Driven:
-    """The machine to draw and to report on."""
-    return Driven(wanted=Driven.gear.ratio * Driven.w)
-
-
-def scene(until: float = 3.0, **options: Any) -> lp.Trajectory:
-    """The run whose error is shown against run time."""
-    return start_up(until=until, **options)
-
-
-def start_values(
-    system: lp.System, parameters: Mapping[str, Any] | None = None
-) -> dict[str, float] | None:
-    """Start values of that run, which hold with changed parameters."""
-    return {}
-
-
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
-    """Start of that run with changed parameters."""
-    return lp.start_point(system, parameters=parameters)
-
-
-def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """Effects of changed parameters: a turn at constant speed, and a start from rest."""
-    w = SPEED["P"]
-    system = turned(mill("P"), w * lp.time)
-    changed = shared(system, parameters)
-    turn = revolution(system, w, np.arange(0.0, 360.05, 0.25), changed)
-    force = float(np.hypot(*shaking_force(turn).T).max())
-    torque = float(np.ptp(crank_torque(turn, IDLE)))
-    found = [
-        Measure("greatest force on the foundation", "N", force),
-        Measure("fluctuation of the crank torque", "N.m", torque),
-    ]
-    return [*found, *extremes(scene(ABOUT.until, parameters=parameters, grid=4000), ABOUT)]
-
-
-def plots() -> dict[str, Figure]:
-    """Figures by name."""
-    from lumped.models.pilger_mill.figures import figures
-
-    return figures()
-
-
 def powers(of: Balance, design: str, w: float) -> dict[str, float]:
     """Power at the crank over a revolution by three readings, W."""
-    power = w * (np.array([1.0, *DESIGNS[design].values()]) @ of.torque)
+    power = w * (np.array([1.0, *stand.DESIGNS[design].values()]) @ of.torque)
     return {
         "peak": float(power.max()),
         "rms": float(np.sqrt(np.mean(power**2))),
@@ -159,100 +98,101 @@ def powers(of: Balance, design: str, w: float) -> dict[str, float]:
 
 def _compared(name: str) -> Iterator[Row]:
     """Table 2 and the optimum with the parameters of a set and the source's torque."""
-    head, w = f"set {name}, ", SPEED[name]
-    paper, exact = balance(name, points=FINE), balance(name, kind=Mill, g=9.80665, points=FINE)
-    force, torque, power, heavy = {}, {}, {}, {}
-    for design, values in DESIGNS.items():
-        u = np.array(list(values.values()))
-        force[design] = float(paper.forces(u).max())
-        torque[design] = paper.fluctuation(u) / RATIO[name]
-        power[design] = powers(paper, design, w)
-        heavy[design] = exact.fluctuation(u) / RATIO[name]
-    for design in DESIGNS:
-        remark = FITTED if name == "F" else SLOW
-        row = Row(
-            f"{head}foundation force {design}", "N", FORCE[design], force[design], TABLE, remark
-        )
+    for row in (*_table(name), *_optimum(name)):
+        yield row._replace(quantity=f"set {name}, {row.quantity}")
+
+
+def _table(name: str) -> Iterator[Row]:
+    """Force, torque and power of both designs, to which the set is fitted but for set P's force."""
+    paper, ratio = balance(name, points=FINE), stand.RATIO[name]
+    force = {design: float(paper.forces(u).max()) for design, u in VECTORS.items()}
+    torque = {design: paper.fluctuation(u) / ratio for design, u in VECTORS.items()}
+    power = {design: powers(paper, design, stand.SPEED[name]) for design in VECTORS}
+    plain = PLAIN[name]
+    remark, chosen = (SLOW, "peak") if name == "P" else (FITTED, "mean")
+    for design, found in force.items():
+        row = Row(f"foundation force {design}", "N", FORCE[design], found, TABLE, remark)
         yield row._replace(fitted=name == "F")
     less = 100 * (1 - force["after"] / force["before"])
-    yield Row(
-        f"{head}reduction of the foundation force",
-        "%",
-        34.67,
-        less,
-        "section 3.2 [P]",
-        FITTED,
-        fitted=True,
-    )
-    for design in DESIGNS:
-        row = Row(
-            f"{head}torque fluctuation {design}",
-            "N.m",
-            FLUCTUATION[design],
-            torque[design],
-            TABLE,
-            PLAIN[name],
-        )
+    yield Row("reduction of the foundation force", "%", 34.67, less, "section 3.2 [P]", FITTED, fitted=True)
+    for design, found in torque.items():
+        row = Row(f"torque fluctuation {design}", "N.m", FLUCTUATION[design], found, TABLE, plain)
         yield row._replace(fitted=True)
     change = torque["after"] - torque["before"]
-    yield Row(f"{head}change of the torque fluctuation", "N.m", None, change, CHOSEN, SMALL)
-    chosen = "mean" if name == "F" else "peak"
-    for design in DESIGNS:
-        label, reading = f"{head}motor power {design}", f"{chosen} power; {UNFIT}"
-        row = Row(label, "kW", POWER[design], power[design][chosen] / 1e3, TABLE, reading)
+    yield Row("change of the torque fluctuation", "N.m", None, change, CHOSEN, SMALL)
+    for design, readings in power.items():
+        found, remark = readings[chosen] / 1e3, f"{chosen} power; {UNFIT}"
+        row = Row(f"motor power {design}", "kW", POWER[design], found, TABLE, remark)
         yield row._replace(fitted=True)
-    for reading, value in power["after"].items():
+    for reading, found in power["after"].items():
         if reading != chosen:
-            label, remark = f"{head}{reading} power after", "another reading of the motor power"
-            yield Row(label, "kW", None, value / 1e3, CHOSEN, remark)
-    paper = balance(name)
-    best, published = paper.optimum(), np.array(list(DESIGNS["after"].values()))
-    before = np.array(list(DESIGNS["before"].values()))
-    for i, (key, unit) in enumerate((("m2", "kg"), ("U", "kg.m"))):
-        label, more = head + ADDED[key], float(published[i] - before[i])
-        remark = FLAT.format(best=best[i], unit=unit)
-        row = Row(label, unit, round(more, 2), float(best[i] - before[i]), DIFFERENCE, remark)
-        yield row._replace(fitted=True)
+            remark = "another reading of the motor power"
+            yield Row(f"{reading} power after", "kW", None, found / 1e3, CHOSEN, remark)
+
+
+def _optimum(name: str) -> Iterator[Row]:
+    """What the optimum adds, the objective, and what the source leaves out."""
+    paper, ratio = balance(name), stand.RATIO[name]
+    exact = balance(name, kind=stand.Mill, g=9.80665, points=FINE)
+    before, published = VECTORS.values()
+    best, added = paper.optimum(), published - before
     sectors = float(paper.best_sectors(published[0]))
-    remark = FLAT.format(best=sectors, unit="kg.m")
-    more = round(float(published[1] - before[1]), 2)
-    row = Row(
-        f"{head}sector moment added, best for 7228 kg",
-        "kg.m",
-        more,
-        sectors - before[1],
-        DIFFERENCE,
-        remark,
-    )
-    yield row._replace(fitted=True)
-    goals, bound = paper.goals(), "2 is the bound"
+    for label, unit, i, value in (
+        ("counterweight added by the optimum", "kg", 0, best[0]),
+        ("sector moment added by the optimum", "kg.m", 1, best[1]),
+        ("sector moment added, best for 7228 kg", "kg.m", 1, sectors),
+    ):
+        more, remark = round(float(added[i]), 2), FLAT.format(best=value, unit=unit)
+        row = Row(label, unit, more, float(value - before[i]), DIFFERENCE, remark)
+        yield row._replace(fitted=True)
+    (force, torque), (light, even) = paper.goals(), (design[0] for design in paper.single)
+    bound, crest = "2 is the bound", "crest to trough"
     for label, unit, value, remark in (
         ("objective, published design", "1", paper.objective(published), bound),
         ("objective, best design", "1", paper.objective(best), bound),
-        (
-            "least foundation force of all designs",
-            "N",
-            goals[0],
-            f"at m2 = {paper.single[0][0]:.1f} kg",
-        ),
+        ("least foundation force of all designs", "N", force, f"at m2 = {light:.1f} kg"),
         (
             "least torque fluctuation of all designs",
             "N.m",
-            goals[1] / RATIO[name],
-            f"at m2 = {paper.single[1][0]:.1f} kg",
+            torque / ratio,
+            f"at m2 = {even:.1f} kg",
         ),
-        ("inertia torque as printed", "kN.m", _swing(name, AsPrinted), "crest to trough"),
-        ("inertia torque, exact", "kN.m", _swing(name, Mill), "crest to trough"),
+        ("inertia torque as printed", "kN.m", _swing(name, stand.AsPrinted), crest),
+        ("inertia torque, exact", "kN.m", _swing(name, stand.Mill), crest),
     ):
-        yield Row(head + label, unit, None, value, CHOSEN, remark)
-    for design in DESIGNS:
-        label = f"{head}torque fluctuation {design}, exact and with gravity"
-        yield Row(label, "N.m", None, heavy[design], CHOSEN, "the source leaves gravity out")
+        yield Row(label, unit, None, value, CHOSEN, remark)
+    for design, u in VECTORS.items():
+        label, value = f"torque fluctuation {design}, exact and with gravity", exact.fluctuation(u)
+        yield Row(label, "N.m", None, value / ratio, CHOSEN, "the source leaves gravity out")
 
 
-def _swing(name: str, kind: type[Mill]) -> float:
+def _swing(name: str, kind: type[stand.Mill]) -> float:
     """Inertia torque of the published design from crest to trough, kN.m."""
-    w = SPEED[name]
-    system = turned(mill(name, kind=kind, T_f=0.0, M0=0.0), w * lp.time)
-    torque = crank_torque(revolution(system, w, np.arange(0.0, 360.05, 0.1)))
+    w = stand.SPEED[name]
+    system = stand.turned(stand.mill(name, kind=kind, T_f=0.0, M0=0.0), w * lp.time)
+    torque = stand.crank_torque(stand.revolution(system, w, np.arange(0.0, 360.05, 0.1)))
     return float(np.ptp(torque)) / 1e3
+
+
+def drawn() -> drive.Driven:
+    """The machine with a wanted speed."""
+    return drive.Driven(wanted=drive.Driven.gear.ratio * drive.Driven.w)
+
+
+def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
+    """Force and torque of a turn at constant speed with changed parameters."""
+    w = stand.SPEED["P"]
+    system = stand.turned(stand.mill("P"), w * lp.time)
+    turn = stand.revolution(system, w, np.arange(0.0, 360.05, 0.25), shared(system, parameters))
+    force = float(np.hypot(*stand.shaking_force(turn).T).max())
+    return [
+        Measure("greatest force on the foundation", "N", force),
+        Measure(
+            "fluctuation of the crank torque",
+            "N.m",
+            float(np.ptp(stand.crank_torque(turn, stand.IDLE))),
+        ),
+    ]
+
+
+MACHINE = Machine("pilger_mill", ABOUT, rows, drawn, drive.start_up, effects, short=3.0)

@@ -8,64 +8,34 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import lumped as lp
+from lumped.models.panels import panels
+from lumped.models.pilger_mill import stand
 from lumped.models.pilger_mill.balance import balance
-from lumped.models.pilger_mill.drive import (
-    running,
-    start_up,
-)
-from lumped.models.pilger_mill.stand import (
-    DESIGNS,
-    IDLE,
-    RATIO,
-    SPEED,
-    AsPrinted,
-    Mill,
-    crank_torque,
-    mill,
-    revolution,
-    shaking_force,
-    turned,
-)
-
-__all__ = ["figures"]
+from lumped.models.pilger_mill.drive import running, start_up
 
 DEGREES = np.arange(361.0)
 LINES = {"before": "--", "after": "-"}
 
 
-def figures() -> dict[str, Figure]:
-    """Figures by name."""
-    return {
-        "kinematics": _draw_kinematics(),
-        "inertia_force": _draw_force(),
-        "inertia_torque": _draw_inertia_torque(),
-        "motor_torque": _draw_motor(),
-        "optimum": _draw_front(),
-        "running": _draw_run(running(until=3.75, grid=2000), "Steady running, set P"),
-        "start_up": _draw_run(start_up(grid=2000), "Start from rest, set P"),
-    }
-
-
 def _turn(
     name: str,
     design: str,
-    kind: type[Mill] = Mill,
+    kind: type[stand.Mill] = stand.Mill,
     g: float = 0.0,
     changes: Mapping[str, float] | None = None,
 ) -> lp.Trajectory:
-    w = SPEED[name]
-    part = mill(name, design, kind, g=g, **(changes or {}))
-    return revolution(turned(part, w * lp.time), w, DEGREES)
+    w = stand.SPEED[name]
+    part = stand.mill(name, design, kind, g=g, **(changes or {}))
+    return stand.revolution(stand.turned(part, w * lp.time), w, DEGREES)
 
 
 def _label_angle(axis: object) -> None:
     axis.set(xlabel="crank angle, deg", xlim=(0, 360), xticks=range(0, 361, 45))  # type: ignore[attr-defined]
 
 
-def _draw_kinematics() -> Figure:
+def draw_kinematics() -> Figure:
     run = _turn("P", "after")
-    figure = Figure((8, 8), layout="constrained")
-    axes = figure.subplots(3, sharex=True)
+    figure, axes = panels(3, size=(8, 8))
     parts: Mapping[str, str] = {"stand": "stand, along x", "weight": "counterweight, along y"}
     for part, label in parts.items():
         s, v = run[f"mill.{part}.s"], run[f"mill.{part}.v"]
@@ -76,48 +46,41 @@ def _draw_kinematics() -> Figure:
     axes[1].set(ylabel="velocity, m/s")
     axes[2].set(ylabel="acceleration, m/s²")
     axes[0].legend()
-    for axis in axes:
-        axis.grid(alpha=0.3)
     _label_angle(axes[2])
     return figure
 
 
-def _draw_force() -> Figure:
-    figure = Figure((8, 8), layout="constrained")
-    axes = figure.subplots(2, 2)
+def draw_inertia_force() -> Figure:
+    figure, axes = panels(2, 2, size=(8, 8), sharex=False)
     for column, name in enumerate("PF"):
         for design, line in LINES.items():
-            force = shaking_force(_turn(name, design)) / 1e3
+            force = stand.shaking_force(_turn(name, design)) / 1e3
             axes[0, column].plot(*force.T, line, label=f"{design} optimisation")
             axes[1, column].plot(DEGREES, np.hypot(*force.T), line)
         axes[0, column].set(title=f"Force on the foundation, set {name}", aspect="equal")
         axes[0, column].set(xlabel="along x, kN", ylabel="along y, kN")
         axes[1, column].set(ylabel="amount, kN", ylim=(0, None))
         _label_angle(axes[1, column])
-    for axis in axes.flat:
-        axis.grid(alpha=0.3)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
 CASES = (
-    ("as printed", AsPrinted, 0.0, ":"),
-    ("exact", Mill, 0.0, "-"),
-    ("exact, with gravity", Mill, 9.80665, "--"),
+    ("as printed", stand.AsPrinted, 0.0, ":"),
+    ("exact", stand.Mill, 0.0, "-"),
+    ("exact, with gravity", stand.Mill, 9.80665, "--"),
 )
 
 
-def _draw_inertia_torque() -> Figure:
-    figure = Figure((10, 7), layout="constrained")
-    axes = figure.subplots(2, 2, sharex=True, sharey="row")
+def draw_inertia_torque() -> Figure:
+    figure, axes = panels(2, 2, size=(10, 7), sharey="row")
     for row, name in enumerate("PF"):
         for axis, design in zip(axes[row], LINES, strict=True):
             for label, kind, g, line in CASES:
                 run = _turn(name, design, kind, g, {"T_f": 0.0, "M0": 0.0})
-                axis.plot(DEGREES, crank_torque(run) / 1e3, line, label=label)
+                axis.plot(DEGREES, stand.crank_torque(run) / 1e3, line, label=label)
             axis.axhline(0, color="black", linewidth=0.8)
             axis.set(title=f"Inertia torque at the crank, set {name}, {design}")
-            axis.grid(alpha=0.3)
         axes[row, 0].set_ylabel("torque, kN.m")
     for axis in axes[1]:
         _label_angle(axis)
@@ -125,17 +88,19 @@ def _draw_inertia_torque() -> Figure:
     return figure
 
 
-def _draw_motor() -> Figure:
-    figure = Figure((10, 7), layout="constrained")
-    axes = figure.subplots(2, 2, sharex=True)
+def draw_motor_torque() -> Figure:
+    figure, axes = panels(2, 2, size=(10, 7))
     for column, name in enumerate("PF"):
         torque, power = axes[:, column]
         for color, (design, line) in zip(("C0", "C1"), LINES.items(), strict=True):
-            for kind, width, label in ((AsPrinted, 1.6, "as printed"), (Mill, 0.7, "exact")):
-                found = crank_torque(_turn(name, design, kind), IDLE) / 1e3
+            for kind, width, label in (
+                (stand.AsPrinted, 1.6, "as printed"),
+                (stand.Mill, 0.7, "exact"),
+            ):
+                found = stand.crank_torque(_turn(name, design, kind), stand.IDLE) / 1e3
                 style = {"linewidth": width, "label": f"{design}, {label}", "color": color}
-                torque.plot(DEGREES, found / RATIO[name], line, **style)
-                power.plot(DEGREES, found * SPEED[name], line, **style)
+                torque.plot(DEGREES, found / stand.RATIO[name], line, **style)
+                power.plot(DEGREES, found * stand.SPEED[name], line, **style)
         shaft = "crank" if name == "P" else "motor"
         torque.set(title=f"Set {name}", ylabel=f"torque at the {shaft} shaft, kN.m")
         power.axhline(510, color="C3", linewidth=0.8, linestyle="-.", label="published, before")
@@ -143,19 +108,17 @@ def _draw_motor() -> Figure:
         _label_angle(power)
         for axis in (torque, power):
             axis.axhline(0, color="black", linewidth=0.8)
-            axis.grid(alpha=0.3)
     figure.legend(*axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
     return figure
 
 
-def _draw_front() -> Figure:
-    figure = Figure((8, 8), layout="constrained")
-    axes = figure.subplots(2)
+def draw_optimum() -> Figure:
+    figure, axes = panels(2, size=(8, 8), sharex=False)
     for axis, name in zip(axes, "PF", strict=True):
         found = balance(name)
         front, goals = found.front(), found.goals()
         axis.plot(front[:, 2] / goals[0], front[:, 3] / goals[1], ".-", label="Pareto front")
-        points = {design: np.array(list(u.values())) for design, u in DESIGNS.items()}
+        points = {design: np.array(list(u.values())) for design, u in stand.DESIGNS.items()}
         points |= {"best by the weights of the source": found.optimum()}
         for (label, u), mark in zip(points.items(), "so*", strict=True):
             goal = found.forces(u).max() / goals[0], found.fluctuation(u) / goals[1]
@@ -168,18 +131,22 @@ def _draw_front() -> Figure:
         axis.set(title=f"Set {name}", xlabel="$F_1 / F_{10}$", ylabel="$F_2 / F_{20}$")
         axis.xaxis.set_major_formatter("{x:.3f}")
         axis.yaxis.set_major_formatter("{x:.4f}")
-        axis.grid(alpha=0.3)
         axis.legend(loc="upper left", bbox_to_anchor=(0, -0.2))
     return figure
 
 
+def draw_running() -> Figure:
+    return _draw_run(running(until=3.75, grid=2000), "Steady running, set P")
+
+
+def draw_start_up() -> Figure:
+    return _draw_run(start_up(grid=2000), "Start from rest, set P")
+
+
 def _draw_run(run: lp.Trajectory, title: str) -> Figure:
-    figure = Figure((8, 6), layout="constrained")
-    speed, torque = figure.subplots(2, sharex=True)
+    figure, (speed, torque) = panels(2, size=(8, 6))
     speed.plot(run.t, run["motor.w"])
     speed.set(title=title, ylabel="speed of the motor, rad/s")
     torque.plot(run.t, run["motor.tau"] / 1e3)
     torque.set(xlabel="time, s", ylabel="motor torque, kN.m", xlim=(0, run.t[-1]))
-    for axis in (speed, torque):
-        axis.grid(alpha=0.3)
     return figure

@@ -8,52 +8,15 @@ sticks, skids and opens in `lumped.models.reversing_mill.scenes`, its motors in
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 import lumped as lp
-from lumped.models import Row
-from lumped.models.about import Measure, extremes, shared
+from lumped.models import Machine, Row, compare, unpublished
+from lumped.models.about import Measure, numbered, shared
+from lumped.models.reversing_mill import drives, scenes, stand
 from lumped.models.reversing_mill.about import ABOUT
-from lumped.models.reversing_mill.drives import (
-    TURNING,
-    sharing,
-)
-from lumped.models.reversing_mill.scenes import (
-    DIFFERENCE,
-    SKIDS,
-    SPEED,
-    StripGap,
-    skidding,
-    strip_break,
-    with_droop,
-)
-from lumped.models.reversing_mill.stand import (
-    C_INSIDE,
-    INSIDE,
-    J_BACKUP,
-    J_GEARBOX,
-    J_MOTOR,
-    J_SPINDLE,
-    J_WORK,
-    KGF,
-    MOTOR_ONLY,
-    RATED,
-    SHAFTS,
-    ClosedGap,
-    CreepingGap,
-    LowerBranch,
-    OpenGap,
-    PrintedGap,
-    UpperBranch,
-    eccentricity_hertz,
-    lower_with_spindle,
-    strip_entry,
-)
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ROUNDING = "within the rounding of the printed J and C"
 INFERRED = "J and C chosen that round to the printed ones [I]; rounds to the printed digits"
@@ -97,201 +60,146 @@ MOTORS = "not published, motors [A]"
 CHANGES = ("first skid", "first stick", "second skid", "second stick")
 SYMMETRIC = "by eigenvalues; two of them are those of the open branch"
 ILL = "by eigenvalues; not those of the open gap"
-UNPUBLISHED = (  # quantity, unit, None, place, reference and its origin
-    *(
-        (f"closed gap, mode {i}", "Hz", None, NOT, f"{f} from the roots of equation (56)")
-        for i, f in enumerate(("6.34431", "22.50599", "39.17282"), 1)
+PEAK = "strip entry, peak over mean torque"
+PASSIVE = "motors unchanged, peak over mean torque"
+LOWEST = "strip break, lowest over rated torque"
+UNEQUAL = "equalizing over rated torque, rolls 0.2 % apart, droop"
+UNPUBLISHED = (
+    *unpublished(
+        *("Hz", NOT),
+        {
+            "closed gap, mode 1": "6.34431 from the roots of equation (56)",
+            "closed gap, mode 2": "22.50599 from the roots of equation (56)",
+            "closed gap, mode 3": "39.17282 from the roots of equation (56)",
+            "closed gap, motor alone, mode 1": "7.500 from equation (56)",
+            "closed gap, motor alone, mode 2": "22.556 from equation (56)",
+            "closed gap, motor alone, mode 3": "39.382 from equation (56)",
+            "closed gap, equal branches, mode 1": f"6.179 {SYMMETRIC}",
+            "closed gap, equal branches, mode 2": f"21.623 {SYMMETRIC}",
+            "closed gap, equal branches, mode 3": f"23.411 {SYMMETRIC}",
+            "closed gap, equal branches, mode 4": f"39.638 {SYMMETRIC}",
+            "equation (55), hardly any creep torque, mode 1": f"21.887 {ILL}",
+            "equation (55), hardly any creep torque, mode 2": f"39.160 {ILL}",
+        },
     ),
-    *(
-        (f"closed gap, motor alone, mode {i}", "Hz", None, NOT, f"{f} from equation (56)")
-        for i, f in enumerate(("7.500", "22.556", "39.382"), 1)
+    *unpublished(
+        "m/s", NOT, {"speed that excites closed mode 1": "9.97 from equations (47) and (56)"}
     ),
-    *(
-        (
-            f"closed gap, equal branches, mode {i}",
-            "Hz",
-            None,
-            NOT,
-            f"{f} {SYMMETRIC}",
-        )
-        for i, f in enumerate(("6.179", "21.623", "23.411", "39.638"), 1)
+    *unpublished(
+        *("1", NOT),
+        {
+            "damping ratio of closed mode 1": "0.27 at K_s = 400 kgf m s, eigenvalues",
+            f"{PEAK}, shaft B1": "2.491 from modal sums over 2 s",
+            f"{PEAK}, spindle B2": "2.124 from modal sums over 2 s",
+            f"{PEAK}, spindle B3": "2.192 from modal sums over 2 s",
+            f"{PASSIVE}, shaft B1": "2.914 from modal sums over 2 s",
+            f"{PASSIVE}, spindle B2": "2.082 from modal sums over 2 s",
+            f"{PASSIVE}, spindle B3": "2.107 from modal sums over 2 s",
+            "strip entry, equalizing over rated torque": "0.250 from modal sums",
+            f"{LOWEST}, shaft B1": "-0.51 from modal sums over 2 s",
+            f"{LOWEST}, spindle B2": "-0.941 from modal sums",
+            f"{LOWEST}, spindle B3": "-0.943 from modal sums",
+        },
     ),
-    *(
-        (
-            f"equation (55), hardly any creep torque, mode {i}",
-            "Hz",
-            None,
-            NOT,
-            f"{f} {ILL}",
-        )
-        for i, f in enumerate(("21.887", "39.160"), 1)
+    *unpublished(
+        *("ms", LIMITS),
+        {
+            f"skidding, {what}": f"{1e3 * t:.3f} from modal sums between events"
+            for what, t in zip(CHANGES, scenes.SKIDS, strict=True)
+        },
     ),
-    ("speed that excites closed mode 1", "m/s", None, NOT, "9.97 from equations (47) and (56)"),
-    ("damping ratio of closed mode 1", "1", None, NOT, "0.27 at K_s = 400 kgf m s, eigenvalues"),
-    (
-        "strip entry, peak over mean torque, shaft B1",
-        "1",
-        None,
-        NOT,
-        "2.491 from modal sums over 2 s",
+    *unpublished(
+        "rad/s", LIMITS, {"skidding, largest slip at 500 points": "7.764 from modal sums"}
     ),
-    (
-        "strip entry, peak over mean torque, spindle B2",
-        "1",
-        None,
-        NOT,
-        "2.124 from modal sums over 2 s",
+    *unpublished(
+        *("1", MOTORS),
+        {
+            f"{UNEQUAL} 3 %": "0.0333 from eps / (2 s)",
+            f"{UNEQUAL} 1 %": "0.1000 from eps / (2 s)",
+            "the same on converters, droop 3 %": "0.0333 from eps / (2 s)",
+            "the same on converters, droop 1 %": "0.1000 from eps / (2 s)",
+        },
     ),
-    (
-        "strip entry, peak over mean torque, spindle B3",
-        "1",
-        None,
-        NOT,
-        "2.192 from modal sums over 2 s",
-    ),
-    (
-        "motors unchanged, peak over mean torque, shaft B1",
-        "1",
-        None,
-        NOT,
-        "2.914 from modal sums over 2 s",
-    ),
-    (
-        "motors unchanged, peak over mean torque, spindle B2",
-        "1",
-        None,
-        NOT,
-        "2.082 from modal sums over 2 s",
-    ),
-    (
-        "motors unchanged, peak over mean torque, spindle B3",
-        "1",
-        None,
-        NOT,
-        "2.107 from modal sums over 2 s",
-    ),
-    ("strip entry, equalizing over rated torque", "1", None, NOT, "0.250 from modal sums"),
-    (
-        "strip break, lowest over rated torque, shaft B1",
-        "1",
-        None,
-        NOT,
-        "-0.51 from modal sums over 2 s",
-    ),
-    ("strip break, lowest over rated torque, spindle B2", "1", None, NOT, "-0.941 from modal sums"),
-    ("strip break, lowest over rated torque, spindle B3", "1", None, NOT, "-0.943 from modal sums"),
-    *(
-        (f"skidding, {what}", "ms", None, LIMITS, f"{1e3 * t:.3f} from modal sums between events")
-        for what, t in zip(CHANGES, SKIDS, strict=True)
-    ),
-    ("skidding, largest slip at 500 points", "rad/s", None, LIMITS, "7.764 from modal sums"),
-    (
-        "equalizing over rated torque, rolls 0.2 % apart, droop 3 %",
-        "1",
-        None,
-        MOTORS,
-        "0.0333 from eps / (2 s)",
-    ),
-    (
-        "equalizing over rated torque, rolls 0.2 % apart, droop 1 %",
-        "1",
-        None,
-        MOTORS,
-        "0.1000 from eps / (2 s)",
-    ),
-    ("the same on converters, droop 3 %", "1", None, MOTORS, "0.0333 from eps / (2 s)"),
-    ("the same on converters, droop 1 %", "1", None, MOTORS, "0.1000 from eps / (2 s)"),
 )
 
 
 def rows() -> list[Row]:
     """Published and computed numbers; the strip entry with motors stepping to rated torque."""
-    after_break = strip_break(until=2.02, grid=40_000, rtol=1e-8)
-    skids = skidding(grid=499, rtol=1e-9)
-    unequal = {"eps": DIFFERENCE}
-    rolling = [lp.equilibrium(lp.assemble(with_droop(s)), parameters=unequal) for s in (0.03, 0.01)]
-    opened, closed = _hertz(OpenGap()), _hertz(ClosedGap())
-    alone = LowerBranch().with_(MOTOR_ONLY)
-    creeping = lp.modes(lp.assemble(CreepingGap()), parameters={"K_s": 400 * KGF})
+    after_break = scenes.strip_break(until=2.02, grid=40_000, rtol=1e-8)
+    skids = scenes.skidding(grid=499, rtol=1e-9)
+    unequal = {"eps": scenes.DIFFERENCE}
+    rolling = [
+        lp.equilibrium(lp.assemble(scenes.with_droop(s)), parameters=unequal) for s in (0.03, 0.01)
+    ]
+    opened, closed = _hertz(stand.OpenGap()), _hertz(stand.ClosedGap())
+    alone = stand.LowerBranch().with_(stand.MOTOR_ONLY)
+    creeping = lp.modes(lp.assemble(stand.CreepingGap()), parameters={"K_s": 400 * stand.KGF})
     entry, passive = (
-        strip_entry(ClosedGap(), torque, until=2.0, grid=20_000, rtol=1e-8)
-        for torque in (RATED, 0.0)
+        stand.strip_entry(stand.ClosedGap(), torque, until=2.0, grid=20_000, rtol=1e-8)
+        for torque in (stand.RATED, 0.0)
     )
-    inside = {f"{side}.{part}": x for side in ("upper", "lower") for part, x in INSIDE.items()}
-    rounded = _hertz(OpenGap(), inside | {"upper.shaft.c": C_INSIDE})
-    mean = J_MOTOR, J_MOTOR + J_GEARBOX, J_MOTOR + J_GEARBOX
-    share = RATED * np.array(mean) / (J_MOTOR + J_GEARBOX + J_BACKUP + J_WORK)
+    inside = {
+        f"{side}.{part}": x for side in ("upper", "lower") for part, x in stand.INSIDE.items()
+    }
+    rounded = _hertz(stand.OpenGap(), inside | {"upper.shaft.c": stand.C_INSIDE})
+    mean = stand.J_MOTOR, stand.J_MOTOR + stand.J_GEARBOX, stand.J_MOTOR + stand.J_GEARBOX
+    share = (
+        stand.RATED
+        * np.array(mean)
+        / (stand.J_MOTOR + stand.J_GEARBOX + stand.J_BACKUP + stand.J_WORK)
+    )
     computed = [
         *(opened[2], opened[0], opened[1]),
         *(rounded[2], rounded[0], rounded[1]),
         *_hertz(alone),
-        opened[1] - _hertz(lower_with_spindle(J_SPINDLE))[0],
-        *(eccentricity_hertz(15), eccentricity_hertz(10)),
+        opened[1] - _hertz(stand.lower_with_spindle(stand.J_SPINDLE))[0],
+        *(stand.eccentricity_hertz(15), stand.eccentricity_hertz(10)),
         *closed,
-        *_hertz(ClosedGap(lower=alone)),
-        *_hertz(ClosedGap(lower=UpperBranch())),
-        *_hertz(PrintedGap(), {"K_s": 0.01 * KGF}),
-        closed[0] / eccentricity_hertz(1),
+        *_hertz(stand.ClosedGap(lower=alone)),
+        *_hertz(stand.ClosedGap(lower=stand.UpperBranch())),
+        *_hertz(stand.PrintedGap(), {"K_s": 0.01 * stand.KGF}),
+        closed[0] / stand.eccentricity_hertz(1),
         creeping.damping[0],
-        *(entry.table(SHAFTS).max(axis=0) / RATED),
-        *(passive.table(SHAFTS).max(axis=0) / share),
-        np.abs(entry["upper.barrel.tau"] + RATED).max() / RATED,
-        *(after_break.table(SHAFTS).min(axis=0) / RATED),
+        *(entry.table(stand.SHAFTS).max(axis=0) / stand.RATED),
+        *(passive.table(stand.SHAFTS).max(axis=0) / share),
+        np.abs(entry["upper.barrel.tau"] + stand.RATED).max() / stand.RATED,
+        *(after_break.table(stand.SHAFTS).min(axis=0) / stand.RATED),
         *(1e3 * event.time for event in skids.events if event.component == "gap"),
         skids["gap.w_rel"].max(),
-        *(point["gap.tau"] / RATED for point in rolling),
-        *(sharing(s) for s in (0.03, 0.01)),
+        *(point["gap.tau"] / stand.RATED for point in rolling),
+        *(drives.sharing(s) for s in (0.03, 0.01)),
     ]
-    return [
-        Row(quantity, unit, value, float(found), *rest)
-        for (quantity, unit, value, *rest), found in zip(
-            (*PUBLISHED, *UNPUBLISHED), computed, strict=True
-        )
-    ]
-
-
-def model() -> StripGap:
-    """The machine to draw and to report on."""
-    return StripGap()
+    return compare((*PUBLISHED, *UNPUBLISHED), computed)
 
 
 def _hertz(gap: lp.Component, parameters: Mapping[str, float] | None = None) -> np.ndarray:
     return lp.modes(lp.assemble(gap), parameters=parameters).hertz
 
 
-def scene(
-    until: float = 0.4, start: Mapping[str, Any] | None = None, **options: Any
-) -> lp.Trajectory:
-    """The run whose error is shown against run time."""
-    return skidding(until=until, start=dict.fromkeys(TURNING, SPEED) | dict(start or {}), **options)
+def scene(start: Mapping[str, Any] | None = None, **options: Any) -> lp.Trajectory:
+    """The gap skids while all parts turn with the speed of rolling."""
+    return scenes.skidding(
+        start=dict.fromkeys(drives.TURNING, scenes.SPEED) | dict(start or {}), **options
+    )
 
 
-def start_values(
-    system: lp.System, parameters: Mapping[str, Any] | None = None
-) -> dict[str, float] | None:
+def given(system: lp.System, parameters: Mapping[str, Any] | None) -> dict[str, float]:
     """Start values of that run, which hold with changed parameters."""
-    return dict.fromkeys(TURNING, float(SPEED)) | dict.fromkeys(SHAFTS, float(RATED))
+    return dict.fromkeys(drives.TURNING, float(scenes.SPEED)) | dict.fromkeys(
+        stand.SHAFTS, float(stand.RATED)
+    )
 
 
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
-    """Start of that run with changed parameters."""
-    return lp.start_point(system, parameters=parameters, start=start_values(system))
-
-
-def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """Effects of changed parameters: frequencies, and the skidding gap."""
+def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
+    """Natural frequencies with changed parameters."""
     found = []
-    for name, gap in (("open", OpenGap()), ("closed", ClosedGap())):
+    for name, gap in (("open", stand.OpenGap()), ("closed", stand.ClosedGap())):
         system = lp.assemble(gap)
         hertz = lp.modes(system, parameters=shared(system, parameters)).hertz
-        for i, f in enumerate(hertz, 1):
-            found.append(Measure(f"gap {name}, natural frequency {i}", "Hz", float(f)))
-    run = scene(ABOUT.until, parameters=parameters, grid=4000)
-    return [*found, *extremes(run, ABOUT)]
+        found += numbered(f"gap {name}, natural frequency", "Hz", hertz)
+    return found
 
 
-def plots() -> dict[str, Figure]:
-    """Figures by name."""
-    from lumped.models.reversing_mill.figures import figures
-
-    return figures()
+MACHINE = Machine(
+    "reversing_mill", ABOUT, rows, scenes.StripGap, scene, effects, short=0.4, given=given
+)

@@ -12,13 +12,14 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import lumped as lp
-from lumped.components import Inertia, LoadShare, SpeedDrive, Spring, Sum
+from lumped.components import Inertia, SpeedDrive, Spring
 from lumped.models.reversing_mill.scenes import (
     DIFFERENCE,
     GAIN,
     INTEGRAL_TIME,
     SPEED,
     StripGap,
+    Trimmed,
 )
 from lumped.models.reversing_mill.stand import (
     C_SHAFT,
@@ -44,41 +45,40 @@ MOTOR = SpeedDrive(
 )
 
 
-class MotorUpper(Branch):
-    """Upper branch on its motor."""
+class OnMotor(Branch):
+    """Branch on its motor."""
 
     wanted: lp.Input = lp.Input("rad/s", "wanted speed")
     tau = lp.Output("N.m", "motor torque")
     s: lp.Param = lp.param("1", "droop: loss of speed at rated torque", 0.0, min=0)
     motor: SpeedDrive = MOTOR.with_({"droop": s * SPEED / RATED})
+    gearbox: Inertia = Inertia(J=J_GEARBOX)
+    spindle: Spring = Spring(c=C_SPINDLE)
+    rolls: Inertia = Inertia(J=J_BACKUP + J_WORK)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield from lp.chain(self.rolls, self.spindle, self.gearbox, *self.to_motor())
+        yield lp.connect(self.barrel, self.rolls.flange_a)
+        yield lp.connect(self.wanted, self.motor.wanted)
+        yield lp.connect(self.motor.tau_meas, self.tau)
+
+    def to_motor(self) -> Iterator[Any]:
+        """What lies behind the gearbox."""
+        yield self.motor.flange
+
+
+class MotorUpper(OnMotor):
+    """Upper branch on its motor, with the long shaft."""
+
     shaft: Spring = Spring(c=C_SHAFT)
-    gearbox: Inertia = Inertia(J=J_GEARBOX)
-    spindle: Spring = Spring(c=C_SPINDLE)
-    rolls: Inertia = Inertia(J=J_BACKUP + J_WORK)
 
-    def connections(self) -> Iterator[lp.Connection]:
-        yield from lp.chain(self.rolls, self.spindle, self.gearbox, self.shaft, self.motor.flange)
-        yield lp.connect(self.barrel, self.rolls.flange_a)
-        yield lp.connect(self.wanted, self.motor.wanted)
-        yield lp.connect(self.motor.tau_meas, self.tau)
+    def to_motor(self) -> Iterator[Any]:
+        yield self.shaft
+        yield self.motor.flange
 
 
-class MotorLower(Branch):
+class MotorLower(OnMotor):
     """Lower branch on its motor."""
-
-    wanted: lp.Input = lp.Input("rad/s", "wanted speed")
-    tau = lp.Output("N.m", "motor torque")
-    s: lp.Param = lp.param("1", "droop: loss of speed at rated torque", 0.0, min=0)
-    motor: SpeedDrive = MOTOR.with_({"droop": s * SPEED / RATED})
-    gearbox: Inertia = Inertia(J=J_GEARBOX)
-    spindle: Spring = Spring(c=C_SPINDLE)
-    rolls: Inertia = Inertia(J=J_BACKUP + J_WORK)
-
-    def connections(self) -> Iterator[lp.Connection]:
-        yield from lp.chain(self.rolls, self.spindle, self.gearbox, self.motor.flange)
-        yield lp.connect(self.barrel, self.rolls.flange_a)
-        yield lp.connect(self.wanted, self.motor.wanted)
-        yield lp.connect(self.motor.tau_meas, self.tau)
 
 
 class MotorStand(StripGap):
@@ -89,20 +89,11 @@ class MotorStand(StripGap):
     lower: MotorLower = MotorLower(s=s, wanted=(1 + s) * SPEED)
 
 
-class SharingStand(StripGap):
+class SharingStand(Trimmed):
     """The same without droop, with a load-share trim of the lower motor."""
 
     upper: MotorUpper = MotorUpper(wanted=SPEED)
     lower: MotorLower = MotorLower()
-    trim: LoadShare = LoadShare(k=8e-4, T_i=2.0, y_max=2.0)
-    wanted: Sum = Sum(a=SPEED)
-
-    def connections(self) -> Iterator[lp.Connection]:
-        yield from super().connections()
-        yield lp.connect(self.lower.tau, self.trim.own)
-        yield lp.connect(self.upper.tau, self.trim.other)
-        yield lp.connect(self.trim.y, self.wanted.b)
-        yield lp.connect(self.wanted.y, self.lower.wanted)
 
 
 TURNING = ("upper.motor.w", "upper.gearbox.w", "upper.rolls.w", "lower.motor.w")

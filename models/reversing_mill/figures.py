@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import lumped as lp
+from lumped.models.panels import panels
 from lumped.models.reversing_mill import drives, scenes
 from lumped.models.reversing_mill.stand import (
     KGF,
@@ -25,44 +26,34 @@ from lumped.models.reversing_mill.stand import (
     strip_entry,
 )
 
-__all__ = ["figures"]
+
+def draw_modes_upper() -> Any:
+    return lp.modes(lp.assemble(UpperBranch())).plot()
 
 
-def figures() -> dict[str, Figure]:
-    """Figures by name."""
-    return {
-        "modes_upper": lp.modes(lp.assemble(UpperBranch())).plot(),
-        "modes_lower": lp.modes(lp.assemble(LowerBranch())).plot(),
-        "modes_closed": lp.modes(lp.assemble(ClosedGap())).plot(),
-        "strip_entry": _draw_entry(),
-        "eccentricity": _draw_eccentricity(),
-        "creep": _draw_creep(),
-        "skidding": _draw_skidding(),
-        "strip_break": _draw_break(),
-        "strip_entry_unequal_speeds": _draw_unequal_speeds(),
-        "unequal_rolls": _draw_unequal(),
-        "motors": _draw_motors(),
-    }
+def draw_modes_lower() -> Any:
+    return lp.modes(lp.assemble(LowerBranch())).plot()
 
 
-def _draw_entry() -> Figure:
-    figure = Figure((8, 6), layout="constrained")
-    axes = figure.subplots(2, sharex=True, sharey=True)
+def draw_modes_closed() -> Any:
+    return lp.modes(lp.assemble(ClosedGap())).plot()
+
+
+def draw_strip_entry() -> Figure:
+    figure, axes = panels(2, size=(8, 6), sharey=True)
     cases = (("motors unchanged", 0.0), ("motors stepping to rated torque", RATED))
     for axis, (title, motor_torque) in zip(axes, cases, strict=True):
         run = strip_entry(ClosedGap(), motor_torque, grid=1000)
         axis.plot(1e3 * run.t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
         axis.axhline(0, color="black", linewidth=0.8)
         axis.set(title=f"Strip entry, {title}", ylabel="torque / rated torque")
-        axis.grid(alpha=0.3)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     axes[1].set(xlabel="time, ms", xlim=(0, 200))
     return figure
 
 
-def _draw_eccentricity() -> Figure:
-    figure = Figure((8, 8), layout="constrained")
-    gains, orders = figure.subplots(2, sharex=True)
+def draw_eccentricity() -> Figure:
+    figure, (gains, orders) = panels(2, size=(8, 8))
     speeds = np.linspace(0.05, 22.5, 2000)
     cases = ((ClosedGap(), 0.5, "-", "closed gap"), (OpenGap(), 1.0, "--", "open gap"))
     for gap, torque, line, label in cases:
@@ -86,12 +77,10 @@ def _draw_eccentricity() -> Figure:
     orders.set(title="Critical speeds", ylabel="frequency, Hz", ylim=(0, 47))
     orders.set(xlabel="strip speed, m/s", xlim=(0, speeds[-1]))
     orders.legend(loc="lower right", fontsize="small")
-    for axis in (gains, orders):
-        axis.grid(alpha=0.3)
     return figure
 
 
-def _draw_creep() -> Figure:
+def draw_creep() -> Figure:
     system = lp.assemble(CreepingGap())
     points = [
         (K_s, damping, hertz)
@@ -99,8 +88,7 @@ def _draw_creep() -> Figure:
         for found in [lp.modes(system, parameters={"K_s": K_s * KGF})]
         for damping, hertz in zip(found.damping, found.hertz, strict=True)
     ]
-    figure = Figure((8, 5), layout="constrained")
-    axis = figure.subplots()
+    figure, axis = panels(size=(8, 5))
     axis.axvspan(210, 420, color="grey", alpha=0.2, label="plausible $K_s$ (assumed)")
     K_s, damping, hertz = np.transpose(points)
     dots = axis.scatter(K_s, damping, s=6, c=hertz, cmap="turbo")
@@ -108,15 +96,13 @@ def _draw_creep() -> Figure:
     axis.loglog()
     axis.set(title="Damping by creep in the gap", xlim=(1, 1e4))
     axis.set(xlabel="creep coefficient $K_s$, kgf m s", ylabel="damping ratio")
-    axis.grid(alpha=0.3)
     axis.legend()
     return figure
 
 
-def _draw_skidding() -> Figure:
+def draw_skidding() -> Figure:
     run = scenes.skidding(grid=2000)
-    figure = Figure((8, 8), layout="constrained")
-    shafts, gap, slip = figure.subplots(3, sharex=True)
+    figure, (shafts, gap, slip) = panels(3, size=(8, 8))
     t = 1e3 * run.t
     shafts.plot(t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
     shafts.set(title="Skidding gap: motors at 1.6 and 0.4 rated torque for 120 ms")
@@ -130,16 +116,14 @@ def _draw_skidding() -> Figure:
     slip.set(ylabel="slip of the rolls, rad/s", xlabel="time, ms", xlim=(0, 400))
     for axis in (shafts, gap, slip):
         lines = [axis.axvline(1e3 * t, color="black", linestyle=":") for t in scenes.SKIDS]
-        axis.grid(alpha=0.3)
     lines[0].set_label("skids and sticks, by modal sums")
     slip.legend()
     figure.legend(*shafts.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 
 
-def _draw_break() -> Figure:
-    figure = Figure((8, 8), layout="constrained")
-    axes = figure.subplots(3, sharex=True, sharey=True)
+def draw_strip_break() -> Figure:
+    figure, axes = panels(3, size=(8, 8), sharey=True)
     cases: tuple[tuple[str, dict[str, Any]], ...] = (
         ("motors at rated torque", {}),
         ("motors at 1.1 and 0.9 rated torque", {"share": 0.1}),
@@ -153,15 +137,13 @@ def _draw_break() -> Figure:
         axis.plot(1e3 * run.t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
         axis.axhline(0, color="black", linewidth=0.8)
         axis.set(title=f"Strip break, {title}", ylabel="torque / rated torque")
-        axis.grid(alpha=0.3)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     axes[-1].set(xlabel="time, ms", xlim=(0, 220))
     return figure
 
 
-def _draw_unequal_speeds() -> Figure:
-    figure = Figure((8, 8), layout="constrained")
-    torque, speeds, near = figure.subplots(3)
+def draw_strip_entry_unequal_speeds() -> Figure:
+    figure, (torque, speeds, near) = panels(3, size=(8, 8), sharex=False)
     for stand, line in ((scenes.JoinedGap(), "-"), (scenes.StripGap(), ":")):
         run = scenes.entry_at_speed(stand, lead=2.0, grid=20_000)
         t = 1e3 * run.t
@@ -176,7 +158,6 @@ def _draw_unequal_speeds() -> Figure:
     near.set(xlim=(19.5, 21.5), ylim=(-2.5, 2.5))
     for axis in (torque, speeds, near):
         axis.set_xlabel("time, ms")
-        axis.grid(alpha=0.3)
     for axis in (speeds, near):
         axis.set_ylabel("speed of the rolls, rad/s")
     shown = [axis.get_legend_handles_labels() for axis in (torque, speeds)]
@@ -185,13 +166,12 @@ def _draw_unequal_speeds() -> Figure:
     return figure
 
 
-def _draw_unequal() -> Figure:
+def draw_unequal_rolls() -> Figure:
     cases = (
         ("two PI controllers", scenes.unequal_rolls(scenes.ControlledStand(), 4.0, grid=4000)),
         ("with load-share trim", scenes.unequal_rolls(scenes.TrimmedStand(), 4.0, grid=4000)),
     )
-    figure = Figure((8, 6), layout="constrained")
-    torque, slip = figure.subplots(2, sharex=True)
+    figure, (torque, slip) = panels(2, size=(8, 6))
     for name, run in cases:
         torque.plot(run.t, run["gap.tau"] / RATED, linewidth=1, label=name)
         slip.plot(run.t, run["gap.w_rel"], linewidth=1, label=name)
@@ -203,14 +183,11 @@ def _draw_unequal() -> Figure:
     torque.set_ylabel("equalizing torque / rated torque")
     slip.set(xlabel="time, s", ylabel="slip of the rolls, rad/s", xlim=(0, 4))
     torque.legend(fontsize="small")
-    for axis in (torque, slip):
-        axis.grid(alpha=0.3)
     return figure
 
 
-def _draw_motors() -> Figure:
-    figure = Figure((8, 8), layout="constrained")
-    gap, torque, speed = figure.subplots(3, sharex=True)
+def draw_motors() -> Figure:
+    figure, (gap, torque, speed) = panels(3, size=(8, 8))
     cases: tuple[tuple[str, drives.MotorStand | drives.SharingStand, float], ...] = (
         ("droop 3 %", drives.MotorStand(s=0.03), 1.03 * scenes.SPEED),
         ("without droop", drives.MotorStand(), scenes.SPEED),
@@ -227,7 +204,5 @@ def _draw_motors() -> Figure:
     gap.set_ylabel("equalizing torque\n/ rated torque")
     torque.set_ylabel("motor torque / rated torque\nsolid upper, dotted lower")
     speed.set(xlabel="time, s", ylabel="speed of the upper motor, rad/s", xlim=(0, 4))
-    for axis in (gap, torque, speed):
-        axis.grid(alpha=0.3)
     figure.legend(*gap.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure

@@ -33,6 +33,7 @@ from lumped.models.reversing_mill.stand import (
     C_SPINDLE,
     RATED,
     SHAFTS,
+    Branch,
     LowerBranch,
     OpenGap,
     UpperBranch,
@@ -223,30 +224,25 @@ class SpeedControlled(lp.Component):
         yield lp.connect(self.control.y, self.torque.tau, self.tau)
 
 
-class ControlledUpper(UpperBranch):
+class Controlled(Branch):
+    """Branch with speed control."""
+
+    wanted: lp.Input = lp.Input("rad/s", "wanted speed")
+    tau = lp.Output("N.m", "motor torque")
+    drive: Any = SpeedControlled()
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield from super().connections()
+        yield lp.connect(self.wanted, self.drive.wanted)
+        yield lp.connect(self.drive.tau, self.tau)
+
+
+class ControlledUpper(Controlled, UpperBranch):
     """Upper branch with speed control."""
 
-    wanted: lp.Input = lp.Input("rad/s", "wanted speed")
-    tau = lp.Output("N.m", "motor torque")
-    drive: SpeedControlled = SpeedControlled()
 
-    def connections(self) -> Iterator[lp.Connection]:
-        yield from super().connections()
-        yield lp.connect(self.wanted, self.drive.wanted)
-        yield lp.connect(self.drive.tau, self.tau)
-
-
-class ControlledLower(LowerBranch):
+class ControlledLower(Controlled, LowerBranch):
     """Lower branch with speed control."""
-
-    wanted: lp.Input = lp.Input("rad/s", "wanted speed")
-    tau = lp.Output("N.m", "motor torque")
-    drive: SpeedControlled = SpeedControlled()
-
-    def connections(self) -> Iterator[lp.Connection]:
-        yield from super().connections()
-        yield lp.connect(self.wanted, self.drive.wanted)
-        yield lp.connect(self.drive.tau, self.tau)
 
 
 class ControlledStand(StripGap):
@@ -256,20 +252,27 @@ class ControlledStand(StripGap):
     lower: ControlledLower = ControlledLower(wanted=SPEED)
 
 
-class TrimmedStand(StripGap):
-    """The same with a load-share trim, which corrects the wanted speed of the lower one."""
+class Trimmed(StripGap):
+    """A load-share trim corrects the wanted speed of the lower branch."""
 
-    upper: ControlledUpper = ControlledUpper(wanted=SPEED)
-    lower: ControlledLower = ControlledLower()
     trim: LoadShare = LoadShare(k=8e-4, T_i=2.0, y_max=2.0)
     wanted: Sum = Sum(a=SPEED)
 
     def connections(self) -> Iterator[lp.Connection]:
+        upper: Any = self.upper
+        lower: Any = self.lower
         yield from super().connections()
-        yield lp.connect(self.lower.tau, self.trim.own)
-        yield lp.connect(self.upper.tau, self.trim.other)
+        yield lp.connect(lower.tau, self.trim.own)
+        yield lp.connect(upper.tau, self.trim.other)
         yield lp.connect(self.trim.y, self.wanted.b)
-        yield lp.connect(self.wanted.y, self.lower.wanted)
+        yield lp.connect(self.wanted.y, lower.wanted)
+
+
+class TrimmedStand(Trimmed):
+    """Two PI speed controllers with a load-share trim."""
+
+    upper: ControlledUpper = ControlledUpper(wanted=SPEED)
+    lower: ControlledLower = ControlledLower()
 
 
 def with_droop(s: float) -> ControlledStand:

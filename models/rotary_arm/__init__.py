@@ -8,22 +8,16 @@ by derivation, [I] inferred, [A] assumed as the source does not give it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 import lumped as lp
 from lumped.components import Torque
-from lumped.models import Row
-from lumped.models.about import Measure, extremes, shared
+from lumped.models import Machine, Row
+from lumped.models.about import Measure, shared
+from lumped.models.rotary_arm import control, loads, parts
 from lumped.models.rotary_arm.about import ABOUT
-from lumped.models.rotary_arm.control import (
-    AIM,
-    Controlled,
-    at_rest,
-    controlled,
-    instants,
-)
 from lumped.models.rotary_arm.cycle import (
     ADOPTED,
     MOTOR,
@@ -34,36 +28,6 @@ from lumped.models.rotary_arm.cycle import (
     loaded_rms,
     run_cycle,
 )
-from lumped.models.rotary_arm.loads import (
-    FIRST,
-    KW_RPM,
-    MAXIMUM,
-    OVERLOAD,
-    RATED,
-    SPEED,
-    at,
-    critical_efficiency,
-    greatest_acceleration,
-    lifting,
-    printed_loads,
-    tray_twist,
-)
-from lumped.models.rotary_arm.parts import (
-    EPS,
-    ETA,
-    FAST,
-    J_REDUCER,
-    J_ROTOR,
-    M_WEIGHTS,
-    PRINTED,
-    R_WEIGHTS,
-    RATIO,
-    SLOW,
-    Driven,
-)
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 LOADS, SIZING, TEXT, CYCLE = "[P] load torques", "[P] motor sizing", "[P] text", "[P] cycle"
 FROM_PRINT = "not published, from [P]"
@@ -76,7 +40,7 @@ PARTS = (  # name in the model, what, printed torque
 MANDREL = 319_536.0
 INERTIAS = (330.2, 2478.0, 651.7, 33_228.0, 66.0)
 OTHERS_BY_HAND = ((4063.7, 8082.8), (4100.0, 8079.5), (4100.0, 8571), (4100.0, 8082.8))
-LOSS = PRINTED | {"reducer.eta": ETA}
+LOSS = parts.PRINTED | {"reducer.eta": parts.ETA}
 
 
 def rows() -> list[Row]:
@@ -85,13 +49,13 @@ def rows() -> list[Row]:
 
 
 def _loads() -> Iterator[Row]:
-    point = at(lifting(EPS), parameters=PRINTED)
+    point = loads.at(loads.lifting(parts.EPS), parameters=parts.PRINTED)
     weights = [point[f"{name}.tau_g"] for name, *_ in PARTS]
     for (_, what, torque), found in zip(PARTS, weights, strict=True):
         yield Row(f"gravity, {what}", "N.m", torque, abs(found), LOADS, "g = 10 m/s2")
     found = point["arm.weight.tau"]
     yield Row("gravity, mandrel", "N.m", MANDREL, found, LOADS, "g = 10 m/s2")
-    sums = printed_loads()
+    sums = loads.printed_loads()
     yield Row("gravity, all", "N.m", 341_060.0, sums["grav"], LOADS, "rounded")
     acc = "with the mandrel's spin, 2.8 % too much: the tray does not turn; without the rotor"
     yield Row("acceleration, 1.38 rad/s2", "N.m", 50_721.0, sums["acc"], LOADS, acc)
@@ -102,66 +66,77 @@ def _loads() -> Iterator[Row]:
     yield Row("gravity, empty arm", "N.m", None, rest, FROM_PRINT, residual)
     share = 1 + rest / -weights[-1]
     balance = "0.7546 from the moments of trays and arms; or 2294 kg at 0.350 m"
-    yield Row("radius that balances", "m", None, share * R_WEIGHTS, FROM_PRINT, balance)
-    yield Row("mass that balances, each", "kg", None, share * M_WEIGHTS / 5, FROM_PRINT, "2294")
+    yield Row("radius that balances", "m", None, share * parts.R_WEIGHTS, FROM_PRINT, balance)
+    yield Row(
+        "mass that balances, each", "kg", None, share * parts.M_WEIGHTS / 5, FROM_PRINT, "2294"
+    )
     for case, torque in (("counterweights", 8429.7), ("mandrel", 631.8)):
-        found = printed_loads(missing=case)["motor"]
+        found = loads.printed_loads(missing=case)["motor"]
         yield Row(f"motor torque, no {case}", "N.m", None, found, RESTORED, f"{torque} by hand")
-    one = np.degrees(tray_twist(40 / 41))
+    one = np.degrees(loads.tray_twist(40 / 41))
     twist = "4.4, 180 (1 - 40/41)"
     yield Row("twist of a tray, one tooth amiss", "deg", None, one, RESTORED, twist)
 
 
 def _inertias() -> Iterator[Row]:
-    point = at(lifting(EPS), parameters=PRINTED)
+    point = loads.at(loads.lifting(parts.EPS), parameters=parts.PRINTED)
     torques = [point[f"{name}.flange.tau"] - point[f"{name}.tau_g"] for name, *_ in PARTS]
-    torques += [point["arm.mandrel.flange_a.tau"], point["arm.body.flange_a.tau"] - J_REDUCER * EPS]
+    torques += [
+        point["arm.mandrel.flange_a.tau"],
+        point["arm.body.flange_a.tau"] - parts.J_REDUCER * parts.EPS,
+    ]
     names = (*(what for _, what, _ in PARTS), "mandrel", "shaft")
     for what, printed, torque in zip(names, INERTIAS, torques, strict=True):
         note = "1018.6 of it spin, which it does not" if what == "mandrel" else "rounded"
-        yield Row(f"moment of inertia, {what}", "kg.m2", printed, torque / EPS, LOADS, note)
+        yield Row(f"moment of inertia, {what}", "kg.m2", printed, torque / parts.EPS, LOADS, note)
     note = "12.8 kg.m2 times 50 squared; left out by the source, though as much as the load"
-    rotor = J_ROTOR * RATIO**2
+    rotor = parts.J_ROTOR * parts.RATIO**2
     yield Row("moment of inertia, rotor at the arm", "kg.m2", None, rotor, FROM_PRINT, note)
     note = "from the printed 0.17 and 1 rad/s and 1.38 rad/s2; 0.6 s is not in print"
-    yield Row("duration of a ramp", "s", None, (FAST - SLOW) / EPS, FROM_PRINT, note)
-    fast = SPEED * np.pi / 30 / RATIO
-    yield Row("fast speed", "rad/s", FAST, fast, TEXT, "480 rpm over 50; the source rounds to 1")
+    yield Row(
+        "duration of a ramp", "s", None, (parts.FAST - parts.SLOW) / parts.EPS, FROM_PRINT, note
+    )
+    fast = loads.SPEED * np.pi / 30 / parts.RATIO
+    yield Row(
+        "fast speed", "rad/s", parts.FAST, fast, TEXT, "480 rpm over 50; the source rounds to 1"
+    )
 
 
 def _motors() -> Iterator[Row]:
-    torque = printed_loads()["motor"]
+    torque = loads.printed_loads()["motor"]
     yield Row("motor torque, all together", "N.m", 8103.0, torque, SIZING, "rounded")
-    power = torque * SPEED / KW_RPM / ETA
+    power = torque * loads.SPEED / loads.KW_RPM / parts.ETA
     yield Row("power needed", "kW", 479.1, power, SIZING, "the only place of the efficiency")
-    yield Row("power over overload", "kW", 239.6, power / OVERLOAD, SIZING, "rounded")
-    yield Row("rated torque, 250 kW", "N.m", 4974.0, RATED, SIZING, "rounded")
-    yield Row("greatest torque, 250 kW", "N.m", 9948.0, OVERLOAD * RATED, SIZING, "rounded")
-    loss = at(lifting(EPS), parameters=LOSS)
-    by_hand = "9533 by hand: torque over efficiency"
+    yield Row("power over overload", "kW", 239.6, power / loads.OVERLOAD, SIZING, "rounded")
+    yield Row("rated torque, 250 kW", "N.m", 4974.0, loads.RATED, SIZING, "rounded")
     yield Row(
-        "torque, with the loss", "N.m", None, loss["reducer.flange_a.tau"], FROM_PRINT, by_hand
+        "greatest torque, 250 kW", "N.m", 9948.0, loads.OVERLOAD * loads.RATED, SIZING, "rounded"
     )
+    loss = loads.at(loads.lifting(parts.EPS), parameters=LOSS)
+    lost = "9533 by hand: torque over efficiency"
+    yield Row("torque, with the loss", "N.m", None, loss["reducer.flange_a.tau"], FROM_PRINT, lost)
     whole = -loss["drive.flange.tau"]
     own = whole - loss["reducer.flange_a.tau"]
     yield Row("torque of the rotor alone", "N.m", None, own, FROM_PRINT, "883, 12.8 x 50 x 1.38")
     rotor = "10 416 by hand: more than the motor has"
     yield Row("torque, with loss and rotor", "N.m", None, whole, FROM_PRINT, rotor)
     for name, changed, value in (("as printed", LOSS, 1.07), ("corrected", {}, 1.20)):
-        found = greatest_acceleration(MAXIMUM, changed)
+        found = loads.greatest_acceleration(loads.MAXIMUM, changed)
         note = f"{value:.2f} by hand; wanted are 1.38"
         yield Row(f"acceleration it gives, {name}", "rad/s2", None, found, FROM_PRINT, note)
-    lift = at(lifting(0.0), parameters=LOSS)["reducer.flange_a.tau"]
+    lift = loads.at(loads.lifting(0.0), parameters=LOSS)["reducer.flange_a.tau"]
     yield Row("torque to lift, without acceleration", "N.m", None, lift, FROM_PRINT, "8339 by hand")
     first = "8356; above the printed 8103, so it would do by the rule of the source"
-    yield Row("greatest torque, first motor", "N.m", None, OVERLOAD * FIRST, FROM_PRINT, first)
-    margin = 100 * (OVERLOAD * FIRST / lift - 1)
+    yield Row(
+        "greatest torque, first motor", "N.m", None, loads.OVERLOAD * loads.FIRST, FROM_PRINT, first
+    )
+    margin = 100 * (loads.OVERLOAD * loads.FIRST / lift - 1)
     yield Row("its margin in lifting", "%", None, margin, FROM_PRINT, "0.2, 8356 over 8339")
-    kick = greatest_acceleration(OVERLOAD * FIRST, LOSS)
+    kick = loads.greatest_acceleration(loads.OVERLOAD * loads.FIRST, LOSS)
     note = "0.011 by hand: the reported 'cannot kick the mandrel in'"
     yield Row("acceleration the first motor gives", "rad/s2", None, kick, FROM_PRINT, note)
-    for g, changed, value in (("10", PRINTED, 0.848), ("9.80665", {}, 0.832)):
-        found = critical_efficiency(OVERLOAD * FIRST, changed)
+    for g, changed, value in (("10", parts.PRINTED, 0.848), ("9.80665", {}, 0.832)):
+        found = loads.critical_efficiency(loads.OVERLOAD * loads.FIRST, changed)
         name = f"efficiency it needs, g = {g}"
         yield Row(name, "1", None, found, FROM_PRINT, f"{value} by hand; 0.85 is printed [I]")
 
@@ -174,7 +149,7 @@ def _cycle() -> Iterator[Row]:
         "RMS torque of the cycle", "N.m", 4100.0, asked.rms_torque, CYCLE, fitted, fitted=True
     )
     note = "the printed 4100 over 4974 is 82.4 %; the print rounds it up"
-    share = 100 * asked.rms_torque / RATED
+    share = 100 * asked.rms_torque / loads.RATED
     yield Row("RMS torque over rated", "%", 83.0, share, CYCLE, note, fitted=True)
     yield Row("peak torque", "N.m", None, asked.peak_torque, ASSUMED, "8093.9 by hand")
     for (what, cycle), (mean, peak) in zip(OTHERS.items(), OTHERS_BY_HAND, strict=True):
@@ -208,8 +183,8 @@ def _cycle() -> Iterator[Row]:
 
 def _loop() -> Iterator[Row]:
     t = np.linspace(0.0, 10.98, 499)  # the samples of the calculation by hand
-    run = controlled(until=590 * t[1], grid=590, rtol=1e-10)
-    taken, put, near = instants(run)
+    run = control.controlled(until=590 * t[1], grid=590, rtol=1e-10)
+    taken, put, near = control.instants(run)
     note = "0.577318 by hand, where friction drives the arm at rest: it comes 1.5 us later"
     yield Row("pick-up under control", "s", None, taken, ASSUMED, note)
     yield Row("release under control", "s", None, put, ASSUMED, "5.266257 by hand")
@@ -225,7 +200,7 @@ def _loop() -> Iterator[Row]:
     least = w[(t > taken) & (t < taken + 1)].min()
     note = "0.0193 by hand: the arm does not stop; samples 22 ms apart"
     yield Row("least speed after pick-up", "rad/s", None, least, ASSUMED, note)
-    there = t[np.nonzero(np.abs(phi - AIM) > 1e-3)[0][-1] + 1]
+    there = t[np.nonzero(np.abs(phi - control.AIM) > 1e-3)[0][-1] + 1]
     yield Row("within 1 mrad of the aim", "s", None, there, ASSUMED, "9.99 by hand")
     cut = t <= there
     mean = np.sqrt(np.trapezoid(torque[cut] ** 2, t[cut]) / there)
@@ -234,7 +209,7 @@ def _loop() -> Iterator[Row]:
         "greatest torque under control", "N.m", None, torque.max(), ASSUMED, "9948: at its limit"
     )
     yield Row("least torque under control", "N.m", None, torque.min(), ASSUMED, "-6818 by hand")
-    left = abs(AIM - run["arm.phi"][-1])
+    left = abs(control.AIM - run["arm.phi"][-1])
     yield Row("way left after 13 s", "rad", None, left, ASSUMED, "7e-10 by hand, at its end")
 
 
@@ -244,44 +219,24 @@ def jump(run: lp.Trajectory, instant: float) -> float:
     return float(after / before)
 
 
-def model() -> Controlled:
-    """The machine to draw and to report on."""
-    return Controlled()
-
-
-def scene(until: float = 4.0, **options: Any) -> lp.Trajectory:
-    """The run whose error is shown against run time."""
-    return controlled(until=until, **options)
-
-
-def start_values(
-    system: lp.System, parameters: Mapping[str, Any] | None = None
-) -> dict[str, float] | None:
-    """Start values of that run: at rest, with the torque that holds the arm."""
-    return at_rest(system, parameters)
-
-
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
-    """Start of that run with changed parameters."""
-    still = start_values(system, parameters)
-    return lp.start_point(system, parameters=parameters, start=still)
-
-
-def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """Effects of changed parameters: the prescribed cycle, and the turn under control."""
-    given = shared(lp.assemble(Driven(drive=Torque(tau=0.0))), parameters)
+def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
+    """Torque of the prescribed cycle, and the way left, with changed parameters."""
+    given = shared(lp.assemble(parts.Driven(drive=Torque(tau=0.0))), parameters)
     asked = demand(run_cycle(parameters=given))
-    found = [
+    return [
         Measure("prescribed motion, RMS motor torque", "N.m", asked.rms_torque),
         Measure("prescribed motion, greatest motor torque", "N.m", asked.peak_torque),
+        Measure("way left at the end", "rad", float(control.AIM - run["arm.phi"][-1])),
     ]
-    run = scene(ABOUT.until, parameters=parameters, grid=4000)
-    found.append(Measure("way left at the end", "rad", float(AIM - run["arm.phi"][-1])))
-    return [*found, *extremes(run, ABOUT)]
 
 
-def plots() -> dict[str, Figure]:
-    """Figures by name."""
-    from lumped.models.rotary_arm.figures import figures
-
-    return figures()
+MACHINE = Machine(
+    "rotary_arm",
+    ABOUT,
+    rows,
+    control.Controlled,
+    control.controlled,
+    effects,
+    short=4.0,
+    given=control.at_rest,
+)

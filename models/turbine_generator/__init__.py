@@ -7,19 +7,16 @@ terminals in `lumped.models.turbine_generator.scenes`.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 import lumped as lp
-from lumped.models import Row
-from lumped.models.about import Measure, extremes, shared
+from lumped.models import Machine, Row
+from lumped.models.about import Measure, numbered, shared
 from lumped.models.turbine_generator.about import ABOUT
 from lumped.models.turbine_generator.drive import BEGIN, SHAFTS, Train, TurbineGenerator
 from lumped.models.turbine_generator.scenes import FREE, faulted, per_unit, rated
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 BENCHMARK = "torsional frequencies [P]"
 NOT = "not published [R]"
@@ -64,42 +61,22 @@ def rows() -> list[Row]:
     return found
 
 
-def model() -> TurbineGenerator:
-    """The machine to draw and to report on."""
-    return TurbineGenerator()
+def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
+    """Torsional frequencies with changed parameters."""
+    train = lp.assemble(Train())
+    hertz = lp.modes(train, parameters=shared(train, parameters)).hertz
+    return numbered("torsional frequency, mode", "Hz", hertz)
 
 
-def scene(until: float = 0.2, **options: Any) -> lp.Trajectory:
-    """The run whose error is shown against run time."""
-    return faulted(until, **options)
-
-
-def start_values(
-    system: lp.System, parameters: Mapping[str, Any] | None = None
-) -> dict[str, float] | None:
-    """None: the run begins from a steady state, which is searched for."""
-    return None
-
-
-def begin(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
-    """Start of that run; voltage of the bus, excitation and steam follow from it."""
+def begin(system: lp.System, parameters: Mapping[str, Any] | None) -> lp.OperatingPoint:
+    """The steady state before the fault, from which bus, excitation and steam follow."""
     given = {name: value for name, value in (parameters or {}).items() if name not in FREE}
     return rated(system, given)
 
 
-def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """Effects of changed parameters: torsional frequencies, torques after a fault."""
-    run = scene(ABOUT.until, parameters=parameters, grid=8000)
-    train = lp.assemble(Train())
-    hertz = lp.modes(train, parameters=shared(train, parameters)).hertz
-    found = [
-        Measure(f"torsional frequency, mode {i}", "Hz", float(f)) for i, f in enumerate(hertz, 1)
-    ]
-    return [*found, *extremes(run, ABOUT)]
-
-
-def plots() -> dict[str, Figure]:
-    """Figures by name."""
-    from lumped.models.turbine_generator.figures import figures
-
-    return figures()
+MACHINE = Machine(
+    *("turbine_generator", ABOUT, rows, TurbineGenerator, faulted, effects),
+    short=0.2,
+    searched=begin,
+    grid=8000,
+)

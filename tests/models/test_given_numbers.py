@@ -3,6 +3,7 @@
 import copy
 import pickle
 import re
+from importlib import import_module
 
 import pytest
 
@@ -52,6 +53,13 @@ def test_every_machine_tells_its_source_findings_and_assumptions(name):
     assert any("copy" in text or "lost" in text for text in about.source)
     for caption in about.captions.values():
         assert len(caption.split()) >= 4
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_each_caption_has_a_figure_and_each_figure_a_caption(name):
+    drawn = vars(import_module(f"lumped.models.{name}.figures"))
+    names = {key.removeprefix("draw_") for key in drawn if key.startswith("draw_")}
+    assert names == set(machine(name).ABOUT.captions)
 
 
 @pytest.mark.parametrize("name", MACHINES)
