@@ -10,9 +10,8 @@ import casadi as ca
 import numpy as np
 
 from lumped.code.emit_c import c_text, declaration
-from lumped.code.operations import Operations, operations_of
+from lumped.code.operations import OWN, Operations, operations_of
 from lumped.code.to_c import as_c, header
-from lumped.code.trigonometry import cosine, sine
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
 from lumped.exchange.c_memory import Memory
@@ -50,8 +49,7 @@ _ENTRIES: dict[str, Any] = {
     "kernel_begin_watch": begin_watch,
     "kernel_note_collisions": note_collisions,
     "kernel_take": take,
-    "lumped_sin": sine,
-    "lumped_cos": cosine,
+    **OWN,
 }
 """What of the time loop the interface and the functions of a model call."""
 
