@@ -60,7 +60,6 @@ def compiled_functions(functions: Mapping[str, Operations], lanes: int = 1) -> C
     source, prefix = _source(functions, lanes), "lanes-" if lanes > 1 else ""
     return built(
         source,
-        list(functions),
         lambda: _text(functions, lanes),
         prefix,
         lambda: _own_text(functions, lanes) if lanes == 1 else "",
@@ -69,14 +68,13 @@ def compiled_functions(functions: Mapping[str, Operations], lanes: int = 1) -> C
 
 def known_functions(functions: Mapping[str, Operations]) -> Code | None:
     """Machine code of functions if it was made before, else None."""
-    return kept(_source(functions), list(functions))
+    return kept(_source(functions))
 
 
 def compiled_columns(function: Operations, columns: int, columns_from: int) -> Code:
     """Machine code of a function named ``columns``, for columns side by side (see `emit_llvm`)."""
     return built(
         _column_source(function, columns, columns_from),
-        ["columns"],
         lambda: _declared_once(assembly(function, "columns", columns, columns_from), [function]),
         beside=lambda: _own_text({"columns": function}, 1),
     )
@@ -84,7 +82,7 @@ def compiled_columns(function: Operations, columns: int, columns_from: int) -> C
 
 def known_columns(function: Operations, columns: int, columns_from: int) -> Code | None:
     """The same if it was made before, else None."""
-    return kept(_column_source(function, columns, columns_from), ["columns"])
+    return kept(_column_source(function, columns, columns_from))
 
 
 def _column_source(function: Operations, columns: int, columns_from: int) -> str:
@@ -113,4 +111,4 @@ def compiled_series(function: Operations, order: int, states: int, lanes: int = 
         return _declared_once(written, ())
 
     source = hashlib.sha256("\n".join(parts).encode()).hexdigest()
-    return built(source, ["series"], text, "series-")
+    return built(source, text, "series-")
