@@ -6,9 +6,16 @@ double *out)``. Operations keep their order and rounding (see `interpret`).
 
 from __future__ import annotations
 
+import re
+from functools import cache
+
 import casadi as ca
 
+from lumped.code import words
 from lumped.code.operations import (
+    FORMULAS,
+    FUNCTIONS,
+    OWN,
     PARAMETER,
     RESULT,
     SETTING,
@@ -16,8 +23,10 @@ from lumped.code.operations import (
     TIME,
     Operations,
     UnsupportedError,
+    places_handed,
+    places_read,
 )
-from lumped.code.to_c import number
+from lumped.code.to_c import number, returned
 
 __all__ = ["c_text", "declaration"]
 
@@ -26,41 +35,22 @@ _CHUNK = 400
 
 _INPUTS = {STATE: "x", PARAMETER: "p", SETTING: "m"}
 _ARGUMENTS = "const double *x, const double *p, double t, const double *m, double *out"
-_ONE = {
-    getattr(ca, f"OP_{name.upper()}"): f"{name}({{a}})"
-    for name in (
-        *("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh"),
-        *("atanh", "exp", "expm1", "log", "log1p", "erf", "floor", "ceil", "sqrt", "fabs"),
-    )
-} | {
-    ca.OP_SIN: "lumped_sin({a})",
-    ca.OP_COS: "lumped_cos({a})",
-    ca.OP_ASSIGN: "{a}",
-    ca.OP_LIFT: "{a}",
-    ca.OP_NEG: "-{a}",
-    ca.OP_SQ: "{a} * {a}",
-    ca.OP_TWICE: "{a} + {a}",
-    ca.OP_INV: "1.0 / {a}",
-    ca.OP_NOT: "{a} == 0.0 ? 1.0 : 0.0",
-    ca.OP_SIGN: "{a} < 0.0 ? -1.0 : {a} > 0.0 ? 1.0 : {a}",
-}
-_TWO = {
-    getattr(ca, f"OP_{name.upper()}"): f"{name}({{a}}, {{b}})"
-    for name in ("atan2", "hypot", "pow", "fmod", "remainder", "copysign", "fmin", "fmax")
-} | {
-    ca.OP_CONSTPOW: "pow({a}, {b})",
-    ca.OP_ADD: "{a} + {b}",
-    ca.OP_SUB: "{a} - {b}",
-    ca.OP_MUL: "{a} * {b}",
-    ca.OP_DIV: "{a} / {b}",
-    ca.OP_LT: "{a} < {b} ? 1.0 : 0.0",
-    ca.OP_LE: "{a} <= {b} ? 1.0 : 0.0",
-    ca.OP_EQ: "{a} == {b} ? 1.0 : 0.0",
-    ca.OP_NE: "{a} != {b} ? 1.0 : 0.0",
-    ca.OP_AND: "{a} != 0.0 && {b} != 0.0 ? 1.0 : 0.0",
-    ca.OP_OR: "{a} != 0.0 || {b} != 0.0 ? 1.0 : 0.0",
-    ca.OP_IF_ELSE_ZERO: "{a} != 0.0 ? {b} : 0.0",
-}
+_SPACE = {**FUNCTIONS, "__name__": __name__}
+
+
+@cache
+def _template(op: int) -> str:
+    """C of an operation on {a} and {b}.
+
+    Raises
+    ------
+    UnsupportedError
+        If it has no formula.
+    """
+    if op not in FORMULAS:
+        raise UnsupportedError(f"operation {op} of CasADi")
+    text = f"def formula(a: float, b: float) -> float:\n    return {FORMULAS[op]}"
+    return re.sub(r"\b([ab])\b", r"{\1}", returned(words.written("formula", text, _SPACE), OWN))
 
 
 def declaration(name: str) -> str:
@@ -81,7 +71,7 @@ def c_text(function: Operations, name: str) -> str:
     if count == 1:
         body = _body(rows, constants, set())
         return f"void {name}({_ARGUMENTS})\n{{\n{_unused(body)}}}\n"
-    handed = _handed(rows)
+    handed = places_handed(rows, _CHUNK)
     parts = []
     for k in range(count):
         part = rows[k * _CHUNK : (k + 1) * _CHUNK]
@@ -97,23 +87,6 @@ def _unused(body: str, *more: str) -> str:
     """A body that names all arguments."""
     names = ("x", "p", "t", "m", "out", *more)
     return "    " + ", ".join(f"(void){name}" for name in names) + ";\n" + body
-
-
-def _handed(rows: list[list[int]]) -> dict[int, set[int]]:
-    """Places of the work vector that are still read, where a chunk ends."""
-    held: set[int] = set()
-    found = {len(rows): set(held)}
-    for k in range(len(rows) - 1, -1, -1):
-        op, written, a, b = rows[k]
-        if op == RESULT:
-            held.add(a)
-        else:
-            held.discard(written)
-            if op in _ONE or op in _TWO:
-                held.update((a, b) if op in _TWO else (a,))
-        if k % _CHUNK == 0:
-            found[k] = set(held)
-    return found
 
 
 def _body(rows: list[list[int]], constants: list[float], handed: set[int]) -> str:
@@ -139,12 +112,9 @@ def _body(rows: list[list[int]], constants: list[float], handed: set[int]) -> st
         else:
             if op in _INPUTS:
                 text = f"{_INPUTS[op]}[{a}]"
-            elif op in _ONE:
-                text = _ONE[op].format(a=get(a))
-            elif op in _TWO:
-                text = _TWO[op].format(a=get(a), b=get(b))
             else:
-                raise UnsupportedError(f"operation {op} of CasADi")
+                read = [get(place) for place in places_read(op, a, b)]
+                text = _template(op).format(a=read[0], b=read[-1])
             lines.append(f"    const double v{k} = {text};")
             held[written] = f"v{k}"
         changed.add(written)

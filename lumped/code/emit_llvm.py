@@ -8,21 +8,27 @@ states, which are vectors, as its results are; all else are single numbers.
 
 from __future__ import annotations
 
+import ast
+from typing import Any
+
 import casadi as ca
 
 from lumped.code.operations import (
+    FORMULAS,
+    OWN,
     PARAMETER,
     RESULT,
     SETTING,
     STATE,
     TIME,
-    TWO,
     Operations,
     UnsupportedError,
+    places_handed,
+    places_read,
 )
 from lumped.code.to_llvm import literal
 
-__all__ = ["OWN", "Body", "assembly"]
+__all__ = ["Body", "assembly"]
 
 _CHUNK = 400
 """Operations in one LLVM function: the time to compile grows faster than linearly in them."""
@@ -34,27 +40,11 @@ _INPUTS = {STATE: "x", PARAMETER: "p", SETTING: "m"}
 
 _ARGUMENTS = "ptr noalias %x, ptr noalias %p, {} %t, ptr noalias %m, ptr noalias %out"
 
-_FLOAT = {ca.OP_ADD: "fadd", ca.OP_SUB: "fsub", ca.OP_MUL: "fmul", ca.OP_DIV: "fdiv"}
-_COMPARED = {ca.OP_LT: "olt", ca.OP_LE: "ole", ca.OP_EQ: "oeq", ca.OP_NE: "une"}
-_INTRINSIC = {
-    ca.OP_FABS: "fabs",
-    ca.OP_SQRT: "sqrt",
-    ca.OP_FMIN: "minnum",
-    ca.OP_FMAX: "maxnum",
-    ca.OP_COPYSIGN: "copysign",
-    ca.OP_FLOOR: "floor",
-    ca.OP_CEIL: "ceil",
-}
-OWN = {ca.OP_SIN: "lumped_sin", ca.OP_COS: "lumped_cos"}
-"""Functions of ours (see `trigonometry`)."""
-_LIBRARY = {
-    getattr(ca, f"OP_{name.upper()}"): name
-    for name in (
-        *("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"),
-        *("asinh", "acosh", "atanh", "exp", "expm1", "log", "log1p", "erf"),
-        *("atan2", "hypot", "pow", "fmod", "remainder"),
-    )
-} | {ca.OP_CONSTPOW: "pow"}
+_NUMBER = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
+_ORDER = {ast.Lt: "olt", ast.LtE: "ole", ast.Gt: "ogt", ast.Eq: "oeq", ast.NotEq: "une"}
+_INTRINSIC = {"abs": "fabs", "fmin": "minnum", "fmax": "maxnum"}
+_INTRINSIC |= {name: name for name in ("sqrt", "copysign", "floor", "ceil")}
+_PARSED = {op: ast.parse(text, mode="eval").body for op, text in FORMULAS.items()}
 
 
 def assembly(
@@ -73,7 +63,7 @@ def assembly(
         If it has an operation that is not known here.
     """
     rows = function.table.tolist()
-    live = _live(rows)
+    live = places_handed(rows, _CHUNK)
     work, parts = function.work, []
     count = max(1, -(-len(rows) // _CHUNK))
     needed: set[str] = set()
@@ -100,23 +90,6 @@ def assembly(
     whole = f"define void @{name}({given}) {{\n{begin}{calls}{end}\n  ret void\n}}"
     declared = "\n".join(sorted(needed))
     return "\n".join([*parts, whole, declared])
-
-
-def _live(rows: list[list[int]]) -> dict[int, set[int]]:
-    """Places of the work vector that are still read, where a chunk ends."""
-    held: set[int] = set()
-    found = {len(rows): set(held)}
-    for k in range(len(rows) - 1, -1, -1):
-        op, written, *read = rows[k]
-        if op == RESULT:
-            held.add(read[0])
-        else:
-            held.discard(written)
-            if op > RESULT and op != ca.OP_CONST:
-                held.update(read)
-        if k % _CHUNK == 0:
-            found[k] = set(held)
-    return found
 
 
 def _body(
@@ -172,7 +145,7 @@ class Body:
             elif op in _INPUTS:
                 found = self._input(_INPUTS[op], a)
             else:
-                arguments = [get(place) for place in ((a, b) if op in TWO else (a,))]
+                arguments = [get(place) for place in places_read(op, a, b)]
                 found = self._operation(op, arguments)
             held[written] = found
             changed.add(written)
@@ -225,9 +198,6 @@ class Body:
     def _truth_of(self, symbol: str) -> str:
         return self._put(f"fcmp une {self._number} {symbol}, {self._constant(0.0)}")
 
-    def _real(self, condition: str) -> str:
-        return self._put(f"uitofp {self._truth} {condition} to {self._number}")
-
     def _select(self, condition: str, yes: str, no: str) -> str:
         kind = self._number
         return self._put(f"select {self._truth} {condition}, {kind} {yes}, {kind} {no}")
@@ -251,41 +221,46 @@ class Body:
 
     def _operation(self, op: int, arguments: list[str]) -> str:
         """One operation."""
-        a, b, kind = arguments[0], arguments[-1], self._number
-        zero, one = self._constant(0.0), self._constant(1.0)
-        if op in _FLOAT:
-            return self._put(f"{_FLOAT[op]} {kind} {a}, {b}")
-        if op in _COMPARED:
-            return self._real(self._put(f"fcmp {_COMPARED[op]} {kind} {a}, {b}"))
-        if op in _INTRINSIC:
-            return self._intrinsic(_INTRINSIC[op], arguments)
-        if op in OWN:
-            return self._put(f"call {kind} @{OWN[op]}({kind} {a})")
-        if op in _LIBRARY:
-            return self._library(_LIBRARY[op], arguments)
-        if op in (ca.OP_ASSIGN, ca.OP_LIFT):
-            return a
-        if op == ca.OP_NEG:
-            return self._put(f"fneg {kind} {a}")
-        if op == ca.OP_SQ:
-            return self._put(f"fmul {kind} {a}, {a}")
-        if op == ca.OP_TWICE:
-            return self._put(f"fadd {kind} {a}, {a}")
-        if op == ca.OP_INV:
-            return self._put(f"fdiv {kind} {one}, {a}")
-        if op == ca.OP_NOT:
-            return self._real(self._put(f"fcmp oeq {kind} {a}, {zero}"))
-        if op in (ca.OP_AND, ca.OP_OR):
-            word = "and" if op == ca.OP_AND else "or"
-            both = self._truth_of(a), self._truth_of(b)
-            return self._real(self._put(f"{word} {self._truth} {both[0]}, {both[1]}"))
-        if op == ca.OP_IF_ELSE_ZERO:
-            return self._select(self._truth_of(a), b, zero)
-        if op == ca.OP_SIGN:
-            sign = self._select(self._put(f"fcmp ogt {kind} {a}, {zero}"), one, a)
-            low = self._put(f"fcmp olt {kind} {a}, {zero}")
-            return self._select(low, self._constant(-1.0), sign)
-        raise UnsupportedError(f"operation {op} of CasADi")
+        if op not in _PARSED:
+            raise UnsupportedError(f"operation {op} of CasADi")
+        return self._formula(_PARSED[op], {"a": arguments[0], "b": arguments[-1]})
+
+    def _formula(self, node: Any, held: dict[str, str]) -> str:
+        """A number or, of a comparison, a truth; nothing branches."""
+        if isinstance(node, ast.Name):
+            return held[node.id]
+        if isinstance(node, ast.Constant):
+            assert isinstance(node.value, float)
+            return self._constant(node.value)
+        parts = [self._formula(part, held) for part in _parts(node)]
+        listed = f"{self._number} {', '.join(parts)}"
+        if isinstance(node, ast.UnaryOp):
+            return self._put(f"fneg {listed}")
+        if isinstance(node, ast.BinOp):
+            return self._put(f"{_NUMBER[type(node.op)]} {listed}")
+        if isinstance(node, ast.Compare):
+            return self._put(f"fcmp {_ORDER[type(node.ops[0])]} {listed}")
+        if isinstance(node, ast.BoolOp):
+            word = "and" if isinstance(node.op, ast.And) else "or"
+            return self._put(f"{word} {self._truth} {', '.join(parts)}")
+        if isinstance(node, ast.IfExp):
+            return self._select(*parts)
+        if (name := node.func.id) in _INTRINSIC:
+            return self._intrinsic(_INTRINSIC[name], parts)
+        if name in OWN:
+            return self._put(f"call {self._number} @{name}({listed})")
+        return self._library(name, parts)
+
+
+def _parts(node: Any) -> list[ast.expr]:
+    """What a formula is made of."""
+    if isinstance(node, ast.UnaryOp):
+        return [node.operand]
+    if isinstance(node, ast.BinOp | ast.Compare):
+        return [node.left, *(node.comparators if isinstance(node, ast.Compare) else [node.right])]
+    if isinstance(node, ast.IfExp):
+        return [node.test, node.body, node.orelse]
+    return node.values if isinstance(node, ast.BoolOp) else node.args
 
 
 class _ColumnBody(Body):

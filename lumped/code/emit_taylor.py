@@ -12,10 +12,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple, TypeVar
 
-import casadi as ca
-
 from lumped.code.emit_llvm import Body
-from lumped.code.operations import RESULT, TWO, Operations
+from lumped.code.operations import RESULT, Operations, places_read
 from lumped.code.taylor import (
     CHOSEN,
     COPIED,
@@ -169,7 +167,7 @@ class _Places:
         for rows in self.first_chunks:
             own = {row[1] for row in rows if row[0] != RESULT}
             for row in rows:
-                for value in _read_first(row):
+                for value in places_read(row[0], *row[2:]):
                     if value in made:
                         self._keep((False, value)) if value in self.varying else self._fix(value)
             made |= own
@@ -198,15 +196,6 @@ def _read(r: Recurrence) -> Iterable[int]:
     if r.kind in (SUM, DIFFERENCE, PRODUCT, QUOTIENT):
         return [v for v in (r.a, r.b) if v >= 0]
     return [r.a] if r.a >= 0 and r.kind not in (OF_STATE, OF_TIME) else []
-
-
-def _read_first(row: Row) -> Iterable[int]:
-    op, _, a, b = row
-    if op == RESULT:
-        return [a]
-    if op < RESULT or op == ca.OP_CONST:
-        return []
-    return [a, b] if op in TWO else [a]
 
 
 class _First(Body):

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Mapping
-from typing import Any
 
-from lumped.code.emit_llvm import OWN, assembly
+from lumped.code.emit_llvm import assembly
 from lumped.code.emit_taylor import series_assembly
 from lumped.code.machine_code import Code, built, kept
-from lumped.code.operations import Operations
+from lumped.code.operations import FORMULAS, OWN, Operations
 from lumped.code.sources import hash_of_all
 from lumped.code.to_llvm import as_llvm
-from lumped.code.trigonometry import cosine, sine
 
 __all__ = [
     "compiled_columns",
@@ -21,9 +19,6 @@ __all__ = [
     "known_columns",
     "known_functions",
 ]
-
-
-_OWN: dict[str, Any] = {"lumped_sin": sine, "lumped_cos": cosine}
 
 
 def _source(functions: Mapping[str, Operations], lanes: int = 1) -> str:
@@ -49,13 +44,14 @@ def _declared_once(text: str, calling: Iterable[Operations]) -> str:
 
 def _used(functions: Iterable[Operations]) -> list[str]:
     """Functions of ours that are called."""
-    used = {int(op) for function in functions for op in function.table[:, 0]}
-    return [name for op, name in OWN.items() if op in used]
+    used = {op for function in functions for op in function.table[:, 0].tolist()}
+    formulas = "".join(FORMULAS.get(op, "") for op in used)
+    return [name for name in OWN if name in formulas]
 
 
 def _own_text(functions: Mapping[str, Operations], lanes: int) -> str:
     used = _used(functions.values())
-    own = {name: _OWN[name].widened if lanes > 1 else _OWN[name] for name in used}
+    own = {name: OWN[name].widened if lanes > 1 else OWN[name] for name in used}
     return as_llvm(own, lanes, inline=lanes > 1) if own else ""
 
 
@@ -64,7 +60,6 @@ def compiled_functions(functions: Mapping[str, Operations], lanes: int = 1) -> C
     source, prefix = _source(functions, lanes), "lanes-" if lanes > 1 else ""
     return built(
         source,
-        list(functions),
         lambda: _text(functions, lanes),
         prefix,
         lambda: _own_text(functions, lanes) if lanes == 1 else "",
@@ -73,14 +68,13 @@ def compiled_functions(functions: Mapping[str, Operations], lanes: int = 1) -> C
 
 def known_functions(functions: Mapping[str, Operations]) -> Code | None:
     """Machine code of functions if it was made before, else None."""
-    return kept(_source(functions), list(functions))
+    return kept(_source(functions))
 
 
 def compiled_columns(function: Operations, columns: int, columns_from: int) -> Code:
     """Machine code of a function named ``columns``, for columns side by side (see `emit_llvm`)."""
     return built(
         _column_source(function, columns, columns_from),
-        ["columns"],
         lambda: _declared_once(assembly(function, "columns", columns, columns_from), [function]),
         beside=lambda: _own_text({"columns": function}, 1),
     )
@@ -88,7 +82,7 @@ def compiled_columns(function: Operations, columns: int, columns_from: int) -> C
 
 def known_columns(function: Operations, columns: int, columns_from: int) -> Code | None:
     """The same if it was made before, else None."""
-    return kept(_column_source(function, columns, columns_from), ["columns"])
+    return kept(_column_source(function, columns, columns_from))
 
 
 def _column_source(function: Operations, columns: int, columns_from: int) -> str:
@@ -110,11 +104,11 @@ def compiled_series(function: Operations, order: int, states: int, lanes: int = 
 
     def text() -> str:
         written = series_assembly(function, "series", order, states, lanes)
-        used = {name: own for name, own in _OWN.items() if f"@{name}(" in written}
+        used = {name: own for name, own in OWN.items() if f"@{name}(" in written}
         if used:
             own = {name: kernel if lanes == 1 else kernel.widened for name, kernel in used.items()}
             written += "\n" + as_llvm(own, lanes, inline=lanes > 1)
         return _declared_once(written, ())
 
     source = hashlib.sha256("\n".join(parts).encode()).hexdigest()
-    return built(source, ["series"], text, "series-")
+    return built(source, text, "series-")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -42,25 +42,30 @@ def _host() -> str:
 
 
 class Code:
-    """Object code linked into this process.
+    """Object code linked into this process."""
 
-    Attributes
-    ----------
-    addresses : dict of str to int
-        Addresses of its functions.
-    """
-
-    def __init__(self, code: bytes, names: Sequence[str]) -> None:
+    def __init__(self, code: bytes) -> None:
         empty = llvm.parse_assembly("")
         self._engine = llvm.create_mcjit_compiler(empty, _target_machine())
         self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         self._engine.finalize_object()
-        self.addresses = {name: self._engine.get_function_address(name) for name in names}
+
+    def address(self, name: str) -> int:
+        """Address of a function.
+
+        Raises
+        ------
+        KeyError
+            If there is none of this name.
+        """
+        found: int = self._engine.get_function_address(name)
+        if not found:
+            raise KeyError(name)
+        return found
 
 
 def built(
     source: str,
-    names: Sequence[str],
     assembly: Callable[[], str],
     prefix: str = "",
     beside: Callable[[], str] = str,
@@ -71,8 +76,6 @@ def built(
     ----------
     source : str
         Text that identifies the code.
-    names : sequence of str
-        Functions wanted.
     assembly : callable
         Gives the LLVM assembly if it is needed.
     prefix : str
@@ -82,19 +85,19 @@ def built(
         Gives the assembly of functions that it calls; they are optimised in any case.
     """
     with process_lock:
-        found = kept(source, names, prefix)
+        found = kept(source, prefix)
         if found is not None:
             return found
         code = compiled(assembly(), bool(prefix), beside())
         code_cache.save(_key(source, prefix), code)
-        return Code(code, names)
+        return Code(code)
 
 
-def kept(source: str, names: Sequence[str], prefix: str = "") -> Code | None:
+def kept(source: str, prefix: str = "") -> Code | None:
     """Object code made before from the same source; None if there is none."""
     with process_lock:
         code = code_cache.load(_key(source, prefix))
-        return None if code is None else Code(code, names)
+        return None if code is None else Code(code)
 
 
 def _key(source: str, prefix: str) -> str:

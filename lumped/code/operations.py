@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from lumped.code import words
+from lumped.code.trigonometry import cosine, sine
+
 __all__ = [
+    "FORMULAS",
+    "FUNCTIONS",
     "INPUTS",
+    "OWN",
     "TWO",
     "Operations",
     "UnsupportedError",
@@ -18,6 +26,8 @@ __all__ = [
     "joined",
     "operations_of",
     "packed",
+    "places_handed",
+    "places_read",
 ]
 
 
@@ -33,12 +43,70 @@ INPUTS = (STATE, PARAMETER, TIME, SETTING)
 _NO_PLACES = frozenset((*INPUTS, ca.OP_CONST))
 """Operations that read no places of the work vector."""
 
-TWO = {
-    *(ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_DIV, ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE),
-    *(ca.OP_AND, ca.OP_OR, ca.OP_IF_ELSE_ZERO, ca.OP_FMIN, ca.OP_FMAX, ca.OP_COPYSIGN),
-    *(ca.OP_ATAN2, ca.OP_HYPOT, ca.OP_POW, ca.OP_CONSTPOW, ca.OP_FMOD, ca.OP_REMAINDER),
+_ONE_NAMED = (
+    *("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
+    *("exp", "expm1", "log", "log1p", "erf", "sqrt", "floor", "ceil"),
+)
+_TWO_NAMED = ("fmin", "fmax", "pow", "atan2", "hypot", "fmod", "remainder", "copysign")
+FORMULAS: dict[int, str] = {
+    ca.OP_MUL: "a * b",
+    ca.OP_ADD: "a + b",
+    ca.OP_SUB: "a - b",
+    ca.OP_DIV: "a / b",
+    ca.OP_NEG: "-a",
+    ca.OP_SQ: "a * a",
+    ca.OP_TWICE: "a + a",
+    ca.OP_INV: "1.0 / a",
+    ca.OP_IF_ELSE_ZERO: "b if a != 0.0 else 0.0",
+    ca.OP_NOT: "1.0 if a == 0.0 else 0.0",
+    ca.OP_LT: "1.0 if a < b else 0.0",
+    ca.OP_LE: "1.0 if a <= b else 0.0",
+    ca.OP_EQ: "1.0 if a == b else 0.0",
+    ca.OP_NE: "1.0 if a != b else 0.0",
+    ca.OP_AND: "1.0 if a != 0.0 and b != 0.0 else 0.0",
+    ca.OP_OR: "1.0 if a != 0.0 or b != 0.0 else 0.0",
+    ca.OP_SIN: "lumped_sin(a)",
+    ca.OP_COS: "lumped_cos(a)",
+    ca.OP_FABS: "abs(a)",
+    ca.OP_ASSIGN: "a",
+    ca.OP_LIFT: "a",
+    ca.OP_SIGN: "-1.0 if a < 0.0 else 1.0 if a > 0.0 else a",
+    ca.OP_CONSTPOW: "pow(a, b)",
+    **{getattr(ca, f"OP_{name.upper()}"): f"{name}(a)" for name in _ONE_NAMED},
+    **{getattr(ca, f"OP_{name.upper()}"): f"{name}(a, b)" for name in _TWO_NAMED},
 }
+"""What each operation of CasADi gives of its arguments, in the language of kernels.
+
+The interpreter, C and LLVM are written from these, so all give the same bits."""
+
+OWN: dict[str, Any] = {"lumped_sin": sine, "lumped_cos": cosine}
+"""Functions in them that are kernels, by their symbols in compiled code."""
+FUNCTIONS: dict[str, Any] = OWN | {n: words.Library(n) for n in (*_ONE_NAMED, *_TWO_NAMED)}
+"""All functions in them that Python does not have."""
+
+TWO = {op for op, formula in FORMULAS.items() if re.search(r"\bb\b", formula)}
 """Operations with two arguments."""
+
+
+def places_read(op: int, a: int, b: int) -> tuple[int, ...]:
+    """Places of the work vector that an operation reads."""
+    if op in _NO_PLACES:
+        return ()
+    return (a, b) if op in TWO else (a,)
+
+
+def places_handed(rows: list[list[int]], chunk: int) -> dict[int, set[int]]:
+    """Places of the work vector that are still read, where each chunk of operations ends."""
+    held: set[int] = set()
+    found = {len(rows): set(held)}
+    for k in range(len(rows) - 1, -1, -1):
+        op, written, a, b = rows[k]
+        if op != RESULT:
+            held.discard(written)
+        held.update(places_read(op, a, b))
+        if k % chunk == 0:
+            found[k] = set(held)
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,10 +216,8 @@ def first_results(function: Operations, count: int) -> Operations:
             live[a] = 1
         elif live[out]:
             live[out] = 0
-            if op not in _NO_PLACES:
-                live[a] = 1
-                if op in TWO:
-                    live[b] = 1
+            for place in places_read(op, a, b):
+                live[place] = 1
         else:
             continue
         kept[k] = 1
@@ -169,10 +235,8 @@ def packed(function: Operations) -> Operations:
     for k, (op, out, a, b) in enumerate(zip(*columns, strict=True)):
         if op != RESULT:
             last[out] = k
-        if op not in _NO_PLACES:
-            last[a] = k
-            if op in TWO:
-                last[b] = k
+        for read in places_read(op, a, b):
+            last[read] = k
     place, free, count = [0] * function.work, list[int](), 0
     rows: list[int] = []
     for k, (op, out, a, b) in enumerate(zip(*columns, strict=True)):

@@ -14,20 +14,15 @@ import numpy as np
 from lumped.code.operations import (
     PARAMETER,
     RESULT,
-    SETTING,
-    STATE,
-    TIME,
-    TWO,
     Operations,
     first_results,
     packed,
+    places_read,
 )
 
 __all__ = ["prepared"]
 
-_VARYING = (STATE, TIME, SETTING)
 _READ = (PARAMETER, ca.OP_CONST)
-_NO_PLACES = frozenset((*_READ, *_VARYING))
 Row = tuple[int, int, int, int]
 
 
@@ -97,7 +92,7 @@ class _Parts:
                 need(a)
                 rows += (op, out, a, b)
                 continue
-            read = () if op in _NO_PLACES else (a, b) if op in TWO else (a,)
+            read = places_read(op, a, b)
             if op in _READ:
                 constant = op == ca.OP_CONST
                 value = (

@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.code.operations import RESULT, SETTING, TWO, Operations
+from lumped.code.operations import RESULT, SETTING, Operations, places_read
 
 __all__ = ["LookedUp", "looked_up"]
 
@@ -125,12 +125,9 @@ def _given(table: NDArray[np.int64]) -> list[tuple[int, ...]]:
     last: dict[int, int] = {}
     found: list[tuple[int, ...]] = []
     for row, (op, place, a, b) in enumerate(table.tolist()):
-        if op == RESULT:
-            found.append((last[a],))
-            continue
-        reads = op >= 0 and op != ca.OP_CONST
-        found.append(((last[a], last[b]) if op in TWO else (last[a],)) if reads else ())
-        last[place] = row
+        found.append(tuple(last[k] for k in places_read(op, a, b)))
+        if op != RESULT:
+            last[place] = row
     return found
 
 

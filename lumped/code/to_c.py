@@ -11,7 +11,7 @@ from lumped.code.records import Field, Record
 from lumped.code.translate import TranslationError, Value, Writer, reached
 from lumped.code.words import Kernel
 
-__all__ = ["as_c", "declared_records", "header", "number"]
+__all__ = ["as_c", "declared_records", "header", "number", "returned"]
 
 _TYPES = {"int": "int64_t ", "float": "double ", "bool": "bool ", "void": "void "}
 _TYPES |= {"ints": "int64_t *", "numbers": "double *"}
@@ -58,6 +58,13 @@ def as_c(functions: Mapping[str, Callable[..., object]]) -> str:
     return "\n".join([_HEAD, records, *heads, "", *(f.text for f in found)])
 
 
+def returned(kernel: Kernel, own: Mapping[str, Any]) -> str:
+    """What a function of one line returns; `own` are functions that it calls, by their symbols."""
+    function = _CFunction(kernel, {called.name: symbol for symbol, called in own.items()})
+    function.read()
+    return function.lines[0].removeprefix("    return ").removesuffix(";")
+
+
 def header(functions: Mapping[str, Callable[..., object]]) -> str:
     """Declarations of such functions and of the records that they take."""
     kernels: Any = list(functions.values())
@@ -100,7 +107,7 @@ class _CFunction(Writer):
     def __init__(self, kernel: Kernel, names: Mapping[str, str] | None = None) -> None:
         super().__init__(kernel)
         self._names = names or {}
-        self._lines: list[str] = []
+        self.lines: list[str] = []
         self._tables: dict[str, str] = {}
         self._depth, self._count = 1, 0
 
@@ -122,13 +129,13 @@ class _CFunction(Writer):
         given = dict(self.arguments)
         own = [(n, k) for n, k in self.variables.items() if n not in given]
         declared = [f"    {_type(kind)}{name};" for name, kind in own]
-        used = set(re.findall(r"\w+", "\n".join(self._lines)))
+        used = set(re.findall(r"\w+", "\n".join(self.lines)))
         declared += [f"    (void){name};" for name in given if name not in used]
-        body = [*declared, *self._lines]
+        body = [*declared, *self.lines]
         return "\n".join([*self._tables.values(), self.head, "{", *body, "}\n"])
 
     def _line(self, text: str) -> None:
-        self._lines.append("    " * self._depth + text)
+        self.lines.append("    " * self._depth + text)
 
     def _inner(self, body: list[ast.stmt]) -> None:
         self._depth += 1

@@ -8,7 +8,8 @@ that a run watches.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
+from operator import or_
 from typing import TypeVar
 
 import casadi as ca
@@ -24,6 +25,7 @@ from lumped.language.pieces import Pieces
 from lumped.language.program import Program
 from lumped.reduction.evaluation import Values
 from lumped.reduction.incidence import Occurrence
+from lumped.support.follow_operations import follow_operations
 from lumped.support.made_once import Shared, made_once
 
 __all__ = ["Condition", "Switching", "is_even"]
@@ -485,29 +487,16 @@ def _needs(sides: ca.Function, owner: dict[int, int]) -> list[set[int] | None]:
     A function of steps has no derivative, so dependence is followed through the operations.
     """
     states = 1
-    held: list[int] = [0] * sides.sz_w()
-    found = [0] * sides.n_out()
-    for i in range(sides.n_instructions()):
-        inputs, outputs = sides.instruction_input(i), sides.instruction_output(i)
-        operation = sides.instruction_id(i)
-        if operation == ca.OP_INPUT:
-            which, entry = inputs
-            if which == 2:
-                held[outputs[0]] = 2 << owner[entry] if entry in owner else states
-            else:
-                held[outputs[0]] = states if which < 2 else 0
-        elif operation == ca.OP_OUTPUT:
-            found[outputs[0]] |= held[inputs[0]]
-        elif operation == ca.OP_CONST:
-            held[outputs[0]] = 0
-        else:
-            bits = 0
-            for place in inputs:
-                bits |= held[place]
-            held[outputs[0]] = bits
+
+    def given(which: int, entry: int) -> int:
+        if which == 2:
+            return 2 << owner[entry] if entry in owner else states
+        return states if which < 2 else 0
+
+    found = follow_operations(sides, given, lambda _: 0, lambda _, read: reduce(or_, read))
     return [
         None if bits & states else {k - 1 for k in range(1, bits.bit_length()) if bits >> k & 1}
-        for bits in found
+        for bits in (reduce(or_, entries, 0) for entries in found)
     ]
 
 

@@ -16,7 +16,7 @@ from lumped.ensembles.distributions import Correlated, Paired
 from lumped.ensembles.laws import Array, Law, Parameter, law_of
 from lumped.ensembles.other_laws import distribution_of, is_distribution
 from lumped.errors import OptionError, ParameterError, shown
-from lumped.language.quantity import Param
+from lumped.language.quantity import NONZERO, Param
 from lumped.support.units import amount, has_unit
 
 __all__ = [
@@ -392,13 +392,5 @@ def _flat(values: Any) -> Column:
 
 def _range(quantity: Param) -> str:
     """Range of a parameter, where its ends are numbers."""
-    ends = {
-        "greater than": quantity.above,
-        "at least": quantity.min,
-        "less than": quantity.below,
-        "at most": quantity.max,
-    }
-    found = [
-        f"{words} {amount(end, quantity.unit)}" for words, end in ends.items() if end is not None
-    ]
+    found = [f"{b.words} {amount(b.limit, quantity.unit)}" for b in quantity.bounds if b != NONZERO]
     return " and ".join(found) or "a finite number"

@@ -10,13 +10,12 @@ import casadi as ca
 import numpy as np
 
 from lumped.code.emit_c import c_text, declaration
-from lumped.code.operations import Operations, operations_of
+from lumped.code.operations import OWN, Operations, operations_of
 from lumped.code.to_c import as_c, header
-from lumped.code.trigonometry import cosine, sine
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
 from lumped.exchange.c_memory import Memory
-from lumped.exchange.interface import Interface, Shown, limits_of
+from lumped.exchange.interface import Interface, Shown
 from lumped.flattening import hold_modes
 from lumped.kernel import plant, run
 from lumped.kernel.holds import TOUCHING
@@ -50,8 +49,7 @@ _ENTRIES: dict[str, Any] = {
     "kernel_begin_watch": begin_watch,
     "kernel_note_collisions": note_collisions,
     "kernel_take": take,
-    "lumped_sin": sine,
-    "lumped_cos": cosine,
+    **OWN,
 }
 """What of the time loop the interface and the functions of a model call."""
 
@@ -63,13 +61,6 @@ _STATUS = (
     *("BEGIN_SEGMENT", "RESTART", "STORM_SIZE"),
 )
 _POSITIONS = ("STUCK", "FORWARD", "BACKWARD", "CONDITION", "SLIDE")
-_OUTSIDE = {
-    "min": ("<", "be at least"),
-    "above": ("<=", "be greater than"),
-    "max": (">", "be at most"),
-    "below": (">=", "be less than"),
-    "nonzero": ("==", "not be zero"),
-}
 
 
 def model_files(
@@ -325,11 +316,7 @@ def _faults(variables: Sequence[Shown]) -> str:
     ]
     parameters = [v for v in variables if v.role in ("parameter", "input")]
     for i, shown in enumerate(parameters):
-        tests = [
-            f'        if (value {_OUTSIDE[key][0]} {limit!r}) return "must {_OUTSIDE[key][1]}'
-            f'{"" if key == "nonzero" else f" {limit:g}"}";'
-            for key, limit in shown.limits.items()
-        ]
+        tests = [f'        if (value {b.sign} {b.limit!r}) return "{b}";' for b in shown.bounds]
         if tests:
             lines += [f"    case {i}:", *tests, "        break;"]
     return "\n".join([*lines, "    default: break;", "    }", "    return NULL;", "}\n"])
@@ -347,14 +334,12 @@ def _bound_faults(system: System) -> str:
     p = system.structure.parameters
     tests = []
     for i, declared in enumerate(p.declared):
-        for key, limit in limits_of(declared).items() if i not in p.free else ():
-            sign, text = _OUTSIDE[key]
-            bound = "" if key == "nonzero" else f" {limit:g}"
-            tests.append((f"values[{i}] {sign} {limit!r}", f"{p.names[i]} must {text}{bound}"))
+        for b in declared.bounds if i not in p.free else ():
+            tests.append((f"values[{i}] {b.sign} {b.limit!r}", f"{p.names[i]} {b}"))
     for k, (high, _, name, (_, meaning)) in enumerate(p.ordered):
-        sign, text = _OUTSIDE["above" if p.declared[high].strict else "min"]
-        fault = f"{p.names[high]} must {text} {name}{meaning}"
-        tests.append((f"values[{len(p.declared) + k}] {sign} 0", fault))
+        lower = p.declared[high].lower
+        fault = f"{p.names[high]} must be {lower.words} {name}{meaning}"
+        tests.append((f"values[{len(p.declared) + k}] {lower.sign} 0", fault))
     lines = [f"    if ({test}) return {_quoted(text)};" for test, text in tests]
     size = len(p.declared) + len(p.ordered) + 1
     head = ["const char *bound_fault(const double *p)", "{"]

@@ -139,7 +139,8 @@ def _facts(shown: Shown, name: str, *, jumps: bool) -> tuple[dict[str, str], dic
         values["nominal"] = repr(shown.nominal)
     if shown.role == "state" and jumps:
         values["reinit"] = "true"
-    values |= {key: repr(shown.limits[key]) for key in ("min", "max") if key in shown.limits}
+    ends = {"at least": "min", "at most": "max"}
+    values |= {ends[b.words]: repr(b.limit) for b in shown.bounds if b.words in ends}
     if shown.start is not None:
         values["start"] = repr(shown.start)
     if shown.role not in ("time", "input"):

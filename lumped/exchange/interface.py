@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import casadi as ca
@@ -12,7 +12,7 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
-from lumped.language.quantity import Param
+from lumped.language.quantity import Bound
 from lumped.points.start import StartForm, fixed_start, start_form, start_point
 from lumped.timeloop.instants import Clock, clocks
 from lumped.timeloop.programs import refuse_programs
@@ -20,7 +20,7 @@ from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.run import nominals
 from lumped.vibration.response import needing_rates
 
-__all__ = ["Interface", "Shown", "limits_of", "rate_unit", "refuse_doubles", "uneven_clocks"]
+__all__ = ["Interface", "Shown", "rate_unit", "refuse_doubles", "uneven_clocks"]
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,8 @@ class Shown:
         Value reference of the state of which it is the derivative, 0 for others.
     is_output : bool
         Whether it was asked for as an output.
-    limits : dict of str to float
-        Range of a parameter: "min", "max", "above", "below", "nonzero".
+    bounds : sequence of Bound
+        Range of a parameter.
     nominal : float
         Typical size.
     """
@@ -55,7 +55,7 @@ class Shown:
     tunable: bool = False
     state: int = 0
     is_output: bool = False
-    limits: dict[str, float] = field(default_factory=dict)
+    bounds: Sequence[Bound] = ()
     nominal: float = 1.0
 
 
@@ -145,7 +145,7 @@ class Interface:
                     role,
                     start,
                     tunable=place not in fixed,
-                    limits=limits_of(declared),
+                    bounds=declared.bounds,
                 )
             )
         first = len(found)
@@ -219,13 +219,6 @@ def refuse_doubles(interface: Interface) -> None:
                 f"{system.name}: two outputs have the text '{name}'. Declare a variable for one."
             )
         taken.add(name)
-
-
-def limits_of(declared: Param) -> dict[str, float]:
-    """Range of a parameter."""
-    given = {key: getattr(declared, key) for key in ("min", "max", "above", "below")}
-    found = {key: float(value) for key, value in given.items() if value is not None}
-    return found | ({"nonzero": 0.0} if declared.nonzero else {})
 
 
 def _derivative(name: str) -> str:

@@ -22,7 +22,7 @@ from lumped.flattening.tree import Instance, Tree
 from lumped.language.declared import quantities_of, values_of
 from lumped.language.expression import Expr, Ref, as_expr, walk
 from lumped.language.lowering import lower
-from lumped.language.quantity import Input, Param, Var, beyond, param, within
+from lumped.language.quantity import GREATER, Input, Param, Var, beyond, param, within
 from lumped.support.array_function import ArrayFunction
 from lumped.support.units import amount, plain
 
@@ -142,7 +142,7 @@ class Parameters:
             ordered,
             highs,
             numbers.searchsorted(highs),
-            np.array([self.declared[high].strict for high in highs], dtype=bool),
+            np.array([self.declared[high].lower == GREATER for high in highs], dtype=bool),
         )
 
     @cached_property
@@ -345,10 +345,9 @@ class Parameters:
         """Text that says that a value is below its limit."""
         number, _, name, (unit, text) = self.ordered[rule]
         quantity = self.declared[number]
-        relation = "greater than" if quantity.strict else "at least"
         value = amount(high, quantity.unit)
         return (
-            f"{self.names[number]} = {value} ({quantity.text}) must be {relation} "
+            f"{self.names[number]} = {value} ({quantity.text}) must be {quantity.lower.words} "
             f"{name} = {amount(limit, unit)}{text}"
         )
 

@@ -18,12 +18,12 @@ from __future__ import annotations
 import math
 
 from lumped.code.words import Numbers, kernel, sqrt
-from lumped.kernel import rodas5p, taylor
 from lumped.kernel.forcing import seen
 from lumped.kernel.interpret import evaluate
+from lumped.kernel.methods import IMPLICIT_ORDER, LONGER, dense_error, prepare
 from lumped.kernel.output import note_turn
 from lumped.kernel.run import Run
-from lumped.kernel.step_error import SAFETY, dense_error, is_dense_wanted, is_finite, tried
+from lumped.kernel.step_error import SAFETY, is_dense_wanted, is_finite, tried
 
 __all__ = [
     "FIRST_PATIENCE",
@@ -51,7 +51,7 @@ _GAIN = 2.25
 shear comes back too early, with 2.5 vibrations at 1e-4 stay implicit."""
 _MUCH = 1.5
 """How many times longer than where a trial failed a step is much longer."""
-_SAFE = SAFETY**rodas5p.ORDER
+_SAFE = SAFETY**IMPLICIT_ORDER
 """Error of an implicit step after which the next is no shorter."""
 _ROUNDS = 8
 """Rounds of two products with which the iteration begins."""
@@ -88,7 +88,7 @@ def is_trial_due(run: Run, h: float) -> bool:
         return False
     if run.is_implicit:
         return run.soft_steps >= _SOFT_AFTER and run.patience == 0 and run.end - run.t > _GAIN * h
-    if run.end - run.t <= rodas5p.LONGER * h:
+    if run.end - run.t <= LONGER * h:
         return False
     if run.untried_steps >= UNTRIED:
         return True
@@ -101,8 +101,7 @@ def _is_accurate(run: Run, h: float) -> bool:
     """Whether a step of the present method is accurate and misses nothing that acts by the time."""
     if run.plant.forcings > 0 and seen(run, h) < h:
         return False
-    if run.order > 0 and not run.is_implicit:
-        taylor.expand(run)
+    prepare(run)
     run.t_new = run.t + h
     error = tried(run, h)
     if run.is_implicit:
@@ -128,7 +127,7 @@ def _is_implicit_better(run: Run, h: float) -> bool:
     if h * run.fastest <= _CALM:
         return False
     run.is_implicit = 1
-    return _is_accurate(run, rodas5p.LONGER * h)
+    return _is_accurate(run, LONGER * h)
 
 
 @kernel
@@ -151,7 +150,7 @@ def turned(run: Run, h: float) -> float:
         run.by_series = 0
     if not pays:
         return h
-    return _GAIN * h if was_implicit else rodas5p.LONGER * h
+    return _GAIN * h if was_implicit else LONGER * h
 
 
 @kernel

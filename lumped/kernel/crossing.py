@@ -10,22 +10,15 @@ the polynomials, however short a margin is below zero.
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
-from lumped.kernel import dop853, rodas5p, taylor
 from lumped.kernel.enclosure import enclose, select, select_open, value_at
 from lumped.kernel.interpret import evaluate
+from lumped.kernel.methods import inside, set_all_ranges
 from lumped.kernel.models import REST, SIZE, to_bernstein
 from lumped.kernel.plant import CONDITION, SLIDE
 from lumped.kernel.roots import begin_bracket, narrow, next_point
 from lumped.kernel.run import STORM_SIZE, Run
 
-__all__ = [
-    "find_below",
-    "find_crossing",
-    "inside",
-    "inside_explicit",
-    "set_all_ranges",
-    "set_ranges",
-]
+__all__ = ["find_below", "find_crossing"]
 
 _TOUCH = 1e-12
 """Part of a step that is not divided: what is open there touches zero."""
@@ -44,46 +37,6 @@ _CROWDED = 1e-14
 _NEVER = 2.0
 
 _CLEAR, _FALLS, _OPEN = range(3)
-
-
-@kernel
-def inside_explicit(run: Run, part: float, out: Numbers) -> None:
-    """States at a part of an explicit step."""
-    if run.by_series:
-        taylor.interpolate(run, part, out)
-    else:
-        dop853.interpolate(run, part, out)
-
-
-@kernel
-def inside(run: Run, part: float, out: Numbers) -> None:
-    """States at a part of the step."""
-    if run.is_implicit:
-        rodas5p.interpolate(run, part, out)
-    else:
-        inside_explicit(run, part, out)
-
-
-@kernel
-def set_ranges(run: Run) -> None:
-    """Ranges of states and time in an explicit step."""
-    n = run.plant.states
-    if run.by_series:
-        taylor.set_ranges(run)
-    else:
-        dop853.set_ranges(run.x, run.ranges, run.dense, n, 1.0)
-    run.ranges[2 * n], run.ranges[2 * n + 1] = run.t, run.t_new
-
-
-@kernel
-def set_all_ranges(run: Run) -> None:
-    """Ranges of states and time in a step of any kind."""
-    n = run.plant.states
-    if run.is_implicit:
-        rodas5p.set_ranges(run)
-        run.ranges[2 * n], run.ranges[2 * n + 1] = run.t, run.t_new
-    else:
-        set_ranges(run)
 
 
 @kernel

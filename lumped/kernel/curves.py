@@ -7,9 +7,9 @@ and are enclosed again only where this is too much.
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel, sqrt
-from lumped.kernel.crossing import inside
 from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.interpret import evaluate
+from lumped.kernel.methods import inside
 from lumped.kernel.models import REST, SIZE, to_bernstein
 from lumped.kernel.plant import Function
 from lumped.kernel.roots import begin_bracket, narrow, next_point

@@ -16,12 +16,14 @@ from lumped.kernel.run import Run
 from lumped.numerics import dop853 as tableau
 
 __all__ = [
+    "NODES",
     "STAGES",
     "dense_error",
     "dense_output",
     "integral_error",
     "integrals_by_stages",
     "interpolate",
+    "polynomial",
     "set_ranges",
     "set_rough_ranges",
     "stages",
@@ -57,6 +59,8 @@ _C = tuple(float(c) for c in tableau.C)
 _AT_07 = (0.7, 0.21, 0.147, 0.0441, 0.03087, 0.009261, 0.0064827)
 _SLOPE_07 = (1.0, -0.4, -0.07, -0.168, -0.0735, -0.05292, -0.027783)
 """The interpolation and its slope at 0.7 of the step, by its coefficients."""
+NODES = (0.25, 0.6)
+"""Two of the inner nodes, at which series look at the rates, too."""
 _DOUBT = 2.0
 """Weight of the linear estimate of the error."""
 _C_EXTRA = tuple(float(c) for c in tableau.C_EXTRA)
@@ -300,3 +304,22 @@ def interpolate(run: Run, part: float, out: Numbers) -> None:
         y = (y + c[n + i]) * rest
         y = (y + c[i]) * part
         out[i] = x[i] + y
+
+
+@kernel
+def polynomial(run: Run, i: int) -> int:
+    """Coefficients of a state by powers of the part of the step; gives the degree."""
+    n, q, c = run.plant.states, run.powers, run.dense
+    q[0] = c[6 * n + i]
+    for g in range(7):
+        # times the part, or the rest of it; then the next column
+        if g % 2 == 0:
+            for j in range(g + 1, 0, -1):
+                q[j] = q[j - 1]
+            q[0] = 0.0
+        else:
+            q[g + 1] = -q[g]
+            for j in range(g, 0, -1):
+                q[j] -= q[j - 1]
+        q[0] += c[(5 - g) * n + i] if g < 6 else run.x[i]
+    return 7

@@ -15,6 +15,7 @@ from lumped.code.words import Integers, Numbers, kernel
 from lumped.kernel import models
 from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.interpret import operate
+from lumped.kernel.methods import polynomial
 from lumped.kernel.model_operations import ROOM, carry_out
 from lumped.kernel.models import DEGREE, REST, SIZE, TOP
 from lumped.kernel.plant import Function
@@ -154,39 +155,9 @@ def _collect(run: Run, e: Enclosed, function: Function, k: int) -> None:
 
 
 @kernel
-def _powers(run: Run, i: int) -> int:
-    """Coefficients of a state by powers of the part of the step; gives the degree."""
-    n, q, c = run.plant.states, run.powers, run.dense
-    if run.is_implicit:
-        x, new = run.x[i], run.new[i]
-        q[0], q[1], q[2] = x, new - x + c[i], c[n + i] - c[i]
-        q[3], q[4] = c[2 * n + i] - c[n + i], -c[2 * n + i]
-        return 4
-    if run.by_series:
-        factor, h = 1.0, run.t_new - run.t
-        for j in range(run.order + 1):
-            q[j] = run.coefficients[j * run.row + i] * factor
-            factor = factor * h
-        return run.order
-    q[0] = c[6 * n + i]
-    for g in range(7):
-        # times the part, or the rest of it; then the next column
-        if g % 2 == 0:
-            for j in range(g + 1, 0, -1):
-                q[j] = q[j - 1]
-            q[0] = 0.0
-        else:
-            q[g + 1] = -q[g]
-            for j in range(g, 0, -1):
-                q[j] -= q[j - 1]
-        q[0] += c[(5 - g) * n + i] if g < 6 else run.x[i]
-    return 7
-
-
-@kernel
 def _state(run: Run, i: int, begin: float, width: float, out: Numbers) -> None:
     """The model of a state over a part of the step."""
-    q, last = run.powers, _powers(run, i)
+    q, last = run.powers, polynomial(run, i)
     half, size = 0.5 * width, 1.0
     middle = begin + half
     for k in range(last):

@@ -10,7 +10,7 @@ import ctypes
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache, wraps
@@ -27,40 +27,13 @@ from lumped.code.to_c import as_c
 from lumped.code.to_llvm import as_llvm
 from lumped.support.process_lock import process_lock
 
-__all__ = ["LANES", "call", "entry_addresses", "is_compiled", "lanes", "using"]
+__all__ = ["LANES", "call", "entry_address", "is_compiled", "lanes", "using"]
 
 Engine = Literal["llvm", "c", "python"]
 _T = TypeVar("_T")
 
 
-ARGUMENTS = {
-    "loop": 1,
-    "begin": 1,
-    "calm_positions": 1,
-    "find_positions": 1,
-    "value": 3,
-    "values": 3,
-    "closed": 1,
-    "converged": 1,
-    "watched": 1,
-    "prepared": 1,
-    "replayed": 2,
-    "looked": 3,
-    "listed": 2,
-    "swept": 4,
-    "variants": 1,
-    "until_steps_of": 1,
-    "attempt_of": 1,
-    "crossing_of": 1,
-    "look_of": 1,
-    "end_of": 1,
-    "count_all": 2,
-    "sum_damage": 3,
-}
-"""Number of arguments of each entry (see `lumped.kernel.entries`)."""
-
-
-def _once(function: Callable[..., _T]) -> Callable[..., _T]:
+def _once(function: Callable[[], _T]) -> Callable[[], _T]:
     """Keep what a function gives; of threads that ask first, all wait for one.
 
     Two of them would otherwise load code twice, and one copy would vanish while it is called.
@@ -68,9 +41,9 @@ def _once(function: Callable[..., _T]) -> Callable[..., _T]:
     kept = cache(function)
 
     @wraps(function)
-    def found(*args: Engine) -> _T:
+    def found() -> _T:
         with process_lock:
-            return kept(*args)
+            return kept()
 
     return found
 
@@ -94,7 +67,7 @@ def call(name: str, *given: Record | np.ndarray) -> int:
     if engine == "python":
         with np.errstate(all="ignore"):
             return int(_kernels()[name](*given))
-    entry = (_ready.get(engine) or _entries(engine))[name]
+    entry = _ready[engine].get(name) or _entry(engine, name, len(given))
     return entry(*[address(held) for held in given])
 
 
@@ -102,7 +75,7 @@ def call(name: str, *given: Record | np.ndarray) -> int:
 def time_loop() -> Code:
     """The time loop compiled by LLVM."""
     name = code_cache.loop_name()
-    return built(hash_of_all(), list(ARGUMENTS), lambda: as_llvm(_kernels()), name)
+    return built(hash_of_all(), lambda: as_llvm(_kernels()), name)
 
 
 LANES = 8
@@ -116,15 +89,15 @@ def lanes() -> Callable[[int], int]:
 
     name = code_cache.loop_name() + "lanes-"
     source = f"{LANES} {hash_of_all()}"
-    code = built(source, list(ENTRIES), lambda: as_llvm(ENTRIES, LANES, COUNTERPARTS), name)
-    made = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p)(code.addresses["lanes"])
+    code = built(source, lambda: as_llvm(ENTRIES, LANES, COUNTERPARTS), name)
+    made = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p)(code.address("lanes"))
     _kept.append(code)
     return made
 
 
-def entry_addresses() -> Mapping[str, int]:
-    """Addresses of the entries of the loop, by their names."""
-    return time_loop().addresses
+def entry_address(name: str) -> int:
+    """Address of an entry of the loop (see `lumped.kernel.entries`)."""
+    return time_loop().address(name)
 
 
 def is_compiled() -> bool:
@@ -133,8 +106,8 @@ def is_compiled() -> bool:
 
 
 _kept: list[Code] = []
-_ready: dict[Engine, dict[str, Callable[..., int]]] = {}
-"""Entries that were loaded, by engine."""
+_ready: dict[Engine, dict[str, Callable[..., int]]] = {"llvm": {}, "c": {}}
+"""Entries that were called, by engine."""
 
 
 def _kernels() -> dict[str, Any]:
@@ -144,25 +117,14 @@ def _kernels() -> dict[str, Any]:
     return ENTRIES
 
 
-@_once
-def _entries(engine: Engine) -> dict[str, Callable[..., int]]:
-    types = {name: [ctypes.c_void_p] * count for name, count in ARGUMENTS.items()}
-    if engine == "llvm":
-        addresses = time_loop().addresses
-        _ready[engine] = {
-            n: ctypes.CFUNCTYPE(ctypes.c_int64, *t)(addresses[n]) for n, t in types.items()
-        }
-        return _ready[engine]
-    library = _c_library()
-    found: dict[str, Callable[..., int]] = {}
-    for name, arguments in types.items():
-        function = getattr(library, name)
-        function.restype, function.argtypes = ctypes.c_int64, arguments
-        found[name] = function
-    _ready[engine] = found
+def _entry(engine: Engine, name: str, arguments: int) -> Callable[..., int]:
+    kind = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_void_p] * arguments)
+    found = kind(entry_address(name)) if engine == "llvm" else kind((name, _c_library()))
+    _ready[engine][name] = found
     return found
 
 
+@_once
 def _c_library() -> ctypes.CDLL:
     compiler = shutil.which("cc") or shutil.which("gcc")
     if compiler is None:

@@ -8,8 +8,6 @@ tells the greatest value, or no part may hold a greater one than is known.
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
-from lumped.kernel import dop853, rodas5p
-from lumped.kernel.crossing import set_all_ranges
 from lumped.kernel.curves import (
     BEGIN,
     BESIDE,
@@ -33,6 +31,7 @@ from lumped.kernel.curves import (
 from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.enclosure import begin_survey, enclose, select, set_ranges_in
 from lumped.kernel.interpret import evaluate
+from lumped.kernel.methods import set_early_ranges
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Run
 
@@ -45,7 +44,6 @@ __all__ = [
     "raise_at",
     "raise_in",
     "rises",
-    "set_rough_ranges",
 ]
 
 LOWEST = -1.7976931348623157e308
@@ -75,14 +73,6 @@ def rises(run: Run) -> float:
 
 
 @kernel
-def set_rough_ranges(run: Run) -> None:
-    """Ranges of states and time in an explicit step whose interpolation is not known."""
-    n = run.plant.states
-    dop853.set_rough_ranges(run.x, run.new, run.ranges, run.stages, n, run.t_new - run.t)
-    run.ranges[2 * n], run.ranges[2 * n + 1] = run.t, run.t_new
-
-
-@kernel
 def may_rise(run: Run) -> bool:
     """Whether an extreme may rise in the step, before its interpolation is known.
 
@@ -90,12 +80,7 @@ def may_rise(run: Run) -> bool:
     """
     if run.plant.margins > 0:
         return True
-    if run.is_implicit or run.by_series or run.plant.states == 0:
-        if run.is_implicit:
-            rodas5p.dense_output(run)
-        set_all_ranges(run)
-    else:
-        set_rough_ranges(run)
+    set_early_ranges(run)
     return rises(run) > 0.5
 
 

@@ -10,17 +10,14 @@ shortened.
 from __future__ import annotations
 
 from lumped.code.words import kernel
-from lumped.kernel import rodas5p
 from lumped.kernel.enclosure import enclose, select_open
 from lumped.kernel.interpret import evaluate
+from lumped.kernel.methods import IMPLICIT_NODES, NODES
 from lumped.kernel.models import REST, SIZE, to_bernstein
 from lumped.kernel.run import Run
 
-__all__ = ["NODES", "is_clear", "seen"]
+__all__ = ["is_clear", "seen"]
 
-NODES = (0.25, 0.6)
-"""Inner nodes of an explicit step, at which it has stages; series look at the rates there."""
-_NODES_IMPLICIT = (rodas5p.NODES[2], rodas5p.NODES[1])
 _SHARE = 0.25
 """Part of the span at the nodes by which bounds may be wider."""
 _FINEST = 1.0 / 32.0
@@ -115,7 +112,7 @@ def seen(run: Run, h: float) -> float:
     plant, e = run.plant, run.enclosed_rates
     first, second = NODES[0], NODES[1]
     if run.is_implicit:
-        first, second = _NODES_IMPLICIT[0], _NODES_IMPLICIT[1]
+        first, second = IMPLICIT_NODES[0], IMPLICIT_NODES[1]
     while h > _BRIEFEST * run.span:
         if is_clear(run, h, first, second) > 0.5:
             break

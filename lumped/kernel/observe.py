@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
-from lumped.kernel import dop853
-from lumped.kernel.crossing import inside, set_all_ranges
 from lumped.kernel.extremes import (
     LOWEST,
     MOST_PARTS,
@@ -15,8 +13,8 @@ from lumped.kernel.extremes import (
     rises,
 )
 from lumped.kernel.interpret import evaluate
+from lumped.kernel.methods import inside, integrals, set_all_ranges
 from lumped.kernel.run import Run
-from lumped.kernel.taylor import has_integrals, integrals
 from lumped.kernel.turning import begin_loads, end_loads, feed_loads
 from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE
 
@@ -83,14 +81,12 @@ def has_border(begin: float, end: float, t: float, t_new: float) -> bool:
 def _is_rough(run: Run) -> bool:
     """Whether integrals over the step need values inside it."""
     watch = run.watch
-    if run.is_implicit or (run.by_series and not has_integrals(run)):
+    if run.is_implicit:
         return True
     for k in range(watch.integrands):
         if has_border(watch.begin[k], watch.end[k], run.t, run.t_new):
             return True
-    if run.by_series:
-        return integrals(run, run.t_new - run.t) > 1.0
-    return dop853.integrals_by_stages(run, run.t_new - run.t) > 1.0
+    return integrals(run, run.t_new - run.t) > 1.0
 
 
 @kernel

@@ -26,6 +26,7 @@ __all__ = [
     "dense_error",
     "dense_output",
     "interpolate",
+    "polynomial",
     "set_ranges",
     "step",
 ]
@@ -172,3 +173,13 @@ def set_ranges(run: Run) -> None:
         three = (first + 3.0 * last + a + b + d) / 4.0
         run.ranges[i] = min(min(min(first, last), min(one, two)), three)
         run.ranges[n + i] = max(max(max(first, last), max(one, two)), three)
+
+
+@kernel
+def polynomial(run: Run, i: int) -> int:
+    """Coefficients of a state by powers of the part of the step; gives the degree."""
+    n, q, c = run.plant.states, run.powers, run.dense
+    x, new = run.x[i], run.new[i]
+    q[0], q[1], q[2] = x, new - x + c[i], c[n + i] - c[i]
+    q[3], q[4] = c[2 * n + i] - c[n + i], -c[2 * n + i]
+    return 4

@@ -1,14 +1,14 @@
-"""One step by any method: its error at the end and inside."""
+"""Whether a step is good, and whether values inside it are needed."""
 
 from __future__ import annotations
 
 from lumped.code.words import kernel
-from lumped.kernel import dop853, rodas5p, taylor
 from lumped.kernel.linkages import follow
+from lumped.kernel.methods import attempt
 from lumped.kernel.observe import is_inside_wanted
 from lumped.kernel.run import Run
 
-__all__ = ["HOPELESS", "SAFETY", "dense_error", "is_dense_wanted", "is_finite", "tried"]
+__all__ = ["HOPELESS", "SAFETY", "is_dense_wanted", "is_finite", "tried"]
 
 SAFETY = 0.9
 """Part of the step that the tolerance allows."""
@@ -29,14 +29,7 @@ def is_finite(run: Run) -> bool:
 @kernel
 def tried(run: Run, h: float) -> float:
     """Error of a step, relative to the tolerance."""
-    if run.plant.states == 0:
-        error = 0.0
-    elif run.is_implicit:
-        error = rodas5p.step(run, h)
-    elif run.by_series:
-        error = taylor.step(run, h)
-    else:
-        error = dop853.step(run, h)
+    error = 0.0 if run.plant.states == 0 else attempt(run, h)
     if run.plant.implicit > 0 and not follow(run, run.new, run.t_new, run.m):
         return 100.0
     return error if error < HOPELESS else HOPELESS  # nan too
@@ -54,15 +47,3 @@ def is_dense_wanted(run: Run) -> bool:
     if run.plant.margins > 0 or is_watched:
         return True
     return output.grid_next < output.grid_size and output.grid[output.grid_next] < run.t_new
-
-
-@kernel
-def dense_error(run: Run, h: float) -> float:
-    """Compute the interpolation in the step; gives its error relative to the tolerance."""
-    if run.is_implicit:
-        rodas5p.dense_output(run)
-        return rodas5p.dense_error(run, h)
-    if run.by_series:
-        return 0.0
-    dop853.dense_output(run, h)
-    return dop853.dense_error(run, h)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from lumped.code.words import Numbers, kernel, sqrt
-from lumped.kernel import taylor
 from lumped.kernel.choice import (
     FIRST_PATIENCE,
     is_trial_due,
@@ -16,6 +15,7 @@ from lumped.kernel.choice import (
 from lumped.kernel.crossing import find_crossing
 from lumped.kernel.forcing import seen
 from lumped.kernel.interpret import evaluate
+from lumped.kernel.methods import dense_error, prepare
 from lumped.kernel.observe import observe
 from lumped.kernel.output import has_room, record
 from lumped.kernel.rates import find_rates, note_sharing
@@ -34,7 +34,7 @@ from lumped.kernel.run import (
     WAITING,
     Run,
 )
-from lumped.kernel.step_error import SAFETY, dense_error, is_dense_wanted, is_finite, tried
+from lumped.kernel.step_error import SAFETY, is_dense_wanted, is_finite, tried
 
 __all__ = [
     "LEAST",
@@ -172,8 +172,7 @@ def _growth(run: Run, error: float, is_dense: bool) -> float:
 def _attempt(run: Run) -> int:
     """One attempt of a step; gives GOES_ON, or why the loop must return."""
     plant, t, end = run.plant, run.t, run.end
-    if run.order > 0 and not run.is_implicit:
-        taylor.expand(run)
+    prepare(run)
     h = min(max(min(run.h, run.longest), LEAST * abs(t)), end - t)
     if plant.forcings > 0:
         h = seen(run, h)

@@ -11,11 +11,11 @@ from typing import Any
 
 from lumped.code.words import Numbers, exp, kernel, log, sqrt, written
 from lumped.kernel import rodas5p
-from lumped.kernel.forcing import NODES
+from lumped.kernel.dop853 import NODES
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
-__all__ = ["expand", "has_integrals", "integrals", "interpolate", "length", "set_ranges", "step"]
+__all__ = ["expand", "integrals", "interpolate", "length", "polynomial", "set_ranges", "step"]
 
 _TOGETHER = 3
 """States whose series are summed at a time."""
@@ -26,11 +26,12 @@ trial."""
 
 @kernel
 def length(run: Run) -> float:
-    """Step in which neither of the last two terms of any state exceeds its tolerance, with caution.
+    """Coefficients; gives the step in which neither of the last two terms exceeds its tolerance.
 
     It is infinite where they vanish, and zero where they are no numbers.
     """
     n, order, row, c = run.plant.states, run.order, run.row, run.coefficients
+    evaluate(run.series, run, run.x, run.t, run.m, c)
     last = before = bad = 0.0
     for i in range(n):
         weight = 1.0 / (run.atol[i] + run.rtol * abs(run.x[i]))
@@ -77,7 +78,6 @@ def expand(run: Run) -> None:
     run.by_series = 0
     if run.shares:
         return
-    evaluate(run.series, run, run.x, run.t, run.m, run.coefficients)
     run.evaluations += run.order
     found = length(run)
     run.by_series = found > 0.0
@@ -160,9 +160,13 @@ def set_ranges(run: Run) -> None:
 
 
 @kernel
-def has_integrals(run: Run) -> bool:
-    """Whether there are coefficients of what is integrated."""
-    return run.row > run.plant.states
+def polynomial(run: Run, i: int) -> int:
+    """Coefficients of a state by powers of the part of the step; gives the degree."""
+    factor, h = 1.0, run.t_new - run.t
+    for j in range(run.order + 1):
+        run.powers[j] = run.coefficients[j * run.row + i] * factor
+        factor = factor * h
+    return run.order
 
 
 @kernel

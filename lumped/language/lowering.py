@@ -24,6 +24,7 @@ from lumped.language.expression import (
     walk,
 )
 from lumped.language.pieces import FIXED
+from lumped.support.follow_operations import follow_operations
 
 __all__ = ["OPERATIONS", "Branches", "Kinks", "Plain", "has_steps", "lower"]
 
@@ -258,16 +259,12 @@ def has_steps(expression: ca.SX, symbols: ca.SX) -> bool:
     """Whether functions with jumps or kinks, such as a floor, depend on some of the symbols."""
     rest = [s for s in ca.symvar(expression) if not ca.depends_on(symbols, s)]
     function = ca.Function("f", [symbols, ca.vertcat(ca.SX(0, 1), *rest)], [expression])
-    moves = [False] * max(function.sz_w(), 1)
-    for k in range(function.n_instructions()):
-        operation, given = function.instruction_id(k), function.instruction_input(k)
-        if operation == ca.OP_OUTPUT:
-            continue
-        if operation == ca.OP_INPUT:
-            moving = given[0] == 0
-        else:
-            moving = any(moves[i] for i in given) and operation != ca.OP_CONST
-        if moving and operation in _STEPS:
-            return True
-        moves[function.instruction_output(k)[0]] = moving
-    return False
+    moved: set[int] = set()
+
+    def applied(operation: int, moves: list[bool]) -> bool:
+        if any(moves):
+            moved.add(operation)
+        return any(moves)
+
+    follow_operations(function, lambda which, _: which == 0, lambda _: False, applied)
+    return not moved.isdisjoint(_STEPS)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Literal, Never, Self, overload
+from operator import eq, ge, gt, le, lt
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Never, Self, overload
 
 import numpy as np
 
@@ -12,7 +13,10 @@ from lumped.language.expression import Expr, Number, Ref
 from lumped.language.value_types import Value
 from lumped.support.arguments import checked
 
-__all__ = ["Input", "Output", "Param", "Quantity", "Var", "beyond", "param", "var", "within"]
+__all__ = [
+    *("GREATER", "NONZERO", "Bound", "Input", "Output", "Param", "Quantity", "Var"),
+    *("beyond", "param", "var", "within"),
+]
 
 StateWish = Literal["always", "prefer", "default", "avoid", "never"]
 Limit = float | Expr | Callable[[Any], Number]
@@ -71,15 +75,43 @@ class Quantity:
         self.name = name
 
 
-def _ends(
-    low: float | None, above: float | None, high: float | None, below: float | None
-) -> tuple[float, float]:
-    """The least and the greatest number in a range of closed and open ends."""
-    least = [-np.inf if low is None else low]
-    least += [] if above is None else [np.nextafter(above, np.inf)]
-    most = [np.inf if high is None else high]
-    most += [] if below is None else [np.nextafter(below, -np.inf)]
-    return float(max(least)), float(min(most))
+class Bound(NamedTuple):
+    """One end of a range, or zero where a parameter must not be zero.
+
+    Attributes
+    ----------
+    words : str
+        What a value must be, before the limit.
+    sign : str
+        The comparison with the limit that holds out of the range, in Python and in C.
+    limit : float
+    """
+
+    words: str
+    sign: str
+    limit: float = 0.0
+
+    def __str__(self) -> str:
+        return "must not be zero" if self == NONZERO else f"must be {self.words} {self.limit:g}"
+
+    @property
+    def nearest(self) -> float:
+        """The first number in the range."""
+        inwards = {"<=": np.inf, ">=": -np.inf}.get(self.sign, self.limit)
+        return float(np.nextafter(self.limit, inwards))
+
+
+AT_LEAST, GREATER = Bound("at least", "<"), Bound("greater than", "<=")
+AT_MOST, LESS = Bound("at most", ">"), Bound("less than", ">=")
+NONZERO = Bound("not", "==")
+_HOLDS = {"<": lt, "<=": le, ">": gt, ">=": ge, "==": eq}
+
+
+def _ends(bounds: list[Bound]) -> tuple[float, float]:
+    """The least and the greatest number in a range."""
+    least = (b.nearest for b in bounds if b.sign in ("<", "<="))
+    most = (b.nearest for b in bounds if b.sign in (">", ">="))
+    return max(least, default=-np.inf), min(most, default=np.inf)
 
 
 class Param(Quantity, Expr):
@@ -89,6 +121,12 @@ class Param(Quantity, Expr):
     ----------
     unit, text, default, min, max, above, below, nonzero, vibrates, amplitude_of
         As given to `param`.
+    bounds : list of Bound
+        The range, where its ends are numbers.
+    lower : Bound
+        What the value less `exceeds` must be.
+    exceeds : expression or callable or None
+        Lower end that is no number.
     least, most : float
         Ends of the range, which belong to it.
     """
@@ -115,11 +153,15 @@ class Param(Quantity, Expr):
         self.amplitude_of = amplitude_of
         self.above = None if isinstance(above, Expr) or callable(above) else above
         self.min = None if isinstance(min, Expr) or callable(min) else min
-        self.strict = above is not None and self.above is None
-        self.exceeds = above if self.strict else min if self.min is None else None
+        is_strict = self.above is not above
+        self.exceeds = above if is_strict else min if self.min is None else None
+        self.lower = GREATER if is_strict else AT_LEAST
         self.max, self.below = max, below
         self.nonzero = nonzero
-        self.least, self.most = _ends(self.min, self.above, max, below)
+        ends = ((AT_LEAST, self.min), (GREATER, self.above), (AT_MOST, max), (LESS, below))
+        self.bounds = [bound._replace(limit=float(end)) for bound, end in ends if end is not None]
+        self.least, self.most = _ends(self.bounds)
+        self.bounds += [NONZERO] * nonzero
 
     @overload
     def __get__(self, obj: None, owner: type) -> Self: ...
@@ -134,20 +176,8 @@ class Param(Quantity, Expr):
 
     def fault(self, value: float) -> str | None:
         """Why `value` is out of range, or None if it is not."""
-        why = beyond(value)
-        if why is not None:
-            return why
-        if self.nonzero and value == 0:
-            return "must not be zero"
-        if self.min is not None and value < self.min:
-            return f"must be at least {self.min:g}"
-        if value < self.least:
-            return f"must be greater than {self.above:g}"
-        if self.max is not None and value > self.max:
-            return f"must be at most {self.max:g}"
-        if value > self.most:
-            return f"must be less than {self.below:g}"
-        return None
+        broken = (str(b) for b in self.bounds if _HOLDS[b.sign](value, b.limit))
+        return beyond(value) or next(broken, None)
 
 
 class Var(Quantity):

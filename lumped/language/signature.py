@@ -138,18 +138,9 @@ def _range(parameter: Param) -> Iterator[str]:
     if parameter.exceeds is not None:
         other = parameter.exceeds
         low = repr(other) if isinstance(other, Expr) else "a value that follows from others"
-        yield f"greater than {low}" if parameter.strict else f"at least {low}"
-    ends = {
-        "at least": parameter.min,
-        "greater than": parameter.above,
-        "at most": parameter.max,
-        "less than": parameter.below,
-    }
-    for words, end in ends.items():
-        if end is not None:
-            yield f"{words} {end:g}"
-    if parameter.nonzero:
-        yield "not 0"
+        yield f"{parameter.lower.words} {low}"
+    for bound in parameter.bounds:
+        yield f"{bound.words} {bound.limit:g}"
 
 
 def _default(parameter: Param) -> Iterator[str]:

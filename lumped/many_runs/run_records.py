@@ -107,7 +107,7 @@ class RunRecords:
         self._machine_code = compiled_functions(operations)
         return {
             name: Function(
-                address=self._machine_code.addresses[name],
+                address=self._machine_code.address(name),
                 count=len(operations[name].table),
                 operations=operations[name].table.ravel(),
                 constants=operations[name].constants,
@@ -123,7 +123,7 @@ class RunRecords:
         operations = {name: self.watched.functions[name] for name in names}
         self._wide_code = compiled_functions(operations, engine.LANES)
         for name in names:
-            self._functions[name].wide_address = self._wide_code.addresses[name]
+            self._functions[name].wide_address = self._wide_code.address(name)
 
     def _instants(self, theta: np.ndarray) -> Instants:
         options, moved = self.options, frozenset(self._moved.numbers)
@@ -199,8 +199,6 @@ class RunRecords:
         own.loads = watch.loads
         own.integrand, own.height = watch.integrand, watch.height
         own.begin[:], own.end[:] = watch.begin, watch.end
-        entries = engine.entry_addresses()
-        names = ("until_steps_of", "attempt_of", "crossing_of", "look_of", "end_of")
         lanes = Lanes(
             sizes,
             plant=plant,
@@ -221,8 +219,8 @@ class RunRecords:
         )
         if run.order:
             lanes.series = run.series
-        for name in names:
-            setattr(lanes, name, entries[name])
+        for name in ("until_steps_of", "attempt_of", "crossing_of", "look_of", "end_of"):
+            setattr(lanes, name, engine.entry_address(name))
         lanes.slot[:] = [address(slot) for slot in slots]
         lanes.atol[:] = run.atol
         return lanes

@@ -10,6 +10,8 @@ from typing import Generic, Protocol, TypeVar
 
 import casadi as ca
 
+from lumped.support.follow_operations import follow_operations
+
 __all__ = ["INFINITE", "Intervals", "Made", "interval_bounds"]
 
 V = TypeVar("V")
@@ -345,24 +347,12 @@ def interval_bounds(function: ca.Function) -> ca.Function:
     """
     low, high = ca.SX.sym("low"), ca.SX.sym("high")
     rest = [ca.SX.sym(f"i{i}", function.nnz_in(i)) for i in range(1, function.n_in())]
+
+    def given(which: int, place: int) -> tuple[ca.SX, ca.SX]:
+        return (rest[which - 1].nz[place],) * 2 if which else (low, high)
+
     applied = Intervals(_Expressions()).applied
-    none = (ca.SX(0), ca.SX(0))
-    held = [none] * max(function.sz_w(), 1)
-    results = [[none] * function.nnz_out(i) for i in range(function.n_out())]
-    for k in range(function.n_instructions()):
-        operation = function.instruction_id(k)
-        given, made = function.instruction_input(k), function.instruction_output(k)
-        if operation == ca.OP_OUTPUT:
-            results[made[0]][made[1]] = held[given[0]]
-        elif operation == ca.OP_INPUT:
-            which, place = given
-            known = rest[which - 1].nz[place] if which else None
-            held[made[0]] = (low, high) if known is None else (known, known)
-        elif operation == ca.OP_CONST:
-            value = ca.SX(function.instruction_constant(k))
-            held[made[0]] = (value, value)
-        else:
-            held[made[0]] = applied(operation, [held[i] for i in given])
+    results = follow_operations(function, given, lambda value: (ca.SX(value),) * 2, applied)
     outputs = [
         ca.vertcat(ca.SX(0, 1), *side) for ends in results for side in zip(*ends, strict=True)
     ]

@@ -71,4 +71,4 @@ class CountedFunction:
             return
         self._code = code
         name = "wide_address" if self._columns else "address"
-        setattr(self._record, name, code.addresses["columns"])
+        setattr(self._record, name, code.address("columns"))

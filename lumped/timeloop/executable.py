@@ -134,7 +134,7 @@ class Executable:
                 constants=operations.constants,
             )
             if code is not None:
-                made.address = code.addresses[name]
+                made.address = code.address(name)
             self._kept.append(made)
             setattr(self.plant, name, made)
         self._operations |= found
@@ -151,8 +151,8 @@ class Executable:
         if waiting:
             code = compiled_functions(waiting)
             self._kept.append(code)
-            for name, address in code.addresses.items():
-                getattr(self.plant, name).address = address
+            for name in waiting:
+                getattr(self.plant, name).address = code.address(name)
         self._is_compiled = True
 
     def compile_lanes(self, count: int) -> None:
@@ -167,7 +167,7 @@ class Executable:
         code = compiled_functions({name: self._operations[name] for name in names}, count)
         self._kept.append(code)
         for name in names:
-            getattr(self.plant, name).wide_address = code.addresses[name]
+            getattr(self.plant, name).wide_address = code.address(name)
 
     def account(self, run: Run) -> None:
         """Note what a run interpreted since it was asked last; compile when that is worth it."""

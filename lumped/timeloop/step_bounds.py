@@ -8,8 +8,9 @@ from collections.abc import Callable, Sequence
 import casadi as ca
 
 from lumped.code.bounds import bounds_of
-from lumped.code.operations import TWO, Operations, operations_of
+from lumped.code.operations import Operations, operations_of
 from lumped.compiler.system import System
+from lumped.support.follow_operations import follow_operations
 
 __all__ = ["heights", "kinks"]
 
@@ -32,26 +33,16 @@ def kinks(system: System, quantities: Sequence[ca.SX]) -> ca.Function | None:
     function = ca.Function("quantities", system.inputs, [ca.densify(ca.vertcat(*quantities))])
     moving = ca.vertcat(system.inputs[0], system.inputs[2])
     given = [ca.vertsplit(each) for each in system.inputs]
-    held = [ca.SX(0)] * max(function.sz_w(), 1)
     found: dict[int, ca.SX] = {}
-    for k in range(function.n_instructions()):
-        operation = function.instruction_id(k)
-        read, made = function.instruction_input(k), function.instruction_output(k)
-        if operation == ca.OP_OUTPUT:
-            continue
-        if operation == ca.OP_INPUT:
-            held[made[0]] = given[read[0]][read[1]]
-        elif operation == ca.OP_CONST:
-            held[made[0]] = ca.SX(function.instruction_constant(k))
-        else:
-            args = [held[i] for i in read]
-            if operation in _KINKS:
-                own = _KINKS[operation](*args)
-                if ca.depends_on(own, moving):
-                    found[own.element_hash()] = own
-            is_two = operation in TWO
-            made_of = ca.SX.binary if is_two else ca.SX.unary
-            held[made[0]] = made_of(operation, *args[: 1 + is_two])
+
+    def applied(operation: int, args: list[ca.SX]) -> ca.SX:
+        if operation in _KINKS:
+            own = _KINKS[operation](*args)
+            if ca.depends_on(own, moving):
+                found[own.element_hash()] = own
+        return (ca.SX.unary if len(args) == 1 else ca.SX.binary)(operation, *args)
+
+    follow_operations(function, lambda which, place: given[which][place], ca.SX, applied)
     if not found:
         return None
     return ca.Function("kinks", system.inputs, [ca.densify(ca.vertcat(*found.values()))])

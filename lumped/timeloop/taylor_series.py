@@ -97,7 +97,7 @@ class TaylorSeries:
         if order not in self._functions:
             code = compiled_series(self._rates, order, self._states)
             self._kept.append(code)
-            self._functions[order] = Function(address=code.addresses["series"])
+            self._functions[order] = Function(address=code.address("series"))
         return self._functions[order]
 
     def compile_lanes(self, rtol: float, count: int) -> None:
@@ -107,7 +107,7 @@ class TaylorSeries:
         if not function.wide_address:
             code = compiled_series(self._rates, order, self._states, count)
             self._kept.append(code)
-            function.wide_address = code.addresses["series"]
+            function.wide_address = code.address("series")
 
     def add_to(self, run: Run, rtol: float) -> None:
         """Let a run make steps by series."""

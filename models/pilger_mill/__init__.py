@@ -114,7 +114,15 @@ def _table(name: str) -> Iterator[Row]:
         row = Row(f"foundation force {design}", "N", FORCE[design], found, TABLE, remark)
         yield row._replace(fitted=name == "F")
     less = 100 * (1 - force["after"] / force["before"])
-    yield Row("reduction of the foundation force", "%", 34.67, less, "section 3.2 [P]", FITTED, fitted=True)
+    yield Row(
+        "reduction of the foundation force",
+        "%",
+        34.67,
+        less,
+        "section 3.2 [P]",
+        FITTED,
+        fitted=True,
+    )
     for design, found in torque.items():
         row = Row(f"torque fluctuation {design}", "N.m", FLUCTUATION[design], found, TABLE, plain)
         yield row._replace(fitted=True)

@@ -96,7 +96,7 @@ class Ways:
         held = [np.ascontiguousarray(v, dtype=float).ravel() for v in (x, p, m)]
         places = [v.ctypes.data for v in held]
         compiled = np.zeros(max(self.count, 1))
-        _CALL(self.code.addresses["f"])(*places[:2], float(t), places[2], compiled.ctypes.data)
+        _CALL(self.code.address("f"))(*places[:2], float(t), places[2], compiled.ctypes.data)
         for name in engines:
             sizes = dict.fromkeys(Run.lengths(), 0) | {"work": self.own.work}
             sizes |= {"states": len(held[0]), "parameters": len(held[1]), "settings": len(held[2])}

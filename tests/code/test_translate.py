@@ -61,9 +61,9 @@ CODES = []
 
 
 def by_llvm(functions):
-    code = Code(compiled(as_llvm(functions), True), list(functions))
+    code = Code(compiled(as_llvm(functions), True))
     CODES.append(code)  # machine code lives as long as this
-    return {name: _CALL(code.addresses[name]) for name in functions}
+    return {name: _CALL(code.address(name)) for name in functions}
 
 
 def by_c(functions, folder):

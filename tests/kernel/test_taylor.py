@@ -53,7 +53,7 @@ def series(rates, x, t, order=ORDER, p=(), m=(), integrands=None):
     code = compiled_series(given, order, len(x))
     out = np.full((order + 1) * given.results, np.nan)
     point = [np.array(v, dtype=float) for v in (x, p, m)]
-    call(code.addresses["series"], point[0], point[1], t, point[2], out)
+    call(code.address("series"), point[0], point[1], t, point[2], out)
     return out.reshape(order + 1, given.results)
 
 

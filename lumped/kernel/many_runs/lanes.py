@@ -20,15 +20,25 @@ from lumped.code.words import (
     kernel,
     record_at,
 )
-from lumped.kernel import dop853, rodas5p, taylor
 from lumped.kernel.choice import NEAR_LIMIT, STIFF_AFTER, UNTRIED
-from lumped.kernel.crossing import inside, inside_explicit, set_ranges
-from lumped.kernel.extremes import rises, set_rough_ranges
-from lumped.kernel.forcing import NODES, is_clear
+from lumped.kernel.extremes import rises
+from lumped.kernel.forcing import is_clear
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.many_runs.lane_records import IDLE, STEPPING, WAITING, LaneWatch
 from lumped.kernel.many_runs.lane_transfer import hand_over, load, load_sums, unload_step
 from lumped.kernel.many_runs.variants import Variants
+from lumped.kernel.methods import (
+    LONGER,
+    NODES,
+    attempt_explicit,
+    explicit_dense_error,
+    inside,
+    inside_explicit,
+    integrals,
+    prepared_length,
+    set_ranges,
+    set_rough_ranges,
+)
 from lumped.kernel.observe import has_border
 from lumped.kernel.plant import Function
 from lumped.kernel.rates import find_rates
@@ -101,7 +111,7 @@ def _try_implicit(lanes: Lanes, h: Wide) -> bool:
     """Let runs go on alone for which a trial of an implicit step is due; whether there are any."""
     is_over = lanes.patience == 0.0 or h > lanes.long_enough
     is_due = lanes.untried_steps >= UNTRIED or (lanes.stiff_steps >= STIFF_AFTER and is_over)
-    is_due = is_due and lanes.is_on > 0.5 and lanes.end - lanes.t > rodas5p.LONGER * h
+    is_due = is_due and lanes.is_on > 0.5 and lanes.end - lanes.t > LONGER * h
     if not any_lane(is_due):
         return False
     lanes.mark = 1.0 if is_due else 0.0
@@ -239,10 +249,7 @@ def _note_rises(lanes: Lanes, is_good: Wide) -> None:
     """Note in which of some lanes an extreme may rise in the step."""
     lanes.may_rise = is_good
     if lanes.plant.margins == 0:
-        if lanes.by_series:
-            set_ranges(lanes)
-        else:
-            set_rough_ranges(lanes)
+        set_rough_ranges(lanes)
         lanes.may_rise = rises(lanes) * is_good
 
 
@@ -250,12 +257,7 @@ def _note_rises(lanes: Lanes, is_good: Wide) -> None:
 def _note_rough(lanes: Lanes, is_good: Wide) -> None:
     """Note in which of some lanes integrals over the step need values inside it."""
     watch, t, t_new = lanes.watch, lanes.t, lanes.t_new
-    rough = 1.0 + 0.0 * t
-    if lanes.by_series:
-        if lanes.row > lanes.plant.states:
-            rough = 1.0 if taylor.integrals(lanes, t_new - t) > 1.0 else 0.0
-    else:
-        rough = 1.0 if dop853.integrals_by_stages(lanes, t_new - t) > 1.0 else 0.0
+    rough = 1.0 if integrals(lanes, t_new - t) > 1.0 else 0.0
     for k in range(watch.integrands):
         rough = 1.0 if has_border(watch.begin[k], watch.end[k], t, t_new) else rough
     lanes.is_rough = rough * is_good
@@ -264,7 +266,7 @@ def _note_rough(lanes: Lanes, is_good: Wide) -> None:
 @kernel
 def _error(lanes: Lanes, h: Wide) -> Wide:
     """Error of a step, relative to the tolerance; notes where values inside it are known."""
-    error = taylor.step(lanes, h) if lanes.by_series else dop853.step(lanes, h)
+    error = attempt_explicit(lanes, h)
     error = error if error < HOPELESS else HOPELESS
     is_dense = error <= 1.0 and is_finite(lanes) and lanes.is_on > 0.5
     is_good = 1.0 if is_dense else lanes.t * 0.0
@@ -276,9 +278,8 @@ def _error(lanes: Lanes, h: Wide) -> Wide:
         is_wanted = lanes.may_rise > 0.5 or lanes.is_rough > 0.5
         is_dense = is_dense and (is_wanted or lanes.next_look < lanes.t_new)
     lanes.mark = 1.0 if is_dense else 0.0
-    if not lanes.by_series and any_lane(is_dense):
-        dop853.dense_output(lanes, h)
-        dense = dop853.dense_error(lanes, h)
+    if any_lane(is_dense):
+        dense = explicit_dense_error(lanes, h)
         error = max(error, dense) if is_dense else error
     return error
 
@@ -306,8 +307,7 @@ def _expand(lanes: Lanes) -> bool:
 
     Lets runs go on alone for which there are none; whether there are any.
     """
-    evaluate_wide(lanes.series, lanes, lanes.x, lanes.t, lanes.m, lanes.coefficients)
-    found = taylor.length(lanes)
+    found = prepared_length(lanes)
     lanes.h = found if lanes.was_rejected < 0.5 and found > 0.0 else lanes.h
     lanes.mark = 0.0 if found > 0.0 or lanes.is_on < 0.5 else 1.0
     if not any_lane(lanes.mark > 0.5):
