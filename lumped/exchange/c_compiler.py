@@ -66,9 +66,12 @@ def compiled(
         _compile_loop(
             [*command, _TUNED], _call([*compiler, "--version"], folder), files["loop.c"], folder
         )
-        others = ["loop.o", *(name for name in sources if name != "loop.c")]
+        # as one source: compilers read the headers once
+        others = "".join(f'#include "{name}"\n' for name in sources if name != "loop.c")
+        (Path(folder) / "others.c").write_text(others, encoding="utf-8")
+        _call([*command, _PLAIN, "-c", "others.c", "-o", "others.o"], folder)
         result = f"model{made.suffix}"
-        _call([*command, _PLAIN, *made.link, "-o", result, *others, "-lm"], folder)
+        _call([*command, "-o", result, "loop.o", "others.o", *made.link], folder)
         return (Path(folder) / result).read_bytes()
 
 

@@ -94,7 +94,7 @@ def _crossed(files: Mapping[str, str], sources: Sequence[str], version: str, nam
 
 def _linked(system: str, more: tuple[str, ...]) -> Linked:
     _, suffix, options = _SYSTEMS[system]
-    return Linked((*options, "-fvisibility=hidden"), ("-shared", *more), suffix)
+    return Linked((*options, "-fvisibility=hidden"), ("-shared", "-lm", *more), suffix)
 
 
 def _folder(version: str, name: str) -> str:
