@@ -60,8 +60,13 @@ def ran(
     rows = machine_rows(name)
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as printed:
         patch.setattr(machine(name), "rows", lambda: rows)
-        save = Figure.savefig  # small pictures are painted sooner
-        patch.setattr(Figure, "savefig", lambda figure, file, **_: save(figure, file, dpi=30))
+        save = Figure.savefig  # small pictures without a layout are painted sooner
+
+        def save_small(figure: Figure, file: Path, **_: object) -> None:
+            figure.set_layout_engine("none")
+            save(figure, file, dpi=30)
+
+        patch.setattr(Figure, "savefig", save_small)
         assert main(["run", name, "--json", str(file), "--plot", str(folder)]) == 0
     text = file.read_text(encoding="utf-8")
     return Ran(name, printed.getvalue(), json.loads(text), folder, rows)
