@@ -19,7 +19,7 @@ from lumped.models.reversing_mill.scenes import (
     INTEGRAL_TIME,
     SPEED,
     StripGap,
-    Trimmed,
+    TrimmedStand,
 )
 from lumped.models.reversing_mill.stand import (
     C_SHAFT,
@@ -89,7 +89,7 @@ class MotorStand(StripGap):
     lower: MotorLower = MotorLower(s=s, wanted=(1 + s) * SPEED)
 
 
-class SharingStand(Trimmed):
+class SharingStand(TrimmedStand):
     """The same without droop, with a load-share trim of the lower motor."""
 
     upper: MotorUpper = MotorUpper(wanted=SPEED)

@@ -252,11 +252,13 @@ class ControlledStand(StripGap):
     lower: ControlledLower = ControlledLower(wanted=SPEED)
 
 
-class Trimmed(StripGap):
-    """A load-share trim corrects the wanted speed of the lower branch."""
+class TrimmedStand(StripGap):
+    """Two PI speed controllers; a load-share trim corrects the wanted speed of the lower one."""
 
     trim: LoadShare = LoadShare(k=8e-4, T_i=2.0, y_max=2.0)
     wanted: Sum = Sum(a=SPEED)
+    upper: Branch = ControlledUpper(wanted=SPEED)
+    lower: Branch = ControlledLower()
 
     def connections(self) -> Iterator[lp.Connection]:
         upper: Any = self.upper
@@ -266,13 +268,6 @@ class Trimmed(StripGap):
         yield lp.connect(upper.tau, self.trim.other)
         yield lp.connect(self.trim.y, self.wanted.b)
         yield lp.connect(self.wanted.y, lower.wanted)
-
-
-class TrimmedStand(Trimmed):
-    """Two PI speed controllers with a load-share trim."""
-
-    upper: ControlledUpper = ControlledUpper(wanted=SPEED)
-    lower: ControlledLower = ControlledLower()
 
 
 def with_droop(s: float) -> ControlledStand:
