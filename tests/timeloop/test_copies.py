@@ -267,7 +267,7 @@ def made():
         failing,
         *failing.points,
         rarely,
-        rarely.probability,
+        rarely.of,
         steady,
         lp.tolerances.quantile(second, 0.9, over=over),
         *stiff.checks,
