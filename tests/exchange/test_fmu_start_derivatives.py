@@ -24,7 +24,7 @@ def derivatives_at_start(system, known, outputs):
             seed[system.places([name])[0]] = direction
         else:
             varied |= dict.fromkeys(given_values(system, {name: 0.0}), direction)
-    _, states = start_slopes(system, theta, {}, seed, varied)
+    _, states = start_slopes(system, theta, {}, 0.0, seed, varied)
     matrices = lp.linearise(system, inputs=free, outputs=outputs)
     picked = directions[[known.index(name) for name in free]]
     rates, values = matrices.A @ states + matrices.B @ picked, matrices.C @ states

@@ -12,6 +12,7 @@ from lumped import distributions as dist
 from lumped import functionals as fun
 from lumped.components import Fixed, Inertia, Spring, SpringDamper, Torque
 from lumped.numerics.sqp import sqp
+from lumped.timeloop.run_options import run_plan
 from lumped.tolerances.moved_scene import MovedScene
 from lumped.tolerances.of_designs import DesignAim, DesignProbability
 
@@ -67,9 +68,8 @@ def test_the_derivative_of_beta_is_that_of_its_closed_form():
     """Beta = (R - a T) / sqrt(r^2 + (a t)^2) for a load whose mean is a parameter of the design."""
     over = {"T": dist.scaled(lp.normal(1.0, 0.1)), "R": lp.normal(STRENGTH, WEAKER)}
     names = ("d", "T")
-    scene = MovedScene(
-        lp.assemble(Bar()), fun.final("excess"), over, names, "optimise", until=1.0, rtol=1e-8
-    )
+    plan = run_plan(1.0, 1e-8, {})
+    scene = MovedScene(lp.assemble(Bar()), fun.final("excess"), over, names, "optimise", plan)
     limit = lp.probability(fun.final("excess"), above=0.0, over=over)
 
     def beta(d, T):
@@ -326,7 +326,8 @@ def test_the_derivative_of_mean_and_deviations_is_that_of_the_formula():
     }
     aim = lp.tolerances.mean_plus(fun.final("body.w"), 2.0, over=over, runs=32)
     names = ("body.J", "motor.tau")
-    scene = MovedScene(pushed(), fun.final("body.w"), over, names, "optimise", until=1.0, rtol=1e-8)
+    plan = run_plan(1.0, 1e-8, {})
+    scene = MovedScene(pushed(), fun.final("body.w"), over, names, "optimise", plan)
     design = {"body.J": 3.0, "motor.tau": 8.0}
     value, slopes = DesignAim(aim, scene).at(design)
     z = scores(2, 32)

@@ -40,7 +40,7 @@ def test_slopes_at_the_start_are_those_of_differences(case):
         seed[known[name], column] = 1.0
     tree, units = system.structure.tree, np.eye(len(names) + len(values))
     varied = {tree.unknown(v): units[len(names) + i] for i, v in enumerate(values)}
-    x, S = start_slopes(system, system.theta(None), start, seed, varied)
+    x, S = start_slopes(system, system.theta(None), start, 0.0, seed, varied)
     assert (x == lp.start_point(system, start=start).x).all()
     size = np.abs(S).max()
     assert size > 0

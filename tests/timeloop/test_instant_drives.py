@@ -105,9 +105,11 @@ def test_a_freewheel_that_turns_backwards_is_found():
     assert any("margin of ['wheel'] falls to -2" in text for text in check(drive, [free], []).wrong)
 
 
-@pytest.mark.parametrize(("load", "told", "is_found"), [(0, True, 0), (0, False, 1), (-1, True, 1)])
+@pytest.mark.parametrize(
+    ("load", "told", "is_found"), [(0, True, 0), (0, False, 0), (-1, True, 1), (-1, False, 1)]
+)
 def test_only_a_contact_without_load_may_be_told_open_before_it_moves(load, told, is_found):
-    """A body on a stop is lifted from 1 s on."""
+    """A body on a stop is lifted from 1 s on; without load the stop may be open from the begin."""
     row = np.ones(1)
     lift = Load(row, Line((1.0, 1.0), (load, 1.0)))
     stop = Contact("stop", "gap", row)

@@ -190,8 +190,8 @@ def test_orders_may_have_labels(two_mass):
     assert [c.speed for c in diagram.critical] == [c.speed for c in plain.critical]
     assert [c.label for c in diagram.critical] == ["mesh, 12 teeth", "unbalance"]
     assert "12 (mesh, 12 teeth)" in repr(diagram)
-    found = lp.vibration.separation(diagram, between=(100.0, 200.0))
-    assert found.results[0].quantity == "mode 1, unbalance"
+    found = lp.vibration.separation(diagram, between=(10.0, 20.0))
+    assert {r.quantity for r in found.results} == {"mode 1, unbalance", "mode 1, mesh, 12 teeth"}
 
 
 @pytest.mark.parametrize("given", [None, 3.0])
