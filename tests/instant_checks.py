@@ -41,6 +41,8 @@ CREEP, YIELDING, TOUCHES, CLOSED = 1e-8, 2e-6, 1e-13, 1e-10
 surely is none, and that may be none, as what touched may have yielded."""
 ROUNDING = 1e-13
 """Speed that is rounding."""
+_FREE = {"gap": OFF, "freewheel": FORWARD}
+"""Mode in which a contact bears nothing."""
 MOMENT = 1e-8
 """Length of a part of a run that is too short to see its modes, s."""
 KNIFE, SHARED = 1e-6, 1e-7
@@ -112,6 +114,8 @@ def check(drive, parts, happened):
             modes = law.check_motion(part, modes, found)
             changed = law.changed(before or modes, modes) - named - doubtful
             changed = {name for name in changed if not law.was_idle(name, past)}
+            modes = law.as_before_if_idle(part, modes, before, changed)
+            changed &= law.changed(before or modes, modes)
             past.append((part, modes, drive.piece, named))
             if changed:
                 found.wrong.append(f"{t:.7f}: {sorted(changed)} change without event")
@@ -170,21 +174,28 @@ class Law:
 
         Where others keep it at rest, a contact without load may as well be open.
         """
-        free = {"gap": OFF, "freewheel": FORWARD}
-        own = [k for k, c in enumerate(self.contacts) if c.name == name and c.kind in free]
+        own = [k for k, c in enumerate(self.contacts) if c.name == name and c.kind in _FREE]
         piece, is_told = self.drive.piece, False
         for part, modes, its_piece, named in reversed(past):
             k = next((k for k in own if modes[k] == STICK), None)
             if k is None:
                 break
             self.drive.piece = its_piece
-            idle = (*modes[:k], free[self.kinds[k]], *modes[k + 1 :])
+            idle = (*modes[:k], _FREE[self.kinds[k]], *modes[k + 1 :])
             is_fit = not self.fault_of_motion(part, idle)
             is_told = is_fit and (name in named or part is past[0][0])
             if is_told or not is_fit:
                 break
         self.drive.piece = piece
         return is_told
+
+    def as_before_if_idle(self, part, modes, before, changed):
+        """Modes of a part in which what came to rest stays free as before, if it bears nothing."""
+        for k, c in enumerate(self.contacts):
+            if c.name in changed and c.kind in _FREE and before[k] == _FREE[c.kind]:
+                idle = (*modes[:k], before[k], *modes[k + 1 :])
+                modes = modes if self.fault_of_motion(part, idle) else idle
+        return modes
 
     def nears(self, gap):
         """Gaps below which all are none: the usual one, and others that may be meant."""
@@ -284,7 +295,7 @@ class Law:
         low = np.concatenate([np.negative(most), np.zeros(len(W)), np.full(len(D), -np.inf)])
         high = np.concatenate([most, np.full(len(W) + len(D), np.inf)])
         rows = np.concatenate([self.rows[rubbing], W, D])
-        return least_accelerations(self.J, start, rows, low, high)
+        return least_accelerations(self.J, start, rows, low, high)[0]
 
     # -- accelerations ---------------------------------------------------------------------------
 
@@ -331,10 +342,12 @@ class Law:
             limits = [self.box(k, t, k in kinetic, share, load) for k in rest]
             low, high = np.array(limits).reshape(-1, 2).T
             bears = low < high
-            found = least_accelerations(
+            found, r = least_accelerations(
                 self.J, free, self.rows[rest][bears], low[bears], high[bears]
             )
             moves = np.abs(self.rows[rest] @ found) > still_rate
+            if share < 0:  # a short lever moves slowly
+                moves[bears] |= (r <= low[bears]) | (r >= high[bears])
             new = set(rest[moves & rubs].tolist()) - kinetic
             if not new or given is not None:
                 self.kinetic = kinetic
@@ -356,7 +369,7 @@ class Law:
             return
         away, may_move = np.inf, set()
         nears = self.nears(self.gaps + self.rows @ q)
-        for rest, near, share in product((REST, CREEP), nears, (-KNIFE, 0.0, KNIFE)):
+        for rest, near, share in product((ROUNDING, REST, CREEP), nears, (-KNIFE, 0.0, KNIFE)):
             away = min(away, np.abs(a - self.rates(t, q, v, share, near, rest)).max())
             may_move |= self.kinetic
         fewer = np.abs(a - self.rates(t, q, v, given=a)).max() <= 10 * RATES * size
@@ -380,7 +393,8 @@ class Law:
             fast = speed[np.abs(speed[:, k]).argmax(), k]
             if abs(fast) <= CREEP * size:
                 moved = gap[-1, k] - gap[0, k]
-                fast = sense(moved, speed[[0, -1], k], rate[:, k], still, REST * size)
+                length = part.t[-1] - part.t[0]
+                fast = sense(moved, length, speed[[0, -1], k], rate[:, k], still, REST * size)
             if not self.engaged(k, part.t[0]):
                 found.append([OFF])
             elif kind == "dog":
@@ -452,8 +466,14 @@ class Law:
         return ""
 
 
-def sense(moved, speed, rate, still, rest):
-    """Sense of a motion that is hardly seen, by speeds and accelerations at both ends."""
+def sense(moved, length, speed, rate, still, rest):
+    """Sense of a motion that is hardly seen, by speeds and accelerations at both ends.
+
+    What yields shows accelerations, but hardly moves as they would let it.
+    """
+    follows = abs(moved) + abs(speed[1]) * length
+    if abs(rate[0]) < still and follows < 1e-3 * abs(rate[1]) * length**2:
+        return 0.0
     if max(abs(rate)) > still and abs(moved) > 1e-10:
         return moved
     if abs(rate[0]) > still:

@@ -41,7 +41,7 @@ def nearest(J, v, W, least, D):
 
 
 def least_accelerations(J, free, rows, low, high):
-    """Accelerations by Gauss's principle: reactions in a box, least in the kinetic metric.
+    """Accelerations and reactions by Gauss's principle: in a box, least in the kinetic metric.
 
     Redundant reactions are told apart by their squares, which count `_SOFT` squared of the rest.
 
@@ -51,7 +51,7 @@ def least_accelerations(J, free, rows, low, high):
         If what is found is not the least.
     """
     if not len(rows):
-        return free
+        return free, np.zeros(0)
     root = np.sqrt(J)
     G = (rows / root).T
     soft = np.eye(len(rows)) * _SOFT * np.linalg.norm(G)
@@ -63,4 +63,4 @@ def least_accelerations(J, free, rows, low, high):
     room = 1e-9 * np.abs(r).max()
     if ((slopes > size) & (r > low + room)).any() or ((slopes < -size) & (r < high - room)).any():
         raise NoAnswerError("bounded least squares ended before the least")
-    return found / root
+    return found / root, r
