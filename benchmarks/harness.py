@@ -15,7 +15,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.support.text_table import table
-from lumped.timeloop.executable import executable
+from lumped.timeloop.plants.executable import executable
 
 RESULTS = Path(__file__).parent / "results"
 

@@ -28,7 +28,7 @@ import numpy as np
 import lumped as lp
 from benchmarks.harness import publish
 from benchmarks.time_loop import ROW, THREE, Masses
-from lumped.timeloop.executable import executable
+from lumped.timeloop.plants.executable import executable
 
 SECONDS, ROUNDS, LIMIT = 4.0, 300, 90.0  # of the runs, at most so many; of the whole process
 

@@ -23,7 +23,7 @@ import lumped as lp
 from benchmarks.harness import publish, run_timed, timed
 from lumped.components import Inertia, SpringDamper, Torque
 from lumped.ops import where
-from lumped.timeloop.executable import executable
+from lumped.timeloop.plants.executable import executable
 
 J, C, D, TORQUE, STEP, END, RTOL = 0.01, 1e5, 50.0, 100.0, 0.01, 0.5, 1e-6
 COMPARED, GROWING = (300, 1000), (300, 1000, 3000, 10000)

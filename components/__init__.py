@@ -14,7 +14,6 @@ if not __name__.startswith("lumped."):
     )
 
 from lumped.components import translation as translation
-from lumped.components.belts import *
 from lumped.components.cams import *
 from lumped.components.characteristic import Stribeck as Stribeck
 from lumped.components.compliance import *
@@ -26,9 +25,18 @@ from lumped.components.control.sampled import *
 from lumped.components.control.sensors import *
 from lumped.components.control.sequence import *
 from lumped.components.control.signals import *
-from lumped.components.crank import *
-from lumped.components.crankshaft import *
-from lumped.components.elastic_coupling import *
+from lumped.components.couplings.elastic_coupling import *
+from lumped.components.couplings.maxwell_coupling import *
+from lumped.components.couplings.pendulum import *
+from lumped.components.couplings.torsional_dampers import (
+    TunedDamper as TunedDamper,
+)
+from lumped.components.couplings.torsional_dampers import (
+    TunedLossDamper as TunedLossDamper,
+)
+from lumped.components.couplings.torsional_dampers import (
+    ViscousDamper as ViscousDamper,
+)
 from lumped.components.electric.air_gap import *
 from lumped.components.electric.circuit import *
 from lumped.components.electric.dc_motors import *
@@ -38,29 +46,31 @@ from lumped.components.electric.motors import *
 from lumped.components.electric.network import *
 from lumped.components.electric.synchronous import *
 from lumped.components.electric.thermal import *
-from lumped.components.engine import Cylinder as Cylinder
+from lumped.components.engines.crank import *
+from lumped.components.engines.crankshaft import *
+from lumped.components.engines.engine import Cylinder as Cylinder
+from lumped.components.engines.propeller import *
 from lumped.components.friction import *
-from lumped.components.gear_mesh import *
-from lumped.components.gears import *
+from lumped.components.gearing.belts import *
+from lumped.components.gearing.gear_mesh import *
+from lumped.components.gearing.gears import *
+from lumped.components.gearing.lossy_gear import *
+from lumped.components.gearing.noncircular import (
+    EllipticalGear as EllipticalGear,
+)
+from lumped.components.gearing.noncircular import (
+    NonCircularGear as NonCircularGear,
+)
+from lumped.components.gearing.planetary_stage import *
+from lumped.components.gearing.synchroniser import *
 from lumped.components.gravity import *
 from lumped.components.impact import *
+from lumped.components.imported.opentorsion import *
+from lumped.components.imported.ross import *
 from lumped.components.inertia import *
 from lumped.components.linkages import *
 from lumped.components.loads import *
-from lumped.components.lossy_gear import *
-from lumped.components.maxwell_coupling import *
-from lumped.components.noncircular import (
-    EllipticalGear as EllipticalGear,
-)
-from lumped.components.noncircular import (
-    NonCircularGear as NonCircularGear,
-)
-from lumped.components.opentorsion import *
-from lumped.components.pendulum import *
-from lumped.components.planetary_stage import *
-from lumped.components.propeller import *
 from lumped.components.rolling import *
-from lumped.components.ross import *
 from lumped.components.shafts.continuous import ContinuousElement as ContinuousElement
 from lumped.components.shafts.element import *
 from lumped.components.shafts.materials import Material as Material
@@ -70,16 +80,6 @@ from lumped.components.shafts.sections import *
 from lumped.components.shafts.shaft import Section as Section
 from lumped.components.shafts.shaft import Shaft as Shaft
 from lumped.components.sources import *
-from lumped.components.synchroniser import *
-from lumped.components.torsional_dampers import (
-    TunedDamper as TunedDamper,
-)
-from lumped.components.torsional_dampers import (
-    TunedLossDamper as TunedLossDamper,
-)
-from lumped.components.torsional_dampers import (
-    ViscousDamper as ViscousDamper,
-)
 from lumped.components.tyre import *
 from lumped.components.vehicle import *
 from lumped.components.winding import Coil as Coil

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
-from lumped.components.elastic import ElasticLaw, elastic_energy, elastic_force
+from lumped.components.couplings.elastic import ElasticLaw, elastic_energy, elastic_force
 
 __all__ = ["Damper", "LossSpring", "NonlinearSpring", "Spring", "SpringDamper"]
 

@@ -2,8 +2,9 @@
 
 Points have a horizontal position `x` (to the right) and a vertical one `y` (up), each a
 translational port, in fixed axes. Angles count counter-clockwise from the x axis, as in
-`lumped.components.crank` and `lumped.components.gravity`. Masses are joined to both ports of a
-point; a centre of mass between two joints is the pin of a further `Eccentric` on the same flange.
+`lumped.components.engines.crank` and `lumped.components.gravity`. Masses are joined to both ports
+of a point; a centre of mass between two joints is the pin of a further `Eccentric` on the same
+flange.
 """
 
 from __future__ import annotations

@@ -63,16 +63,16 @@ from lumped.points.start import start_point as start_point
 from lumped.simulation.inverse import inverse as inverse
 from lumped.simulation.simulate import simulate as simulate
 from lumped.support.display_units import display_units as display_units
-from lumped.timeloop.result import OperatingPoint as OperatingPoint
-from lumped.timeloop.result import Trajectory as Trajectory
-from lumped.timeloop.result_files import load as load
+from lumped.timeloop.results.result import OperatingPoint as OperatingPoint
+from lumped.timeloop.results.result import Trajectory as Trajectory
+from lumped.timeloop.results.result_files import load as load
 from lumped.tolerances.probability import probability as probability
 from lumped.tolerances.reliability import reliability as reliability
 from lumped.tolerances.scatter import scatter as scatter
-from lumped.vibration.campbell import campbell as campbell
-from lumped.vibration.modes import Modes as Modes
-from lumped.vibration.modes import modes as modes
-from lumped.vibration.response import frequency_response as frequency_response
-from lumped.vibration.symbolic import expression as expression
+from lumped.vibration.natural.modes import Modes as Modes
+from lumped.vibration.natural.modes import modes as modes
+from lumped.vibration.natural.symbolic import expression as expression
+from lumped.vibration.responses.response import frequency_response as frequency_response
+from lumped.vibration.speeds.campbell import campbell as campbell
 
 __version__: str

@@ -176,7 +176,7 @@ def _own(module: Path, name: str, what: str) -> Callable[..., Any]:
 def _explored(name: str, changes: Changes) -> Explorer:
     """The page of a machine's run, or that of a user's module."""
     from lumped.explorer.explore import Explorer, explore
-    from lumped.vibration.limits import Limit
+    from lumped.vibration.rules.limits import Limit
 
     if name.endswith(".py"):
         what = "explore(parameters), which returns what lumped.explore does"

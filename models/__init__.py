@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from lumped.compiler.system import System
     from lumped.models.about import About, Measure
-    from lumped.timeloop.result import OperatingPoint, Trajectory
+    from lumped.timeloop.results.result import OperatingPoint, Trajectory
 
 __all__ = ["MACHINES", "MARKS", "Machine", "Row", "compare", "machine", "unpublished"]
 

@@ -17,7 +17,7 @@ from lumped import (
     param,
     var,
 )
-from lumped.components.elastic import ElasticLaw, elastic_energy, elastic_force
+from lumped.components.couplings.elastic import ElasticLaw, elastic_energy, elastic_force
 
 __all__ = [
     "AccelerationSensor",

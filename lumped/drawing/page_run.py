@@ -11,7 +11,7 @@ from typing import Protocol
 from lumped.simulation.sizing import Sizing
 from lumped.support.display_units import Units, display, time_unit
 from lumped.support.text_table import amounts, number
-from lumped.timeloop.result import Event, Trajectory
+from lumped.timeloop.results.result import Event, Trajectory
 
 __all__ = ["Told", "comparison", "energy", "events", "sizes", "table"]
 

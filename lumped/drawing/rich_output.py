@@ -25,16 +25,16 @@ from lumped.language.component import Component
 from lumped.life.duty_cycle import DutyCycle
 from lumped.points.equilibrium_sensitivity import EquilibriumSensitivity
 from lumped.support.display_units import time_unit
-from lumped.timeloop.result import Trajectory
-from lumped.timeloop.result_files import Saved
+from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.result_files import Saved
 from lumped.tolerances.scatter import Scatter
-from lumped.vibration.eigen_sensitivity import EigenSensitivity
-from lumped.vibration.holzer import Holzer
-from lumped.vibration.limits import Verdict
-from lumped.vibration.modes import Modes
-from lumped.vibration.order_amplitudes import OrderAmplitudes
-from lumped.vibration.order_sensitivity import OrderSensitivity
-from lumped.vibration.response import FrequencyResponse
+from lumped.vibration.inertias.holzer import Holzer
+from lumped.vibration.natural.eigen_sensitivity import EigenSensitivity
+from lumped.vibration.natural.modes import Modes
+from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
+from lumped.vibration.ordered.order_sensitivity import OrderSensitivity
+from lumped.vibration.responses.response import FrequencyResponse
+from lumped.vibration.rules.limits import Verdict
 
 __all__ = ["html"]
 

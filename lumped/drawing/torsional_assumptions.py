@@ -12,8 +12,8 @@ from lumped.drawing.torsional_study import Study
 from lumped.points.situation import one_sided, situation
 from lumped.support.display_units import Shown
 from lumped.support.text_table import listed, number
-from lumped.vibration.amplitude_laws import amplitude_laws
-from lumped.vibration.order_response import OrderResponse
+from lumped.vibration.ordered.order_response import OrderResponse
+from lumped.vibration.rotating.amplitude_laws import amplitude_laws
 
 __all__ = ["assumptions"]
 

@@ -10,7 +10,7 @@ import numpy as np
 from lumped.drawing.page_run import table
 from lumped.support.display_units import Shown, Units, display
 from lumped.support.text_table import listed, number
-from lumped.vibration.order_response import OrderResponse
+from lumped.vibration.ordered.order_response import OrderResponse
 
 __all__ = ["Datum", "data", "data_table", "values"]
 

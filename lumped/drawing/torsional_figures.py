@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 
 from lumped.drawing.torsional_study import MOST_ORDERS, Study
 from lumped.support.display_units import Units, display, time_unit
-from lumped.timeloop.result import Trajectory
-from lumped.vibration.limits import Measure, measured
-from lumped.vibration.order_response import OrderResponse
+from lumped.timeloop.results.result import Trajectory
+from lumped.vibration.ordered.order_response import OrderResponse
+from lumped.vibration.rules.limits import Measure, measured
 
 __all__ = [
     "_WIDTH",

@@ -11,9 +11,9 @@ from lumped.drawing.page_run import table
 from lumped.drawing.torsional_study import Study
 from lumped.support.display_units import Shown, display
 from lumped.support.text_table import listed, number
-from lumped.vibration.holzer import Holzer
-from lumped.vibration.mass_elastic import MassElastic
-from lumped.vibration.stations import InertialPart
+from lumped.vibration.inertias.holzer import Holzer
+from lumped.vibration.inertias.mass_elastic import MassElastic
+from lumped.vibration.inertias.stations import InertialPart
 
 __all__ = ["holzer_tables", "mass_elastic_table", "natural_frequencies"]
 

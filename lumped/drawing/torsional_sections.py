@@ -28,7 +28,7 @@ from lumped.drawing.torsional_modes import (
 from lumped.drawing.torsional_study import Study
 from lumped.support.display_units import display, time_unit
 from lumped.support.text_table import number
-from lumped.vibration.limits import Result
+from lumped.vibration.rules.limits import Result
 
 __all__ = ["lead", "sections"]
 

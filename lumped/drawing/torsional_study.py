@@ -20,13 +20,13 @@ from lumped.support.display_units import (
     speed_unit,
 )
 from lumped.support.units import plain
-from lumped.timeloop.result import Trajectory
-from lumped.vibration.campbell import Campbell, CriticalSpeed
-from lumped.vibration.limits import Limit, Verdict, separation, verdict
-from lumped.vibration.mass_elastic import MassElastic, mass_elastic
-from lumped.vibration.mean_campbell import mean_campbell, modes_at
-from lumped.vibration.modes import Modes
-from lumped.vibration.order_response import OrderResponse
+from lumped.timeloop.results.result import Trajectory
+from lumped.vibration.inertias.mass_elastic import MassElastic, mass_elastic
+from lumped.vibration.natural.modes import Modes
+from lumped.vibration.ordered.order_response import OrderResponse
+from lumped.vibration.rules.limits import Limit, Verdict, separation, verdict
+from lumped.vibration.speeds.campbell import Campbell, CriticalSpeed
+from lumped.vibration.speeds.mean_campbell import mean_campbell, modes_at
 
 __all__ = ["Limits", "Study", "study"]
 

@@ -18,7 +18,7 @@ from lumped.many_runs.native_runs import NativeRuns
 from lumped.points.start import run_start
 from lumped.simulation.simulate import run_on
 from lumped.support.progress import Progress
-from lumped.timeloop.recorder import Recorder
+from lumped.timeloop.results.recorder import Recorder
 from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["Failures", "RunsAt", "collected", "failures_of", "fixed", "labelled"]

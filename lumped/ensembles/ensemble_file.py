@@ -16,8 +16,8 @@ from lumped.ensembles.variants import ParameterSets
 from lumped.functionals import Functional
 from lumped.kernel.run import FULL
 from lumped.many_runs.native_runs import Batch
-from lumped.timeloop.fingerprint import fingerprint
-from lumped.timeloop.result import OperatingPoint
+from lumped.timeloop.results.fingerprint import fingerprint
+from lumped.timeloop.results.result import OperatingPoint
 from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["EnsembleFile", "heading"]

@@ -25,8 +25,8 @@ from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
 from lumped.support.progress import Progress
-from lumped.timeloop.executable import executable
-from lumped.timeloop.result import Trajectory
+from lumped.timeloop.plants.executable import executable
+from lumped.timeloop.results.result import Trajectory
 from lumped.timeloop.run_options import Grid, RunOptions, run_plan
 
 __all__ = ["sweep"]
@@ -82,7 +82,7 @@ def sweep(
     store : str or Path, optional
         File in which each result is written as it comes, one line of JSON each. If it exists, what
         it holds is not run again. It belongs to a model, its parameters, options and the functions
-        in `of` with all that these use (see `lumped.timeloop.fingerprint`).
+        in `of` with all that these use (see `lumped.timeloop.results.fingerprint`).
     client : dask.distributed.Client, optional
         Run on its cluster instead; functions and model classes travel by cloudpickle.
     **options : RunOptions

@@ -10,7 +10,7 @@ from typing import Any
 
 from lumped.compiler.system import System
 from lumped.ensembles.line_file import LineFile
-from lumped.timeloop.fingerprint import fingerprint
+from lumped.timeloop.results.fingerprint import fingerprint
 
 __all__ = ["SweepFile", "heading"]
 

@@ -18,21 +18,21 @@ from lumped.exchange.c_memory import Memory
 from lumped.exchange.interface import Interface, Shown
 from lumped.flattening import hold_modes
 from lumped.kernel import plant, run
-from lumped.kernel.holds import TOUCHING
-from lumped.kernel.linkages import close
+from lumped.kernel.instants.holds import TOUCHING
+from lumped.kernel.instants.linkages import close
+from lumped.kernel.instants.positions import begin, calm_positions, find_positions
+from lumped.kernel.instants.yielding import watch_redundancy
 from lumped.kernel.loop import loop, must_jump
 from lumped.kernel.many_runs.variants import note_collisions, take
+from lumped.kernel.methods.pivots import pattern_of
 from lumped.kernel.observe import begin_watch
-from lumped.kernel.pivots import pattern_of
-from lumped.kernel.positions import begin, calm_positions, find_positions
 from lumped.kernel.run import Pattern
 from lumped.kernel.steps import is_unfit
-from lumped.kernel.yielding import watch_redundancy
 from lumped.many_runs.run_records import watch_of
 from lumped.many_runs.watched import Watched
-from lumped.timeloop.executable import enclosed_of, enclosed_sizes, parts_of
 from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.instants import clocks
+from lumped.timeloop.plants.executable import enclosed_of, enclosed_sizes, parts_of
 from lumped.timeloop.run import nominals
 
 __all__ = ["model_files"]

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from lumped.vibration.modes import Modes
+from lumped.vibration.natural.modes import Modes
 
 __all__ = ["UffShape", "analysis_data", "is_shape", "shape_of_55", "shape_of_2414", "shapes_as_55"]
 

@@ -23,7 +23,7 @@ from lumped.language.component import Component
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
 from lumped.support.units import in_seconds
-from lumped.vibration.limits import Limit
+from lumped.vibration.rules.limits import Limit
 
 if TYPE_CHECKING:
     from bokeh.document import Document

@@ -13,13 +13,13 @@ from lumped.errors import LumpedError, OptionError
 from lumped.explorer.sliders import Slider, slider
 from lumped.points.start import start_point
 from lumped.simulation.simulate import simulate
-from lumped.timeloop.result import OperatingPoint, Trajectory
-from lumped.vibration.campbell import Campbell
-from lumped.vibration.eigen_sensitivity import eigen_sensitivity
-from lumped.vibration.limits import Limit
-from lumped.vibration.modes import Modes, modes
-from lumped.vibration.order_amplitudes import OrderAmplitudes
-from lumped.vibration.response import FrequencyResponse, frequency_response
+from lumped.timeloop.results.result import OperatingPoint, Trajectory
+from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity
+from lumped.vibration.natural.modes import Modes, modes
+from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
+from lumped.vibration.responses.response import FrequencyResponse, frequency_response
+from lumped.vibration.rules.limits import Limit
+from lumped.vibration.speeds.campbell import Campbell
 
 __all__ = ["Analysis", "Moment", "Start", "Study", "Values", "effects_on_run", "most_effective"]
 

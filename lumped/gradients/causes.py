@@ -13,12 +13,12 @@ from lumped.errors import SolverError
 from lumped.flattening import hold_modes
 from lumped.gradients.instant_values import InstantLooks, InstantValues
 from lumped.gradients.jumps import Side
-from lumped.kernel.impacts import LOWEST
+from lumped.kernel.instants.impacts import LOWEST
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import Shared, made_once
-from lumped.timeloop.event import Event
 from lumped.timeloop.holds import Holds
-from lumped.timeloop.result import Trajectory
+from lumped.timeloop.results.event import Event
+from lumped.timeloop.results.result import Trajectory
 
 __all__ = ["TURNING", "Cause", "Causes", "Stop"]
 

@@ -13,17 +13,17 @@ from lumped.functionals import Functional
 from lumped.functionals.functional import refuse_other
 from lumped.functionals.readings import Integral, Reading
 from lumped.gradients.adjoint import AdjointPoint, crossings_of
-from lumped.gradients.chained import Chained
 from lumped.gradients.forward import Followed
-from lumped.gradients.functional_terms import SmoothParts
 from lumped.gradients.legs import legs_of
+from lumped.gradients.readings.chained import Chained
+from lumped.gradients.readings.functional_terms import SmoothParts
+from lumped.gradients.readings.ways import Owed, Way
 from lumped.gradients.resolved_steps import Resolved, resolved
 from lumped.gradients.steps import steps_of
 from lumped.gradients.sweep import Seeds, Swept, placed
 from lumped.gradients.touches import refuse_touches
 from lumped.gradients.varied import END
-from lumped.gradients.ways import Owed, Way
-from lumped.timeloop.result import Piece, Trajectory
+from lumped.timeloop.results.result import Piece, Trajectory
 
 __all__ = ["END", "Summed", "check", "refuse"]
 

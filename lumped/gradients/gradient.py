@@ -14,9 +14,9 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import SolverError, UnknownNameError, nearest
 from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
-from lumped.gradients.chained import Chained, differ
 from lumped.gradients.functional_values import END, Summed, check, refuse
 from lumped.gradients.legs import recorded
+from lumped.gradients.readings.chained import Chained, differ
 from lumped.gradients.varied import (
     slopes_at_start,
     sources,
@@ -34,7 +34,7 @@ from lumped.support.display_units import Units, chosen
 from lumped.support.ranking import ranked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
-from lumped.timeloop.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.result import OperatingPoint, Trajectory
 from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
 
 __all__ = ["Gradient", "gradient", "gradient_of"]

@@ -17,8 +17,8 @@ from lumped.gradients.step_code import Span
 from lumped.gradients.steps import steps_of
 from lumped.points.start import run_start
 from lumped.simulation.simulate import interruptible, run_on
-from lumped.timeloop.recorder import Recorder, SparingRecorder
-from lumped.timeloop.result import Piece, Trajectory
+from lumped.timeloop.results.recorder import Recorder, SparingRecorder
+from lumped.timeloop.results.result import Piece, Trajectory
 from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["Leg", "legs_of", "recorded"]

@@ -16,8 +16,8 @@ from lumped.gradients.jumps import Crossing, EventDerivatives, Side
 from lumped.gradients.legs import Leg
 from lumped.gradients.state_changes import Changes
 from lumped.support.made_once import made_once
-from lumped.timeloop.event import Event
-from lumped.timeloop.result import Trajectory
+from lumped.timeloop.results.event import Event
+from lumped.timeloop.results.result import Trajectory
 
 __all__ = ["Saltation", "saltation_of"]
 

@@ -13,10 +13,10 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
-from lumped.gradients.chained import Chained, differ
 from lumped.gradients.forward import Followed, Forward, coincide
 from lumped.gradients.functional_values import Summed, check, refuse
 from lumped.gradients.legs import legs_of
+from lumped.gradients.readings.chained import Chained, differ
 from lumped.gradients.steps import steps_of
 from lumped.gradients.touches import refuse_touches
 from lumped.gradients.varied import (
@@ -36,7 +36,7 @@ from lumped.support.display_units import display
 from lumped.support.ranking import ranked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
-from lumped.timeloop.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.result import OperatingPoint, Trajectory
 from lumped.timeloop.run_options import RunOptions, run_plan
 
 __all__ = ["MovedInstant", "Sensitivity", "Varied", "sensitivity"]

@@ -13,7 +13,7 @@ from lumped.code.operations import Operations, operations_of
 from lumped.code.records import Record
 from lumped.errors import SolverError
 from lumped.kernel import engine
-from lumped.kernel.curves import POINT
+from lumped.kernel.enclosures.curves import POINT
 from lumped.kernel.plant import Function
 from lumped.kernel.recorded_steps.course import LOOKS, Course, Sweep
 from lumped.kernel.recorded_steps.stops_back import Stops
@@ -21,8 +21,8 @@ from lumped.kernel.recorded_steps.sweep_back import LEAST
 from lumped.kernel.run import GIVEN_UP, Run
 from lumped.kernel.watch import Watch
 from lumped.support.made_once import Shared, made_once
-from lumped.timeloop.counted_function import CountedFunction
-from lumped.timeloop.executable import Executable, smooth_executable
+from lumped.timeloop.plants.counted_function import CountedFunction
+from lumped.timeloop.plants.executable import Executable, smooth_executable
 
 __all__ = ["FRACTIONS", "Back", "Jump", "Pulse", "Span", "StepCode"]
 

@@ -8,7 +8,7 @@ from lumped.compiler.system import System
 from lumped.gradients.step_code import StepCode
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
-from lumped.timeloop.many_points import ManyPoints
+from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.run import nominals
 

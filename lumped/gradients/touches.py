@@ -12,13 +12,13 @@ from lumped.errors import SolverError
 from lumped.gradients.causes import TURNING
 from lumped.gradients.instant_values import margin_sizes
 from lumped.gradients.legs import Leg
-from lumped.gradients.samples import sampled, values_at
+from lumped.gradients.readings.samples import sampled, values_at
 from lumped.gradients.steps import Steps
 from lumped.numerics.bracketed_roots import bracketed_roots
 from lumped.support.made_once import made_once
 from lumped.timeloop.holds import turned
-from lumped.timeloop.many_points import ManyPoints
-from lumped.timeloop.result import Trajectory
+from lumped.timeloop.plants.many_points import ManyPoints
+from lumped.timeloop.results.result import Trajectory
 
 __all__ = ["refuse_touches"]
 

@@ -10,7 +10,7 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
 from lumped.points.start import by_name, start_slopes
 from lumped.timeloop.programs import refuse_programs
-from lumped.timeloop.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.result import OperatingPoint, Trajectory
 
 __all__ = [
     "END",

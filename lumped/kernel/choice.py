@@ -18,9 +18,9 @@ from __future__ import annotations
 import math
 
 from lumped.code.words import Numbers, kernel, sqrt
-from lumped.kernel.forcing import seen
+from lumped.kernel.enclosures.forcing import seen
 from lumped.kernel.interpret import evaluate
-from lumped.kernel.methods import IMPLICIT_ORDER, LONGER, dense_error, prepare
+from lumped.kernel.methods.any_method import IMPLICIT_ORDER, LONGER, dense_error, prepare
 from lumped.kernel.output import note_turn
 from lumped.kernel.run import Run
 from lumped.kernel.step_error import SAFETY, is_dense_wanted, is_finite, tried

@@ -6,8 +6,10 @@ from typing import Any
 
 from lumped.code.words import Numbers, kernel
 from lumped.kernel.cycles import count_all, sum_damage
+from lumped.kernel.instants.linkages import close, converge
+from lumped.kernel.instants.positions import begin, calm_positions, find_positions
+from lumped.kernel.instants.yielding import watch_redundancy
 from lumped.kernel.interpret import evaluate, prepare
-from lumped.kernel.linkages import close, converge
 from lumped.kernel.loop import loop
 from lumped.kernel.many_runs.variants import (
     attempt_of,
@@ -18,12 +20,10 @@ from lumped.kernel.many_runs.variants import (
     variants,
 )
 from lumped.kernel.plant import Function
-from lumped.kernel.positions import begin, calm_positions, find_positions
 from lumped.kernel.recorded_steps.course import looked, replayed
 from lumped.kernel.recorded_steps.listing import listed
 from lumped.kernel.recorded_steps.sweep_back import swept
 from lumped.kernel.run import Run, Samples
-from lumped.kernel.yielding import watch_redundancy
 
 __all__ = ["ENTRIES"]
 

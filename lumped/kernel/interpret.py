@@ -1,7 +1,7 @@
 """Functions of a plant, evaluated in machine code or one operation after the other.
 
 Both give the same bits. Interpreting pays for functions that are seldom evaluated, because they
-need no compiling; see `lumped.timeloop.executable`.
+need no compiling; see `lumped.timeloop.plants.executable`.
 """
 
 from __future__ import annotations

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.flattening.hold_modes import BACKWARD, FORWARD, STUCK
+from lumped.kernel.instants.positions import find_positions
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.observe import observe_clocks
 from lumped.kernel.output import begin_piece, has_room, note_change, record_edge
 from lumped.kernel.plant import FREE, Plant
-from lumped.kernel.positions import find_positions
 from lumped.kernel.run import (
     BEGIN_SEGMENT,
     CROSS,

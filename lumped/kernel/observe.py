@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
-from lumped.kernel.extremes import (
+from lumped.kernel.enclosures.extremes import (
     LOWEST,
     MOST_PARTS,
     has_same_part,
@@ -12,10 +12,10 @@ from lumped.kernel.extremes import (
     raise_at,
     rises,
 )
+from lumped.kernel.enclosures.turning import begin_loads, end_loads, feed_loads
 from lumped.kernel.interpret import evaluate
-from lumped.kernel.methods import inside, integrals, set_all_ranges
+from lumped.kernel.methods.any_method import inside, integrals, set_all_ranges
 from lumped.kernel.run import Run
-from lumped.kernel.turning import begin_loads, end_loads, feed_loads
 from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE
 
 __all__ = [

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
-from lumped.kernel.methods import inside
+from lumped.kernel.methods.any_method import inside
 from lumped.kernel.observe import observe_event
 from lumped.kernel.run import Run, RunOutput
 

@@ -132,7 +132,7 @@ class Reserve(Record):
 
 
 class Problem(Record):
-    """What holds carry within their limits (see `lumped.kernel.problem`).
+    """What holds carry within their limits (see `lumped.kernel.instants.problem`).
 
     Attributes
     ----------

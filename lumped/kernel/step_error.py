@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from lumped.code.words import kernel
-from lumped.kernel.linkages import follow
-from lumped.kernel.methods import attempt
+from lumped.kernel.instants.linkages import follow
+from lumped.kernel.methods.any_method import attempt
 from lumped.kernel.observe import is_inside_wanted
 from lumped.kernel.run import Run
 

@@ -12,13 +12,13 @@ from lumped.kernel.choice import (
     note_stiffness,
     turned,
 )
-from lumped.kernel.crossing import find_crossing
-from lumped.kernel.forcing import seen
+from lumped.kernel.enclosures.crossing import find_crossing
+from lumped.kernel.enclosures.forcing import seen
 from lumped.kernel.interpret import evaluate
-from lumped.kernel.methods import dense_error, prepare
+from lumped.kernel.methods.any_method import dense_error, prepare
+from lumped.kernel.methods.rates import find_rates, note_sharing
 from lumped.kernel.observe import observe
 from lumped.kernel.output import has_room, record
-from lumped.kernel.rates import find_rates, note_sharing
 from lumped.kernel.run import (
     CROSS,
     FULL,

@@ -13,7 +13,7 @@ from lumped.errors import OptionError, shown
 from lumped.life.turning_points import turning_points
 from lumped.simulation.simulate import simulate
 from lumped.support.units import in_seconds
-from lumped.timeloop.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.result import OperatingPoint, Trajectory
 
 __all__ = ["LoadCase", "Loaded", "loaded"]
 

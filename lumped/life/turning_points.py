@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
-from lumped.gradients import turning_points as between_steps
 from lumped.gradients.legs import Leg
+from lumped.gradients.readings import turning_points as between_steps
 from lumped.gradients.steps import steps_of
 from lumped.support.arguments import checked
 from lumped.timeloop.cycle_count import count_cycles
-from lumped.timeloop.result import Trajectory
+from lumped.timeloop.results.result import Trajectory
 
 __all__ = ["turning_points"]
 

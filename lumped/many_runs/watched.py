@@ -28,10 +28,10 @@ from lumped.functionals.readings import (
 )
 from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE, Watch
 from lumped.timeloop.cycle_count import count_record
-from lumped.timeloop.executable import enclosed
 from lumped.timeloop.holds import hold_words
+from lumped.timeloop.plants.executable import enclosed
+from lumped.timeloop.results.validity import Held, ranges
 from lumped.timeloop.step_bounds import heights, kinks
-from lumped.timeloop.validity import Held, ranges
 
 __all__ = ["POSITIONS", "Place", "Watched"]
 

@@ -15,7 +15,7 @@ from lumped.orbits.guesses import drifting, needs_time
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.points.start import start_slopes
 from lumped.simulation.simulate import simulate
-from lumped.timeloop.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.result import OperatingPoint, Trajectory
 
 __all__ = ["Repeating", "collocated", "of_orbit", "repeating", "simulated"]
 

@@ -15,13 +15,13 @@ from lumped.numerics.nlp import Solution
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.support.units import amount
-from lumped.timeloop.result import Trajectory
+from lumped.timeloop.results.result import Trajectory
 from lumped.tolerances.of_designs import CheckedAim, CheckedProbability
 from lumped.tolerances.probability import Probability
 from lumped.tolerances.robust_aims import RobustAim
 from lumped.tolerances.scene import Scattered
-from lumped.vibration.modes import Modes
-from lumped.vibration.order_response import OrderResponse
+from lumped.vibration.natural.modes import Modes
+from lumped.vibration.ordered.order_response import OrderResponse
 
 __all__ = [
     "Bounds",

@@ -11,7 +11,7 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.timeloop.instants import clocks
-from lumped.timeloop.result import Trajectory
+from lumped.timeloop.results.result import Trajectory
 
 __all__ = [
     "Discretisation",

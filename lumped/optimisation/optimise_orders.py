@@ -14,10 +14,10 @@ from lumped.numerics.nlp import Solution
 from lumped.optimisation.design import Optimum, Task
 from lumped.optimisation.spectral_search import SpectralSearch
 from lumped.optimisation.speed_separation import WIDEST, Apart
-from lumped.vibration.mean_spectrum import MeanSpectrum
-from lumped.vibration.order_designs import OrderDesigns
-from lumped.vibration.order_response import OrderResponse
-from lumped.vibration.order_sensitivity import slope_of
+from lumped.vibration.ordered.order_response import OrderResponse
+from lumped.vibration.ordered.order_sensitivity import slope_of
+from lumped.vibration.speeds.mean_spectrum import MeanSpectrum
+from lumped.vibration.speeds.order_designs import OrderDesigns
 
 __all__ = ["best_orders"]
 

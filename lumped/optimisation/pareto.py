@@ -25,11 +25,11 @@ from lumped.support.display_units import Units, chosen, display
 from lumped.support.progress import Progress
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
-from lumped.timeloop.result import Trajectory
+from lumped.timeloop.results.result import Trajectory
 from lumped.timeloop.run_options import RunOptions, RunPlan, plan_of
 from lumped.tolerances.probability import Probability
-from lumped.vibration.modes import Modes
-from lumped.vibration.order_response import OrderResponse
+from lumped.vibration.natural.modes import Modes
+from lumped.vibration.ordered.order_response import OrderResponse
 
 __all__ = ["Front", "pareto"]
 

@@ -13,8 +13,8 @@ from lumped.functionals.functional import readings_of
 from lumped.functionals.readings import Clearance, Damping, Frequency, Reading
 from lumped.optimisation.design import Task, bounds_of
 from lumped.optimisation.search import DesignSearch
-from lumped.vibration.modes import Modes
-from lumped.vibration.order_response import OrderResponse
+from lumped.vibration.natural.modes import Modes
+from lumped.vibration.ordered.order_response import OrderResponse
 
 __all__ = ["SpectralSearch", "Spectrum"]
 

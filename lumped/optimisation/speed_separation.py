@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.functionals.readings import Separation
-from lumped.vibration.mean_campbell import speeds_that_show
-from lumped.vibration.mean_spectrum import MeanSpectrum
+from lumped.vibration.speeds.mean_campbell import speeds_that_show
+from lumped.vibration.speeds.mean_spectrum import MeanSpectrum
 
 __all__ = ["WIDEST", "Apart"]
 

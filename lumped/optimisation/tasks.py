@@ -12,11 +12,11 @@ from lumped.functionals import Condition
 from lumped.functionals.functional import refuse_other
 from lumped.optimisation.design import Bounds, Key, Scattered, Task, key_unit
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.timeloop.result import Trajectory
+from lumped.timeloop.results.result import Trajectory
 from lumped.tolerances.probability import Probability
 from lumped.tolerances.robust_aims import RobustAim
-from lumped.vibration.modes import Modes
-from lumped.vibration.order_response import OrderResponse
+from lumped.vibration.natural.modes import Modes
+from lumped.vibration.ordered.order_response import OrderResponse
 
 __all__ = ["Objective", "task_of"]
 

@@ -19,7 +19,7 @@ from lumped.orbits.shooting import (
     slopes_of,
 )
 from lumped.simulation.simulate import simulate
-from lumped.timeloop.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.result import OperatingPoint, Trajectory
 
 __all__ = [
     "CLOSELY",

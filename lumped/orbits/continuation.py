@@ -15,7 +15,7 @@ from lumped.errors import ParameterError
 from lumped.flattening.hold_modes import PARTED
 from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, corrected, in_phase
 from lumped.orbits.shooting import sizes
-from lumped.timeloop.executable import evaluated
+from lumped.timeloop.plants.executable import evaluated
 
 __all__ = ["TESTS", "Ahead", "Course", "Passed", "Segment", "followed"]
 

@@ -19,9 +19,9 @@ from lumped.orbits.shooting import Guess, OrbitProblem
 from lumped.points.start import search_start
 from lumped.support.arguments import checked
 from lumped.support.display_units import speed_unit
-from lumped.timeloop.result import OperatingPoint
-from lumped.vibration.order_amplitudes import OrderAmplitudes
-from lumped.vibration.order_response import OrderResponse
+from lumped.timeloop.results.result import OperatingPoint
+from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
+from lumped.vibration.ordered.order_response import OrderResponse
 
 __all__ = ["OrbitRange", "periodic_range"]
 

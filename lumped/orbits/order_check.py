@@ -17,7 +17,7 @@ from lumped.support.arguments import checked
 from lumped.support.display_units import speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
-from lumped.vibration.order_response import OrderResponse
+from lumped.vibration.ordered.order_response import OrderResponse
 
 __all__ = ["OrderCheck", "check_orders"]
 

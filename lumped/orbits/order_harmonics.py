@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.vibration.order_response import OrderResponse
+from lumped.vibration.ordered.order_response import OrderResponse
 
 __all__ = ["angle_of", "order_harmonics"]
 

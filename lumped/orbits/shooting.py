@@ -17,9 +17,9 @@ from lumped.gradients.steps import steps_of
 from lumped.numerics.damping import damped
 from lumped.simulation.simulate import simulate
 from lumped.support.made_once import made_once
-from lumped.timeloop.executable import evaluated
+from lumped.timeloop.plants.executable import evaluated
 from lumped.timeloop.programs import refuse_programs
-from lumped.timeloop.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.result import OperatingPoint, Trajectory
 from lumped.timeloop.run import nominals
 
 __all__ = [

@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from lumped.compiler.system import System
-from lumped.kernel.holds import STANDSTILL
+from lumped.kernel.instants.holds import STANDSTILL
 from lumped.language.quantity import within
 from lumped.points.start_search import ROUNDING
 from lumped.points.target_values import target_values

@@ -23,9 +23,9 @@ from lumped.support.units import amount
 from lumped.timeloop.holds import Holds
 from lumped.timeloop.positions import settled
 from lumped.timeloop.programs import refuse_programs
-from lumped.timeloop.result import Kept, OperatingPoint
+from lumped.timeloop.results.result import Kept, OperatingPoint
+from lumped.timeloop.results.validity import refuse_point_outside
 from lumped.timeloop.settings import just_after, settings_at
-from lumped.timeloop.validity import refuse_point_outside
 
 __all__ = ["equilibrium"]
 

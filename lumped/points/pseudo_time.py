@@ -9,8 +9,8 @@ import numpy as np
 import scipy
 
 from lumped.compiler.system import System
-from lumped.timeloop.executable import evaluated
-from lumped.timeloop.result import OperatingPoint
+from lumped.timeloop.plants.executable import evaluated
+from lumped.timeloop.results.result import OperatingPoint
 from lumped.timeloop.settings import followed
 
 __all__ = ["Settled", "settled"]

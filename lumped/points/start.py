@@ -14,10 +14,10 @@ from lumped.errors import OptionError, SolverError, StartError, shown
 from lumped.points.direct_start import direct_slopes, direct_start
 from lumped.points.start_search import StartSearch, given_values
 from lumped.support.arguments import checked
-from lumped.timeloop.event import Change
 from lumped.timeloop.instants import modes_at
 from lumped.timeloop.positions import begin
-from lumped.timeloop.result import OperatingPoint
+from lumped.timeloop.results.event import Change
+from lumped.timeloop.results.result import OperatingPoint
 from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
 from lumped.timeloop.settings import just_after
 

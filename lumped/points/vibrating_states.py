@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.timeloop.result import OperatingPoint
-from lumped.timeloop.validity import refuse_point_outside
+from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.validity import refuse_point_outside
 
 __all__ = ["finite", "moving", "stuck"]
 

@@ -10,7 +10,7 @@ import numpy as np
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
 from lumped.support.rich_html import RichHtml
-from lumped.timeloop.result import Event, Trajectory
+from lumped.timeloop.results.result import Event, Trajectory
 
 __all__ = ["Comparison", "Deviation", "between", "compared", "observed"]
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
-from lumped.kernel.holds import STANDSTILL
+from lumped.kernel.instants.holds import STANDSTILL
 from lumped.support.made_once import made_once
-from lumped.timeloop.executable import evaluated
+from lumped.timeloop.plants.executable import evaluated
 
 __all__ = ["HoldValues", "Holds", "hold_words", "turned"]
 

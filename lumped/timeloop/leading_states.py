@@ -10,8 +10,8 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
-from lumped.timeloop.executable import evaluated
 from lumped.timeloop.guards import levers
+from lumped.timeloop.plants.executable import evaluated
 
 __all__ = ["Lead", "exchanged"]
 

@@ -10,12 +10,12 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.support.made_once import made_once
-from lumped.timeloop.event import Event
 from lumped.timeloop.guards import jump_fault
 from lumped.timeloop.instants import instants
 from lumped.timeloop.programs import Answers
-from lumped.timeloop.recorder import Recorder, scale
-from lumped.timeloop.result import OperatingPoint, Piece, Statistics, Trajectory, Used
+from lumped.timeloop.results.event import Event
+from lumped.timeloop.results.recorder import Recorder, scale
+from lumped.timeloop.results.result import OperatingPoint, Piece, Statistics, Trajectory, Used
 from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["Simulation", "nominals"]

@@ -31,17 +31,17 @@ from lumped.kernel.run import (
     UNFIT,
     Run,
 )
-from lumped.timeloop.event import Event
-from lumped.timeloop.executable import executable, span
 from lumped.timeloop.guards import finite_fault, shrinking_fault
 from lumped.timeloop.holds import hold_words
-from lumped.timeloop.kept_run import KeptRun
 from lumped.timeloop.leading_states import exchanged
-from lumped.timeloop.output_room import OutputRoom
+from lumped.timeloop.plants.executable import executable, span
+from lumped.timeloop.plants.kept_run import KeptRun
+from lumped.timeloop.plants.output_room import OutputRoom
 from lumped.timeloop.positions import no_fit
 from lumped.timeloop.programs import set_twice_fault
-from lumped.timeloop.recorder import Recorder
-from lumped.timeloop.result import OperatingPoint, Used
+from lumped.timeloop.results.event import Event
+from lumped.timeloop.results.recorder import Recorder
+from lumped.timeloop.results.result import OperatingPoint, Used
 from lumped.timeloop.run import Simulation, nominals
 from lumped.timeloop.run_options import RunPlan
 from lumped.timeloop.settings import closing_fault

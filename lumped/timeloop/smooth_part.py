@@ -8,8 +8,8 @@ import numpy as np
 
 from lumped.kernel import engine
 from lumped.kernel.run import DONE, FULL, RESTART
-from lumped.timeloop.executable import Executable, span
-from lumped.timeloop.kept_run import KeptRun
+from lumped.timeloop.plants.executable import Executable, span
+from lumped.timeloop.plants.kept_run import KeptRun
 
 __all__ = ["Method", "SmoothSolution", "smooth_part"]
 

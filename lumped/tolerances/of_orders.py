@@ -9,11 +9,11 @@ import numpy as np
 from lumped.functionals.readings import Damping, OrderPeak, Reading, Separation
 from lumped.tolerances.evaluated import Array, Evaluated, Failures, one_by_one
 from lumped.tolerances.of_modes import slope_of_modes, value_of_modes
-from lumped.vibration.critical_sensitivity import critical_sensitivity
-from lumped.vibration.mean_spectrum import MeanSpectrum
-from lumped.vibration.order_designs import OrderDesigns
-from lumped.vibration.order_response import OrderResponse
-from lumped.vibration.order_sensitivity import slope_of
+from lumped.vibration.ordered.order_response import OrderResponse
+from lumped.vibration.ordered.order_sensitivity import slope_of
+from lumped.vibration.speeds.critical_sensitivity import critical_sensitivity
+from lumped.vibration.speeds.mean_spectrum import MeanSpectrum
+from lumped.vibration.speeds.order_designs import OrderDesigns
 
 __all__ = ["OfOrders"]
 

@@ -29,8 +29,8 @@ from lumped.tolerances.moments import central_moments
 from lumped.tolerances.of_modes import OfModes
 from lumped.tolerances.of_orders import OfOrders
 from lumped.tolerances.of_runs import OfRuns
-from lumped.vibration.modes import Modes
-from lumped.vibration.order_response import OrderResponse
+from lumped.vibration.natural.modes import Modes
+from lumped.vibration.ordered.order_response import OrderResponse
 
 __all__ = ["Scattered", "Scene", "planned_scene", "scene_of"]
 

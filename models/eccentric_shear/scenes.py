@@ -20,7 +20,7 @@ from lumped.components import (
     Sum,
     VoltageSource,
 )
-from lumped.components.noncircular import elliptical
+from lumped.components.gearing.noncircular import elliptical
 from lumped.models.eccentric_shear.stand import (
     CENTRE_RECTANGLE,
     CENTRE_SINE,

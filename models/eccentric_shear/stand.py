@@ -41,7 +41,7 @@ from lumped.components import (
     Torque,
     translation,
 )
-from lumped.components.noncircular import slowest_at
+from lumped.components.gearing.noncircular import slowest_at
 from lumped.components.translation import Mass
 from lumped.models.sources import Given
 

@@ -13,7 +13,7 @@ from lumped.code import code_cache, sources
 SCRIPT = """
 import lumped as lp
 from lumped.components import Inertia, Spring
-from lumped.timeloop.executable import executable
+from lumped.timeloop.plants.executable import executable
 
 model = lp.compose(
     a=Inertia(J=1.0, w=1.0),

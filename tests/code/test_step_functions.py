@@ -7,7 +7,7 @@ from lumped.code.step_functions import looked_up
 from lumped.language.expression import time
 from lumped.language.lowering import lower
 from lumped.ops import interpolate, periodic_spline
-from lumped.timeloop.many_points import ManyPoints
+from lumped.timeloop.plants.many_points import ManyPoints
 
 RANDOM = np.random.default_rng(7)
 PLACES = np.sort(RANDOM.uniform(-1.0, 9.0, 40))

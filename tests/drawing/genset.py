@@ -6,7 +6,8 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import ElasticCoupling, Engine, Inertia, Shaft, Solid, Torque, ViscousDamper
-from lumped.vibration import Limit, order_response
+from lumped.vibration import Limit
+from lumped.vibration.ordered import order_response
 
 TABLE = Path(__file__).parents[1] / "data/torsional/02_six_cylinder_crankshaft/pressure_curve.csv"
 RPM = np.pi / 30

@@ -16,7 +16,8 @@ from lumped.drawing.torsional_figures import order_figure, synthesis_figure
 from lumped.drawing.torsional_study import study
 from lumped.errors import LumpedError, OptionError, UnknownNameError
 from lumped.models.marine_turbine.drive import MarineTurbine
-from lumped.vibration import Limit, order_response
+from lumped.vibration import Limit
+from lumped.vibration.ordered import order_response
 
 PROGRAM = chromium()
 RPM = np.pi / 30

@@ -8,7 +8,8 @@ import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Fixed, Inertia, SpringDamper
 from lumped.errors import OptionError
-from lumped.kernel import engine, turning
+from lumped.kernel import engine
+from lumped.kernel.enclosures import turning
 from lumped.life import SNCurve, goodman
 from lumped.many_runs import watched
 from lumped.models.reversing_mill.scenes import RATED, SHAFTS, pulled_apart

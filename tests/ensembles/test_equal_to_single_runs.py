@@ -1,6 +1,7 @@
 """Each run of an ensemble has the bits of the run that `simulate` makes, whoever makes it.
 
-``python tests/ensemble_runs.py hybrid 0 500`` tries other drives, as ``smooth 2000 2500`` does.
+``python tests/drives/ensemble_runs.py hybrid 0 500`` tries other drives, as ``smooth 2000 2500``
+does.
 """
 
 from collections import Counter

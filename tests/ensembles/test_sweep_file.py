@@ -15,7 +15,7 @@ from lumped.components import Clutch, ElastoBacklash, Fixed, Inertia, Torque
 from lumped.ensembles.sweep import Job
 from lumped.errors import OptionError, ParameterError, UnitError
 from lumped.ops import table, where
-from lumped.timeloop.fingerprint import fingerprint
+from lumped.timeloop.results.fingerprint import fingerprint
 
 
 def drum_speed(run):
@@ -83,7 +83,7 @@ def test_a_table_in_its_tenth_digit_changes_the_fingerprint():
 def test_equal_models_have_equal_fingerprints_in_every_process():
     code = (
         "import lumped as lp\n"
-        "from lumped.timeloop.fingerprint import fingerprint\n"
+        "from lumped.timeloop.results.fingerprint import fingerprint\n"
         "from lumped.models.reversing_mill import *\n"
         "from lumped.components import *\n"
         "m = lp.compose(a=Inertia(J=1.0), s=Spring(c=2.0), b=Inertia(J=1.0),\n"

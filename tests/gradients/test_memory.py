@@ -10,7 +10,7 @@ import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Inertia, SpringDamper, Torque
 from lumped.gradients import legs
-from lumped.timeloop.recorder import SparingRecorder
+from lumped.timeloop.results.recorder import SparingRecorder
 
 
 @pytest.fixture

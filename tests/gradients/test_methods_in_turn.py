@@ -8,9 +8,9 @@ from stiff_in_turn import EDGES, UNTIL, VALUES, InTurn, end, moved
 import lumped as lp
 from lumped import functionals as fun
 from lumped.gradients import legs
-from lumped.gradients.samples import sampled, values_at
+from lumped.gradients.readings.samples import sampled, values_at
 from lumped.gradients.steps import steps_of
-from lumped.timeloop.many_points import ManyPoints
+from lumped.timeloop.plants.many_points import ManyPoints
 
 POINT = np.array(list(VALUES.values()))
 IN_TURN = ["explicit", "implicit", "explicit", "implicit"]

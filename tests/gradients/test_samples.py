@@ -9,11 +9,11 @@ from scipy.linalg import expm
 import lumped as lp
 from lumped.components import Inertia, SpringDamper
 from lumped.gradients import legs
-from lumped.gradients.samples import sampled, values_at
+from lumped.gradients.readings.samples import sampled, values_at
 from lumped.gradients.steps import steps_of
 from lumped.gradients.stretches import stretches
 from lumped.simulation.simulate import simulate
-from lumped.timeloop.many_points import ManyPoints
+from lumped.timeloop.plants.many_points import ManyPoints
 
 
 def stiff_run():

@@ -14,9 +14,10 @@ from scipy.optimize import brentq
 import lumped as lp
 from lumped import functionals as fun
 from lumped.code.operations import operations_of
-from lumped.kernel import enclosure, engine
+from lumped.kernel import engine
 from lumped.kernel.enclosed import Enclosed
-from lumped.kernel.models import REST, to_bernstein
+from lumped.kernel.enclosures import enclosure
+from lumped.kernel.enclosures.models import REST, to_bernstein
 from lumped.many_runs.native_runs import NativeRuns
 
 # -- models ----------------------------------------------------------------------------------------

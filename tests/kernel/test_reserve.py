@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from lumped.kernel.reserve import largest_reserve
+from lumped.kernel.instants.reserve import largest_reserve
 from lumped.kernel.run import Reserve
 
 

@@ -24,7 +24,7 @@ from lumped.components import (
 )
 from lumped.components.translation import Force, Mass
 from lumped.errors import SolverError
-from lumped.timeloop.executable import Executable, executable
+from lumped.timeloop.plants.executable import Executable, executable
 
 ALL = ("llvm", "c", "python")
 
@@ -308,7 +308,7 @@ def test_functions_are_compiled_when_that_pays_and_give_the_same_bits(monkeypatc
     interpreted = lp.simulate(system, **options)
     plant = executable(system).plant
     assert not plant.rates.address
-    monkeypatch.setattr("lumped.timeloop.executable.WORTH", 0)
+    monkeypatch.setattr("lumped.timeloop.plants.executable.WORTH", 0)
     monkeypatch.setattr(Executable, "attempts", 3)
     changing = lp.simulate(system, **options)
     assert plant.rates.address

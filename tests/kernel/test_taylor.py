@@ -16,9 +16,10 @@ from lumped.code.taylor import series_of
 from lumped.code.words import call
 from lumped.components import Backlash, Clutch, Damper, Fixed, Inertia, SpringDamper, Torque
 from lumped.errors import OptionError
-from lumped.kernel import engine, taylor
+from lumped.kernel import engine
+from lumped.kernel.methods import taylor
 from lumped.many_runs.native_runs import NativeRuns
-from lumped.timeloop.executable import executable, smooth_executable
+from lumped.timeloop.plants.executable import executable, smooth_executable
 
 ORDER, AT = 14, 0.3
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy
+from torsional_cases import FIRST, INERTIAS, STIFFNESSES, columns, peak_share
 
 import lumped as lp
 from lumped.components import ViscousDamper
@@ -29,7 +30,6 @@ from lumped.models.diesel_genset.scenes import (
     run_up,
     vector_sums,
 )
-from tests.vibration.torsional_cases import FIRST, INERTIAS, STIFFNESSES, columns, peak_share
 
 CASE = "02_six_cylinder_crankshaft"
 TABLES = {

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 import scipy
+from torsional_cases import columns
 
 import lumped as lp
 from lumped.models import machine
 from lumped.models.marine_turbine.drive import BLADES, LBF_IN, RPM, ZETA, MarineTurbine
 from lumped.models.marine_turbine.figures import FIGURE
 from lumped.models.marine_turbine.scenes import SHAFTS, response, run_up
-from tests.vibration.torsional_cases import columns
 
 CASE = "01_marine_steam_turbine"
 

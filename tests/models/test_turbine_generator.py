@@ -7,6 +7,7 @@ DOP853 and Radau in SciPy; both agree within 4e-9 pu.
 import numpy as np
 import pytest
 import scipy
+from torsional_cases import columns
 
 import lumped as lp
 from lumped.components import standard_parameters
@@ -32,7 +33,6 @@ from lumped.models.turbine_generator.scenes import (
     per_unit,
 )
 from lumped.points.direct_start import direct_start
-from tests.vibration.torsional_cases import columns
 
 CASE = "03_ieee_first_benchmark"
 FAULTS = {"abc": "three_phase_fault", "bc": "line_to_line_fault"}

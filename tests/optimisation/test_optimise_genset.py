@@ -5,7 +5,8 @@ import pytest
 
 import lumped as lp
 from lumped import functionals as fun
-from lumped.vibration import mean_campbell, order_response
+from lumped.vibration.ordered import order_response
+from lumped.vibration.speeds import mean_campbell
 from tests.drawing.genset import RPM, genset
 
 STRESS, SIZE, DIAMETER = "shaft.sections[0].stress", "coupling.size", "shaft.sections[0].d"

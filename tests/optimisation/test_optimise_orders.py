@@ -7,8 +7,8 @@ import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Damper, Fixed, Inertia, Spring, SpringDamper, Torque
 from lumped.errors import OptimisationError, OptionError, UnknownNameError
-from lumped.vibration.mean_spectrum import MeanSpectrum
-from tests.vibration.test_order_response import OPTIONS, ship
+from lumped.vibration.speeds.mean_spectrum import MeanSpectrum
+from tests.vibration.ordered.test_order_response import OPTIONS, ship
 
 J = (2.0, 0.6, 8.0)
 G, L, D_COUPLING, D_WATER, D_GEAR = 80e9, 1.5, 30.0, 40.0, 6.0

@@ -2,11 +2,7 @@
 
 import numpy as np
 import pytest
-
-import lumped as lp
-from lumped import functionals as fun
-from lumped.errors import OptimisationError, OptionError
-from tests.vibration.progressive_drive import (
+from progressive_drive import (
     CUBIC,
     Progressive,
     critical,
@@ -15,6 +11,10 @@ from tests.vibration.progressive_drive import (
     hertz,
     respond,
 )
+
+import lumped as lp
+from lumped import functionals as fun
+from lumped.errors import OptimisationError, OptionError
 
 BETWEEN = (95.0, 110.0)
 ORDER = 1.5

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from torsional_cases import RPM, columns
 
 import lumped as lp
 from lumped.errors import OptionError
 from tests.orbits.test_orbit_range import CASE, Hardening
-from tests.vibration.torsional_cases import RPM, columns
 
 LOW, HIGH = 180 * RPM, 380 * RPM
 

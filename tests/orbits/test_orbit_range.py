@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from torsional_cases import RPM, columns
 
 import lumped as lp
 from lumped.errors import OptionError
-from tests.vibration.torsional_cases import RPM, columns
 
 JR, K1, K3, P = 60 / 7, 20e3, 2.0e6, 150.0
 C = 2 * 0.03 * np.sqrt(K1 * JR)

@@ -23,7 +23,7 @@ from lumped.components import (
     translation,
 )
 from lumped.errors import OptionError, SolverError
-from lumped.vibration.mode_designs import equilibrium_again
+from lumped.vibration.natural.mode_designs import equilibrium_again
 
 
 def derivatives(point, of, to):

@@ -21,8 +21,8 @@ from lumped.components import (
 from lumped.errors import Interrupted, OptionError
 from lumped.ops import where
 from lumped.support import progress
-from lumped.timeloop.executable import Executable
-from lumped.timeloop.recorder import Recorder
+from lumped.timeloop.plants.executable import Executable
+from lumped.timeloop.results.recorder import Recorder
 
 
 class Terminal(io.StringIO):

@@ -12,7 +12,8 @@ from lumped import functionals as fun
 from lumped.cli import main
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
 from lumped.errors import OptionError, UnitError, UnknownNameError
-from lumped.vibration import Limit, order_response, verdict
+from lumped.vibration import Limit, verdict
+from lumped.vibration.ordered import order_response
 
 RPM = 60 / (2 * pi)
 CHOICE = {"rad/s": "rpm", "N.m": "kN.m", "rad": "deg", "Hz": "1/min", "kg.m2": "kg.cm2"}

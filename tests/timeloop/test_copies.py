@@ -31,7 +31,7 @@ from lumped.components import (
 )
 from lumped.errors import Interrupted, LumpedError, OptimisationError, OptionError, SolverError
 from lumped.ops import sin, table, where
-from lumped.timeloop.result_files import saved
+from lumped.timeloop.results.result_files import saved
 
 
 class Rotor(lp.Component):

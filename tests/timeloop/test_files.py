@@ -12,7 +12,7 @@ import xarray
 import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper, Torque, translation
 from lumped.errors import OptionError, ParameterError, UnitError, UnknownNameError
-from lumped.timeloop.file_formats import apart, together
+from lumped.timeloop.results.file_formats import apart, together
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,6 @@
 """Freewheels, plays, brakes and dogs side by side: each instant of a run obeys its law.
 
-``python tests/instant_drives.py 0 1000`` tries a thousand drives.
+``python tests/drives/instant_drives.py 0 1000`` tries a thousand drives.
 """
 
 import numpy as np

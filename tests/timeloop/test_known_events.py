@@ -1,6 +1,6 @@
 """Events are met where a closed form says, by all methods.
 
-``python tests/known_events.py 30000`` tries so many, in lanes and as exported units, too.
+``python tests/drives/known_events.py 30000`` tries so many, in lanes and as exported units, too.
 """
 
 import numpy as np

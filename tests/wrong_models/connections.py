@@ -15,8 +15,8 @@ from lumped.components import (
 )
 from lumped.errors import ConnectError, DeclarationError, EquationError, SingularModelError
 
+from . import Table
 from .parts import Hoist, Line, Machine, Shaft, build
-from .table import Table
 
 wrong = Table("Ports and connections")
 

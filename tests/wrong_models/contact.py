@@ -4,8 +4,8 @@ import lumped as lp
 from lumped.components import Backlash, ElastoBacklash, Inertia, translation
 from lumped.errors import ParameterError, SolverError, StartError
 
+from . import Table
 from .parts import build
-from .table import Table
 
 wrong = Table("Contact")
 

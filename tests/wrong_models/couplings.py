@@ -17,8 +17,8 @@ from lumped.errors import (
     SolverError,
 )
 
+from . import Table
 from .parts import build
-from .table import Table
 
 wrong = Table("Elastic couplings and torsional dampers")
 

@@ -4,8 +4,8 @@ import lumped as lp
 from lumped.components import CrankSlider, Position, StrokeLoad, translation
 from lumped.errors import EquationError, ParameterError, SolverError
 
+from . import Table
 from .parts import build
-from .table import Table
 
 wrong = Table("Cranks")
 

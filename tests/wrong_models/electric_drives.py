@@ -20,8 +20,8 @@ from lumped.components import (
 )
 from lumped.errors import ConnectError, EquationError, ParameterError, SingularModelError
 
+from . import Table
 from .parts import Resistor, build
-from .table import Table
 
 wrong = Table("Electric drives")
 

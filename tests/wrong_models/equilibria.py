@@ -4,8 +4,8 @@ import lumped as lp
 from lumped.components import Inertia, Speed
 from lumped.errors import SolverError, StartError
 
+from . import Table
 from .parts import braked_drive, build
-from .table import Table
 
 wrong = Table("Equilibria")
 

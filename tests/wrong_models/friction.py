@@ -12,8 +12,8 @@ from lumped.components import (
 )
 from lumped.errors import ConnectError, EquationError, ParameterError, SingularModelError
 
+from . import Table
 from .parts import build
-from .table import Table
 
 wrong = Table("Friction")
 

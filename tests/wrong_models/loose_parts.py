@@ -14,8 +14,8 @@ from lumped.components import (
 )
 from lumped.errors import SingularModelError
 
+from . import Table
 from .parts import Battery, Machine, Resistor, build
-from .table import Table
 
 wrong = Table("Parts that nothing holds")
 

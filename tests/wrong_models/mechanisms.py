@@ -18,8 +18,8 @@ from lumped.components import (
 from lumped.errors import EquationError, OptionError, ParameterError
 from lumped.transmissions import from_ratio, through
 
+from . import Table
 from .parts import build
-from .table import Table
 
 wrong = Table("Mechanisms")
 

@@ -4,8 +4,8 @@ import lumped as lp
 from lumped.components import Inertia, Spring
 from lumped.errors import UnknownNameError
 
+from . import Table
 from .parts import Hoist, braked, build
-from .table import Table
 
 wrong = Table("Misspelt names")
 

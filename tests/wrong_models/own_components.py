@@ -8,8 +8,8 @@ import lumped as lp
 from lumped.components import Inertia
 from lumped.errors import EquationError, SingularModelError, SolverError, StartError
 
+from . import Table
 from .parts import braked, build
-from .table import Table
 
 wrong = Table("Equations of own components")
 

@@ -12,8 +12,8 @@ from lumped.errors import (
     UnknownNameError,
 )
 
+from . import Table
 from .parts import Hoist, build
-from .table import Table
 
 wrong = Table("Parameters")
 

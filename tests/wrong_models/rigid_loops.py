@@ -15,8 +15,8 @@ from lumped.components import (
 )
 from lumped.errors import SingularModelError
 
+from . import Table
 from .parts import build
-from .table import Table
 
 wrong = Table("Rigid loops")
 

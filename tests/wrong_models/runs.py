@@ -4,8 +4,8 @@ import lumped as lp
 from lumped.components import Inertia, Position, Torque
 from lumped.errors import OptionError, SolverError, UnitError, UnknownNameError
 
+from . import Table
 from .parts import Hoist, build
-from .table import Table
 
 wrong = Table("Runs")
 

@@ -16,7 +16,7 @@ from lumped.components import (
 )
 from lumped.errors import DeclarationError, ParameterError, UnknownNameError
 
-from .table import Table
+from . import Table
 
 wrong = Table("Shafts")
 

@@ -4,8 +4,8 @@ import lumped as lp
 from lumped.components import Constant, Inertia, SpeedSensor, Torque
 from lumped.errors import ConnectError, DeclarationError, SingularModelError
 
+from . import Table
 from .parts import build
-from .table import Table
 
 wrong = Table("Signals")
 

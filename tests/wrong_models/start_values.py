@@ -6,8 +6,8 @@ import lumped as lp
 from lumped.components import Fixed, IdealGear, Inertia, Speed, Spring, Torque
 from lumped.errors import EquationError, OptionError, StartError, UnitError, UnknownNameError
 
+from . import Table
 from .parts import Hoist, braked_drive, build
-from .table import Table
 
 wrong = Table("Start values")
 

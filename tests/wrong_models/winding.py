@@ -4,8 +4,8 @@ import lumped as lp
 from lumped.components import Coil, Speed, Strip, StripPath, translation
 from lumped.errors import ParameterError
 
+from . import Table
 from .parts import build
-from .table import Table
 
 wrong = Table("Winding")
 

@@ -21,13 +21,13 @@ from lumped.code.words import (
     record_at,
 )
 from lumped.kernel.choice import NEAR_LIMIT, STIFF_AFTER, UNTRIED
-from lumped.kernel.extremes import rises
-from lumped.kernel.forcing import is_clear
+from lumped.kernel.enclosures.extremes import rises
+from lumped.kernel.enclosures.forcing import is_clear
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.many_runs.lane_records import IDLE, STEPPING, WAITING, LaneWatch
 from lumped.kernel.many_runs.lane_transfer import hand_over, load, load_sums, unload_step
 from lumped.kernel.many_runs.variants import Variants
-from lumped.kernel.methods import (
+from lumped.kernel.methods.any_method import (
     LONGER,
     NODES,
     attempt_explicit,
@@ -39,9 +39,9 @@ from lumped.kernel.methods import (
     set_ranges,
     set_rough_ranges,
 )
+from lumped.kernel.methods.rates import find_rates
 from lumped.kernel.observe import has_border
 from lumped.kernel.plant import Function
-from lumped.kernel.rates import find_rates
 from lumped.kernel.run import (
     DONE,
     FULL,

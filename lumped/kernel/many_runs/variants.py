@@ -7,12 +7,13 @@ from typing import Annotated
 from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers, kernel
 from lumped.kernel.clocks import Clocks, place_instants, set_clocks
-from lumped.kernel.crossing import find_below
+from lumped.kernel.enclosures.crossing import find_below
+from lumped.kernel.instants.positions import begin
+from lumped.kernel.instants.yielding import watch_redundancy
 from lumped.kernel.interpret import evaluate, prepare
 from lumped.kernel.loop import position_of, until_steps
 from lumped.kernel.observe import begin_watch, end_watch, observe, observe_event
 from lumped.kernel.plant import Function
-from lumped.kernel.positions import begin
 from lumped.kernel.run import (
     ASKS,
     BEGIN_SEGMENT,
@@ -25,7 +26,6 @@ from lumped.kernel.run import (
     Run,
 )
 from lumped.kernel.steps import advance, advance_alone, attempt_once, end_attempt, leave_step
-from lumped.kernel.yielding import watch_redundancy
 
 __all__ = [
     "Queue",

@@ -12,9 +12,9 @@ from typing import Annotated
 
 from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers, call, kernel
-from lumped.kernel import dop853, rodas5p
 from lumped.kernel.interpret import evaluate
-from lumped.kernel.methods import inside
+from lumped.kernel.methods import dop853, rodas5p
+from lumped.kernel.methods.any_method import inside
 from lumped.kernel.plant import Function
 from lumped.kernel.run import DONE, GIVEN_UP, Run
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from lumped.code.words import kernel, written
-from lumped.kernel.dop853 import STAGES, stages
 from lumped.kernel.interpret import evaluate
+from lumped.kernel.methods.dop853 import STAGES, stages
 from lumped.kernel.recorded_steps.course import Sweep, of_columns
 from lumped.kernel.run import Run
 from lumped.numerics import dop853 as tableau

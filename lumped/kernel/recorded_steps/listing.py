@@ -6,11 +6,11 @@ Quantities are enclosed as while a run goes on, so that nothing between two look
 from __future__ import annotations
 
 from lumped.code.words import kernel
-from lumped.kernel.extremes import raise_all, rises
-from lumped.kernel.methods import set_all_ranges
+from lumped.kernel.enclosures.extremes import raise_all, rises
+from lumped.kernel.enclosures.turning import feed_inner
+from lumped.kernel.methods.any_method import set_all_ranges
 from lumped.kernel.recorded_steps.course import Course, interpolated
 from lumped.kernel.run import DONE, GIVEN_UP, Run
-from lumped.kernel.turning import feed_inner
 
 __all__ = ["listed"]
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.kernel.interpret import evaluate
+from lumped.kernel.methods.rodas5p import INCREMENTS, NODES, PARTS, UNSOLVED, WEIGHTS, step
+from lumped.kernel.methods.sparse_lu import solve_transposed
 from lumped.kernel.recorded_steps.course import Sweep, of_columns
-from lumped.kernel.rodas5p import INCREMENTS, NODES, PARTS, UNSOLVED, WEIGHTS, step
 from lumped.kernel.run import Run
-from lumped.kernel.sparse_lu import solve_transposed
 from lumped.numerics import rodas5p as tableau
 
 __all__ = ["back"]

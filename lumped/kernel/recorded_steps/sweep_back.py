@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lumped.code.words import kernel, sqrt
-from lumped.kernel.dop853 import integral_error
+from lumped.kernel.methods.dop853 import integral_error
 from lumped.kernel.recorded_steps import dop853_back, rodas5p_back
 from lumped.kernel.recorded_steps.course import Course, Sweep, stand
 from lumped.kernel.recorded_steps.stops_back import Stops, add_pulses, begin_stops, cross

@@ -1,0 +1,1 @@
+"""Elastic couplings and dampers of torsional vibration."""

@@ -1,0 +1,1 @@
+"""Cranks, reciprocating engines, and the propeller they drive."""

@@ -1,0 +1,1 @@
+"""Gears, belts, and what shifts them."""

@@ -1,0 +1,1 @@
+"""Drives that were entered for other programs."""

@@ -1,0 +1,1 @@
+"""Readings of a run, and what they owe to its instants."""

@@ -1,0 +1,108 @@
+"""Extreme values of quantities over a run, found inside its steps and located to rounding."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from lumped.functionals.readings import Extreme
+from lumped.gradients.legs import Leg
+from lumped.gradients.readings.enclosed_points import highest_points
+from lumped.gradients.readings.looks import Ends, Looks, Points, Turn, Window
+from lumped.gradients.steps import Steps
+from lumped.timeloop.results.result import Trajectory
+
+__all__ = ["extremes"]
+
+_LOCATED, _TIES = 64, 6
+"""Most extremes of nearly the same height that are located, and that are kept."""
+_SAME = 1e-9
+"""Distance, as a part of a step, of instants at which the same extreme was found twice."""
+_EXACT = 1e-10
+"""Relative height by which kernels may miss an extreme."""
+
+
+def extremes(
+    run: Trajectory, legs: list[Leg], steps: Steps, extreme: Extreme, rtol: float
+) -> list[Turn]:
+    """The extremes of a run that are highest within its accuracy, the highest first.
+
+    A quantity is enclosed inside steps, as while a run goes on (see
+    `lumped.kernel.enclosures.extremes`).
+    """
+    looks = Looks(run, legs, steps, tuple(map(run.system.key, extreme.factors)))
+    sign, between = extreme.sign, extreme.between
+    ends = looks.ends(between)
+    signs = (1.0, -1.0) if sign == 0 else (float(sign),)
+    best = max(float((each * ends.y).max()) for each in signs)
+    size = known = float(np.abs(ends.y).max())
+    is_known = False
+    while not is_known:  # a burst inside a step may be larger than all that was known
+        slack = 20 * max(rtol, _EXACT) * size
+        tops, best = _tops(looks, sign, best, slack, between)
+        known, size = size, max(size, abs(best))
+        is_known = size <= 2 * known
+    slack = 10 * rtol * size
+    order = np.argsort(-tops.value, kind="stable")
+    order = order[tops.value[order] >= best - slack][:_LOCATED]
+    found = [end for each in signs for end in _ends(ends, each, len(legs) - 1, between)]
+    at_ends = {(end.leg, end.time, end.sign) for end in found}
+    points, is_located = looks.located(tops.of(order), between)
+    inner = _turns(points.of(np.flatnonzero(is_located)))
+    found += [e for e in inner if (e.leg, e.time, e.sign) not in at_ends]
+    best = max((e.value for e in found), default=-np.inf)
+    # such as jumps, of which only one side is high
+    found += [e for e in _turns(points.of(np.flatnonzero(~is_located))) if e.value > best + slack]
+    best = max(e.value for e in found)
+    found = [e for e in found if e.value >= best - slack]
+    found.sort(key=lambda e: (-e.value, e.time))
+    return found[:_TIES]
+
+
+def _tops(
+    looks: Looks, sign: Literal[-1, 0, 1], best: float, slack: float, between: Window
+) -> tuple[Points, float]:
+    """Where a quantity times its sign is highest in parts of steps, up to a slack, and how high."""
+    found: list[Points] = []
+    for numbers, span in looks.spans(between):
+        rows, best = highest_points(looks.steps, span, looks.factors, sign, best, slack)
+        looks.check(np.array(best))
+        points = looks.points(numbers, span, rows)
+        own = np.where(points.value < 0, -1.0, 1.0) if sign == 0 else np.full(len(rows), sign)
+        points = points._replace(value=own * points.value, sign=own)
+        # at the end of a step it may go on into the next one
+        last = np.flatnonzero(np.isin(rows[:, 1], (0.0, 1.0)))
+        places = (rows[last, 0] + rows[last, 1]).astype(int)
+        given = span.x[places], span.theta, span.t[places], span.m[places]
+        rises = own[last] * looks.look(*given)[:, 1] * (2 * rows[last, 1] - 1) > 0
+        found.append(points.of(np.setdiff1d(np.arange(len(rows)), last[rises])))
+    none = [np.zeros(0, dtype=int), *np.zeros((4, 0))]
+    return Points(*(np.concatenate(v) for v in zip(none, *found, strict=True))), best
+
+
+def _ends(ends: Ends, sign: float, last: int, between: Window) -> list[Turn]:
+    """Ends of the legs at which a quantity does not rise inwards."""
+    found = []
+    for number, a, b in ends.of_legs:
+        begin, end = float(ends.t[a]), float(ends.t[b])
+        if sign * ends.slope[a] <= 0:
+            fixed = between is not None and begin <= between[0]
+            found.append(Turn(number, begin, float(sign * ends.y[a]), sign, 0 if fixed else number))
+        if sign * ends.slope[b] >= 0:
+            fixed = number == last or (between is not None and end >= between[1])
+            edge = 0 if fixed else number + 1
+            found.append(Turn(number, end, float(sign * ends.y[b]), sign, edge))
+    return found
+
+
+def _turns(points: Points) -> list[Turn]:
+    """Extremes inside steps, each once."""
+    points = points.of(np.lexsort((points.t, points.leg, points.sign)))
+    is_same = np.zeros(len(points.t), dtype=bool)
+    is_same[1:] = (np.diff(points.t) <= _SAME * points.length[1:]) & (
+        (np.diff(points.leg) == 0) & (np.diff(points.sign) == 0)
+    )
+    leg, t, _, value, sign = points.of(np.flatnonzero(~is_same))
+    rows = zip(leg.tolist(), t.tolist(), value.tolist(), sign.tolist(), strict=True)
+    return [Turn(number, time, height, way, 0) for number, time, height, way in rows]

@@ -1,0 +1,434 @@
+"""What functionals of a run are, and what they owe to its instants."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.errors import OptionError, SolverError
+from lumped.functionals.readings import (
+    AtEvent,
+    Cycles,
+    Extreme,
+    Integral,
+    Occurrence,
+    Reading,
+    Span,
+    Value,
+)
+from lumped.gradients.adjoint import AdjointPoint
+from lumped.gradients.jumps import Crossing, EventDerivatives
+from lumped.gradients.legs import Leg
+from lumped.gradients.readings.damage_slopes import damage_slopes
+from lumped.gradients.readings.extremes import extremes
+from lumped.gradients.readings.looks import Turn
+from lumped.gradients.readings.samples import values_at
+from lumped.gradients.readings.turning_points import turning_points
+from lumped.gradients.readings.ways import Owed, Way, multiple, sum_of
+from lumped.gradients.saltation import saltation_of
+from lumped.gradients.steps import Steps
+from lumped.support.array_function import ArrayFunction
+from lumped.support.made_once import made_once
+from lumped.timeloop.plants.many_points import ManyPoints
+from lumped.timeloop.results.result import Trajectory
+
+__all__ = ["SmoothParts"]
+
+_AT_ONCE = 1e-10
+"""Part of a run within which a change counts as happening at a given instant."""
+
+_FLIGHT = 1e-6
+"""Part of a run that a flight must last for its length to be known well."""
+
+
+class _Look(NamedTuple):
+    """A quantity: value, derivatives by states and parameters, by time along the run."""
+
+    value: float
+    by_states: np.ndarray
+    by_parameters: np.ndarray
+    rate: float
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothParts:
+    """A run in its smooth parts, which functionals look at.
+
+    Attributes
+    ----------
+    run : Trajectory
+        The run.
+    legs, crossings : list
+        Its smooth parts, and what happens between them.
+    steps : Steps
+        How it was made.
+    rtol : float
+        Its accuracy.
+    turns : dict of tuple of str to list
+        Where quantities turn, as far as this was asked for.
+    """
+
+    run: Trajectory
+    legs: list[Leg]
+    crossings: list[Crossing]
+    steps: Steps
+    rtol: float
+    turns: dict[tuple[str, ...], list[Turn]] = field(default_factory=dict)
+
+    def owed(self, reading: Reading) -> Owed:
+        """What a reading is, if it is no integral.
+
+        Raises
+        ------
+        OptionError
+            If it asks for what is not in the run.
+        SolverError
+            If it has no derivative.
+        """
+        if isinstance(reading, Span):
+            begin, end = reading.between or (float(self.legs[0].t[0]), self.until)
+            return Owed((Way(end - begin, (), 1.0 if reading.between is None else 0.0),))
+        if isinstance(reading, Extreme):
+            return self._extreme(reading)
+        if isinstance(reading, Cycles):
+            return self._damage(reading)
+        if isinstance(reading, Value) and isinstance(reading.at, AtEvent):
+            return Owed((sum_of(list(self._at_events(reading, reading.at))),))
+        if isinstance(reading, Value):
+            return self._at(reading)
+        assert isinstance(reading, Occurrence)
+        if reading.what == "instant":
+            return self._instant(reading)
+        return Owed((sum_of(list(self._impacts(reading))),))
+
+    @property
+    def until(self) -> float:
+        """End of the run, s."""
+        return float(self.legs[-1].t[-1])
+
+    def ends(self, reading: Reading) -> bool:
+        """Whether a reading looks at the very end of the run."""
+        if isinstance(reading, Value):
+            times = (self.until,) if reading.at is None else reading.at
+            return isinstance(times, tuple) and self.until - max(times) <= _AT_ONCE * self.until
+        return isinstance(reading, Cycles) or (
+            isinstance(reading, Extreme) and reading.between is None
+        )
+
+    def cut(self, reading: Reading) -> None:
+        """Make instants that a reading names ends of steps."""
+        times: tuple[float, ...] = ()
+        if isinstance(reading, Value) and isinstance(reading.at, tuple):
+            times = reading.at
+        elif isinstance(reading, Extreme | Integral | Span):
+            times = reading.between or ()
+        for t in times:
+            if not t <= self.until * (1 + _AT_ONCE):
+                raise OptionError(
+                    f"{self.run.system.name}: {reading}: the run ends at {self.until:g} s."
+                )
+            for leg in self.legs:
+                if leg.t[0] < t < leg.t[-1]:
+                    leg.cut(t)
+
+    # -- at given instants -------------------------------------------------------------------
+
+    def _at(self, reading: Value) -> Owed:
+        """Sum of a product over instants; at the end, which may move, with the slope there."""
+        names = reading.factors
+        times = reading.at if isinstance(reading.at, tuple) else (self.until,)
+        ways: list[list[Way]] = []
+        guards: list[AdjointPoint] = []
+        where = ""
+        for t in times:
+            number, near = self._leg(t)
+            own = [self._way(number, t, names)]
+            if near and any(
+                j.instant.any() for order in self.crossings[number - 1].orders for j in order
+            ):
+                own.append(self._way(number - 1, t, names))
+                guards.append(self._moving(number))
+                where = (
+                    f"t = {t:.9g} s, where {', '.join(self.crossings[number - 1].names)} changes"
+                )
+            ways.append(own)
+        if guards and len(times) > 1:
+            raise SolverError(
+                f"{self.run.system.name}: {reading}: a change coincides with {where}; there is no "
+                "derivative. Take other instants.",
+                self.run,
+            )
+        if reading.at is None:
+            ways[0] = [replace(way, by_end=self._rate(way, names)) for way in ways[0]]
+        if guards:
+            return Owed(tuple(ways[0]), "later", tuple(guards), where)
+        return Owed((sum_of([own[0] for own in ways]),))
+
+    def _leg(self, t: float) -> tuple[int, bool]:
+        """Leg in which an instant lies, the later one on a border; whether one is so near."""
+        soon = _AT_ONCE * self.until
+        number = max((k for k, leg in enumerate(self.legs) if leg.t[0] <= t + soon), default=0)
+        near = number > 0 and abs(float(self.legs[number].t[0]) - t) <= soon
+        return number, near
+
+    def _way(self, number: int, t: float, names: tuple[str, ...]) -> Way:
+        leg = self.legs[number]
+        t = min(max(t, float(leg.t[0])), float(leg.t[-1]))
+        look = self._look(number, t, names)
+        point = AdjointPoint(number, t, 0, look.by_states, look.by_parameters)
+        return Way(look.value, (point,))
+
+    def _rate(self, way: Way, names: tuple[str, ...]) -> float:
+        """Slope of a product at the instant of a way."""
+        return self._look(way.points[0].leg, way.points[0].time, names).rate
+
+    def _look(self, number: int, t: float, names: tuple[str, ...]) -> _Look:
+        x, m = self.legs[number].state(t)
+        keys = tuple(self.run.system.key(name) for name in names)
+        y, by_x, by_p, rate = _differentiated(self.run.system, keys)(x, self.run.theta, t, m)
+        return _Look(float(y[0]), by_x, by_p, float(rate[0]))
+
+    def _moving(self, number: int, name: str = "") -> AdjointPoint:
+        """The instant at which a leg begins."""
+        none = np.zeros(len(self.run.system.structure.states)), np.zeros(len(self.run.theta))
+        return AdjointPoint(number, float(self.legs[number].t[0]), 0, *none, number, 1.0, name)
+
+    # -- extremes ----------------------------------------------------------------------------
+
+    def _extreme(self, reading: Extreme) -> Owed:
+        tops = extremes(self.run, self.legs, self.steps, reading, self.rtol)
+        owed = self._turned(tops, self._keys(reading), reading.between is None)
+        if reading.sign == 0:
+            owed = [multiple(way, top.sign) for top, way in zip(tops, owed, strict=True)]
+        times = ", ".join(f"{top.time:.9g}" for top in tops)
+        pick: Literal["greatest", "least"] = "least" if reading.sign < 0 else "greatest"
+        alike = ", all equally high" if len(tops) > 1 else ""
+        return Owed(tuple(owed), pick, (), f"t = {times} s{alike}")
+
+    def _keys(self, reading: Extreme | Cycles) -> tuple[str, ...]:
+        return tuple(self.run.system.key(name) for name in reading.factors)
+
+    def _turned(self, tops: Sequence[Turn], factors: tuple[str, ...], ends: bool) -> list[Way]:
+        """Values at which a quantity turns, one of which may be that at the end of the run."""
+        system, n = self.run.system, len(self.run.system.structure.states)
+        legs, times = np.array([top.leg for top in tops]), np.array([top.time for top in tops])
+        given = (self.run, self.legs, self.steps, _at_many(system, factors))
+        found = values_at(*given, legs, times)
+        ways = []
+        for top, row in zip(tops, found, strict=True):
+            value, rate = float(row[0]), float(row[1])
+            point = AdjointPoint(top.leg, top.time, 0, row[2 : 2 + n], row[2 + n :])
+            if top.edge:
+                point = replace(point, edge=self._joined(top.edge), late=rate)
+            by_end = rate if ends and top.time == self.until else 0.0
+            ways.append(Way(value, (point,), by_end))
+        for number in np.unique(legs).tolist():
+            self.legs[number].cut(times[legs == number])
+        return ways
+
+    def _damage(self, reading: Cycles) -> Owed:
+        factors = self._keys(reading)
+        if factors not in self.turns:
+            given = (self.run, self.legs, self.steps, factors, self.rtol)
+            self.turns[factors] = turning_points(*given)
+        turns = self.turns[factors]
+        values = np.array([turn.value for turn in turns])
+        slack = 10 * self.rtol * float(np.abs(values).max())
+        damage, slopes = damage_slopes(values, reading.law, slack)
+        if np.isinf(damage):
+            raise SolverError(
+                f"{self.run.system.name}: {reading} is infinite: the mean of a cycle reaches "
+                "the ultimate strength, and the part breaks at once. Lower the load, or the scale.",
+                self.run,
+            )
+        places = np.flatnonzero(slopes.any(axis=0)).tolist()
+        owed = self._turned([turns[k] for k in places], factors, ends=True)
+        ways = []
+        for by in slopes[:, places].tolist():
+            parts = [multiple(way, k) for way, k in zip(owed, by, strict=True) if k]
+            ways.append(replace(sum_of(parts), value=damage))
+        where = "cycles of the same range, or an amplitude at the end of a law of the curve"
+        return Owed(tuple(ways), "greatest", (), where)
+
+    # -- at events ---------------------------------------------------------------------------
+
+    def _events(self, label: str, component: str, after: str, number: int | None) -> list[int]:
+        """Legs that begin at the events meant."""
+        run = self.run
+        times = [
+            event.time
+            for event in run.events
+            if component in (event.component, *event.component.split(", "))
+            and after in ("", event.after)
+        ]
+        if not times or (number is not None and not -len(times) <= number < len(times)):
+            known = sorted(
+                {
+                    e.component if e.kind == "time" else f"{e.component}, {e.after}"
+                    for e in run.events
+                }
+            )
+            raise OptionError(
+                f"{run.system.name}: {label}: there are {len(times)} such events in this run. "
+                f"Events are: {'; '.join(known[:8]) or 'none'}."
+            )
+        begins: dict[float, list[int]] = {}
+        for k, leg in enumerate(self.legs):
+            if k:
+                begins.setdefault(float(leg.t[0]), []).append(k)
+        found = []
+        for i in range(len(times)) if number is None else [number % len(times)]:
+            time = max((t for t in begins if t <= times[i] < run.t[-1]), default=None)
+            if time is None:
+                raise OptionError(
+                    f"{run.system.name}: {label} is at t = {times[i]:g} s, where the run begins or "
+                    "ends; this instant does not move."
+                )
+            # several changes one after the other at the same instant
+            legs = begins[time]
+            found.append(self._joined(legs[min(times[:i].count(times[i]), len(legs) - 1)]))
+        return found
+
+    def _joined(self, number: int) -> int:
+        """The leg at whose begin all is told that happens where a leg begins."""
+        while not self.crossings[number - 1].orders:
+            number += 1
+        return number
+
+    def _instant(self, reading: Occurrence) -> Owed:
+        label, component = str(reading), reading.component
+        (number,) = self._events(label, component, reading.after, reading.number)
+        crossing = self.crossings[number - 1]
+        if len(crossing.orders) > 1 and component not in crossing.names:
+            raise self._coincident(label, crossing)
+        if any(jump.settles and component in jump.names for jump in crossing.orders[0]):
+            bounces = self._bounces(component, number)
+            if len(bounces) == 3:
+                return Owed((self._accumulation(bounces, component),))
+        return Owed((Way(crossing.t, (self._moving(number, component),)),))
+
+    def _bounces(self, component: str, number: int) -> list[int]:
+        """Legs that begin at the last three impacts before a rest whose flights are resolved."""
+        found = []
+        for k in range(1, number):
+            for jump in (j for order in self.crossings[k - 1].orders[:1] for j in order):
+                blow = jump.act[1]
+                if component in jump.names and blow is not None and any(b for _, b in blow.hits):
+                    found.append(k)
+        times = [self.crossings[k - 1].t for k in found]
+        least = _FLIGHT * self.until
+        while len(found) > 3 and times[-1] - times[-2] < least:
+            found.pop()
+            times.pop()
+        return found[-3:]
+
+    def _accumulation(self, bounces: list[int], component: str) -> Way:
+        """Where impacts accumulate: the limit of a geometric series of flights.
+
+        A run leaves out the bounces that are too small for it.
+        """
+        times = [self.crossings[k - 1].t for k in bounces]
+        weights = [
+            _limit(*(t + 1e-30j * (i == k) for i, t in enumerate(times))).imag / 1e-30
+            for k in range(3)
+        ]
+        points = [
+            replace(self._moving(k, component), late=weight)
+            for k, weight in zip(bounces, weights, strict=True)
+        ]
+        return Way(float(_limit(*times).real), tuple(points))
+
+    def _at_events(self, reading: Value, at: AtEvent) -> Iterator[Way]:
+        label = str(reading)
+        for number in self._events(label, at.component, at.after, at.number):
+            if len(self.crossings[number - 1].orders) > 1:
+                raise self._coincident(label, self.crossings[number - 1])
+            leg = number - (at.side == "before")
+            t = float(self.legs[leg].t[-1 if at.side == "before" else 0])
+            look = self._look(leg, t, reading.factors)
+            slopes = look.by_states, look.by_parameters
+            yield Way(look.value, (AdjointPoint(leg, t, 0, *slopes, number, look.rate),))
+
+    def _impacts(self, reading: Occurrence) -> Iterator[Way]:
+        label, run = str(reading), self.run
+        names = run.system.switching.names
+        found: list[tuple[int, EventDerivatives, list[int]]] = []
+        for number, crossing in enumerate(self.crossings, 1):
+            for jump in (j for order in crossing.orders[:1] for j in order):
+                blow = jump.act[1]
+                holds = [h for h in (blow.members if blow else ()) if names[h] == reading.component]
+                struck = [h for h in holds if self._impact("impulse", number, jump, h).value != 0]
+                if struck:
+                    found.append((number, jump, struck))
+        chosen = found
+        if reading.number is not None:
+            if not -len(found) <= reading.number < len(found):
+                raise OptionError(
+                    f"{run.system.name}: {label}: there are {len(found)} impacts of "
+                    f"{reading.component} in this run."
+                )
+            chosen = [found[reading.number]]
+        elif not found:
+            raise OptionError(
+                f"{run.system.name}: {label}: there are no impacts of {reading.component} in "
+                "this run."
+            )
+        for number, jump, holds in chosen:
+            if len(self.crossings[number - 1].orders) > 1:
+                raise self._coincident(label, self.crossings[number - 1])
+            for h in holds:
+                look = self._impact(reading.what, number, jump, h)
+                t = float(self.legs[number - 1].t[-1])
+                slopes = look.by_states, look.by_parameters
+                point = AdjointPoint(number - 1, t, 0, *slopes, number, look.rate)
+                yield Way(look.value, (point,))
+
+    def _impact(self, kind: str, number: int, jump: EventDerivatives, hold: int) -> _Look:
+        jumps, blow = jump.act
+        assert blow is not None
+        changes = saltation_of(self.run.system).changes
+        function = changes.impact(kind, hold, jumps, blow, jump.after[1])
+        x, m = jump.before
+        y, by_x, by_p, along = function.at(x, self.run.theta, self.crossings[number - 1].t, m)
+        return _Look(float(y[0]), by_x.only_row, by_p.only_row, float(along[0]))
+
+    def _coincident(self, label: str, crossing: Crossing) -> SolverError:
+        return SolverError(
+            f"{self.run.system.name}: {label}: at t = {crossing.t:.9g} s changes of "
+            f"{', '.join(crossing.names)} coincide; there is no derivative. Change a parameter a "
+            "little, or leave it out of `of`.",
+            self.run,
+        )
+
+
+def _limit(a: complex, b: complex, c: complex) -> complex:
+    """Limit of a geometric series from three of its sums (Aitken)."""
+    return c + (c - b) ** 2 / ((b - a) - (c - b))
+
+
+@made_once
+def _at_many(system: System, factors: tuple[str, ...]) -> ManyPoints:
+    """A product, its derivative by time along the run, and those by states and parameters."""
+    y, by_x, by_p, along = _slopes(system, factors)
+    every = ca.densify(ca.vertcat(y, along, by_x.T, by_p.T))
+    return ManyPoints(ca.Function("at_many", system.inputs, [every]))
+
+
+@made_once
+def _differentiated(system: System, factors: tuple[str, ...]) -> ArrayFunction:
+    """A product, its derivatives by states and parameters, by time along the run: (x, p, t, m)."""
+    results = [ca.densify(each) for each in _slopes(system, factors)]
+    return ArrayFunction(ca.Function("differentiated", system.inputs, results))
+
+
+def _slopes(system: System, factors: tuple[str, ...]) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+    """A product of quantities, its derivatives by states, parameters, and time along the run."""
+    x, p, t, _ = system.inputs
+    y = system.product(factors)
+    along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
+    return y, ca.jacobian(y, x), ca.jacobian(y, p), along

@@ -1,0 +1,191 @@
+"""A quantity of a run and its slope, at ends of steps and anywhere; where it turns exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple, TypeAlias
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.errors import SolverError
+from lumped.gradients.legs import Leg
+from lumped.gradients.readings.samples import values_at
+from lumped.gradients.step_code import Span
+from lumped.gradients.steps import Steps
+from lumped.gradients.stretches import stretches
+from lumped.numerics.bracketed_roots import bracketed_roots
+from lumped.support.made_once import made_once
+from lumped.timeloop.plants.many_points import ManyPoints
+from lumped.timeloop.results.result import Trajectory
+
+__all__ = ["Ends", "Looks", "Points", "Turn", "Window"]
+
+Window: TypeAlias = tuple[float, float] | None
+"""Part of a run, s; None is the whole run."""
+
+_AROUND = (1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0)
+"""Parts of a step on both sides of a point in which the quantity may turn."""
+
+
+class Turn(NamedTuple):
+    """Where a quantity is greatest, or turns.
+
+    Attributes
+    ----------
+    leg : int
+        Number of the smooth part of the run.
+    time, value : float
+        Instant, s, and the value there times its sign.
+    sign : float
+        -1 if it is the opposite of the quantity that is greatest there.
+    edge : int
+        Number of the leg with whose begin the instant moves; 0 if it does not move.
+    """
+
+    leg: int
+    time: float
+    value: float
+    sign: float
+    edge: int
+
+
+class Ends(NamedTuple):
+    """A quantity and its slope at the ends of steps, arrays of one length, in order of time."""
+
+    leg: np.ndarray
+    t: np.ndarray
+    y: np.ndarray
+    slope: np.ndarray
+
+    @property
+    def of_legs(self) -> list[tuple[int, int, int]]:
+        """Number of each smooth part, and its first and last place among them."""
+        numbers, firsts = np.unique(self.leg, return_index=True)
+        lasts = np.append(firsts[1:], len(self.leg)) - 1
+        return list(zip(numbers.tolist(), firsts.tolist(), lasts.tolist(), strict=True))
+
+
+class Points(NamedTuple):
+    """Points inside steps, arrays of one length.
+
+    Attributes
+    ----------
+    leg, t, length : ndarray
+        Smooth part of the run, instant, and length of the step, s.
+    value, sign : ndarray
+        Value times its sign, and this.
+    """
+
+    leg: np.ndarray
+    t: np.ndarray
+    length: np.ndarray
+    value: np.ndarray
+    sign: np.ndarray
+
+    def of(self, which: np.ndarray) -> Points:
+        """Some of them."""
+        return Points(*(v[which] for v in self))
+
+
+@made_once
+def _look(system: System, factors: tuple[str, ...]) -> ManyPoints:
+    """A product of quantities and its slope."""
+    x, _, t, _ = system.inputs
+    y = system.product(factors)
+    along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
+    both = ca.densify(ca.vertcat(y, along))
+    return ManyPoints(ca.Function("look", system.inputs, [both]))
+
+
+class Looks:
+    """A product of quantities and its slope anywhere in a run."""
+
+    def __init__(
+        self, run: Trajectory, legs: list[Leg], steps: Steps, factors: tuple[str, ...]
+    ) -> None:
+        self.run, self.legs, self.steps, self.factors = run, legs, steps, factors
+        self.look = _look(run.system, factors)
+
+    @property
+    def text(self) -> str:
+        """The product as printed."""
+        return ", ".join(self.factors)
+
+    def spans(self, between: Window = None) -> Iterator[tuple[np.ndarray, Span]]:
+        """Steps, some at once, and the smooth part of each of their ends."""
+        for stretch in stretches(self.legs):
+            span = stretch.span(self.legs)
+            number, begin, end = np.array(stretch.legs).T
+            numbers, first, last = np.repeat(number, end - begin + 1), 0, len(span.t) - 1
+            if between is not None:
+                first = int(np.searchsorted(span.t, between[0]))
+                last = int(np.searchsorted(span.t, between[1], "right")) - 1
+            if last > first:
+                yield numbers[first : last + 1], span.part(first, last)
+
+    def ends(self, between: Window = None) -> Ends:
+        """All ends of steps; that of a run without steps."""
+        rows = [np.zeros((4, 0))]
+        for numbers, span in self.spans(between):
+            is_step = span.is_step > 0
+            own = np.append(is_step, False) | np.append(False, is_step)
+            found = self.look(span.x[own], span.theta, span.t[own], span.m[own])
+            rows.append(np.array([numbers[own], span.t[own], *found.T]))
+        table = np.concatenate(rows, axis=1)
+        if not table.size:
+            last, t = np.array([len(self.legs) - 1]), self.legs[-1].t[-1:]
+            table = np.array([last, t, *self.at(last, t)])
+        self.check(table)
+        return Ends(table[0].astype(int), *table[1:])
+
+    def check(self, found: np.ndarray) -> None:
+        """Refuse what is not finite."""
+        if not np.isfinite(found).all():
+            raise SolverError(
+                f"{self.run.system.name}: {self.text} is not finite somewhere in the run.", self.run
+            )
+
+    def at(self, legs: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """Quantity and slope at times in smooth parts, shape (2, times)."""
+        return values_at(self.run, self.legs, self.steps, self.look, legs, t).T
+
+    def points(self, numbers: np.ndarray, span: Span, rows: np.ndarray) -> Points:
+        """Points that kernels list, without signs; not ends at which the quantity goes on."""
+        place, part, value = rows[:, 0].astype(int), rows[:, 1], rows[:, 2]
+        self.check(value)
+        length = np.diff(span.t)[place]
+        t = np.where(part < 1.0, span.t[place] + part * length, span.t[place + 1])
+        return Points(numbers[place], t, length, value, np.ones(len(t)))
+
+    def located(self, points: Points, between: Window = None) -> tuple[Points, np.ndarray]:
+        """Where a quantity, times signs, is highest near points, and whether it was found.
+
+        It is where the slope falls through zero, by shorter steps to there. Other points stay.
+        """
+        if not len(points.t):
+            return points, np.zeros(0, dtype=bool)
+        leg, t, length, value, sign = points
+        low, high = np.array([self.legs[k].t[[0, -1]] for k in leg]).T
+        if between is not None:
+            low, high = np.maximum(low, between[0]), np.minimum(high, between[1])
+        sides, slopes = np.array([t, t]), np.zeros((2, len(t)))
+        is_found = np.zeros(len(t), dtype=bool)
+        for part in _AROUND:
+            own = np.flatnonzero(~is_found)
+            reach = part * length[own]
+            sides[0, own] = np.maximum(t[own] - reach, low[own])
+            sides[1, own] = np.minimum(t[own] + reach, high[own])
+            for k in range(2):
+                slopes[k, own] = sign[own] * self.at(leg[own], sides[k, own])[1]
+            is_found = (slopes[0] > 0) & (slopes[1] <= 0)
+        own = np.flatnonzero(is_found)
+        t, value = t.copy(), value.copy()
+        t[own] = bracketed_roots(
+            lambda which, times: sign[own[which]] * self.at(leg[own[which]], times)[1],
+            *(sides[0, own], sides[1, own], slopes[0, own], slopes[1, own]),
+            1e-15 * np.maximum(1.0, sides[1, own]),
+        )
+        value[own] = sign[own] * self.at(leg[own], t[own])[0]
+        return points._replace(t=t, value=value), is_found

@@ -1,0 +1,180 @@
+"""Where a quantity turns in a run, found inside its steps and located to rounding."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.errors import SolverError
+from lumped.gradients.legs import Leg
+from lumped.gradients.readings.enclosed_points import range_of, turning_points_in
+from lumped.gradients.readings.looks import Looks, Points, Turn
+from lumped.gradients.readings.samples import states_at_ends
+from lumped.gradients.steps import Steps
+from lumped.support.made_once import made_once
+from lumped.timeloop.plants.many_points import ManyPoints
+from lumped.timeloop.results.result import Trajectory
+
+__all__ = ["turning_points"]
+
+_COARSE = 1e-3
+"""Part of the range of a quantity by which a step may miss the next point of the run at most."""
+_DIVISIONS = 8
+"""How often steps are divided in two, at most; beyond `_COARSE` only while that helps."""
+
+_ROUNDING = 1e-12
+"""Of the terms of a quantity: swings below are rounding."""
+
+
+def turning_points(
+    run: Trajectory, legs: list[Leg], steps: Steps, factors: tuple[str, ...], rtol: float
+) -> list[Turn]:
+    """All points at which a quantity turns, in order of time; the first and the last among them.
+
+    Of a jump, both sides are among them where the quantity turns there. Swings smaller than `rtol`
+    of its range are left out, the last one too. Where points of the run are farther apart than
+    steps, the steps between them are divided.
+
+    Raises
+    ------
+    SolverError
+        If the points of the run are too far apart to follow the quantity between them.
+    """
+    looks = Looks(run, legs, steps, factors)
+    rounding = _follow(looks, rtol)
+    ends = looks.ends()
+    least, most = float(ends.y.min()), float(ends.y.max())
+    for _, span in looks.spans():
+        least, most = range_of(steps, span, factors, (least, most))
+    looks.check(np.array([least, most]))
+    swing = max(rtol * (most - least), rounding)
+    h = np.diff(ends.t)
+    length = np.maximum(np.append(h, 0.0), np.append(0.0, h))
+    points = [Points(ends.leg, ends.t, length, ends.y, np.ones(len(length)))]
+    if most - least > swing:
+        for numbers, span in looks.spans():
+            rows = turning_points_in(steps, span, factors, swing)
+            points.append(looks.points(numbers, span, rows))
+    merged = Points(*(np.concatenate(v) for v in zip(*points, strict=True)))
+    merged = merged.of(np.lexsort((merged.t, merged.leg)))
+    own = _swinging(_turning(merged), merged.value.tolist(), swing)
+    turns = _located(looks, merged.of(np.array(own)))
+    # an interpolation may turn where shorter steps do not
+    own = _swinging(list(range(len(turns))), [turn.value for turn in turns], swing)
+    return [turns[k] for k in own]
+
+
+def _follow(looks: Looks, rtol: float) -> float:
+    """Divide steps between points of the run that are too far apart; gives what is rounding."""
+    known = [looks.at(np.full(len(leg.t), k), leg.t)[0] for k, leg in enumerate(looks.legs)]
+    looks.check(np.concatenate(known))
+    floor = max(_ROUNDING * _terms(looks), 1e-300)
+    size = max(float(np.ptp(np.concatenate(known))), floor)
+    origins = [np.arange(len(y) - 1) for y in known]  # to which step of the run each part belongs
+    before = [np.full(len(y) - 1, np.inf) for y in known]
+    for _ in range(_DIVISIONS):
+        missed = _missed(looks, origins)
+        wanted = [
+            (m > rtol * size) & ((m < 0.5 * b) | (m > _COARSE * size))
+            for m, b in zip(missed, before, strict=True)
+        ]
+        if not any(steps.any() for steps in wanted):
+            break
+        for k, leg in enumerate(looks.legs):
+            parts = np.where(wanted[k][origins[k]], 2, 1)
+            leg.divide(parts)
+            origins[k] = np.repeat(origins[k], parts)
+        before = [np.where(w, m, 0.0) for w, m in zip(wanted, missed, strict=True)]
+    worst = max(float(m.max(initial=0.0)) for m in missed)
+    if not worst <= _COARSE * size:
+        raise SolverError(
+            f"{looks.run.system.name}: {looks.text} is off by {worst:.3g} where it is followed "
+            "from one point of the run to the next. Record the run at its steps, simulate(..., "
+            "grid=None), or make it with a smaller rtol.",
+            looks.run,
+        )
+    return floor
+
+
+@made_once
+def _by_states(system: System, factors: tuple[str, ...]) -> ManyPoints:
+    """Derivatives of a product by the states."""
+    slopes = ca.jacobian(system.product(factors), system.inputs[0])
+    return ManyPoints(ca.Function("by_states", system.inputs, [ca.densify(slopes.T)]))
+
+
+def _terms(looks: Looks) -> float:
+    """Size of the terms of which a quantity consists, at the ends of the smooth parts."""
+    sizes = [0.0]
+    for leg in looks.legs:
+        (x, m), t = leg.sides(np.array([0, len(leg.t) - 1])), leg.t[[0, -1]]
+        slopes = _by_states(looks.run.system, looks.factors)(x, looks.run.theta, t, m)
+        sizes.append(float(np.nan_to_num(np.abs(slopes * x)).sum(axis=1).max()))
+    return max(sizes)
+
+
+def _missed(looks: Looks, origins: list[np.ndarray]) -> list[np.ndarray]:
+    """By how much each step of the run, in parts, misses its end."""
+    missed = [np.zeros(origin[-1] + 1 if len(origin) else 0) for origin in origins]
+    for numbers, span in looks.spans():
+        own = np.flatnonzero(span.is_step)
+        t, after = span.t[own], own + 1
+        given = span.theta, t, span.t[after], span.x[own], span.m[own], span.is_implicit[own]
+        x = states_at_ends(looks.steps, *given)
+        found = looks.look(x, span.theta, span.t[after], span.m[own])
+        off = np.abs(found - looks.look(span.x[after], span.theta, span.t[after], span.m[after]))
+        off[:, 1] *= span.t[after] - t  # a slope that is off moves the turning points
+        for number in np.unique(numbers[own]).tolist():
+            of_leg = numbers[own] == number
+            places = np.searchsorted(looks.legs[number].t, t[of_leg])
+            np.maximum.at(missed[number], origins[number][places], off[of_leg].max(axis=1))
+    return missed
+
+
+def _turning(points: Points) -> list[int]:
+    """Which of points in order are ends of smooth parts, or no less or no more than both beside."""
+    rise = np.diff(points.value)
+    turns = np.ones(len(points.t), dtype=bool)
+    turns[1:-1] = (rise[:-1] * rise[1:] <= 0) & ((rise[:-1] != 0) | (rise[1:] != 0))
+    is_new = np.diff(points.leg) > 0
+    turns[1:] |= is_new
+    turns[:-1] |= is_new
+    found: list[int] = np.flatnonzero(turns).tolist()
+    return found
+
+
+def _swinging(places: list[int], y: list[float], least: float) -> list[int]:
+    """Those between which the quantity swings by more than the least, and the first."""
+    found, furthest, sign = [places[0]], places[0], 0.0
+    lowest = highest = places[0]
+    for place in places[1:]:
+        if sign == 0:
+            lowest = min(lowest, place, key=lambda k: y[k])
+            highest = max(highest, place, key=lambda k: y[k])
+            if y[highest] - y[lowest] > least:
+                sign, furthest = (1.0, highest) if place == highest else (-1.0, lowest)
+                other = lowest if place == highest else highest
+                if other != places[0]:
+                    found.append(other)
+        elif sign * (y[place] - y[furthest]) > 0:
+            furthest = place
+        elif sign * (y[furthest] - y[place]) > least:
+            found.append(furthest)
+            furthest, sign = place, -sign
+    return [*found, furthest if sign else places[-1]]
+
+
+def _located(looks: Looks, points: Points) -> list[Turn]:
+    """Points between which the quantity swings, where it turns exactly; ends of legs stay."""
+    last = len(looks.legs) - 1
+    begin, end = np.array([looks.legs[k].t[[0, -1]] for k in points.leg]).T
+    is_begin, is_end = points.t == begin, points.t == end
+    sign = np.sign(np.diff(points.value, prepend=points.value[0]))
+    inner = np.flatnonzero(~is_begin & ~is_end)
+    found, _ = looks.located(points._replace(sign=sign).of(inner))
+    t, y = points.t.copy(), points.value.copy()
+    t[inner], y[inner] = found.t, looks.at(found.leg, found.t)[0]
+    edge = np.where(is_begin, points.leg, np.where(is_end & (points.leg < last), points.leg + 1, 0))
+    rows = zip(*(v.tolist() for v in (points.leg, t, y, edge)), strict=True)
+    return [Turn(leg, time, value, 1.0, moves) for leg, time, value, moves in rows]

@@ -1,0 +1,428 @@
+"""Impacts: impulses of constraints that close at a speed.
+
+The level of speeds of the problem of an instant (`lumped.kernel.instants.problem`). The jump of all
+speeds equals the accelerations that result if the constraints that take part demand their change of
+speed in unit time, without any other force: the impulsive form of the same equations (Routh,
+Dynamics of a System of Rigid Bodies, ch. VIII). A contact that closes leaves with its restitution
+or faster, one that touches or runs freely does not close, and impulses have the sign that the
+constraint can give; either the impulse or the excess of speed is zero (Pfeiffer and Glocker,
+Multibody Dynamics with Unilateral Contacts, ch. 8). Limits that are finite give no impulse, but for
+friction pressed by one: it carries at most what its limit gains by the impulses (Anitescu and
+Potra, Nonlinear Dynamics 14 (1997) 231).
+"""
+
+from __future__ import annotations
+
+from lumped.code.words import kernel
+from lumped.flattening.hold_modes import BACKWARD, DEMAND, FORWARD, STUCK
+from lumped.kernel.instants.holds import (
+    ROUNDING,
+    STANDSTILL,
+    TOUCHING,
+    copy_settings,
+    is_held,
+    look_at,
+    put,
+    standstills,
+    stop,
+)
+from lumped.kernel.instants.problem import (
+    AT_LOWER,
+    AT_UPPER,
+    OUTSIDE,
+    WITHIN,
+    change_places,
+    right_place,
+)
+from lumped.kernel.instants.yielding import weigh, yield_from
+from lumped.kernel.plant import FREE
+from lumped.kernel.rounds import begin_rounds
+from lumped.kernel.run import Look, Run
+
+__all__ = ["HAS_COLLIDED", "LOWEST", "NO_ANSWER", "collide", "halt"]
+
+NOTHING_CLOSES, HAS_COLLIDED, NO_ANSWER = range(3)
+
+_PRESSED = 1e-9
+"""Gain of a limit by impulses, relative to the largest of them, that is rounding."""
+_MISS = 1e-6
+"""Error of speed that redundant constraints may have, relative to their largest speed before."""
+_PROXIMAL, _EXACT = 4, 1e-14
+"""Most proximal steps, and error of speed, relative to the largest speed, that is rounding."""
+_GAIN = -1e-9
+"""Loss, relative to the energy that the impulses exchange, that is rounding."""
+LOWEST = 1e-11
+"""Rise of a bounce that counts as none, m or rad: far above the room of a margin."""
+_INFINITE = float("inf")
+
+
+@kernel
+def _gather(run: Run, seen: Look) -> None:
+    """Find the holds that may take part in an impact, and their speeds after it."""
+    plant, instant, problem = run.plant, run.instant, run.instant.problem
+    for h in range(plant.holds):
+        own = instant.m[plant.hold_setting[h] :]
+        closes, held = instant.is_closing[h] != 0, own[STUCK] > 0.5
+        near = not plant.has_gap[h] or seen.gap[h] <= TOUCHING
+        joins = near and (plant.is_impulsive[h] or plant.is_pressed[h])
+        place = OUTSIDE
+        if plant.is_impulsive[h] and (closes or held):
+            place = WITHIN
+        elif joins and own[FORWARD] > 0.5:
+            place = AT_UPPER
+        elif joins and own[BACKWARD] > 0.5:
+            place = AT_LOWER
+        problem.place[h], problem.beyond[h] = place, 0.0
+        instant.leaving[h] = -instant.bounce[h] * seen.speed[h] if closes else 0.0
+
+
+@kernel
+def _free(run: Run) -> None:
+    """Let holds of the problem slide at their limits, and all others go."""
+    plant, problem = run.plant, run.instant.problem
+    for h in range(plant.holds):
+        place, position = problem.place[h], FREE
+        if place == AT_UPPER:
+            position = FORWARD
+        elif place == AT_LOWER:
+            position = BACKWARD
+        put(plant, run.instant.trial, h, position)
+
+
+@kernel
+def _push(run: Run, seen: Look) -> None:
+    """Impulses, and speeds beyond those that are asked for, at the present places."""
+    plant, instant, problem = run.plant, run.instant, run.instant.problem
+    trial, rest, pushed = instant.trial, instant.at_rest, instant.pushed
+    copy_settings(plant, instant.m, trial)
+    if run.may_be_redundant:
+        weigh(run, instant.x, trial)
+    _free(run)
+    look_at(run, instant.x, trial, rest)
+    for h in range(plant.holds):
+        if problem.place[h] == WITHIN:
+            put(plant, trial, h, STUCK)
+            change = instant.leaving[h] - seen.speed[h]
+            trial[plant.hold_setting[h] + DEMAND] = rest.acceleration[h] + change
+    look_at(run, instant.x, trial, pushed)
+    for _ in range(_PROXIMAL if run.may_be_redundant else 0):
+        error = 0.0
+        for h in range(plant.holds):
+            if problem.place[h] == WITHIN:
+                miss = _speed_after(run, seen, h) - instant.leaving[h]
+                error = max(error, abs(miss) / (1.0 + instant.fastest))
+        if error <= _EXACT:
+            break
+        yield_from(run, trial, pushed)
+        look_at(run, instant.x, trial, pushed)
+    for h in range(plant.holds):
+        problem.carried[h] = pushed.reaction[h] - rest.reaction[h]
+        problem.motion[h] = _speed_after(run, seen, h) - instant.leaving[h]
+        problem.most[h], problem.least[h] = _INFINITE, -_INFINITE
+        if plant.has_upper[h]:
+            problem.most[h] = pushed.upper[h] - rest.upper[h]
+        if plant.has_lower[h]:
+            problem.least[h] = pushed.lower[h] - rest.lower[h]
+
+
+@kernel
+def _speed_after(run: Run, seen: Look, hold: int) -> float:
+    instant = run.instant
+    return seen.speed[hold] + instant.pushed.acceleration[hold] - instant.at_rest.acceleration[hold]
+
+
+@kernel
+def _is_pressed(run: Run, h: int, largest: float) -> bool:
+    """Whether impulses raise the limits of friction."""
+    problem = run.instant.problem
+    if not run.plant.is_pressed[h]:
+        return False
+    gain = max(problem.most[h], -problem.least[h])
+    return gain < _INFINITE and gain > _PRESSED * largest
+
+
+@kernel
+def _right_place(run: Run, h: int, largest: float, fastest: float) -> int:
+    plant, problem, place = run.plant, run.instant.problem, run.instant.problem.place[h]
+    if not plant.is_impulsive[h]:
+        if not _is_pressed(run, h, largest):
+            return OUTSIDE if place == WITHIN else place
+        if place == OUTSIDE and is_held(plant, run.instant.m, h):
+            return WITHIN
+    return right_place(problem, h, ROUNDING * largest, ROUNDING * (1.0 + fastest))
+
+
+@kernel
+def _find_impulses(run: Run, seen: Look) -> bool:
+    """Find the places of all holds in an impact; whether there is a solution."""
+    plant, instant, problem = run.plant, run.instant, run.instant.problem
+    begin_rounds(instant.place_rounds)
+    for _ in range(40 + 20 * plant.holds):
+        _push(run, seen)
+        largest, fastest = 0.0, 0.0
+        for h in range(plant.holds):
+            largest = max(largest, abs(problem.carried[h]))
+            fastest = max(fastest, abs(seen.speed[h]))
+        for h in range(plant.holds):
+            problem.next_place[h] = _right_place(run, h, largest, fastest)
+        if not change_places(instant, plant.holds):
+            return _is_obeyed(run, fastest)
+    return False
+
+
+@kernel
+def _is_obeyed(run: Run, fastest: float) -> bool:
+    """Whether constraints leave at their speeds: redundant ones may contradict each other."""
+    problem, obeyed = run.instant.problem, True
+    most = _MISS * fastest + ROUNDING * (1.0 + run.instant.fastest)
+    for h in range(run.plant.holds):
+        miss = problem.motion[h] if problem.place[h] == WITHIN else 0.0
+        problem.is_wrong[h] = not abs(miss) <= most
+        obeyed = obeyed and not problem.is_wrong[h]
+    return obeyed
+
+
+@kernel
+def _strike(run: Run) -> None:
+    """The states after the impulses."""
+    instant = run.instant
+    for i in range(run.plant.states):
+        instant.x[i] += instant.pushed.rates[i] - instant.at_rest.rates[i]
+    instant.has_moved = 1
+
+
+@kernel
+def _gains_energy(run: Run, seen: Look) -> bool:
+    """Whether the impulses would add more energy than they take."""
+    problem = run.instant.problem
+    loss, size = 0.0, 0.0
+    for h in range(run.plant.holds):
+        if problem.place[h] != OUTSIDE:
+            before, after = seen.speed[h], _speed_after(run, seen, h)
+            loss += 0.5 * problem.carried[h] * (before + after)
+            size += 0.5 * abs(problem.carried[h]) * (abs(before) + abs(after))
+    return loss < _GAIN * size
+
+
+@kernel
+def halt(run: Run, seen: Look) -> bool:
+    """Bring the speeds of holds that stick to exactly zero, with the least change of energy.
+
+    Gives whether any was more than rounding.
+    """
+    plant, instant, trial = run.plant, run.instant, run.instant.trial
+    fastest = 0.0
+    copy_settings(plant, instant.m, trial)
+    for h in range(plant.holds):
+        if is_held(plant, instant.m, h):
+            trial[plant.hold_setting[h] + DEMAND] = -seen.speed[h]
+            fastest = max(fastest, abs(seen.speed[h]))
+    if fastest > 0.0:
+        look_at(run, instant.x, trial, instant.pushed)
+        for i in range(plant.states):
+            instant.x[i] += instant.pushed.rates[i] - seen.rates[i]
+    for h in range(plant.holds):
+        is_halted = instant.is_halted[h] and not plant.has_gap[h]
+        if is_held(plant, instant.m, h) or is_halted or instant.is_settled[h]:
+            stop(plant, instant, h)
+    return fastest > ROUNDING * (1.0 + instant.fastest)
+
+
+@kernel
+def _closes(run: Run, seen: Look, h: int) -> bool:
+    """Whether a constraint without limit closes at a speed."""
+    plant, instant = run.plant, run.instant
+    m, v = instant.m[plant.hold_setting[h] :], seen.speed[h]
+    rest = max(instant.rest_speed[h], ROUNDING * instant.fastest)
+    acts = m[STUCK] > 0.5 or m[FORWARD] > 0.5 or m[BACKWARD] > 0.5
+    near = not plant.has_gap[h] or seen.gap[h] <= TOUCHING or instant.is_halted[h]
+    comes = v < -rest and not plant.has_backward[h] and near
+    comes = comes or (v > rest and not plant.has_forward[h])
+    comes = comes and (not instant.is_halted[h] or plant.has_gap[h]) and not instant.is_settled[h]
+    if not instant.has_moved:
+        comes = comes and (m[STUCK] < 0.5 or not instant.was_stuck[h])
+    return plant.is_impulsive[h] and acts and comes
+
+
+@kernel
+def _returns_at_once(run: Run, h: int, v: float) -> bool:
+    """Whether a contact that opens at a speed closes again at once, or rises by nothing."""
+    plant, instant = run.plant, run.instant
+    copy_settings(plant, instant.m, instant.trial)
+    put(plant, instant.trial, h, FORWARD)
+    look_at(run, instant.x, instant.trial, instant.at_rest)
+    a = instant.at_rest.acceleration[h]
+    return a < 0.0 and (2.0 * v <= -a * run.shortest or v * v <= -2.0 * a * LOWEST)
+
+
+@kernel
+def _end_short_bounces(run: Run) -> bool:
+    """End bounces that would be over at once; whether there were any.
+
+    All flights of a series that is left out last as long as a geometric series of them.
+    """
+    plant, instant, problem = run.plant, run.instant, run.instant.problem
+    look_at(run, instant.x, instant.m, instant.after)
+    any_rest = False
+    for h in range(plant.holds):
+        bounces = instant.is_closing[h] and problem.place[h] == WITHIN
+        bounces = bounces and instant.bounce[h] != 0.0
+        if bounces and _returns_at_once(run, h, instant.after.speed[h]):
+            flight = 2.0 * instant.after.speed[h] / -instant.at_rest.acceleration[h]
+            if instant.bounce[h] < 1.0:
+                instant.delay[h] = flight / (1.0 - instant.bounce[h])
+            instant.bounce[h] = 0.0
+            any_rest = True
+    return any_rest
+
+
+@kernel
+def _even_out(run: Run) -> None:
+    """Give all closing contacts the least restitution, or none if all have the same."""
+    plant, instant = run.plant, run.instant
+    least, most = 1.0, 0.0
+    for h in range(plant.holds):
+        if instant.is_closing[h]:
+            least, most = min(least, instant.bounce[h]), max(most, instant.bounce[h])
+    for h in range(plant.holds):
+        if instant.is_closing[h]:
+            instant.bounce[h] = least if least < most else 0.0
+
+
+@kernel
+def _bounces(run: Run) -> bool:
+    for h in range(run.plant.holds):
+        if run.instant.bounce[h] != 0.0:
+            return True
+    return False
+
+
+@kernel
+def _impact(run: Run, seen: Look) -> bool:
+    """Find speeds after an impact that loses energy, without bounces that are over at once.
+
+    With different restitutions Newton's law may gain energy or have no solution; then all closing
+    contacts take the least restitution, and if that fails, none. Gives whether there is a solution:
+    redundant constraints may contradict each other.
+    """
+    plant, instant = run.plant, run.instant
+    for i in range(plant.states):
+        instant.x_before[i] = instant.x[i]
+    for _ in range(plant.holds + 3):
+        for i in range(plant.states):
+            instant.x[i] = instant.x_before[i]
+        _gather(run, seen)
+        is_found = _find_impulses(run, seen)
+        if _bounces(run) and (not is_found or _gains_energy(run, seen)):
+            _even_out(run)
+            continue
+        if not is_found:
+            return False
+        _strike(run)
+        if not (_bounces(run) and _end_short_bounces(run)):
+            break
+    return True
+
+
+@kernel
+def _note_work(run: Run, seen: Look) -> None:
+    """Note the impulse of each hold and the energy that it takes."""
+    plant, instant, problem = run.plant, run.instant, run.instant.problem
+    largest, hardest = 0.0, 0.0
+    for h in range(plant.holds):
+        largest = max(largest, abs(problem.carried[h]))
+        if instant.is_closing[h]:
+            hardest = max(hardest, abs(seen.speed[h]))
+    is_felt = hardest > STANDSTILL * (1.0 + instant.fastest)
+    for h in range(plant.holds):
+        impulse = problem.carried[h]
+        rubs = is_felt and problem.place[h] != OUTSIDE and abs(impulse) > _PRESSED * largest
+        if problem.place[h] == WITHIN or rubs:
+            instant.loss[h] += 0.5 * impulse * (seen.speed[h] + instant.after.speed[h])
+            instant.impulse[h] -= impulse
+            instant.is_struck[h] = 1
+
+
+@kernel
+def _settle(run: Run, h: int, position: int) -> None:
+    """Take the position that the answer gives; no later line asks its speed for it."""
+    plant, instant = run.plant, run.instant
+    put(plant, instant.m, h, position)
+    instant.is_settled[h] = position == STUCK
+
+
+@kernel
+def _take_answer(run: Run) -> None:
+    """Positions of all holds that took part; a contact that is back at once stays."""
+    plant, instant, problem = run.plant, run.instant, run.instant.problem
+    rest = ROUNDING * (1.0 + instant.fastest)
+    for h in range(plant.holds):
+        place, after = problem.place[h], instant.after.speed[h]
+        sticks = is_held(plant, instant.m, h) or instant.is_closing[h]
+        problem.next_place[h] = OUTSIDE
+        if abs(after) > rest:
+            instant.is_halted[h] = instant.is_settled[h] = 0
+        if place == WITHIN:
+            leaving = instant.leaving[h]
+            away = FORWARD if leaving > 0.0 else BACKWARD
+            _settle(run, h, away if abs(leaving) > rest else STUCK)
+            if abs(leaving) <= rest:
+                stop(plant, instant, h)
+        elif place != OUTSIDE and sticks:
+            # others pull it away
+            moves = after > rest if place == AT_UPPER else after < -rest
+            position = FORWARD if place == AT_UPPER else BACKWARD
+            _settle(run, h, position if moves else STUCK)
+            if moves and plant.has_gap[h]:
+                problem.next_place[h] = AT_UPPER
+    for h in range(plant.holds):
+        opens = problem.next_place[h] == AT_UPPER
+        if opens and not _returns_at_once(run, h, instant.after.speed[h]):
+            problem.next_place[h] = OUTSIDE
+    for h in range(plant.holds):
+        if problem.next_place[h] == AT_UPPER:
+            _settle(run, h, STUCK)
+
+
+@kernel
+def _end_flights(run: Run) -> None:
+    """Bring back what the impact has thrown but rises by nothing."""
+    plant, instant, problem = run.plant, run.instant, run.instant.problem
+    flies = False
+    for h in range(plant.holds):
+        stays = is_held(plant, instant.m, h) and instant.is_settled[h] != 0
+        problem.place[h] = WITHIN if stays else OUTSIDE
+        instant.leaving[h] = 0.0
+        flies = flies or (stays and abs(instant.after.speed[h]) > ROUNDING * instant.fastest)
+    if flies:
+        _push(run, instant.after)
+        _strike(run)
+
+
+@kernel
+def collide(run: Run, seen: Look) -> int:
+    """Let contacts that close at a speed collide.
+
+    Returns
+    -------
+    int
+        `NOTHING_CLOSES`, `HAS_COLLIDED`, or `NO_ANSWER` if no impulses fit.
+    """
+    plant, instant = run.plant, run.instant
+    standstills(plant, instant)
+    closes = False
+    for h in range(plant.holds):
+        instant.fastest = max(instant.fastest, abs(seen.speed[h]))
+    for h in range(plant.holds):
+        instant.is_closing[h] = _closes(run, seen, h)
+        instant.bounce[h] = seen.restitution[h] if instant.is_closing[h] else 0.0
+        closes = closes or instant.is_closing[h] != 0
+    if not closes:
+        return NOTHING_CLOSES
+    if not _impact(run, seen):
+        return NO_ANSWER
+    look_at(run, instant.x, instant.m, instant.after)
+    _note_work(run, seen)
+    _take_answer(run)
+    _end_flights(run)
+    return HAS_COLLIDED

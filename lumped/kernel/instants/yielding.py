@@ -1,0 +1,169 @@
+"""How far redundant constraints yield, so that they share a load: the stronger ones less."""
+
+from __future__ import annotations
+
+from lumped.code.words import Numbers, kernel
+from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, SHARE, STUCK
+from lumped.kernel.instants.holds import copy_settings, is_held, look_at, put
+from lumped.kernel.plant import FREE
+from lumped.kernel.run import Look, Run
+
+__all__ = ["COMPLIANT", "soften", "watch_redundancy", "weigh", "would_share", "yield_from"]
+
+COMPLIANT = 1e-8
+"""Compliance of redundant constraints, relative to that of the parts they hold."""
+_FOLLOWS = 1e-4
+"""Error of accelerations asked for, which are about 1, of holds that are not redundant."""
+_ASKED = 64
+"""Holds, evenly chosen, at which the compliance of the parts is found."""
+_WEAKEST = 1e3
+"""Most times that one constraint yields more than the strongest."""
+_AGREE = 1e-6
+_INFINITE = float("inf")
+
+
+@kernel
+def _is_redundant(run: Run, x: Numbers, trial: Numbers) -> bool:
+    """Whether the holds that stick cannot all follow arbitrary accelerations."""
+    plant, rest, pushed = run.plant, run.instant.at_rest, run.instant.pushed
+    wanted = plant.any_demand
+    look_at(run, x, trial, rest)
+    for h in range(plant.holds):
+        trial[plant.hold_setting[h] + DEMAND] = wanted[h]
+    look_at(run, x, trial, pushed)
+    found = False
+    for h in range(plant.holds):
+        trial[plant.hold_setting[h] + DEMAND] = 0.0
+        error = abs(pushed.acceleration[h] - rest.acceleration[h] - wanted[h])
+        force = abs(pushed.reaction[h] - rest.reaction[h])
+        if is_held(plant, trial, h) and (not error < _AGREE or not force < _INFINITE):
+            found = True
+    return found
+
+
+@kernel
+def watch_redundancy(run: Run) -> None:
+    """Note whether constraints are redundant if all stick; otherwise no fewer ones can be."""
+    plant, trial = run.plant, run.instant.trial
+    copy_settings(plant, run.m, trial)
+    for h in range(plant.holds):
+        put(plant, trial, h, STUCK)
+        trial[plant.hold_setting[h] + COMPLIANCE] = 0.0
+    run.may_be_redundant = plant.holds > 0 and _is_redundant(run, run.x, trial)
+    run.yielding = -1.0
+
+
+@kernel
+def _softest(run: Run, x: Numbers, alone: Numbers) -> float:
+    """The largest acceleration that a unit of force gives at a constraint."""
+    plant, rest, pushed = run.plant, run.instant.at_rest, run.instant.pushed
+    found = 0.0
+    for h in range(plant.holds):
+        put(plant, alone, h, FREE)
+        alone[plant.hold_setting[h] + COMPLIANCE] = 0.0
+    asked = min(plant.holds, _ASKED)
+    for k in range(asked):
+        h = k * (plant.holds - 1) // max(asked - 1, 1)
+        demand = plant.hold_setting[h] + DEMAND
+        put(plant, alone, h, STUCK)
+        look_at(run, x, alone, rest)
+        alone[demand] = 1.0
+        look_at(run, x, alone, pushed)
+        alone[demand] = 0.0
+        put(plant, alone, h, FREE)
+        # the force is infinite where a motion is prescribed
+        force = abs(pushed.reaction[h] - rest.reaction[h])
+        if force > 0.0 and force < _INFINITE:
+            found = max(found, 1.0 / force)
+    return found if found > 0.0 else 1.0
+
+
+@kernel
+def _know_yielding(run: Run, x: Numbers, m: Numbers) -> None:
+    """The compliance of redundant constraints, found once in a run."""
+    if run.yielding < 0.0:
+        copy_settings(run.plant, m, run.instant.sole)
+        run.yielding = COMPLIANT * _softest(run, x, run.instant.sole)
+
+
+@kernel
+def soften(run: Run, x: Numbers, m: Numbers) -> bool:
+    """Let holds that stick yield a little if they are redundant; whether they are."""
+    plant, instant = run.plant, run.instant
+    any_stuck = False
+    for h in range(plant.holds):
+        own = m[plant.hold_setting[h] :]
+        own[COMPLIANCE] = own[DEMAND] = own[SHARE] = 0.0
+        any_stuck = any_stuck or is_held(plant, m, h)
+    if not (run.may_be_redundant and any_stuck):
+        return False
+    copy_settings(plant, m, instant.sole)
+    if not _is_redundant(run, x, instant.sole):
+        return False
+    weigh(run, x, m)
+    _keep_rigid(run, x, m)
+    return True
+
+
+@kernel
+def would_share(run: Run, h: int) -> bool:
+    """Whether constraints are redundant if one more sticks."""
+    plant, instant, trial = run.plant, run.instant, run.instant.sole
+    copy_settings(plant, instant.m, trial)
+    put(plant, trial, h, STUCK)
+    for other in range(plant.holds):
+        trial[plant.hold_setting[other] + COMPLIANCE] = 0.0
+    return _is_redundant(run, instant.x, trial)
+
+
+@kernel
+def _keep_rigid(run: Run, x: Numbers, m: Numbers) -> None:
+    """Let holds not yield that can follow any accelerations, unless motions are prescribed."""
+    plant, instant = run.plant, run.instant
+    rest, pushed, trial = instant.at_rest, instant.pushed, instant.sole
+    copy_settings(plant, m, trial)
+    look_at(run, x, trial, rest)
+    for h in range(plant.holds):
+        instant.is_grouped[h] = 0
+    is_prescribed = False
+    for other in range(2):
+        for h in range(plant.holds):
+            wanted = plant.any_demand[(h + other) % plant.holds]
+            trial[plant.hold_setting[h] + DEMAND] = wanted
+        look_at(run, x, trial, pushed)
+        for h in range(plant.holds):
+            change = pushed.acceleration[h] - rest.acceleration[h]
+            error = abs(change - trial[plant.hold_setting[h] + DEMAND])
+            instant.is_grouped[h] = instant.is_grouped[h] or not error < _FOLLOWS
+            moves = abs(change) > _FOLLOWS
+            is_prescribed = is_prescribed or (is_held(plant, m, h) and not moves)
+    for h in range(plant.holds):
+        if is_held(plant, m, h) and not (is_prescribed or instant.is_grouped[h]):
+            m[plant.hold_setting[h] + COMPLIANCE] = 0.0
+
+
+@kernel
+def weigh(run: Run, x: Numbers, m: Numbers) -> None:
+    """Let all holds yield while they stick, the weaker ones more."""
+    plant, instant = run.plant, run.instant
+    _know_yielding(run, x, m)
+    look, strongest = instant.at_rest, 0.0
+    for h in range(plant.holds):
+        m[plant.hold_setting[h] + COMPLIANCE] = run.yielding
+    look_at(run, x, m, look)
+    for h in range(plant.holds):
+        reach = min(abs(look.upper[h]), abs(look.lower[h]))
+        if reach < _INFINITE:
+            strongest = max(strongest, reach)
+    for h in range(plant.holds):
+        reach = min(abs(look.upper[h]), abs(look.lower[h]))
+        if reach > 0.0 and reach < _INFINITE and strongest > 0.0:
+            m[plant.hold_setting[h] + COMPLIANCE] *= min(strongest / reach, _WEAKEST)
+
+
+@kernel
+def yield_from(run: Run, m: Numbers, look: Look) -> None:
+    """Let holds that stick yield only to changes of their reaction from that at a point."""
+    plant = run.plant
+    for h in range(plant.holds):
+        m[plant.hold_setting[h] + SHARE] = look.reaction[h] if is_held(plant, m, h) else 0.0

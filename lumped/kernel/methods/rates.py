@@ -1,0 +1,45 @@
+"""Rates of the states in a step, in which redundant constraints do not move.
+
+Redundant constraints share what they carry as if each yielded a little
+(`lumped.kernel.instants.yielding`). With what they then carry as their share, they yield some 1e-8
+times less: a proximal step (Rockafellar, SIAM Journal on Control and Optimization 14 (1976) 877).
+"""
+
+from __future__ import annotations
+
+from lumped.code.words import Numbers, kernel
+from lumped.flattening.hold_modes import SHARE
+from lumped.kernel.instants.holds import copy_settings, is_shared
+from lumped.kernel.interpret import evaluate
+from lumped.kernel.run import Run
+
+__all__ = ["find_rates", "note_sharing"]
+
+
+@kernel
+def note_sharing(run: Run) -> None:
+    """Note whether constraints share a load: states of any body may follow what these yield."""
+    run.shares = 0
+    for h in range(run.plant.holds):
+        if is_shared(run.plant, run.m, h):
+            run.shares = 1
+
+
+@kernel
+def _find_exact_rates(run: Run, x: Numbers, t: float, out: Numbers) -> None:
+    plant, look, exact = run.plant, run.instant.pushed, run.instant.sole
+    evaluate(plant.look, run, x, t, run.m, look.greater)
+    copy_settings(plant, run.m, exact)
+    for h in range(plant.holds):
+        if is_shared(plant, exact, h):
+            exact[plant.hold_setting[h] + SHARE] = look.reaction[h]
+    evaluate(plant.rates, run, x, t, exact, out)
+
+
+@kernel
+def find_rates(run: Run, x: Numbers, t: float, out: Numbers) -> None:
+    """Write the rates of the states at a point."""
+    if run.shares:
+        _find_exact_rates(run, x, t, out)
+    else:
+        evaluate(run.plant.rates, run, x, t, run.m, out)

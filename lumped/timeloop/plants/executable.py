@@ -1,0 +1,477 @@
+"""A system as a plant that the time loop runs: its functions, tables, and room for a run."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from lumped.code.bounds import bounds_of
+from lumped.code.functions import compiled_functions, known_functions
+from lumped.code.operations import Operations, first_results, operations_of
+from lumped.code.prepared import prepared
+from lumped.compiler.system import System
+from lumped.kernel import engine
+from lumped.kernel.enclosed import Enclosed
+from lumped.kernel.instants.linkages import DIRECTIONS
+from lumped.kernel.methods.pivots import pattern_of
+from lumped.kernel.plant import Function, Plant
+from lumped.kernel.run import Matrix, Pattern, Run
+from lumped.support.made_once import made_once
+from lumped.timeloop.guards import followers, levers
+from lumped.timeloop.plants.forcing import forcing
+from lumped.timeloop.plants.kept_run import KeptRun, made_run, remember
+from lumped.timeloop.plants.output_room import OutputRoom
+from lumped.timeloop.plants.taylor_series import TaylorSeries
+from lumped.timeloop.programs import asking_ranks
+
+__all__ = [
+    "WORTH",
+    "Executable",
+    "Parts",
+    "enclosed",
+    "enclosed_of",
+    "enclosed_sizes",
+    "evaluated",
+    "executable",
+    "parts_of",
+    "smooth_executable",
+    "span",
+]
+
+WORTH = 30_000
+"""Evaluations of all functions that take as long as compiling them."""
+_KEPT_ROOM = 1_000_000
+"""Numbers of output whose room is kept for the next run."""
+_HALF_SECOND = 100_000_000
+"""Operations in about half a second, interpreted."""
+
+
+class Parts(NamedTuple):
+    """What a plant is made of.
+
+    Attributes
+    ----------
+    functions : dict of str to Operations
+        Functions of the plant by the names of its fields, but for the Jacobian.
+    sizes : dict of str to int
+        States, settings, parameters, and so on (see `lumped.kernel.run`).
+    fields : dict of str to int or ndarray
+        All other fields of the plant: its sizes and tables.
+    """
+
+    functions: dict[str, Operations]
+    sizes: dict[str, int]
+    fields: dict[str, Any]
+
+
+class Executable:
+    """What runs of a system share; nothing in it depends on parameters or on a run.
+
+    Its functions are interpreted until they were evaluated so often that compiling them would have
+    taken as long; both give the same bits. What was compiled before is taken from the cache.
+
+    Parameters
+    ----------
+    functions : dict of str to Operations
+        Functions of the plant by the names of its fields.
+    jacobian : callable
+        Gives the Jacobian of the rates and their derivative by time when it is needed.
+    sizes : dict of str to int
+        States, settings, parameters, and so on (see `lumped.kernel.run`).
+    plant : Plant
+        With its tables.
+    beside : dict of str to Function, optional
+        More functions for which what depends on parameters alone is computed once for a run, also
+        the inverse of what they divide by.
+
+    Attributes
+    ----------
+    beside : dict of str to Operations
+        These functions.
+    taylor : TaylorSeries
+        For steps by series.
+    """
+
+    def __init__(
+        self,
+        functions: dict[str, Operations],
+        jacobian: Callable[[], ca.Function],
+        sizes: dict[str, int],
+        plant: Plant,
+        beside: dict[str, ca.Function] | None = None,
+    ) -> None:
+        self.plant, self._jacobian = plant, jacobian
+        self._operations: dict[str, Operations] = {}
+        self._kept: list[object] = []  # what a run of another thread may still call
+        self._interpreted, self._is_compiled = 0, False
+        self._pattern: Pattern | None = None
+        self._own = threading.local()
+        none = Function()
+        for name, field in Plant.fields.items():
+            if field.kind is Function:
+                setattr(plant, name, none)
+        whole = {**functions, **_operations(beside or {})}
+        found, parts = prepared(whole, sizes["parameters"], beside or ())
+        self.beside = {name: found.pop(name) for name in beside or ()}
+        self.sizes = {**sizes, "prepared": parts.results, **enclosed_sizes(enclosed_of(found))}
+        plant.parameters, plant.prepared = sizes["parameters"], parts.results
+        self._prepares = parts.results > 0
+        self.taylor = TaylorSeries(found["rates"], sizes["states"], sizes["implicit"])
+        self._add({**found, "prepare": parts} if parts.results else found)
+
+    def _add(self, found: dict[str, Operations]) -> None:
+        """Take functions, in machine code if that was made before."""
+        code = known_functions(found)
+        for name, operations in found.items():
+            made = Function(
+                count=len(operations.table),
+                operations=operations.table.ravel(),
+                constants=operations.constants,
+            )
+            if code is not None:
+                made.address = code.address(name)
+            self._kept.append(made)
+            setattr(self.plant, name, made)
+        self._operations |= found
+        self._kept.append(code)
+        self._is_compiled = code is not None
+
+    def compile(self) -> None:
+        """Make machine code of all functions now."""
+        waiting = {
+            name: operations
+            for name, operations in self._operations.items()
+            if not getattr(self.plant, name).address
+        }
+        if waiting:
+            code = compiled_functions(waiting)
+            self._kept.append(code)
+            for name in waiting:
+                getattr(self.plant, name).address = code.address(name)
+        self._is_compiled = True
+
+    def compile_lanes(self, count: int) -> None:
+        """Make machine code of what explicit steps need, for several lanes side by side."""
+        names = [
+            n
+            for n in ("rates", "margin_floor", "forcing", "forcing_range", "leverage")
+            if n in self._operations
+        ]
+        if self.plant.rates.wide_address:
+            return
+        code = compiled_functions({name: self._operations[name] for name in names}, count)
+        self._kept.append(code)
+        for name in names:
+            getattr(self.plant, name).wide_address = code.address(name)
+
+    def account(self, run: Run) -> None:
+        """Note what a run interpreted since it was asked last; compile when that is worth it."""
+        if not run.interpreted:
+            return
+        self._interpreted += run.interpreted
+        run.interpreted = 0
+        total = sum(len(operations.table) for operations in self._operations.values())
+        if self._interpreted > WORTH * total and not self._is_compiled:
+            self.compile()
+
+    @cached_property
+    def attempts(self) -> int:
+        """Steps between two visits to Python, about half a second."""
+        work = 20 * (self.plant.rates.count + self.plant.states + 1)
+        return int(_HALF_SECOND // work) + 1
+
+    def new_run(self, theta: np.ndarray, t: float, x: np.ndarray, settings: np.ndarray) -> Run:
+        """A run that stands somewhere, without output.
+
+        Times count as about one second (see `span`).
+        """
+        run = self.blank_run()
+        run.t = t
+        self.place(run, theta, x, settings)
+        return run
+
+    def blank_run(self) -> Run:
+        """A run without options that stands nowhere; that of one that is over if there is any."""
+        over = self._over
+        if over:
+            run, self._own.room = over.pop().begin_again()
+            return run
+        work = max(operations.work for operations in self._operations.values())
+        sizes = {**self.sizes, "work": work}
+        run = made_run(sizes, self.plant)
+        run.yielding = -1.0
+        span(run, 1.0)
+        remember(run)
+        return run
+
+    def place(self, run: Run, theta: np.ndarray, x: np.ndarray, settings: np.ndarray) -> None:
+        """Set parameters, what is computed from them alone, states and settings."""
+        run.p[: len(theta)], run.x[:], run.m[:] = theta, x, settings
+        if self._prepares:
+            engine.call("prepared", run)
+
+    def room(self, sizes: tuple[int, int, int, int, int, int]) -> OutputRoom:
+        """Room for output, that of a run that is over if it has the sizes."""
+        room: OutputRoom | None = self._own.__dict__.pop("room", None)
+        return room if room is not None and room.sizes == sizes else OutputRoom(sizes)
+
+    @property
+    def _over(self) -> list[KeptRun]:
+        """Runs of this thread that are over."""
+        over: list[KeptRun] = self._own.__dict__.setdefault("over", [])
+        return over
+
+    def begun(self, options: object) -> KeptRun | None:
+        """A run that is over, at its begin again, if the last one had these options."""
+        over = self._over
+        if not over or over[-1].options != options:
+            return None
+        kept = over.pop()
+        kept.begin()
+        return kept
+
+    def take_back(self, kept: KeptRun) -> None:
+        """Let another run of this thread have the records of one that is over, and its matrix."""
+        if kept.room.x.size <= _KEPT_ROOM:
+            self._over.append(kept)
+
+    def add_matrix(self, run: Run) -> None:
+        """Let a run make implicit steps."""
+        if run.has_matrix:
+            return
+        if self._pattern is None:
+            function = self._jacobian()
+            self._add({"jacobian": operations_of(function, full=False)})
+            rows, columns = (np.array(v) for v in function.sparsity_out(0).get_triplet())
+            pattern = pattern_of(rows.astype(int), columns.astype(int), self.plant.states)
+            self._pattern = pattern
+        work = self._operations["jacobian"].work
+        if len(run.work) < work:
+            run.work = np.zeros(work)
+        sizes = {"states": self.plant.states, "nonzeros": self._pattern.nonzeros}
+        sizes["entries"] = self._pattern.entries
+        run.matrix, run.has_matrix = Matrix(sizes, pattern=self._pattern), 1
+
+    def evaluate(
+        self, name: str, x: np.ndarray, theta: np.ndarray, t: float, settings: np.ndarray
+    ) -> np.ndarray:
+        """Results of a function at a point, one after the other."""
+        run = self.at(theta, t, x, settings)
+        found = np.zeros(self._operations[name].results)
+        engine.call("value", run, getattr(self.plant, name), found)
+        return found
+
+    def at(self, theta: np.ndarray, t: float, x: np.ndarray, settings: np.ndarray) -> Run:
+        """The same run each time, of this thread, standing somewhere else."""
+        run: Run | None = getattr(self._own, "run", None)
+        if run is None:
+            run = self._own.run = self.new_run(theta, t, x, settings)
+        self.place(run, theta, x, settings)
+        run.t, run.yielding = t, -1.0
+        return run
+
+
+def span(run: Run, size: float) -> None:
+    """Tell the size of the times of a run, s.
+
+    What happens within 1e-12 of it happens at once; a bounce that would last less than 1e-10 of it
+    is left out.
+    """
+    run.span, run.soon, run.shortest = size, 1e-12 * size, 1e-10 * size
+    run.longest = np.inf
+
+
+@made_once
+def executable(system: System) -> Executable:
+    """The system, ready to be run."""
+    functions, sizes, fields = parts_of(system)
+    return Executable(functions, lambda: system.jacobian, sizes, Plant(**fields))
+
+
+def smooth_executable(
+    inputs: list[ca.SX],
+    functions: dict[str, ca.Function],
+    jacobian: Callable[[], ca.Function],
+    implicit: int,
+    beside: dict[str, ca.Function] | None = None,
+) -> Executable:
+    """Any differential equations without conditions and holds, ready to be run.
+
+    Parameters
+    ----------
+    inputs : list of SX
+        States, parameters, time, settings.
+    functions : dict of str to Function
+        Rates of the states, and the closure if there are implicit quantities.
+    jacobian : callable
+        Gives their Jacobian and derivative by time when it is needed.
+    implicit : int
+        Number of implicit quantities.
+    beside : dict of str to Function, optional
+        As for `Executable`.
+    """
+    x, p, _, m = inputs
+    sizes = dict.fromkeys(
+        (
+            "margins",
+            "conditions",
+            "holds",
+            "jumps",
+            "jump_values",
+            "levers",
+            "followers",
+            "forcings",
+        ),
+        0,
+    )
+    sizes |= {"states": x.numel(), "parameters": p.numel(), "settings": m.numel()}
+    sizes["implicit"] = implicit
+    plant = Plant(**_given(sizes), any_direction=_any_direction(implicit))
+    return Executable(_operations(functions), jacobian, sizes, plant, beside)
+
+
+def evaluated(
+    system: System, name: str, x: np.ndarray, theta: np.ndarray, t: float, settings: np.ndarray
+) -> np.ndarray:
+    """Results of a function of a system ("rates", "look", "margin") at a point."""
+    return executable(system).evaluate(name, x, theta, t, settings)
+
+
+def enclosed_of(functions: Mapping[str, Operations]) -> dict[str, Operations]:
+    """Those functions of a plant, and of functionals, that are enclosed."""
+    wanted = {"margin": "margin", "rates": "forcing", "extreme": "extreme", "load": "load"}
+    return {name: functions[name] for name, of in wanted.items() if of in functions}
+
+
+def enclosed_sizes(enclosed: Mapping[str, Operations]) -> dict[str, int]:
+    """Sizes of what is needed to enclose the results of functions."""
+    rows = max((len(function.table) for function in enclosed.values()), default=0)
+    work = max((function.work for function in enclosed.values()), default=0)
+    results = max((function.results for function in enclosed.values()), default=0)
+    return {"enclosed_rows": rows, "enclosed_work": work, "enclosed_results": results}
+
+
+def enclosed(function: Operations | None) -> Enclosed:
+    """The record of a function whose results are enclosed; it may be none."""
+    found = {} if function is None else {"own": function}
+    sizes = enclosed_sizes(found)
+    return Enclosed(sizes, results=sizes["enclosed_results"])
+
+
+def parts_of(system: System) -> Parts:
+    """Functions and tables of a system as a plant has them."""
+    s, implicit = system.switching, len(system.structure.implicit)
+    functions = {"rates": system.rhs}
+    margins = system.margins.size1_out(0) if s else 0
+    if s:
+        functions["look"] = system.look
+    if margins:
+        functions["margin"] = system.margins
+    if implicit:
+        functions["closure"] = system.closure
+    pairs, ratios = levers(system)
+    if pairs:
+        functions["leverage"] = ratios
+    names: list[str] = []
+    if s.timed:
+        names, following = followers(system)
+        functions |= {"following": following} if names else {}
+    operations, states = _operations(functions), len(system.state_names)
+    if margins:
+        floors = first_results(operations["margin"], margins)
+        operations["margin_floor"] = bounds_of(floors, states, upper=False)
+    forced = forcing(operations["rates"])
+    if forced.results:
+        operations |= {"forcing": forced, "forcing_range": bounds_of(forced, 0)}
+    sizes = {
+        "states": states,
+        "settings": system.inputs[3].numel(),
+        "implicit": implicit,
+        "parameters": system.inputs[1].numel(),
+        "margins": margins,
+        "conditions": len(s.relation_modes),
+        "holds": len(s.names),
+        "jumps": len(s.jumps),
+        "jump_values": s.values.numel(),
+        "levers": len(pairs),
+        "followers": len(names),
+        "forcings": forced.results,
+    }
+    uses = system.speed_uses
+    fields = {
+        **_given(sizes),
+        "speed_uses": len(uses[0]),
+        "use_hold": _integers(uses[0]),
+        "use_state": _integers(uses[1]),
+        "any_demand": np.random.default_rng(4).uniform(0.5, 1.5, len(s.names)),
+        "any_direction": _any_direction(implicit),
+        **_tables(system),
+    }
+    return Parts(operations, sizes, fields)
+
+
+def _operations(functions: Mapping[str, ca.Function]) -> dict[str, Operations]:
+    return {name: operations_of(function) for name, function in functions.items()}
+
+
+def _given(sizes: dict[str, int]) -> dict[str, Any]:
+    """Sizes that a plant knows."""
+    return {name: size for name, size in sizes.items() if name in Plant.fields}
+
+
+def _any_direction(implicit: int) -> np.ndarray:
+    return np.random.default_rng(3).uniform(-1, 1, DIRECTIONS * implicit)
+
+
+def _integers(values: Any) -> np.ndarray:
+    return np.ascontiguousarray(values, dtype=np.int64)
+
+
+def _tables(system: System) -> dict[str, Any]:
+    """Conditions, holds, jumps and margins as tables."""
+    s = system.switching
+    place = {node: i for i, node in enumerate(system.structure.states)}
+    pieces = [condition.pieces for condition in s.conditions]
+    counts = [0 if p is None else p.count * p.width for p in pieces]
+    relations = s.relation_modes.tolist()
+    begins = np.cumsum([0, *(jump.width for jump in s.jumps)])
+    signs = [sign for jump in s.jumps for sign in jump.filled(jump.signs, 0.0)]
+    changed = [node for jump in s.jumps for node in jump.filled(jump.nodes, -1)]
+    kinds = ("relation", "upper", "lower", "slide")
+    integers = {
+        "condition_setting": s.relation_modes,
+        "is_strict": s.strict,
+        "piece_count": [0 if p is None else p.count for p in pieces],
+        "piece_width": [1 if p is None else p.width for p in pieces],
+        "first_piece": np.cumsum([0, *counts])[:-1],
+        "hold_setting": s.first_modes,
+        "engaged_by": s.engaged,
+        "has_upper": s.has_upper,
+        "has_lower": s.has_lower,
+        "has_forward": s.has_forward,
+        "has_backward": s.has_backward,
+        "has_gap": s.has_gap,
+        "speed_state": [place.get(node, -1) for node in s.speeds],
+        "is_impulsive": ~(s.has_upper & s.has_lower),
+        "is_pressed": s.is_pressed,
+        "jump_setting": [jump.mode for jump in s.jumps],
+        "jump_condition": [
+            relations.index(jump.mode) if jump.mode in relations else -1 for jump in s.jumps
+        ],
+        "jump_asks": asking_ranks(system),
+        "jump_begin": begins,
+        "jump_state": [place.get(node, -1) for node in changed],
+        "margin_kind": [kinds.index(kind) for kind, _ in s.rows],
+        "margin_number": [number for _, number in s.rows],
+    }
+    rows = [p.table.ravel() for _, p in s.tables]
+    return {
+        **{name: _integers(values) for name, values in integers.items()},
+        "jump_sign": np.array(signs, dtype=float),
+        "pieces": np.concatenate([np.zeros(0), *rows]),
+    }

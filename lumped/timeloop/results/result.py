@@ -1,0 +1,625 @@
+"""Results: frozen, answering to names and references, printing as tables."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple, overload
+
+import numpy as np
+
+from lumped.compiler.system import Name, System
+from lumped.errors import OptionError, SolverError, UnknownNameError
+from lumped.functionals import Functional
+from lumped.plots.draw import Backend, draw
+from lumped.support.arguments import checked
+from lumped.support.by_name import ByName
+from lumped.support.display_units import Units, chosen
+from lumped.support.rich_html import RichHtml
+from lumped.support.text_table import amounts, table
+from lumped.support.units import in_seconds
+from lumped.timeloop.programs import Told
+from lumped.timeloop.results.event import Change, Event
+from lumped.timeloop.results.left_out_states import PointOfRun, on_both_sides, with_left_out
+from lumped.timeloop.results.quantity_values import quantity_along
+from lumped.timeloop.results.result_files import Saved, computed, pictured, saved, state_names
+
+__all__ = [
+    "Convergence",
+    "Event",
+    "Kept",
+    "Named",
+    "OperatingPoint",
+    "Piece",
+    "Statistics",
+    "Trajectory",
+    "Used",
+]
+
+_WORDS = {
+    "none": "nothing was computed",
+    "exact": "closed form, as the model is linear between jumps",
+    "explicit": "DOP853",
+    "implicit": "Rodas5P",
+    "taylor": "Taylor's series",
+    "explicit then implicit": "DOP853 until its steps were limited by stability, then Rodas5P",
+    "taylor then implicit": "series until their steps were limited by stability, then Rodas5P",
+    "explicit then taylor": "DOP853, then Taylor's series, which are worth compiling in a long run",
+    "explicit then taylor then implicit": "DOP853, then Taylor's series, as the run was long, "
+    "until their steps were limited by stability, then Rodas5P",
+    "explicit and implicit": "DOP853, and Rodas5P where its steps were limited by stability",
+    "taylor and implicit": "series, and Rodas5P where their steps were limited by stability",
+    "explicit and implicit and taylor": "DOP853, in the end Taylor's series, as the run was long, "
+    "and Rodas5P where their steps were limited by stability",
+    "explicit and taylor and implicit": "DOP853, later Taylor's series, as the run was long, "
+    "and Rodas5P where their steps were limited by stability",
+}
+
+
+class Used(NamedTuple):
+    """What makes the steps of a run from some time on.
+
+    Attributes
+    ----------
+    begin : float
+        The time, s.
+    method : str
+        "exact", "explicit", "taylor" or "implicit".
+    """
+
+    begin: float
+    method: str
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What a run cost.
+
+    Attributes
+    ----------
+    methods : tuple of Used
+        Methods used, one after the other.
+    steps, rejected, evaluations, segments : int
+        Accepted and rejected steps, evaluations of the right-hand side, restarts + 1.
+    seconds : float
+        Wall time of the stepping.
+    small : tuple of str
+        States that moved, but stayed so small that the absolute tolerance governs them.
+    """
+
+    methods: tuple[Used, ...]
+    steps: int
+    rejected: int
+    evaluations: int
+    segments: int
+    seconds: float
+    small: tuple[str, ...]
+
+    @property
+    def method(self) -> str:
+        """Methods used, in the order of their first steps.
+
+        "then" joins them if each was used once, "and" if one came back.
+        """
+        names = [used.method for used in self.methods]
+        different = dict.fromkeys(names)
+        return (" then " if len(different) == len(names) else " and ").join(different) or "none"
+
+    @property
+    def why(self) -> str:
+        """The method in words."""
+        return _WORDS[self.method]
+
+    def is_implicit(self, t: np.ndarray) -> np.ndarray:
+        """Whether implicit steps begin at these times, if any do."""
+        begins, names = zip(*self.methods, strict=True)
+        implicit = np.array([name == "implicit" for name in names])
+        found: np.ndarray = implicit[np.maximum(np.searchsorted(begins, t, "right") - 1, 0)]
+        return found
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """How Newton's method found a point.
+
+    Attributes
+    ----------
+    iterations, evaluations : int
+        Newton steps, and evaluations of the derivatives of all states.
+    residual : float
+        Largest derivative that is left, relative to the terms that cancel in it.
+    condition : float
+        Condition number of the equations, their rows scaled by these terms; infinite where an
+        equilibrium is one of many, such as the speed of a free drive.
+    growth : float
+        Fastest growth of small deviations, 1/s: zero at a stable equilibrium, nan if unknown.
+    """
+
+    iterations: int
+    evaluations: int
+    residual: float
+    condition: float
+    growth: float
+
+    def __str__(self) -> str:
+        condition = f"{self.condition:.3g}" if np.isfinite(self.condition) else "none: one of many"
+        text = (
+            f"found in {self.iterations} iterations, {self.evaluations} evaluations; residual "
+            f"{self.residual:.1e}, condition {condition}"
+        )
+        return text + (f"; unstable, grows as exp({self.growth:.4g} t)" if self.growth > 0 else "")
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What the search for an equilibrium kept as it was given.
+
+    Attributes
+    ----------
+    free : tuple of int
+        Places of the parameters that the equilibrium determines.
+    nodes : tuple of int
+        Quantities that keep their values, as numbers of the reduced system.
+    initial : bool
+        Initial equations hold.
+    rest : bool
+        Nothing moves.
+    start : mapping of str to float
+        Start values with which it began.
+    """
+
+    free: tuple[int, ...] = ()
+    nodes: tuple[int, ...] = ()
+    initial: bool = False
+    rest: bool = False
+    start: Mapping[str, float] = field(default_factory=dict)
+
+
+class Named(ByName, RichHtml):
+    """Answers to the names of a system's quantities: ``name in run``, ``list(run)``."""
+
+    system: System
+    again: Any = None
+
+    def __contains__(self, name: Name) -> bool:
+        return self.system.key(name) in ("time", *self._names())
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return ["time", *self._names()]
+
+    def _names(self) -> list[str]:
+        return computed(self.system) if self.again is None else self.system.names()
+
+
+@dataclass(frozen=True, eq=False)
+class OperatingPoint(Named):
+    """Values of all states at one instant.
+
+    Attributes
+    ----------
+    system : System
+        What it belongs to.
+    time : float
+        Instant, s.
+    x : ndarray, shape (n,)
+        States in the order of ``system.state_names``.
+    theta, settings : ndarray
+        Parameters; modes and values of implicit quantities.
+    collisions : tuple of Change
+        Impacts at this very instant; the states are those after them.
+    search : Convergence or None
+        How an equilibrium was found.
+    kept : Kept or None
+        What it kept.
+    residual : float or None
+        How far the worst of the initial equations and given values that are no states is missed at
+        a start, relative to what is wanted if that is above one; None where there are none.
+    lost : tuple of str
+        Given start values and initial equations that an equilibrium does not keep, in words.
+    again : callable or None
+        Makes the same point of the system with the states that were left out; None where there are
+        none, or nobody knows them.
+    told : dict of int to ndarray
+        What programs were told on the way (see `Trajectory`).
+    """
+
+    system: System
+    time: float
+    x: np.ndarray
+    theta: np.ndarray
+    settings: np.ndarray
+    collisions: tuple[Change, ...] = ()
+    search: Convergence | None = None
+    kept: Kept | None = None
+    residual: float | None = None
+    lost: tuple[str, ...] = ()
+    again: Callable[[System], OperatingPoint] | None = None
+    told: Told = field(default_factory=dict)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters that can be changed, and their values here."""
+        p = self.system.structure.parameters
+        return {p.names[i]: float(v) for i, v in zip(p.free, self.theta, strict=True)}
+
+    @cached_property
+    def whole(self) -> OperatingPoint:
+        """The same with the states that were left out, if they are known."""
+        if self.again is None:
+            return self
+        found = self.again(self.system.whole)
+
+        def left_out(name: str) -> np.ndarray:
+            return np.array([found[name]])
+
+        system, x = with_left_out(self.system, self.x[None, :], left_out)
+        return replace(self, system=system, x=x[0], again=None)
+
+    @overload
+    def __getitem__(self, name: Name) -> float: ...
+    @overload
+    def __getitem__(self, name: list[Name]) -> np.ndarray: ...
+    def __getitem__(self, name: Name | list[Name]) -> float | np.ndarray:
+        if isinstance(name, list):
+            return np.array([self[one] for one in name])
+        if self.system.key(name) == "time":
+            return self.time
+        try:
+            function = self.system.function([name])
+        except UnknownNameError:
+            if self.again is None:
+                raise
+            return self.whole[name]
+        return float(function(self.x, self.theta, self.time, self.settings))
+
+    def __repr__(self) -> str:
+        rows = [
+            (name, *amounts(name, self.system.quantity(name).unit, value))
+            for name, value in zip(self.system.state_names[:20], self.x, strict=False)
+            if "(" not in name
+        ]
+        head = f"{self.system.name} at t = {self.time:g} s"
+        if self.search is not None:
+            head += f"; {self.search}"
+        if self.residual is not None:
+            head += f"; what was demanded is met to {self.residual:.1e}"
+        if self.lost:
+            head += (
+                f"\nnot kept, as no equilibrium near the start does: {', '.join(self.lost[:12])}"
+            )
+        return f"{head}\n" + table(("state", "value", "unit"), rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A smooth part of a run.
+
+    Attributes
+    ----------
+    system : System
+        The system with the states of this part.
+    t : ndarray, shape (k,)
+        Times, s.
+    x : ndarray, shape (k, n)
+        States.
+    settings : ndarray, shape (k, m)
+        Modes, and implicit quantities nearby.
+    ends : ndarray or None
+        Ends of all steps, s, if points are recorded at some of them only.
+    """
+
+    system: System
+    t: np.ndarray
+    x: np.ndarray
+    settings: np.ndarray
+    ends: np.ndarray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory(Named):
+    """A simulated run.
+
+    ``run[name]`` gives any quantity of the system over `t`; it is computed when first asked for.
+    ``run[[name, name]]`` gives several as columns, ``list(run)`` all names.
+
+    Attributes
+    ----------
+    system : System
+        What was simulated.
+    pieces : tuple of Piece
+        Smooth parts, in order of time.
+    theta : ndarray
+        Parameters.
+    events : tuple of Event
+        Jumps of functions of time, changes of modes, impacts, and changes of states.
+    statistics : Statistics
+        Cost of the run.
+    certificate : Certificate or None
+        Error estimate, if it was asked for.
+    read : callable or None
+        Makes the run again and gives functionals of it; None where nobody can.
+    again : callable or None
+        Makes the same run with the states that were left out, at some times and on both sides of
+        its own jumps; None where there are none, or nobody can.
+    told : dict of int to ndarray, shape (samples, 1 + values)
+        Instants at which programs were asked, s, and what they were told, by the number of the
+        jump; with it a run that goes on from here brings them to where they were.
+    """
+
+    system: System
+    pieces: tuple[Piece, ...]
+    theta: np.ndarray
+    events: tuple[Event, ...]
+    statistics: Statistics
+    certificate: Any = None
+    read: Callable[[Sequence[Functional]], np.ndarray] | None = None
+    again: Callable[[np.ndarray], Trajectory] | None = None
+    told: Told = field(default_factory=dict)
+    _known: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def t(self) -> np.ndarray:
+        """Times, s; on a jump the same time stands twice, before and after it."""
+        return np.concatenate([np.zeros(0), *(piece.t for piece in self.pieces)])
+
+    @cached_property
+    def x(self) -> np.ndarray:
+        """States, shape (len(t), n), in the order of each piece's system."""
+        none = np.zeros((0, len(self.system.structure.states)))
+        return np.concatenate([none, *(piece.x for piece in self.pieces)])
+
+    @checked
+    def value(self, of: Functional) -> float:
+        """A functional of the run, such as ``lumped.functionals.peak("shaft.tau")``.
+
+        The run is made again from its start, and the time loop collects what the functional reads
+        on the way, as for an ensemble: to the tolerance of the run, whatever its output times are.
+
+        Parameters
+        ----------
+        of : Functional
+            From `lumped.functionals`.
+
+        Returns
+        -------
+        float
+
+        Raises
+        ------
+        OptionError
+            If the run has no such functional, an event that it asks for does not happen, or the run
+            does not come from `lumped.simulate`.
+        UnknownNameError
+            If a quantity does not exist.
+        """
+        if self.read is None:
+            raise OptionError(f"{self.system.name}: {of}: only runs from lumped.simulate are read.")
+        return float(self.read([of])[0])
+
+    @property
+    def steps(self) -> int:
+        """Accepted steps."""
+        return self.statistics.steps
+
+    def __getitem__(self, name: Name | list[Name]) -> np.ndarray:
+        if isinstance(name, list):
+            table: np.ndarray = self.table(name)
+            return table
+        key = self.system.key(name)
+        if key == "time":
+            return self.t
+        if key not in self._known:
+            try:
+                found = self._along(key)
+            except UnknownNameError:
+                if self.again is None:
+                    raise
+                found = self.whole[key]
+            bad = np.flatnonzero(np.isnan(found))
+            if len(bad):
+                raise SolverError(
+                    f"{self.system.name}: {key} is not a number at t = {self.t[bad[0]]:g} s "
+                    f"(and at {len(bad) - 1} other times of {len(found)}): zero over zero or a "
+                    "function outside its range, such as a linkage that a prescribed motion asks "
+                    "to go where it cannot. Check the motion and the parameters that enter it."
+                )
+            self._known[key] = found
+        return self._known[key]
+
+    def _along(self, key: str) -> np.ndarray:
+        """A quantity at all times."""
+        parts = [np.zeros(0)]
+        for system, pieces in itertools.groupby(self.pieces, lambda piece: piece.system):
+            rows = zip(*((p.t, p.x, p.settings) for p in pieces), strict=True)
+            t, x, settings = map(np.concatenate, rows)
+            if key in system.state_names:
+                parts.append(x[:, system.state_names.index(key)])
+            elif len(t):
+                parts.append(quantity_along(system, key, self.theta, t, x, settings))
+        return np.concatenate(parts)
+
+    @cached_property
+    def whole(self) -> Trajectory:
+        """The run with the states that were left out, if they can be made.
+
+        They are integrated in another run with the same tolerances; all else is that of this run.
+        """
+        if self.again is None or not len(self.t):
+            return self
+        run, pieces, first = self.again(self.t), [], 0
+        for piece in self.pieces:
+            here = slice(first, first + len(piece.t))
+            first = here.stop
+
+            def left_out(name: str, here: slice = here) -> np.ndarray:
+                return on_both_sides(run.t, run[name], self.t)[here]
+
+            system, x = with_left_out(piece.system, piece.x, left_out)
+            pieces.append(replace(piece, system=system, x=x))
+        return replace(self, pieces=tuple(pieces), again=None, _known={})
+
+    def check_instant(self, time: float) -> None:
+        """Refuse an instant outside of the run."""
+        if not self.t[0] <= time <= self.t[-1]:
+            raise OptionError(
+                f"{self.system.name}: t = {time:g} s is not within the run, {self.t[0]:g} to "
+                f"{self.t[-1]:g} s."
+            )
+
+    @checked
+    def point(self, time: float | str) -> OperatingPoint:
+        """The recorded point nearest to a time, to linearise there; on a jump that after it.
+
+        Raises
+        ------
+        OptionError
+            If the time is not within the run.
+        """
+        time = in_seconds(time, "t")
+        if not len(self.t):
+            raise OptionError(f"{self.system.name}: nothing was computed, so there is no point.")
+        self.check_instant(time)
+        pieces = [piece for piece in self.pieces if len(piece.t)]
+        distance = [np.abs(piece.t - time).min() for piece in pieces]
+        piece = pieces[len(pieces) - 1 - int(np.argmin(distance[::-1]))]
+        gaps = np.abs(piece.t - time)[::-1]
+        k = len(gaps) - 1 - int(gaps.argmin())
+        found, made = float(piece.t[k]), self.again
+        again = None if made is None else PointOfRun(made, found)
+        return OperatingPoint(
+            piece.system,
+            found,
+            piece.x[k].copy(),
+            self.theta,
+            piece.settings[k].copy(),
+            again=again,
+            told={k: rows[rows[:, 0] <= found] for k, rows in self.told.items()},
+        )
+
+    @checked
+    def table(self, names: Iterable[Name]) -> np.ndarray:
+        """Several quantities as columns, shape (k, len(names))."""
+        columns = [self[name] for name in names]
+        if not columns:
+            raise OptionError(f"{self.system.name}: name at least one quantity.")
+        return np.column_stack(columns)
+
+    @checked
+    def save(
+        self, path: str | Path, names: Iterable[Name] | None = None, *, units: Units = None
+    ) -> Path:
+        """Write quantities to a file (.nc, .npz, .csv, .mat); see `lumped.load` to read it.
+
+        The file is written whole or not at all.
+
+        Parameters
+        ----------
+        path : str or Path
+            Its ending says the format; ``.mat`` is the result file of Modelica tools.
+        names : iterable of names, optional
+            Quantities; default is all that need no state that was left out.
+        units : mapping of str to str or str, optional
+            Units of the values, see `lumped.display_units`; default is SI units, whatever the
+            session shows, as a file is read by programs.
+
+        Raises
+        ------
+        OptionError
+            If the ending is none of these.
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
+        OSError
+            If the file cannot be written.
+        """
+        return self._saved(names).write(path, units=units)
+
+    @checked
+    def to_pandas(self, names: Iterable[Name] | None = None, *, units: Units = None) -> Any:
+        """A pandas DataFrame over the time, one column for each quantity (see `Saved`)."""
+        return self._saved(names).to_pandas(units=units)
+
+    @checked
+    def to_xarray(self, names: Iterable[Name] | None = None, *, units: Units = None) -> Any:
+        """An xarray Dataset over the time, with units and texts as attributes (see `Saved`)."""
+        return self._saved(names).to_xarray(units=units)
+
+    def _saved(self, names: Iterable[Name] | None) -> Saved:
+        return saved(self.system, names, self.t, self.theta, self.events, self.__getitem__)
+
+    @checked
+    def plot(
+        self,
+        names: Iterable[Name] | None = None,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
+        """Curves over time; marks on the time axis tell what happened.
+
+        A panel holds quantities of one unit and of similar range. Without `names` up to six panels
+        of eight curves each are drawn, and a note says how many are left out.
+
+        Parameters
+        ----------
+        names : iterable of names or references, optional
+            Quantities to draw, all of them; default is the states.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+        backend : {"matplotlib", "plotly"}
+            What draws; plotly makes an interactive figure.
+        ax : matplotlib Axes, or an array of as many as there are panels, optional
+            Where matplotlib draws; default is a new figure, which needs no display.
+
+        Returns
+        -------
+        matplotlib.figure.Figure or plotly.graph_objects.Figure
+
+        Raises
+        ------
+        OptionError
+            If there is nothing to draw, plotly is not installed, or `ax` does not fit.
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
+        """
+        system = self.system
+        wanted = [*(state_names(system) if names is None else map(system.key, names))]
+        quantities = {name: system.quantity(name) for name in wanted}
+        found = {name: (q.unit, q.text, self[name]) for name, q in quantities.items()}
+        choice = chosen(units, ("time", *self))
+        picture = pictured(system.name, self.t, found, self.events, choice, names is not None)
+        return draw(picture, backend, ax)
+
+    def __repr__(self) -> str:
+        s = self.statistics
+        if not len(self.t):
+            return f"{self.system.name}: nothing was computed"
+        head = (
+            f"{self.system.name}: {self.t[0]:g} to {self.t[-1]:g} s, {len(self.t)} points; "
+            f"{s.method}, {s.steps} steps, {s.rejected} rejected, "
+            f"{s.evaluations} evaluations, {len(self.events)} events"
+        )
+        rows = []
+        for name in self.system.state_names[:12]:
+            if "(" in name:
+                continue
+            y, unit = self[name], self.system.quantity(name).unit
+            rows.append((name, *amounts(name, unit, y[0], y[-1], y.min(), y.max())))
+        if s.method in ("exact", "explicit then implicit", "explicit and implicit"):
+            head += f"\n{s.method}: {s.why}"
+        if self.statistics.small:
+            head += (
+                f"\nsmall, so that the absolute tolerance governs their accuracy: "
+                f"{', '.join(self.statistics.small)}"
+            )
+        text = head + "\n" + table(("state", "start", "end", "min", "max", "unit"), rows)
+        return text if self.certificate is None else f"{text}\n\n{self.certificate!r}"

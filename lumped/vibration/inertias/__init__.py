@@ -1,0 +1,1 @@
+"""A drive as inertias and shafts: mass-elastic data and Holzer tables."""

@@ -1,0 +1,217 @@
+"""Which components of a drive are inertias, shafts and gears, by what they do to small motions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from lumped.errors import UnknownNameError
+from lumped.points.linearise import sparse_state_matrix
+from lumped.vibration.inertias.own_inertias import HeavyShaft, heavy_shafts, mean_inertias
+from lumped.vibration.natural.modes import Modes
+
+__all__ = ["DriveParts", "drive_parts"]
+
+Real = NDArray[np.float64]
+
+_FITS = 1e-6
+"""Share of a torque that may remain unexplained, and below which a share is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class DriveParts:
+    """Parts of a drive by the paths of components; nodes are angles that are equal up to sign.
+
+    Attributes
+    ----------
+    inertias : dict of str to (node, J)
+        Moment of inertia, kg.m2; those of a shaft by the names of its flanges.
+    shafts : dict of str to (node a, node b, c)
+        Stiffness, N.m/rad; None stands for the ground.
+    gears : list of (path, node a, node b, ratio)
+        Angle b is ratio times angle a.
+    other : list of str
+        Parts that transmit torque and are none of these, dampers apart.
+    """
+
+    inertias: dict[str, tuple[int, float]]
+    shafts: dict[str, tuple[int | None, int | None, float]]
+    gears: list[tuple[str, int, int, float]]
+    other: list[str]
+
+
+@dataclass(frozen=True, eq=False)
+class _Flanges:
+    """Slopes by the states of what acts at the flanges of a component, shapes (flanges, states).
+
+    Attributes
+    ----------
+    nodes : list of (int or None)
+        Angle of each flange; None where it stands still.
+    speeds, accelerations : ndarray
+        Of the flanges.
+    torques, rates : ndarray
+        Torques and their derivatives.
+    """
+
+    nodes: list[int | None]
+    speeds: Real
+    accelerations: Real
+    torques: Real
+    rates: Real
+
+
+def drive_parts(modes: Modes) -> DriveParts:
+    """Inertias, shafts and gears of a drive, linearised at the point of its modes.
+
+    Of modes of a mean over turns, inertias are means over the turns, too.
+
+    Raises
+    ------
+    UnknownNameError
+        If a flange was left out of the system by ``outputs=``.
+    """
+    found = DriveParts({}, {}, [], [])
+    heavy = heavy_shafts(modes.system, modes.point)
+    means = {} if modes.mean is None else mean_inertias(modes.system, modes.point)
+    for path, flanges in _loaded(modes):
+        turning = [node for node in flanges.nodes if node is not None]
+        total = flanges.torques.sum(axis=0)
+        if path in heavy:
+            _with_ends(found, path, heavy[path], flanges)
+        elif path in means and turning:
+            found.inertias[path] = turning[0], means[path]
+        elif len(turning) == len(flanges.nodes) and len(set(turning)) == 1:
+            _on_one_shaft(found, path, turning[0], flanges)
+        elif gears := _gears(path, flanges):
+            found.gears.extend(gears)
+        elif len(flanges.nodes) == 2 and _share(total, flanges.torques) < _FITS:
+            _between_shafts(found, path, flanges)
+        else:
+            found.other.append(path)
+    return found
+
+
+def _loaded(modes: Modes) -> Iterator[tuple[str, _Flanges]]:
+    """Components without parts of their own that transmit torque."""
+    tree, reduced = modes.system.structure.tree, modes.system.structure.reduced
+    unknowns: list[int] = []
+    owners: list[int] = []
+    for number, node in enumerate(tree.instances):
+        quantities = node.layout.quantities
+        for k in range(0, 0 if node.children else 2 * len(node.layout.ports), 2):
+            if (quantities[k].unit, quantities[k + 1].unit) == ("rad", "N.m"):
+                unknowns.append(node.first_unknown + k)
+                owners.append(number)
+    A = scipy.sparse.csr_array(sparse_state_matrix(modes.system, modes.point))
+    angles, depths = _slopes(modes, unknowns)
+    once = angles @ A
+    rising = scipy.sparse.diags_array((depths > 0).astype(float))
+    speeds = rising @ angles + (once - rising @ once)
+    torques = _slopes(modes, [unknown + 1 for unknown in unknowns])[0]
+    signs = scipy.sparse.diags_array(reduced.aliases.signs[unknowns].astype(float))
+    every = [
+        scipy.sparse.csr_array(signs @ each) for each in (speeds, speeds @ A, torques, torques @ A)
+    ]
+    for rows in np.split(np.arange(len(owners)), np.flatnonzero(np.diff(owners)) + 1):
+        own = [each[rows] for each in every]
+        columns = np.unique(np.concatenate([each.indices for each in own]))
+        numbers = [each[:, columns].toarray() for each in own]
+        if not (numbers[2].any() and numbers[0].any()):
+            continue
+        nodes = [
+            reduced.node(unknowns[row]) if speed.any() else None
+            for row, speed in zip(rows.tolist(), numbers[0], strict=True)
+        ]
+        yield tree.instances[owners[rows[0]]].path, _Flanges(nodes, *numbers)
+
+
+def _slopes(modes: Modes, unknowns: list[int]) -> tuple[scipy.sparse.csr_array, Real]:
+    """Slopes of unknowns by the states, or of their lowest derivatives, and the order of these."""
+    system = modes.system
+    nodes = [system.structure.reduced.node(unknown) for unknown in unknowns]
+    alive = [i for i, node in enumerate(nodes) if node is not None]
+    wanted = [node for node in nodes if node is not None]
+    rows = modes._lowest(wanted)
+    for i, row in zip(alive, rows, strict=True):
+        if row is None:
+            name = system.structure.tree.unknown_name(unknowns[i])
+            raise UnknownNameError(f"'{name}' was left out of the system.")
+    place = np.array(alive, dtype=int)
+    depths = np.zeros(len(unknowns))
+    depths[place] = [row - node for row, node in zip(rows, wanted, strict=True) if row is not None]
+    spread = scipy.sparse.csr_array(
+        (np.ones(len(place)), (place, np.arange(len(place)))), shape=(len(unknowns), len(place))
+    )
+    signs = scipy.sparse.diags_array(system.structure.reduced.aliases.signs[unknowns].astype(float))
+    found = spread @ modes._by_states([row for row in rows if row is not None])
+    return scipy.sparse.csr_array(signs @ found), depths
+
+
+def _on_one_shaft(found: DriveParts, path: str, node: int, flanges: _Flanges) -> None:
+    """An inertia, or a damper."""
+    speed, acceleration = flanges.speeds[0], flanges.accelerations[0]
+    torque = flanges.torques.sum(axis=0)
+    if _share(torque, flanges.torques) < _FITS:
+        return
+    (J, _), missed = _fit(torque, acceleration, speed)
+    if missed < _FITS and _share(J * acceleration, torque) < _FITS:
+        return
+    if missed < _FITS and J > 0:
+        found.inertias[path] = node, J
+    else:
+        found.other.append(path)
+
+
+def _between_shafts(found: DriveParts, path: str, flanges: _Flanges) -> None:
+    """A shaft, or a damper."""
+    slip = flanges.speeds[1] - flanges.speeds[0]
+    more = flanges.accelerations[1] - flanges.accelerations[0]
+    (c, _), missed = _fit(flanges.rates[1], slip, more)
+    if missed < _FITS and _share(c * slip, flanges.rates[1]) < _FITS:
+        return
+    if missed < _FITS and c > 0:
+        found.shafts[path] = flanges.nodes[0], flanges.nodes[1], c
+    else:
+        found.other.append(path)
+
+
+def _with_ends(found: DriveParts, path: str, shaft: HeavyShaft, flanges: _Flanges) -> None:
+    """A shaft with an inertia at each flange; that at rest with the ground has none."""
+    a, b = flanges.nodes
+    found.shafts[path] = a, b, shaft.c
+    for node, name, J in zip((a, b), shaft.flanges, shaft.J, strict=True):
+        if node is not None:
+            found.inertias[f"{path}.{name}"] = node, J
+
+
+def _gears(path: str, flanges: _Flanges) -> list[tuple[str, int, int, float]]:
+    """Links between flanges that turn in fixed ratios and pass all power on, if they all do."""
+    (first, a), *others = [(i, node) for i, node in enumerate(flanges.nodes) if node is not None]
+    power = flanges.torques[first].copy()
+    found = []
+    for i, b in others:
+        (ratio,), missed = _fit(flanges.speeds[i], flanges.speeds[first])
+        if missed > _FITS:
+            return []
+        power += ratio * flanges.torques[i]
+        found.append((path, a, b, ratio))
+    return found if _share(power, flanges.torques[first]) < _FITS else []
+
+
+def _fit(wanted: Real, *terms: Real) -> tuple[list[float], float]:
+    """Factors of terms whose sum is nearest to what is wanted, and the share missed."""
+    matrix = np.column_stack(terms)
+    size = np.linalg.norm(matrix, axis=0)
+    size[size == 0] = 1.0
+    factors = np.linalg.lstsq(matrix / size, wanted)[0]
+    own = factors / size
+    return own.tolist(), _share(matrix @ own - wanted, wanted)
+
+
+def _share(part: Real, whole: Real) -> float:
+    return float(np.linalg.norm(part)) / max(float(np.linalg.norm(whole)), 1e-300)

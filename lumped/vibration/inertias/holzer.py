@@ -1,0 +1,177 @@
+"""Holzer's table of a mode: angles and torques of all inertias and shafts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.errors import UnknownNameError, nearest
+from lumped.plots.draw import Backend, draw
+from lumped.support.arguments import checked
+from lumped.support.display_units import Units, chosen, display, frequency_unit
+from lumped.support.rich_html import RichHtml
+from lumped.support.text_table import number, table
+from lumped.vibration.inertias.stations import InertialPart, Part
+from lumped.vibration.pictures import holzer_picture
+
+__all__ = ["Holzer"]
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Holzer(RichHtml):
+    """Angles and torques of a mode without damping; the largest referred angle is 1 rad.
+
+    Each part has them on its own shaft; `referred` has them on the reference shaft.
+
+    Attributes
+    ----------
+    name, over : str
+        The model, and the angle of the reference shaft.
+    parts : tuple of InertialPart or ElasticPart
+        In the order of the table: from the free ends to the last inertia.
+    mode : int
+        Number of the mode by natural frequency, from 0.
+    hertz : float
+        Natural frequency, Hz.
+    angles : ndarray, shape (parts,)
+        Angle of each inertia, twist of each shaft, rad.
+    torques : ndarray, shape (parts,)
+        Torque of inertia ``J (2 pi hertz)^2 angle`` and in each shaft ``c twist``, N.m.
+    end : float
+        Residual torque at the last inertia, N.m; zero but for rounding.
+    ends : dict of int to float
+        Referred angle of each station, rad, in the order of the table.
+    residual : float
+        Largest residual torque anywhere, over the largest torque.
+    is_referred : bool
+        Whether angles and torques are those on the reference shaft.
+    """
+
+    name: str
+    over: str
+    parts: tuple[Part, ...]
+    mode: int
+    hertz: float
+    angles: Real
+    torques: Real
+    end: float
+    ends: dict[int, float]
+    residual: float
+    is_referred: bool = False
+
+    @cached_property
+    def referred(self) -> Holzer:
+        """The same on the reference shaft: angles over the ratio, torques times the ratio."""
+        if self.is_referred:
+            return self
+        ratio = np.array([part.ratio for part in self.parts])
+        end = self.end * [p.ratio for p in self.parts if isinstance(p, InertialPart)][-1]
+        return replace(
+            self,
+            angles=self.angles / ratio,
+            torques=self.torques * ratio,
+            end=end,
+            is_referred=True,
+        )
+
+    @checked
+    def angle(self, part: str) -> float:
+        """Angle of an inertia, or twist of a shaft, rad.
+
+        Raises
+        ------
+        UnknownNameError
+            If the table has no such part.
+        """
+        return float(self.angles[self._place(part)])
+
+    @checked
+    def torque(self, part: str) -> float:
+        """Torque of an inertia or in a shaft, N.m.
+
+        Raises
+        ------
+        UnknownNameError
+            If the table has no such part.
+        """
+        return float(self.torques[self._place(part)])
+
+    def _place(self, part: str) -> int:
+        names = [each.name for each in self.parts]
+        if part not in names:
+            raise UnknownNameError(f"'{part}' is no part of this table. {nearest(part, names)}")
+        return names.index(part)
+
+    @checked
+    def plot(
+        self,
+        *,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
+        """Angles of the inertias, joined by the shafts, and torques in the shafts, all referred.
+
+        Of inertias that are joined rigidly the heaviest gives the name.
+
+        Parameters
+        ----------
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
+        """
+        if not self.is_referred:
+            return self.referred.plot(units=units, backend=backend, ax=ax)
+        choice = chosen(units, ("frequency", "tau"))
+        frequency, to_show = frequency_unit(choice), display("tau", "N.m", choice)
+        title = f"{self.name}: mode {self.mode + 1}, {number(frequency.value(self.hertz))} "
+        title += f"{frequency.unit}, referred to {self.over}"
+        heaviest: dict[int, tuple[float, str, float]] = {}
+        shafts = []
+        for part, angle, torque in zip(self.parts, self.angles, self.torques, strict=True):
+            if not isinstance(part, InertialPart):
+                shafts.append((part.name, part.stations, to_show.value(float(torque))))
+            elif part.station not in heaviest or part.referred > heaviest[part.station][0]:
+                heaviest[part.station] = part.referred, part.name, float(angle)
+        inertias = [(name, station, angle) for station, (_, name, angle) in heaviest.items()]
+        picture = holzer_picture(title, inertias, shafts, self.ends, to_show.unit)
+        return draw(picture, backend, ax)
+
+    def __repr__(self) -> str:
+        where = f"referred to {self.over}" if self.is_referred else "each part on its own shaft"
+        frequency = frequency_unit()
+        head = f"{self.name}: mode {self.mode + 1}, {number(frequency.value(self.hertz), 9)} "
+        head += f"{frequency.unit}, {where}\n"
+        inertia, stiffness = display("J", "kg.m2"), display("c", "N.m/rad")
+        turn, moment = display("phi", "rad"), display("tau", "N.m")
+        rows = []
+        for part, angle, torque in zip(self.parts, self.angles, self.torques, strict=True):
+            own = part.J if isinstance(part, InertialPart) else part.c
+            size = part.referred if self.is_referred else own
+            cells: tuple[str, ...] = ()
+            first = inertia if isinstance(part, InertialPart) else stiffness
+            for to_show, value in ((first, size), (turn, angle), (moment, torque)):
+                text = number(to_show.value(float(value)))
+                cells += (text, "") if isinstance(part, InertialPart) else ("", text)
+            rows.append((part.name, *cells))
+        columns = (
+            *("part", f"J, {inertia.unit}", f"c, {stiffness.unit}"),
+            *(f"angle, {turn.unit}", f"twist, {turn.unit}"),
+            *(f"torque of inertia, {moment.unit}", f"torque in shaft, {moment.unit}"),
+        )
+        bound = 10.0 ** np.ceil(np.log10(max(self.residual, 1e-12)))
+        return f"{head}{table(columns, rows)}\nresidual torques below {bound:.0e} of the largest"

@@ -1,0 +1,309 @@
+"""Inertias and stiffnesses of a drive, each on its own shaft and referred to one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from lumped.compiler.system import Name
+from lumped.errors import OptionError
+from lumped.support.arguments import checked
+from lumped.support.display_units import display
+from lumped.support.rich_html import RichHtml
+from lumped.support.text_table import listed, number, table
+from lumped.vibration.inertias.drive_parts import DriveParts, drive_parts
+from lumped.vibration.inertias.holzer import Holzer
+from lumped.vibration.inertias.stations import ElasticPart, InertialPart, Part
+from lumped.vibration.natural.modes import Modes
+
+__all__ = ["MassElastic", "mass_elastic"]
+
+Real = NDArray[np.float64]
+
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class MassElastic(RichHtml):
+    """Inertias and stiffnesses of a drive, in the order from its free ends to its last inertia.
+
+    Attributes
+    ----------
+    name, over : str
+        The model, and the angle of the reference shaft.
+    parts : tuple of InertialPart or ElasticPart
+        A branch precedes the inertia that it joins.
+    left_out : tuple of str
+        Parts that transmit torque and are neither, such as a differential, a machine whose torque
+        lags, or a crank, and parts that no ratio joins to the reference shaft.
+    """
+
+    name: str
+    over: str
+    parts: tuple[Part, ...]
+    left_out: tuple[str, ...]
+
+    @property
+    def inertias(self) -> tuple[InertialPart, ...]:
+        """The inertias alone."""
+        return tuple(part for part in self.parts if isinstance(part, InertialPart))
+
+    @property
+    def shafts(self) -> tuple[ElasticPart, ...]:
+        """The stiffnesses alone."""
+        return tuple(part for part in self.parts if isinstance(part, ElasticPart))
+
+    @property
+    def hertz(self) -> Real:
+        """Natural frequencies without damping, ascending, Hz."""
+        return self._solved[0] / (2 * np.pi)
+
+    @checked
+    def holzer(self, mode: int) -> Holzer:
+        """Angles and torques of all parts in a mode without damping.
+
+        Parameters
+        ----------
+        mode : int
+            Number of the mode by natural frequency, from 0.
+
+        Returns
+        -------
+        Holzer
+
+        Raises
+        ------
+        OptionError
+            If there is no such mode.
+        """
+        w, angles, roots = self._solved
+        if isinstance(mode, bool) or not 0 <= mode < len(w):
+            raise OptionError(f"{self.name}: there is no mode {mode}; {len(w)} modes count from 0.")
+        found, rest, shaft = [], np.zeros(len(angles)), 0
+        for part in self.parts:
+            if isinstance(part, InertialPart):
+                theta = angles[part.station, mode]
+                torque = part.referred * w[mode] ** 2 * theta
+                rest[part.station] += torque
+            else:
+                torque = np.sqrt(part.referred) * roots[shaft, mode]
+                theta, shaft = torque / part.referred, shaft + 1
+                for station, sign in zip(part.stations, (1.0, -1.0), strict=True):
+                    if station >= 0:
+                        rest[station] += sign * torque
+            found.append((theta, torque))
+        turned, torques = np.array(found).T
+        ratio = np.array([part.ratio for part in self.parts])
+        last = self.inertias[-1]
+        return Holzer(
+            self.name,
+            self.over,
+            self.parts,
+            mode,
+            float(w[mode] / (2 * np.pi)),
+            turned * ratio,
+            torques / ratio,
+            float(rest[last.station] / last.ratio),
+            {station: float(angles[station, mode]) for station in self._stations},
+            float(np.abs(rest).max() / np.abs(torques).max()),
+        )
+
+    @property
+    def _stations(self) -> list[int]:
+        """Stations in the order of the parts; one without an inertia comes with its shaft."""
+        heavy = {part.station for part in self.inertias}
+        found: dict[int, None] = {}
+        for part in self.parts:
+            if isinstance(part, InertialPart):
+                found[part.station] = None
+            else:
+                found.update((end, None) for end in part.stations if end not in heavy | {-1})
+        return list(found)
+
+    @cached_property
+    def _solved(self) -> tuple[Real, Real, Real]:
+        """Angular frequencies, referred angles, and torques over the roots of stiffnesses.
+
+        Shapes (k,), (stations, k) and (shafts, k). Singular values of ``C^(1/2) B M^(-1/2)`` have
+        the relative error of a frequency; the eigenvalues of ``M^-1 K`` have that of its square.
+        """
+        inertias, shafts = self.inertias, self.shafts
+        count = 1 + max(max(part.stations) for part in shafts)
+        M = np.zeros(count)
+        np.add.at(M, [part.station for part in inertias], [part.referred for part in inertias])
+        G = np.zeros((len(shafts), count))
+        for row, part in zip(G, shafts, strict=True):
+            for station, sign in zip(part.stations, (-1.0, 1.0), strict=True):
+                if station >= 0:
+                    row[station] += sign * np.sqrt(part.referred)
+        heavy, light = M > 0, M <= 0
+        base = scipy.linalg.orth(G[:, light]) if light.any() else np.zeros((len(shafts), 0))
+        root = np.sqrt(M[heavy])
+        scaled = (G[:, heavy] - base @ (base.T @ G[:, heavy])) / root
+        U, s, V = np.linalg.svd(scaled, full_matrices=False)
+        kept = np.flatnonzero(s > 1e-13 * s.max())[::-1]
+        angles = np.zeros((count, len(kept)))
+        angles[heavy] = V[kept].T / root[:, None]
+        if light.any():
+            angles[light] = -np.linalg.lstsq(G[:, light], G[:, heavy] @ angles[heavy])[0]
+        scale = angles[np.abs(angles).argmax(axis=0), np.arange(len(kept))]
+        return s[kept], angles / scale, U[:, kept] * s[kept] / scale
+
+    def __repr__(self) -> str:
+        inertia, stiffness = display("J", "kg.m2"), display("c", "N.m/rad")
+        rows = []
+        for part in self.parts:
+            if isinstance(part, InertialPart):
+                own, referred = (number(inertia.value(x)) for x in (part.J, part.referred))
+                cells = own, "", referred, ""
+            else:
+                own, referred = (number(stiffness.value(x)) for x in (part.c, part.referred))
+                cells = "", own, "", referred
+            rows.append((part.name, number(part.ratio), *cells))
+        head = f"{self.name}: {len(self.inertias)} inertias and {len(self.shafts)} stiffnesses, "
+        head += f"referred to {self.over}"
+        if self.left_out:
+            head += f"\nleft out: {listed(self.left_out)}"
+        columns = (
+            *("part", "ratio", f"J, {inertia.unit}", f"c, {stiffness.unit}"),
+            *("J referred", "c referred"),
+        )
+        return f"{head}\n" + table(columns, rows)
+
+
+@checked
+def mass_elastic(modes: Modes, *, over: Name) -> MassElastic:
+    """Inertias and stiffnesses of a drive with branches and gears, referred to one of its shafts.
+
+    Components are known by what they do to small motions about the operating point of the modes: an
+    inertia transmits ``J der(w)``, a shaft ``der(tau) = c w_rel``, a gear passes all power on in a
+    fixed ratio; dampers drop out, and so does the damping of the others. A law that is not linear
+    counts with its slope there.
+
+    Parameters
+    ----------
+    modes : Modes
+        From `lumped.modes`.
+    over : name
+        Angle of the reference shaft, rad.
+
+    Returns
+    -------
+    MassElastic
+
+    Raises
+    ------
+    OptionError
+        If the drive has no inertia or no stiffness, or no ratio joins its shafts.
+    """
+    name = modes.system.key(over)
+    found = drive_parts(modes)
+    ratios = _ratios(modes, found, over)
+    station = _stations(found, ratios)
+    left = list(found.other)
+    inertias, shafts = [], []
+    for path, (node, J) in found.inertias.items():
+        if node in ratios:
+            inertias.append(InertialPart(path, ratios[node], J, station[node]))
+        else:
+            left.append(path)
+    for path, (a, b, c) in found.shafts.items():
+        ends = [end for end in (a, b) if end is not None]
+        if ends[0] in ratios:
+            joined = tuple(-1 if end is None else station[end] for end in (a, b))
+            shafts.append(ElasticPart(path, ratios[ends[0]], c, (joined[0], joined[1])))
+        else:
+            left.append(path)
+    if not inertias or not shafts:
+        raise OptionError(
+            f"{modes.system.name}: no inertia and no shaft vibrate together with {name}; name the "
+            "angle of a shaft of the drive."
+        )
+    return MassElastic(modes.system.name, name, tuple(_in_order(inertias, shafts)), tuple(left))
+
+
+def _ratios(modes: Modes, found: DriveParts, over: Name) -> dict[int, float]:
+    """Ratio of each angle to the reference, by its node; those that are not joined are missing."""
+    tree, reduced = modes.system.structure.tree, modes.system.structure.reduced
+    unknown = tree.unknown(over)
+    begin = reduced.node(unknown)
+    if begin is None:
+        raise OptionError(f"{modes.system.name}: {over} was left out of the system.")
+    links: dict[int, list[tuple[int, float, str]]] = {}
+    joints = [(a, b, ratio, path) for path, a, b, ratio in found.gears]
+    joints += [
+        (a, b, 1.0, path)
+        for path, (a, b, _) in found.shafts.items()
+        if a is not None and b is not None
+    ]
+    for a, b, ratio, path in joints:
+        links.setdefault(a, []).append((b, ratio, path))
+        links.setdefault(b, []).append((a, 1 / ratio, path))
+    ratios, waiting = {begin: float(reduced.aliases.signs[unknown])}, [begin]
+    while waiting:
+        node = waiting.pop()
+        for other, ratio, path in links.get(node, ()):
+            value = ratios[node] * ratio
+            if other not in ratios:
+                ratios[other] = value
+                waiting.append(other)
+            elif abs(ratios[other] - value) > _ROUNDING * abs(value):
+                raise OptionError(
+                    f"{modes.system.name}: {path} closes a loop of shafts whose ratios do not "
+                    f"agree ({ratios[other]:.9g} and {value:.9g}), so that nothing can be referred "
+                    f"to {over}."
+                )
+    return ratios
+
+
+def _stations(found: DriveParts, ratios: dict[int, float]) -> dict[int, int]:
+    """Number of the station of each node; gears join nodes."""
+    nodes = list(ratios)
+    place = {node: i for i, node in enumerate(nodes)}
+    pairs = [(place[a], place[b]) for _, a, b, _ in found.gears if a in place and b in place]
+    rows, columns = np.array(pairs, dtype=int).reshape(-1, 2).T
+    graph = scipy.sparse.coo_array((np.ones(len(pairs)), (rows, columns)), shape=(len(nodes),) * 2)
+    labels = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
+    return dict(zip(nodes, labels.tolist(), strict=True))
+
+
+def _in_order(inertias: list[InertialPart], shafts: list[ElasticPart]) -> Iterator[Part]:
+    """Parts from the free ends to the last inertia, a branch before the inertia that it joins."""
+    at: dict[int, list[InertialPart]] = {}
+    for each in inertias:
+        at.setdefault(each.station, []).append(each)
+    beside: dict[int, list[ElasticPart]] = {}
+    for shaft in shafts:
+        for end in shaft.stations:
+            beside.setdefault(end, []).append(shaft)
+    # a path of (station, shaft towards the root), walked without recursion
+    used: set[str] = set()
+    seen = {-1}
+    root = inertias[-1].station
+    seen.add(root)
+    stack: list[tuple[int, ElasticPart | None, Iterator[ElasticPart]]]
+    stack = [(root, None, iter(beside.get(root, ())))]
+    while stack:
+        station, onward, others = stack[-1]
+        for shaft in others:
+            if shaft.name in used:
+                continue
+            used.add(shaft.name)
+            a, b = shaft.stations
+            other = b if a == station else a
+            if other in seen:  # to the ground, or closes a loop
+                yield shaft
+                continue
+            seen.add(other)
+            stack.append((other, shaft, iter(beside[other])))
+            break
+        else:
+            stack.pop()
+            yield from at.get(station, ())
+            if onward is not None:
+                yield onward

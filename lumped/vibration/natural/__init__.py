@@ -1,0 +1,1 @@
+"""Natural frequencies, damping and shapes, and how they change with parameters."""

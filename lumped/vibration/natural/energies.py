@@ -1,0 +1,221 @@
+"""Where the energy of a mode is, what damps it, and where it stands still."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.errors import OptionError
+from lumped.support.arguments import checked
+from lumped.support.display_units import frequency_unit
+from lumped.support.rich_html import RichHtml
+from lumped.support.text_table import number, table
+from lumped.vibration.natural.modes import Modes
+
+__all__ = ["ModalEnergies", "Node", "modal_energies"]
+
+Real = NDArray[np.float64]
+
+_WORK = {("rad", "N.m"), ("m", "N")}
+"""Units of potential and flow of a port whose product is work."""
+_ROUNDING = 1e-9
+_ROUNDLESS = 1e-13
+
+
+@dataclass(frozen=True)
+class Node:
+    """A place that stands still in a mode, or moves least if the mode is damped.
+
+    Attributes
+    ----------
+    component : str
+        Path of the elastic component in which it lies.
+    fraction : float
+        How far along the component, from its first flange (0) to its second (1).
+    amplitude : float
+        What is left of the motion there; the largest of the mode is 1.
+    """
+
+    component: str
+    fraction: float
+    amplitude: float
+
+
+@dataclass(frozen=True, eq=False)
+class ModalEnergies(RichHtml):
+    """Shares of components in the energies of the oscillating modes.
+
+    Attributes
+    ----------
+    modes : Modes
+        Whose energies they are.
+    components : tuple of str
+        Paths of the components that store energy or dissipate it.
+    elastic, kinetic : ndarray, shape (k, len(components))
+        Shares in the elastic and the kinetic energy; each sums to 1 in every mode, and to 0 in a
+        mode of currents alone.
+    damping : ndarray, shape (k, len(components))
+        Contributions to the damping ratio, which is their sum; negative where a component feeds
+        the vibration.
+    """
+
+    modes: Modes
+    components: tuple[str, ...]
+    elastic: Real
+    kinetic: Real
+    damping: Real
+
+    @checked
+    def nodes(self, mode: int) -> tuple[Node, ...]:
+        """Nodes of a mode, in order of the components' declaration.
+
+        Each lies in an elastic component of two flanges, along which the motion changes linearly.
+
+        Raises
+        ------
+        OptionError
+            If there is no such mode.
+        """
+        self._check(mode)
+        modes, found = self.modes, []
+        for path, share in zip(self.components, self.elastic[mode], strict=True):
+            ends = _ends(modes, path) if share > 0 else []
+            if len(ends) != 2:
+                continue
+            a, b = (complex(modes.shape(end)[mode]) for end in ends)
+            way = b - a
+            fraction = -(way.conjugate() * a).real / abs(way) ** 2 if way else -1.0
+            if 0 < fraction < 1:
+                found.append(Node(path, fraction, abs(a + fraction * way)))
+        return tuple(found)
+
+    def _check(self, mode: int) -> None:
+        if not 0 <= mode < len(self.elastic):
+            raise OptionError(f"energies: mode {mode} of {len(self.elastic)}; modes count from 0.")
+
+    @checked
+    def ranked(self, mode: int) -> tuple[list[tuple[str, float]], list[tuple[str, float]]]:
+        """Components and shares in the elastic, then the kinetic energy, the largest first.
+
+        Raises
+        ------
+        OptionError
+            If there is no such mode.
+        """
+        self._check(mode)
+        found = []
+        for shares in (self.elastic[mode], self.kinetic[mode]):
+            order = [i for i in np.argsort(-shares, kind="stable").tolist() if shares[i] > 0]
+            found.append([(self.components[i], float(shares[i])) for i in order])
+        return found[0], found[1]
+
+    def __repr__(self) -> str:
+        rows, frequency = [], frequency_unit()
+        for i, hertz in enumerate(self.modes.hertz[:30]):
+            texts = ["; ".join(f"{n} {100 * v:.1f} %" for n, v in x[:4]) for x in self.ranked(i)]
+            most = np.argsort(-np.abs(self.damping[i]), kind="stable")[:4].tolist()
+            shares = [(self.components[j], self.damping[i, j]) for j in most]
+            damping = "; ".join(f"{n} {v:.3g}" for n, v in shares if v) or "none"
+            rows.append((str(i + 1), number(frequency.value(hertz), 9), *texts, damping))
+        head = (
+            "mode",
+            f"natural frequency, {frequency.unit}",
+            "elastic energy",
+            "kinetic energy",
+            "damping ratio",
+        )
+        moves = self.kinetic.any(axis=1)
+        gaps = np.abs(self.damping.sum(axis=1) - self.modes.damping)
+        missed = gaps[moves].max(initial=0.0)
+        text = f"{self.modes.system.name}: {self.modes.accuracy}; "
+        text += f"contributions miss the damping ratio by {missed:.1e}\n"
+        return text + table(head, rows)
+
+
+def _ends(modes: Modes, path: str) -> list[str]:
+    """Names of the angles or positions at the ports of a component."""
+    tree = modes.system.structure.tree
+    node = next(node for node in tree.instances if node.path == path)
+    quantities = node.layout.quantities
+    return [
+        tree.unknown_name(node.first_unknown + i)
+        for i in range(0, 2 * len(node.layout.ports), 2)
+        if (quantities[i].unit, quantities[i + 1].unit) in _WORK
+    ]
+
+
+@checked
+def modal_energies(modes: Modes) -> ModalEnergies:
+    """Shares of components in the elastic and kinetic energy of each oscillating mode.
+
+    The sum of flow times potential over the ports of a component, with amplitudes,
+    ``z = sum(f conj(q))``, is ``k + l d + l^2 m`` at the eigenvalue ``l``, with ``k`` twice its
+    greatest elastic energy, ``m`` that of the kinetic energy over the speed squared, and ``d`` its
+    loss: ``c abs(q_rel)^2``, ``J abs(q)^2`` and ``d abs(q_rel)^2`` for spring, inertia and damper.
+    Over a whole drive z vanishes, so that ``sum(k) == abs(l)^2 sum(m)`` and the damping ratio is
+    ``sum(d) / (2 abs(l) sum(m))``, exactly (Goldstein, Classical Mechanics, sec. 3.4, for the
+    undamped case). A component is elastic where z allows it without a mass, else kinetic; one that
+    stores both energies counts with their difference.
+
+    Parameters
+    ----------
+    modes : Modes
+        From `lumped.modes`.
+
+    Returns
+    -------
+    ModalEnergies
+
+    Raises
+    ------
+    OptionError
+        If there is no oscillating mode, or the modes are those of a mean over turns.
+    UnknownNameError
+        If a flange was left out of the system by ``outputs=``.
+    """
+    modes.refuse_mean("modal_energies")
+    system = modes.system
+    if not len(modes.eigenvalues):
+        raise OptionError(f"{system.name}: no oscillating mode has energy.")
+    tree = system.structure.tree
+    owners: list[int] = []
+    unknowns: list[int] = []
+    for number_, node in enumerate(tree.instances):
+        quantities = node.layout.quantities
+        for i in range(0, 2 * len(node.layout.ports), 2):
+            if (quantities[i].unit, quantities[i + 1].unit) in _WORK:
+                owners.append(number_)
+                unknowns.append(node.first_unknown + i)
+    potentials, flows = (
+        modes._of_unknowns([u + k for u in unknowns], modes.vectors, modes.eigenvalues)
+        for k in (0, 1)
+    )
+    whole = np.zeros((len(tree.instances), len(modes.eigenvalues)), dtype=complex)
+    np.add.at(whole, owners, flows * potentials.conj())
+    sums = whole.copy()
+    for number_, node in enumerate(tree.instances):
+        if node.parent >= 0:  # what parts store is theirs
+            sums[node.parent] -= whole[number_]
+    size = np.abs(sums).max(axis=0)
+    sums[np.abs(sums) <= _ROUNDING * size] = 0.0  # gears, supports, composites
+    values, angular = modes.eigenvalues, np.abs(modes.eigenvalues)
+    loss = sums.imag / values.imag
+    elastic = sums.real - values.real * loss
+    elastic[np.abs(elastic) <= _ROUNDING * size] = 0.0
+    kinetic = np.maximum(-elastic, 0.0)
+    loss -= 2 * values.real / angular**2 * kinetic
+    loss[np.abs(loss * angular) <= _ROUNDLESS * size] = 0.0
+    elastic = np.maximum(elastic, 0.0)
+    used = np.flatnonzero((elastic + kinetic + np.abs(loss)).any(axis=1))
+    # currents alone oscillate in a mode without mechanical energy, which has no shares
+    moves = (elastic.sum(axis=0) > 0) & (kinetic.sum(axis=0) > 0)
+    all_elastic, all_kinetic = (np.where(moves, e.sum(axis=0), np.inf) for e in (elastic, kinetic))
+    return ModalEnergies(
+        modes,
+        tuple(tree.instances[i].path for i in used.tolist()),
+        (elastic[used] / all_elastic).T,
+        (kinetic[used] / all_kinetic).T,
+        (loss[used] * angular / (2 * all_kinetic)).T,
+    )

@@ -1,0 +1,480 @@
+"""Natural frequencies, damping ratios and mode shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import OptionError, SolverError, UnknownNameError
+from lumped.numerics.eigen import eigenpairs
+from lumped.numerics.eigen_near import eigenpairs_near
+from lumped.plots.draw import Backend, draw
+from lumped.points.linearise import sparse_state_matrix
+from lumped.points.moved_equilibrium import held_still
+from lumped.points.situation import one_sided, situation
+from lumped.points.start import start_point
+from lumped.points.vibrating_states import finite, moving
+from lumped.support.arguments import checked
+from lumped.support.display_units import Units, chosen, frequency_unit
+from lumped.support.made_once import made_once
+from lumped.support.text_table import number, table
+from lumped.timeloop.results.result import OperatingPoint
+from lumped.vibration.natural.eigen_accuracy import Accuracy, accuracy, lost
+from lumped.vibration.natural.eigenpairs import Eigenpairs
+from lumped.vibration.pictures import mode_shapes_picture
+
+__all__ = ["Modes", "modes", "modes_of"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_MOST_DRAWN = 16
+_SMALL = 200
+"""States up to which all modes are computed although only some are asked for."""
+
+
+@dataclass(frozen=True, eq=False)
+class Modes(Eigenpairs):
+    """Modes of a linearised system, sorted by natural frequency.
+
+    Attributes
+    ----------
+    eigenvalues : ndarray of complex, shape (k,)
+        One of each conjugate pair of the oscillating modes, 1/s.
+    decays : ndarray, shape (r,)
+        Real eigenvalues other than those of rigid-body modes, ascending, 1/s.
+    vectors, decay_vectors : ndarray of complex, shapes (n, k) and (n, r)
+        Their eigenvectors in the states, in columns.
+    point : OperatingPoint
+        Where the system was linearised.
+    near : float or None
+        Frequency to which the modes are nearest, Hz, if only some were asked for.
+    mean : csr_array or None
+        State matrix, if it is a mean over turns and not that of the point.
+    """
+
+    @property
+    def rigid_names(self) -> tuple[str, ...]:
+        """What turns or moves together in each rigid-body mode."""
+        names = self._positions[0]
+        shapes = self._rigid_positions / self._rigid_scale
+        found = []
+        for column, raw in zip(shapes.T, self.rigid_vectors.T, strict=True):
+            together = [n for n, v in zip(names, column, strict=True) if abs(v) > 1e-6]
+            none = "" if together else "no body, "
+            if none:  # what only keeps its value, such as an integral of control or a count
+                kept = np.flatnonzero(np.abs(raw) > 1e-6 * np.abs(raw).max())
+                together = [self.system.state_names[i] for i in kept]
+            more = f", ... {len(together) - 6} more" if len(together) > 6 else ""
+            found.append(none + ", ".join(together[:6]) + more)
+        return tuple(found)
+
+    @cached_property
+    def accuracy(self) -> Accuracy:
+        """Residuals and conditions of the oscillating modes."""
+        return accuracy(self)
+
+    @cached_property
+    def lost(self) -> int:
+        """Eigenvalues that are not zero, but below the rounding of the highest.
+
+        They count among the rigid-body modes, beside stiffnesses that differ by a factor of some
+        1e26. Not looked at where only some modes were asked for, and above 500 states.
+        """
+        return lost(self)
+
+    @property
+    def angles(self) -> list[str]:
+        """Names of all angles and positions that move by themselves, in order of declaration."""
+        return self._positions[0]
+
+    @checked
+    def shape(self, name: Name) -> Real | Complex:
+        """Amplitudes of a quantity in all oscillating modes, shape (k,).
+
+        Each mode is scaled so that the largest angle (position) of a body is 1. Real if the
+        system is undamped, else complex (its argument is the phase).
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such quantity.
+        """
+        values = self._amplitudes(name, self.vectors, self.eigenvalues) / self._scale
+        real = np.abs(values.imag) <= 1e-9 * np.maximum(np.abs(values), 1e-12)
+        return values.real if (self.damping == 0).all() and real.all() else values
+
+    @checked
+    def rigid_shape(self, name: Name) -> Real:
+        """Relative speeds (or angles) of a quantity in all rigid-body modes."""
+        raw = self._amplitudes(name, self.rigid_vectors, np.zeros(self.rigid)).real
+        return raw / self._rigid_scale
+
+    def _amplitudes(self, name: Name, vectors: Complex | Real, values: Complex | Real) -> Complex:
+        unknown = self.system.structure.tree.unknown(name)
+        found: Complex = self._of_unknowns([unknown], vectors, values)[0]
+        return found
+
+    def _of_unknowns(
+        self, unknowns: list[int], vectors: Complex | Real, values: Complex | Real
+    ) -> Complex:
+        """Unscaled amplitudes of unknowns, by number, shape (len(unknowns), len(values))."""
+        reduced = self.system.structure.reduced
+        nodes = [reduced.node(unknown) for unknown in unknowns]
+        alive = [i for i, node in enumerate(nodes) if node is not None]
+        result = np.zeros((len(nodes), vectors.shape[1]), dtype=complex)
+        wanted = [node for node in nodes if node is not None]
+        lost = [i for i, n in zip(alive, self._lowest(wanted), strict=True) if n is None]
+        if lost:
+            name = self.system.structure.tree.unknown_name(unknowns[lost[0]])
+            raise UnknownNameError(f"'{name}' was left out of the system.")
+        if wanted:
+            result[alive] = self._required(wanted, vectors, values)
+            result[alive] *= reduced.aliases.signs[np.array(unknowns)[alive]][:, None]
+        return result
+
+    def _of_nodes(
+        self, nodes: list[int], vectors: Complex | Real, values: Complex | Real
+    ) -> Complex | None:
+        """Amplitudes of nodes; an angle left out comes from its speed."""
+        # an angle that the states give has no speed in a rigid-body mode
+        found = self._lowest(nodes, speeds_first=bool(np.any(values)))
+        rows = [n for n in found if n is not None]
+        if len(rows) < len(nodes):
+            return None
+        power = [row - node for row, node in zip(rows, nodes, strict=True)]
+        amplitudes = np.asarray(self._by_states(rows) @ vectors, dtype=complex)
+        for i, depth in enumerate(power):
+            if depth:
+                amplitudes[i] /= np.where(values == 0, 1.0, values) ** depth
+        return amplitudes
+
+    def _by_states(self, nodes: list[int]) -> scipy.sparse.csr_array:
+        """Derivatives of nodes by the states, shape (len(nodes), n)."""
+        point = self.point
+        slopes = _slopes(self.system, tuple(nodes))
+        found = slopes(point.x, point.theta, point.time, point.settings)
+        return scipy.sparse.csr_array(found.sparse())
+
+    def _lowest(self, nodes: list[int], speeds_first: bool = True) -> list[int | None]:
+        """For each node itself, or the lowest derivative of it that the system computes."""
+        result: list[int | None] = [None] * len(nodes)
+        states = set(self.system.structure.states)
+        # an angle may be the sum of all torsions before it
+        ahead = [
+            i
+            for i, node in enumerate(nodes)
+            if speeds_first
+            and node in self._port_nodes
+            and node not in states
+            and self._has_rate(node)
+        ]
+        usable = self.system.structure.available([nodes[i] + 1 for i in ahead], cyclic=False)
+        for i, fits in zip(ahead, usable, strict=True):
+            if fits:
+                result[i] = nodes[i] + 1
+        waiting, depth = [i for i, found in enumerate(result) if found is None], 0
+        while waiting:
+            trial = [nodes[i] + depth for i in waiting]
+            usable = self.system.structure.available(trial, cyclic=False)
+            left = []
+            for i, node, fits in zip(waiting, trial, usable, strict=True):
+                if fits:
+                    result[i] = node
+                elif self._has_rate(node):
+                    left.append(i)
+            waiting, depth = left, depth + 1
+        return result
+
+    @cached_property
+    def _positions(self) -> tuple[list[str], Complex]:
+        """Names and amplitudes of all angles and positions of ports in the oscillating modes."""
+        nodes = self._position_nodes
+        names = [self.system.structure.node_name(n) for n in nodes]
+        return names, self._required(nodes, self.vectors, self.eigenvalues)
+
+    @cached_property
+    def _position_nodes(self) -> list[int]:
+        members = self.system.structure.members
+        nodes = sorted(self._port_nodes, key=lambda n: members.get(n, n))
+        return [n for n, low in zip(nodes, self._lowest(nodes), strict=True) if low is not None]
+
+    def _has_rate(self, node: int) -> bool:
+        number_, order = self.system.structure.reduced.class_and_order(node)
+        return bool(order < self.system.structure.reduced.highest[number_])
+
+    @cached_property
+    def _port_nodes(self) -> set[int]:
+        """Angles and positions of ports; where there are none, other potentials."""
+        system, reduced = self.system, self.system.structure.reduced
+        found: set[int] = set()
+        others: set[int] = set()
+        for node in system.structure.tree.instances:
+            for i, quantity in enumerate(node.layout.quantities):
+                n = reduced.node(node.first_unknown + i)
+                if quantity.kind == "potential" and n is not None:
+                    (found if quantity.unit in ("rad", "m") else others).add(n)
+        return found or others
+
+    def _required(
+        self, nodes: list[int], vectors: Complex | Real, values: Complex | Real
+    ) -> Complex:
+        if not nodes:
+            return np.abs(vectors).astype(complex)
+        found = self._of_nodes(nodes, vectors, values)
+        assert found is not None
+        return found
+
+    @cached_property
+    def _scale(self) -> Complex:
+        amplitudes = self._positions[1]
+        if not amplitudes.size:
+            return np.ones(amplitudes.shape[1], dtype=complex)
+        largest = np.abs(amplitudes).argmax(axis=0)
+        scale = amplitudes[largest, np.arange(amplitudes.shape[1])]
+        return np.where(np.abs(scale) > 0, scale, 1.0)
+
+    @cached_property
+    def _rigid_positions(self) -> Real:
+        """Amplitudes of all angles and positions of ports in the rigid-body modes."""
+        return self._required(self._position_nodes, self.rigid_vectors, np.zeros(self.rigid)).real
+
+    @cached_property
+    def _rigid_scale(self) -> Real:
+        raw = self._rigid_positions
+        largest = np.abs(raw).argmax(axis=0) if raw.size else np.zeros(self.rigid, dtype=int)
+        scale = raw[largest, np.arange(self.rigid)]
+        return np.where(np.abs(scale) > 0, scale, 1.0)
+
+    @checked
+    def plot(
+        self,
+        names: Iterable[Name] | None = None,
+        *,
+        modes: Iterable[int] | None = None,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
+        """Amplitudes along the drive, one panel for each mode.
+
+        Of more than 16 modes the lowest are drawn, and a note says so.
+
+        Parameters
+        ----------
+        names : iterable of names or references, optional
+            Quantities in the order along the drive; default is all angles and positions in the
+            order of their declaration.
+        modes : iterable of int, optional
+            Numbers of the modes to draw, from 0; default is all.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        OptionError
+            If there is no oscillating mode, none of a number, or no quantity is named.
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
+        """
+        name, every = self.system.name, len(self.hertz)
+        if not every:
+            raise OptionError(f"{name}: no oscillating mode to draw.")
+        drawn = list(range(min(every, _MOST_DRAWN))) if modes is None else list(modes)
+        for mode in drawn:
+            if not 0 <= mode < every:
+                raise OptionError(
+                    f"{name}: modes = {drawn}: there is no mode {mode}; {every} modes count "
+                    f"from 0 to {every - 1}."
+                )
+        if not drawn:
+            raise OptionError(f"{name}: modes = []: give the number of at least one mode.")
+        wanted = self.angles if names is None else [self.system.key(n) for n in names]
+        if not wanted:
+            raise OptionError(f"{name}: name at least one quantity to draw.")
+        note = ""
+        if modes is None and len(drawn) < every:
+            note = f"the {len(drawn)} lowest of {every} modes; modes= chooses others"
+        frequency = frequency_unit(chosen(units, ("frequency", *self.system.names())))
+        captions = [
+            f"{frequency.value(self.hertz[k]):.4g} {frequency.unit}, damping ratio "
+            f"{self.damping[k]:.3g}"
+            for k in drawn
+        ]
+        shapes = np.array([self.shape(name)[drawn] for name in wanted])
+        return draw(mode_shapes_picture(name, wanted, shapes, captions, note), backend, ax)
+
+    def __repr__(self) -> str:
+        frequency = frequency_unit()
+        names, amplitudes = self._positions
+        scaled = amplitudes / self._scale
+        head = (
+            f"{self.system.name}: {len(self.hertz)} oscillating and {self.rigid} rigid-body modes"
+            f", {len(self.decays)} decays{situation(self.point)}"
+        )
+        if side := one_sided(self.point):
+            head += f"\n{side}"
+        if self.near is not None:
+            head += f"; only those near {frequency.value(self.near):g} {frequency.unit}"
+        if len(self.hertz):
+            head += f"\n{self.accuracy}"
+        if self.lost:
+            head += (
+                f"\nnote: {self.lost} eigenvalues that are not zero are below the rounding of the "
+                "highest, and count among the rigid-body modes; analyse the soft parts alone"
+            )
+        rows = []
+        for i, (f, z) in enumerate(zip(self.hertz[:30], self.damping, strict=False)):
+            order = np.argsort(-np.abs(scaled[:, i]))[:3].tolist() if names else []
+            parts = [f"{names[j]} {_signed(scaled[j, i])}" for j in order]
+            rows.append((str(i + 1), number(frequency.value(f), 9), number(z, 4), "; ".join(parts)))
+        lines = [head]
+        if rows:
+            told = f"natural frequency, {frequency.unit}"
+            lines.append(table(("mode", told, "damping ratio", "shape"), rows))
+        if len(self.decays):
+            listed = ", ".join(number(value, 4) for value in self.decays[:10])
+            lines.append(f"decays, 1/s: {listed}{', ...' if len(self.decays) > 10 else ''}")
+        lines += [f"rigid body: {name}" for name in self.rigid_names]
+        return "\n".join(lines)
+
+
+def _signed(value: complex) -> str:
+    if abs(value.imag) <= 1e-6 * abs(value):
+        return f"{round(value.real, 3) + 0.0:+.3f}"
+    return f"{abs(value):.3f} at {np.degrees(np.angle(value)):.0f} deg"
+
+
+@checked
+def modes(
+    system: System,
+    *,
+    at: OperatingPoint | None = None,
+    parameters: Changes | None = None,
+    near: float | None = None,
+    count: int | None = None,
+) -> Modes:
+    """Natural frequencies, damping ratios and mode shapes.
+
+    What sticks at the operating point counts as rigid: a drive whose brake holds vibrates against
+    the brake. What is open there transmits nothing. The first line of what is printed says what is
+    open, closed, stuck, sliding or released.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    at : OperatingPoint, optional
+        Where to linearise; default is the start point.
+    parameters : mapping of name to float, optional
+        Parameters to change, if `at` is not given.
+    near : float, optional
+        Frequency, Hz, for large drives: only the `count` oscillating modes nearest to it are
+        computed, by sparse iteration. With 0 rigid-body modes are found too; decays are those
+        found on the way. Of modes that repeat within one connected drive some may be missed.
+    count : int, optional
+        How many modes, with `near`.
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    OptionError
+        If options contradict each other.
+    SolverError
+        If the linearisation is not finite, or the sparse iteration does not converge.
+    """
+    if (near is None) != (count is None):
+        raise OptionError("modes: `near` and `count` go together, such as near=0.0, count=20.")
+    if near is not None and not (np.isfinite(near) and near >= 0):
+        raise OptionError(f"modes: near = {near:g} Hz must be finite and not negative.")
+    if count is not None and count < 1:
+        raise OptionError(f"modes: count = {count} must be at least 1.")
+    if at is not None and parameters:
+        raise OptionError("modes: give the parameters when making the operating point `at`.")
+    point = finite(at or start_point(system, parameters=parameters))
+    matrix = scipy.sparse.csr_array(sparse_state_matrix(point.system, point))
+    return modes_of(point, matrix, near, count)
+
+
+@made_once
+def _slopes(system: System, nodes: tuple[int, ...]) -> ca.Function:
+    """Derivatives of nodes by the states."""
+    slope = ca.jacobian(system.structure.values.of(list(nodes)), system.inputs[0])
+    return ca.Function("C", system.inputs, [slope])
+
+
+def modes_of(
+    point: OperatingPoint,
+    matrix: scipy.sparse.csr_array,
+    near: float | None = None,
+    count: int | None = None,
+    *,
+    is_mean: bool = False,
+) -> Modes:
+    """Modes of a state matrix (see `modes`), shape (n, n), at a point or of a mean."""
+    system = point.system
+    if not np.isfinite(matrix.data).all():
+        raise SolverError(
+            f"{system.name}: the linearisation is not finite at the operating point:\n{point!r}"
+        )
+    matrix.eliminate_zeros()
+    n = matrix.shape[0]
+    label = scipy.sparse.csgraph.connected_components(matrix, directed=False)[1]
+    values: list[complex] = []
+    vectors: list[np.ndarray] = []
+    rigid: list[np.ndarray] = []
+    decays: list[float] = []
+    fading: list[np.ndarray] = []
+    members = np.flatnonzero(moving(system, point))
+    members = members[np.argsort(label[members], kind="stable")]
+    for own in np.split(members, np.flatnonzero(np.diff(label[members])) + 1):
+        if not len(own):
+            continue
+        block = matrix[own][:, own]
+        if near is None or count is None or len(own) <= _SMALL:
+            found = eigenpairs(block.toarray())
+        else:
+            found = eigenpairs_near(block, 2 * np.pi * near, count)
+        for value, vector in zip(*found, strict=True):
+            full = np.zeros(n, dtype=complex)
+            full[own] = vector
+            if value == 0:
+                rigid.append(full.real)
+            elif value.imag > 0:
+                values.append(complex(value))
+                vectors.append(full)
+            elif value.imag == 0:
+                decays.append(float(value.real))
+                fading.append(full)
+    all_values = np.array(values, dtype=complex)
+    order = np.argsort(np.abs(all_values), kind="stable")
+    if near is not None:
+        distance = np.abs(all_values[order] - 2j * np.pi * near)
+        order = order[np.sort(np.argsort(distance, kind="stable")[:count])]
+    slowest = np.argsort(np.array(decays), kind="stable")
+    return Modes(
+        system,
+        np.array([values[i] for i in order.tolist()], dtype=complex),
+        np.column_stack([np.zeros((n, 0)), *(vectors[i] for i in order)]),
+        held_still(point, np.column_stack([np.zeros((n, 0)), *rigid])),
+        np.array(decays)[slowest],
+        np.column_stack([np.zeros((n, 0)), *(fading[i] for i in slowest)]),
+        point,
+        near,
+        matrix if is_mean else None,
+    )

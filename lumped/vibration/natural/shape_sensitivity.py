@@ -1,0 +1,192 @@
+"""How mode shapes change with parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from lumped.compiler.system import Name
+from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.points.linearise import sparse_state_matrix
+from lumped.points.moved_equilibrium import moved_point, still_point
+from lumped.points.vibrating_states import moving
+from lumped.support.arguments import checked
+from lumped.support.display_units import frequency_unit
+from lumped.support.rich_html import RichHtml
+from lumped.support.text_table import number, table
+from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity
+from lumped.vibration.natural.left_vectors import left_vectors, parts
+from lumped.vibration.natural.modes import Modes
+from lumped.vibration.natural.repeated_eigenvalues import Along
+
+__all__ = ["ShapeSensitivity", "shape_sensitivity"]
+
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeSensitivity(RichHtml):
+    """Derivatives of `Modes.shape`; ``found["b.phi", "shaft.c"]`` has one for each mode.
+
+    Attributes
+    ----------
+    modes : Modes
+        What was derived.
+    of, to : tuple of str
+        Quantities and parameters.
+    values : ndarray of complex, shape (k, len(of), len(to))
+        Derivatives of amplitudes, the largest angle (position) of the mode being 1; nan where an
+        eigenvalue repeats.
+    moving : bool
+        The operating point is an equilibrium that moves with the parameters. If False, it is held.
+    residual : float
+        Largest relative residual of the equations solved for the derivatives.
+    """
+
+    modes: Modes
+    of: tuple[str, ...]
+    to: tuple[str, ...]
+    values: Complex
+    moving: bool
+    residual: float
+
+    def __getitem__(self, pair: tuple[Name, Name]) -> Complex:
+        places = []
+        for name, known in zip(pair, (self.of, self.to), strict=True):
+            key = self.modes.system.key(name)
+            if key not in known:
+                raise UnknownNameError(f"'{key}' was not asked for. {nearest(key, known)}")
+            places.append(known.index(key))
+        found: Complex = self.values[:, places[0], places[1]]
+        return found
+
+    def __repr__(self) -> str:
+        theta = self.modes.point.parameters
+        rows, frequency = [], frequency_unit()
+        for k, hertz in enumerate(self.modes.hertz[:12]):
+            change = self.values[k] * [theta[name] for name in self.to]
+            order = np.argsort(-np.abs(change), axis=None)[:4]
+            text = "repeated: no derivatives"
+            if np.isfinite(change).all():
+                pairs = [np.unravel_index(i, change.shape) for i in order]
+                text = "; ".join(
+                    f"{self.of[i]} by {self.to[j]} {abs(change[i, j]):.4f}" for i, j in pairs
+                )
+            rows.append((str(k + 1), number(frequency.value(hertz), 9), text))
+        head = (
+            f"{self.modes.system.name}: size of the change of amplitudes for a relative change of "
+            f"parameters; residual {self.residual:.1e}"
+        )
+        return f"{head}\n" + table(
+            ("mode", f"natural frequency, {frequency.unit}", "largest"), rows
+        )
+
+
+@checked
+def shape_sensitivity(
+    modes: Modes, *, of: Iterable[Name], to: Iterable[Name] | None = None
+) -> ShapeSensitivity:
+    """Exact derivatives of mode shapes by parameters.
+
+    The derivative of an eigenvector solves ``(A - l) dx - x dl == -dA x`` with ``y^H dx == 0``
+    (bordered form of Nelson, AIAA Journal 14, 1976). In each mode the angle or position that is
+    the largest stays 1.
+
+    Parameters
+    ----------
+    modes : Modes
+        From `lumped.modes`.
+    of : iterable of names
+        Quantities, such as angles, speeds and torques.
+    to : iterable of names, optional
+        Parameters; default is all that can be changed.
+
+    Returns
+    -------
+    ShapeSensitivity
+
+    Raises
+    ------
+    OptionError
+        If `of` is empty, there is no oscillating mode, or no angle or position by which shapes
+        are scaled.
+    UnknownNameError
+        If a name does not exist.
+    SolverError
+        If a derivative is not finite.
+    """
+    system, point = modes.system, modes.point
+    wanted = tuple(system.key(name) for name in of)
+    if not wanted:
+        raise OptionError("shape_sensitivity: name at least one quantity in `of`.")
+    if not (len(modes.eigenvalues) and modes.angles):
+        raise OptionError(f"{system.name}: no oscillating mode of an angle or position to derive.")
+    slopes = eigen_sensitivity(modes, to=to)
+    places = system.places(slopes.parameters)
+    moved = moved_point(point, places) if slopes.moving else None
+    moved = moved or still_point(point, places)
+    reduced, unknowns = (
+        system.structure.reduced,
+        [system.structure.tree.unknown(name) for name in wanted],
+    )
+    largest = np.abs(modes._positions[1]).argmax(axis=0)
+    references = [modes._position_nodes[i] for i in largest]
+    nodes = [reduced.node(u) for u in unknowns]
+    alive = [i for i, node in enumerate(nodes) if node is not None]
+    both = [*(node for node in nodes if node is not None), *references]
+    lowest = modes._lowest(both)
+    rows = [row for row in lowest if row is not None]
+    if len(rows) < len(both):
+        name = wanted[alive[lowest.index(None)]]
+        raise UnknownNameError(f"'{name}' was left out of the system.")
+    depth = np.array(rows) - np.array(both)
+    outputs = ca.vertcat(system.rates, system.structure.values.of(rows))
+    inputs = (point.x, point.theta, point.time, point.settings)
+    C = ca.Function("C", system.inputs, [ca.jacobian(outputs, system.inputs[0])])(*inputs)
+    C = scipy.sparse.csr_array(C.sparse())[len(point.x) :]
+    along = Along(modes, outputs, moved)
+    matrix = scipy.sparse.csc_array(sparse_state_matrix(system, point)).astype(complex)
+    left, part, mobile = left_vectors(modes), parts(modes), moving(system, point)
+    values = np.zeros((len(modes.eigenvalues), len(wanted), len(places)), dtype=complex)
+    worst = 0.0
+    for k, value in enumerate(modes.eigenvalues):
+        if k in slopes.repeated:
+            values[k] = np.nan
+            continue
+        x = modes.vectors[:, k]
+        change = along(x)
+        own = np.flatnonzero((part == part[np.abs(x).argmax()]) & mobile)
+        dx = np.zeros((len(x), len(places)), dtype=complex)
+        dx[own], missed = _bordered(matrix[own][:, own], value, x[own], left[own, k], change[own])
+        worst = max(worst, missed)
+        power = value ** depth[:, None]
+        a = (C @ x)[:, None] / power
+        da = (change[len(x) :] + C @ dx) / power
+        da -= depth[:, None] * a * slopes.eigenvalues[k] / value
+        s, ds = a[len(alive) + k], da[len(alive) + k]
+        signs = reduced.aliases.signs[np.array(unknowns)[alive]][:, None]
+        here = slice(len(alive))
+        values[k, alive] = signs * (da[here] / s - a[here] * ds / s**2)
+    return ShapeSensitivity(modes, wanted, slopes.parameters, values, slopes.moving, worst)
+
+
+def _bordered(
+    block: scipy.sparse.csc_array, value: complex, x: Complex, y: Complex, change: Complex
+) -> tuple[Complex, float]:
+    """Derivatives of an eigenvector, and the relative residual of their equations."""
+    n = len(x)
+    full = scipy.sparse.csc_array(
+        scipy.sparse.block_array(
+            [[block - value * scipy.sparse.eye_array(n), -x[:, None]], [y.conj()[None, :], None]]
+        )
+    )
+    right = np.vstack([-change, np.zeros((1, change.shape[1]))])
+    found = scipy.sparse.linalg.splu(full).solve(right)
+    size = np.abs(full) @ np.abs(found) + np.abs(right)
+    missed = np.abs(full @ found - right) / np.where(size > 0, size, 1.0)
+    return found[:n], float(missed.max(initial=0.0))

@@ -1,0 +1,1 @@
+"""Vibrations order by order of a rotation, over its speed."""

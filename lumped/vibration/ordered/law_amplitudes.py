@@ -1,0 +1,71 @@
+"""Amplitudes at which laws hold, such that they agree with the vibration that follows."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.errors import OptionError, SolverError
+from lumped.numerics.settled_amplitudes import SETTLED, settled_amplitudes
+from lumped.vibration.ordered.order_solution import OrderEquations
+from lumped.vibration.ordered.synthesis import Synthesis
+from lumped.vibration.rotating.amplitude_laws import AmplitudeLaws
+
+__all__ = ["found_amplitudes", "law_measure"]
+
+Real = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+
+def law_measure(both: Synthesis) -> Literal["half range", "sum"]:
+    """What of a vibration counts as its amplitude: the sum, if its orders have no cycle."""
+    try:
+        return "half range" if both.turns else "sum"
+    except OptionError:
+        return "sum"
+
+
+def found_amplitudes(
+    equations: OrderEquations, laws: AmplitudeLaws, first: int
+) -> tuple[Real, float]:
+    """Amplitudes at which laws agree with the vibration that follows from them.
+
+    Parameters
+    ----------
+    first : int
+        Place of the first of the quantities among the outputs of the equations.
+
+    Returns
+    -------
+    ndarray, float, shape (k, m)
+        Amplitudes, and the largest relative difference.
+
+    Raises
+    ------
+    SolverError
+        If none are found.
+    """
+    over, orders, count = equations.over, equations.orders, len(laws.places)
+    if not count:
+        return np.zeros((len(over.speeds), 0)), 0.0
+
+    def follows(amplitudes: Real, at: Integer) -> Real:
+        y = equations.solved(amplitudes, at).y[:, :, first : first + count]
+        each = [Synthesis("law", "1", over.speeds[at], orders, y[:, :, i]) for i in range(count)]
+        return np.column_stack([b.sum if law_measure(b) == "sum" else b.half_range for b in each])
+
+    found, missed = settled_amplitudes(follows, np.zeros((len(over.speeds), count)))
+    worst = int(missed.argmax())
+    if missed[worst] > SETTLED:
+        told = ", ".join(
+            f"{name} = {value:.6g}" for name, value in zip(laws.names, found[worst], strict=True)
+        )
+        raise SolverError(
+            f"{over.system.name}: at {over.speeds[worst]:.9g} rad/s no amplitude was found at "
+            f"which laws agree with the vibration: after {told} they still differ by "
+            f"{missed[worst]:.1e} of it. Let the rows over the amplitude change less steeply, or "
+            "leave this speed out."
+        )
+    return found, float(missed.max())

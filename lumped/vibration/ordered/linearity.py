@@ -1,0 +1,262 @@
+"""How far a vibration stays in the range in which its linearisation holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import lcm
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.compiler.system import System
+from lumped.errors import OptionError
+from lumped.support.display_units import speed_unit
+from lumped.support.made_once import made_once
+from lumped.timeloop.plants.many_points import ManyPoints
+from lumped.vibration.ordered.order_solution import OrderSolution
+from lumped.vibration.ordered.synthesis import Synthesis
+from lumped.vibration.rotating.rotation import Rotation, settled
+from lumped.vibration.rotating.small_vibrations import SmallVibrations
+
+__all__ = ["Linearity", "linearity"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_POINTS = 16
+"""Points for each period of the highest order."""
+_FEWEST, _MOST = 256, 8192
+_EVENLY = 8
+"""Speeds that are looked at beside those at which quantities vibrate most."""
+_TOLD = 0.05
+"""Share of an amplitude from which on a note is due."""
+
+
+@dataclass(frozen=True)
+class Linearity:
+    """What a vibration leaves out, where that is most.
+
+    Attributes
+    ----------
+    speed : float
+        Speed of the shaft, rad/s.
+    output : str
+        The quantity.
+    order : float
+        The order that changes most.
+    share : float
+        By how much of the largest amplitude of the quantity, if the equations are taken along the
+        vibration as they are: one more step of the perturbation.
+    states : tuple of str
+        States whose vibration adds most to that, the largest first.
+    released : dict of str to float
+        Components that stick, are closed or rest against a stop in the mean and would not along the
+        vibration, and the first speed, rad/s, at which.
+    """
+
+    speed: float
+    output: str
+    order: float
+    share: float
+    states: tuple[str, ...]
+    released: dict[str, float]
+
+    @property
+    def note(self) -> str:
+        """What to say of it; empty if it is small."""
+        parts, speed = [], speed_unit()
+        if self.share > _TOLD:
+            parts.append(
+                f"not linear: order {self.order:g} of {self.output} is wrong by about "
+                f"{min(self.share, 9.99):.0%} at {speed.value(self.speed):.5g} {speed.unit}, as "
+                f"{' and '.join(self.states)} vibrate{'s' * (len(self.states) == 1)} too far"
+            )
+        if self.released:
+            told = ", ".join(
+                f"{name} (from {speed.value(w):.5g} {speed.unit})"
+                for name, w in self.released.items()
+            )
+            parts.append(f"what is held in the mean changes along the vibration: {told}")
+        return "; ".join(parts)
+
+
+class _Missing(NamedTuple):
+    """Share, output and order of what is missing at a speed, and what is released there."""
+
+    share: float
+    output: int
+    order: int
+    released: list[str]
+
+
+def linearity(
+    small: SmallVibrations,
+    solution_at: Callable[[int], tuple[Rotation, OrderSolution, Complex]],
+    speeds: Real,
+    orders: Real,
+    values: Complex,
+) -> Linearity | None:
+    """Take the equations along a vibration as they are, at the speeds where it is largest.
+
+    None if they are linear, or the orders have no common cycle.
+
+    Parameters
+    ----------
+    solution_at : callable
+        Gives the steady rotation, the solution, and the amplitudes of the inputs at one of the
+        speeds, by its number.
+    values : ndarray of complex, shape (k, o, outputs)
+        Amplitudes of the outputs.
+    """
+    system = small.system
+    x = system.inputs[0]
+    bent = any(ca.jacobian_sparsity(small.expressions[i], x).nnz() for i in (2, 4))
+    if not bent and not system.switching.names:
+        return None
+    turns = solution_at(0)[0].turns
+    try:
+        cycle = lcm(turns, Synthesis("", "", speeds, orders, values[:, :, 0]).turns)
+    except OptionError:
+        return None
+    count = len(speeds)
+    chosen = set(np.linspace(0, count - 1, min(_EVENLY, count)).astype(int).tolist())
+    chosen |= set(np.abs(values).sum(axis=1).argmax(axis=0).tolist())
+    worst, released = None, dict[str, float]()
+    for k in sorted(chosen):
+        here = _Along(small, *solution_at(k), orders, cycle)
+        found = here.missing()
+        for name in found.released:
+            released.setdefault(name, float(speeds[k]))
+        if worst is None or found.share > worst[1].share:
+            worst = here, found
+    assert worst is not None
+    along, found = worst
+    return Linearity(
+        float(along.over.speeds[0]),
+        small.outputs[found.output],
+        float(orders[found.order]),
+        found.share,
+        along.causes(found.output, found.order) if found.share > _TOLD else (),
+        released,
+    )
+
+
+class _Along:
+    """The equations along a vibration at one speed."""
+
+    def __init__(
+        self,
+        small: SmallVibrations,
+        over: Rotation,
+        solved: OrderSolution,
+        inputs: Complex,
+        orders: Real,
+        cycle: int,
+    ) -> None:
+        self.small, self.over, self.orders, self.solved = small, over, orders, solved
+        samples = int(np.clip(_POINTS * cycle * orders.max(), _FEWEST, _MOST))
+        self.angle = 2 * np.pi * cycle * np.arange(samples) / samples
+        self.mean = over.x[0] + self.angle[:, None] * over.turning
+        waves = np.exp(1j * self.angle[:, None] * orders)
+        self.vibration: Real = (waves @ solved.x[0]).real
+        self.slopes: Real = (waves @ (1j * orders[:, None] * over.speeds[0] * solved.x[0])).real
+        self.inputs: Real = (waves @ inputs).real
+        self.waves = waves.conj() * (2 / samples)
+        self.settings = settled(over.system, self.mean, over.theta[0], over.settings[0])
+        self.rates, self.outputs, _ = self._at(self.mean)
+        base = small(over.x, over.theta[0], over.settings, over.points[0].time)
+        turned = small(self.mean, over.theta[0], self.settings, over.points[0].time)
+        self.numbers = [part.mean(axis=0) for part in (turned if over.turns_matter else base)[2:]]
+
+    def _at(self, x: Real) -> tuple[Real, Real, Real]:
+        over = self.over
+        settings = settled(over.system, x, over.theta[0], over.settings[0])
+        found = self.small(x, over.theta[0], settings, over.points[0].time)
+        return found.rates, found.outputs, found.M
+
+    def _left_out(self, vibration: Real, slopes: Real) -> Complex:
+        """Amplitudes of the outputs that a vibration has beside those that were computed."""
+        rates, outputs, M = self._at(self.mean + vibration)
+        rates, outputs = rates - self.rates, outputs - self.outputs
+        masses = self.small.masses
+        for number, i, j in zip(
+            (M - self.numbers[4]).T, masses.rows.tolist(), masses.columns.tolist(), strict=True
+        ):
+            rates[:, i] -= number * slopes[:, j]
+        for held, number, (rows, columns) in zip(
+            (rates, outputs),
+            (self.numbers[0], self.numbers[2]),
+            (self.small.patterns[0], self.small.patterns[2]),
+            strict=True,
+        ):
+            for value, i, j in zip(number, rows.tolist(), columns.tolist(), strict=True):
+                held[:, i] -= value * vibration[:, j]
+        n = vibration.shape[1]
+        missing = self.waves.T @ rates
+        matrices = [part[0] for part in self.solved.matrices]
+        matrix = np.zeros((len(self.orders), n, n), dtype=complex)
+        rows, columns = self.small.patterns[0]
+        matrix[:, rows, columns] = -matrices[0]
+        w = self.orders[:, None, None] * self.over.speeds[0]
+        matrix += 1j * w * masses.in_states(matrices[4])
+        moved = np.linalg.solve(matrix, missing[..., None])[..., 0]
+        found: Complex = self.waves.T @ outputs
+        for number, (i, j) in enumerate(zip(*self.small.patterns[2], strict=True)):
+            found[:, i] += matrices[2][:, number] * moved[:, j]
+        return found
+
+    def missing(self) -> _Missing:
+        size = np.abs(self.solved.y[0]).max(axis=0)
+        shares = np.abs(self._left_out(self.vibration, self.slopes)) / np.where(
+            size > 0, size, np.inf
+        )
+        order, output = np.unravel_index(int(shares.argmax()), shares.shape)
+        return _Missing(float(shares.max()), int(output), int(order), self._released())
+
+    def causes(self, output: int, order: int) -> tuple[str, ...]:
+        """States whose vibration, each alone, leaves out most of an amplitude."""
+        parts = []
+        for i in range(self.vibration.shape[1]):
+            alone, slope = np.zeros_like(self.vibration), np.zeros_like(self.slopes)
+            alone[:, i], slope[:, i] = self.vibration[:, i], self.slopes[:, i]
+            parts.append(float(np.abs(self._left_out(alone, slope)[order, output])))
+        names = self.over.system.state_names
+        largest = max(parts)
+        return tuple(names[i] for i in np.argsort(parts)[::-1][:2] if parts[i] > 0.3 * largest)
+
+    def _released(self) -> list[str]:
+        """Components whose holds do not last along the vibration."""
+        switching = self.over.system.switching
+        if not switching.names:
+            return []
+        margins, rows = _margins(self.over.system, self.small.inputs)
+        time = np.full(len(self.angle), self.over.points[0].time)
+        theta = self.over.theta[0]
+        mean = np.hstack([self.mean, np.zeros_like(self.inputs)])
+        vibration = np.hstack([self.vibration, self.inputs])
+        moved = margins(mean + vibration, theta, time, self.settings)
+        still = margins(mean, theta, time, self.settings)
+        lost = (moved < 0).any(axis=0) & (still >= 0).all(axis=0)
+        return list(dict.fromkeys(switching.names[rows[i]] for i in np.flatnonzero(lost)))
+
+
+@made_once
+def _margins(system: System, inputs: tuple[str, ...]) -> tuple[ManyPoints, list[int]]:
+    """What is negative as soon as a hold changes, beyond its tolerance, and which holds.
+
+    Of states, followed by what is added to inputs.
+    """
+    margins, tolerances = system.switching.margins
+    places = [i for i, (kind, _) in enumerate(system.switching.rows) if kind != "relation"]
+    rows = [system.switching.rows[i][1] for i in places]
+    found = system.structure.in_states((margins + tolerances)[places])
+    x, theta, *others = system.inputs
+    added = ca.SX.sym("added", len(inputs))
+    if inputs:
+        own = theta[system.places(inputs)]
+        (found,) = ca.substitute([found], [own], [own + added])
+    given = [ca.vertcat(x, added), theta, *others]
+    return ManyPoints(ca.Function("margins", given, [ca.densify(found)])), rows

@@ -1,0 +1,208 @@
+"""Amplitudes of quantities of a drive that turns, order by order over the speed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.compiler.system import Name, System
+from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.plots.draw import Backend, draw
+from lumped.support.arguments import checked
+from lumped.support.by_name import ByName
+from lumped.support.display_units import Units, chosen, display, speed_unit
+from lumped.support.rich_html import RichHtml
+from lumped.support.text_table import amounts, number, table
+from lumped.vibration.ordered.synthesis import Synthesis
+from lumped.vibration.pictures import order_response_picture
+
+__all__ = ["OrderAmplitudes"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class OrderAmplitudes(ByName, RichHtml):
+    """Complex amplitudes of quantities; ``found[output]`` has the shape (speeds, orders).
+
+    A quantity vibrates as ``sum Re(amplitude exp(j order angle))``, with the angle of the shaft
+    from which orders count.
+
+    Attributes
+    ----------
+    system : System
+        What vibrates.
+    speeds : ndarray, shape (k,)
+        Speeds of the shaft from which orders count, rad/s.
+    orders : ndarray, shape (o,)
+        Periods for each turn, ascending.
+    outputs : tuple of str
+        Names.
+    values : ndarray of complex, shape (k, o, outputs)
+        Amplitudes.
+    means : ndarray, shape (k, outputs)
+        Means over the turns.
+    """
+
+    system: System
+    speeds: Real
+    orders: Real
+    outputs: tuple[str, ...]
+    values: Complex
+    means: Real
+
+    @checked
+    def __getitem__(self, output: Name) -> Complex:
+        found: Complex = self.values[:, :, self._place(output)]
+        return found
+
+    @property
+    def rpm(self) -> Real:
+        """Speeds in turns for each minute, shape (k,)."""
+        return self.speeds * 30 / np.pi
+
+    @checked
+    def mean(self, output: Name) -> Real:
+        """Mean of a quantity over the turns, shape (k,)."""
+        found: Real = self.means[:, self._place(output)]
+        return found
+
+    @checked
+    def magnitude(self, output: Name, order: float) -> Real:
+        """Amplitude of one order, shape (k,).
+
+        Raises
+        ------
+        OptionError
+            If the order was not computed.
+        """
+        found: Real = np.abs(self[output][:, self._order(order)])
+        return found
+
+    @checked
+    def phase(self, output: Name, order: float) -> Real:
+        """Phase of one order against the angle of the shaft, rad, shape (k,)."""
+        return np.angle(self[output][:, self._order(order)])
+
+    @checked
+    def synthesis(self, output: Name, *, orders: Iterable[float] | None = None) -> Synthesis:
+        """All orders together over a cycle.
+
+        Parameters
+        ----------
+        output : name
+            The quantity.
+        orders : iterable of float, optional
+            Orders that take part; default is all.
+
+        Returns
+        -------
+        Synthesis
+            Its maximum, half range and sum of amplitudes over the speed.
+        """
+        chosen = range(len(self.orders)) if orders is None else [self._order(o) for o in orders]
+        places = sorted(set(chosen))
+        key = self.outputs[self._place(output)]
+        return Synthesis(
+            key,
+            self.system.quantity(key).unit,
+            self.speeds,
+            self.orders[places],
+            self[output][:, places],
+        )
+
+    @checked
+    def plot(
+        self,
+        outputs: Iterable[Name] | None = None,
+        *,
+        most: int = 6,
+        units: Units = None,
+        backend: Backend = "matplotlib",
+        ax: Any = None,
+    ) -> Any:
+        """Largest orders and their synthesis over the speed, a panel for each output.
+
+        Parameters
+        ----------
+        outputs : iterable of names, optional
+            Outputs to draw; default is all.
+        most : int
+            Orders to draw in each panel, the largest.
+        units : mapping of str to str or str, optional
+            Units to show, see `lumped.display_units`; default is what the session shows, and 1/min
+            for speeds.
+        backend, ax
+            What draws, and where (see `lumped.Trajectory.plot`).
+
+        Raises
+        ------
+        UnitError
+            If a unit does not fit.
+        UnknownNameError
+            If a name does not exist.
+        """
+        wanted = self.outputs if outputs is None else [self.system.key(name) for name in outputs]
+        if not wanted:
+            raise OptionError(f"{self.system.name}: name at least one output to draw.")
+        choice = chosen(units, ("speed", *self.system.names()))
+        drawn = {}
+        for output in wanted:
+            to_show = display(output, self.system.quantity(output).unit, choice, is_change=True)
+            size = to_show.value(np.abs(self[output]))
+            order = np.argsort(-size.max(axis=0), kind="stable")[:most]
+            curves = {f"order {self.orders[o]:g}": size[:, o] for o in sorted(order.tolist())}
+            if len(self.orders) > 1:
+                curves["half range"] = to_show.value(self.synthesis(output).half_range)
+            drawn[output] = to_show.unit, curves
+        left = len(self.orders) - most
+        note = f"{left} smaller: choose with most=" if left > 0 else ""
+        picture = order_response_picture(
+            self.system.name, self.speeds, drawn, speed_unit(choice), note
+        )
+        return draw(picture, backend, ax)
+
+    def _names(self) -> tuple[str, ...]:
+        return self.outputs
+
+    def _place(self, output: Name) -> int:
+        key = self.system.key(output)
+        if key not in self.outputs:
+            raise UnknownNameError(
+                f"'{key}' is no output of this response. {nearest(key, self.outputs)}"
+            )
+        return self.outputs.index(key)
+
+    def _order(self, order: float) -> int:
+        found = np.flatnonzero(np.isclose(self.orders, order, rtol=1e-12, atol=0))
+        if not len(found):
+            listed = ", ".join(f"{o:g}" for o in self.orders[:12])
+            raise OptionError(
+                f"{self.system.name}: order {order:g} was not computed; computed are {listed}"
+                f"{', ...' if len(self.orders) > 12 else ''}."
+            )
+        return int(found[0])
+
+    def largest_orders(self) -> str:
+        """A table of the largest order and the synthesis of each output."""
+        rows, speed = [], speed_unit()
+        for output in self.outputs:
+            size, both = np.abs(self[output]), self.synthesis(output)
+            k, o = np.unravel_index(int(size.argmax()), size.shape)
+            top = int(both.half_range.argmax())
+            *sizes, unit = amounts(
+                *(output, self.system.quantity(output).unit, size[k, o], both.half_range[top]),
+                is_change=True,
+            )
+            at = [number(speed.value(self.speeds[i])) for i in (k, top)]
+            rows.append((output, unit, f"{self.orders[o]:g}", at[0], sizes[0], at[1], sizes[1]))
+        columns = (
+            *("quantity", "unit", "largest order", f"at, {speed.unit}", "amplitude"),
+            *(f"worst at, {speed.unit}", "half range"),
+        )
+        return table(columns, rows)

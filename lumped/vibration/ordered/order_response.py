@@ -1,0 +1,401 @@
+"""Steady vibration of a drive that turns, order by order over the speed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import OptionError
+from lumped.points.situation import situation
+from lumped.support.arguments import checked
+from lumped.support.display_units import speed_unit
+from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.validity import ranges
+from lumped.vibration.ordered.law_amplitudes import found_amplitudes
+from lumped.vibration.ordered.linearity import Linearity, linearity
+from lumped.vibration.ordered.mean_power import mean_power
+from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
+from lumped.vibration.ordered.order_solution import Excitations, OrderEquations, OrderSolution
+from lumped.vibration.ordered.validity import refuse_vibration_outside
+from lumped.vibration.responses.response import refuse_rates
+from lumped.vibration.rotating.amplitude_laws import amplitude_laws
+from lumped.vibration.rotating.rotation import Rotation, rotation
+from lumped.vibration.rotating.small_vibrations import SmallVibrations, small_vibrations
+
+__all__ = ["OrderResponse", "order_response"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Amplitude = complex | ArrayLike | Callable[[Real], ArrayLike]
+"""Amplitude at all speeds, at each of them, or a function of the speeds, rad/s."""
+
+
+@dataclass(frozen=True, eq=False)
+class OrderResponse(OrderAmplitudes):
+    """Steady vibration over the speed; ``response[output]`` has the shape (speeds, orders).
+
+    Attributes
+    ----------
+    system, speeds, orders, outputs, values, means
+        As in `OrderAmplitudes`.
+    rotation : Rotation
+        Steady rotation about which it vibrates.
+    residual : float
+        Largest backward error of the equations solved.
+    damping_ratio : float
+        What was added to the damping of every elastic mode.
+    excitations : dict of str to dict of float to ndarray of complex, shape (k,)
+        Amplitudes that were given, by inputs and orders.
+    law_amplitudes : dict of str to ndarray, shape (k,)
+        Amplitudes that were found at which laws hold, by their parameters.
+    unsettled : float
+        Largest difference between these and the vibration, over the amplitude.
+    """
+
+    rotation: Rotation
+    residual: float
+    damping_ratio: float
+    excitations: Excitations
+    law_amplitudes: dict[str, Real]
+    unsettled: float
+    _states: Complex
+
+    @property
+    def small(self) -> SmallVibrations:
+        """The equations of small vibrations that were solved; outputs, then those of laws."""
+        more = amplitude_laws(self.system).quantities
+        return small_vibrations(self.system, tuple(self.excitations), self.outputs + more)
+
+    @property
+    def _laws_at(self) -> Real:
+        """Amplitudes at which laws hold, shape (k, m)."""
+        return np.reshape(list(self.law_amplitudes.values()), (-1, len(self.speeds))).T
+
+    @cached_property
+    def linearity(self) -> Linearity | None:
+        """Where the vibration leaves the range in which its linearisation holds, at some speeds.
+
+        None if the equations are linear, the orders have no common cycle, or there is a damping
+        ratio of all modes, of which the equations do not know.
+        """
+        if self.damping_ratio:
+            return None
+        return linearity(self.small, self.solution_at, self.speeds, self.orders, self.values)
+
+    def solution_at(self, k: int) -> tuple[Rotation, OrderSolution, Complex]:
+        """Steady rotation, solution, and amplitudes of the inputs, (o, inputs), at one speed."""
+        over = self.rotation.at(k)
+        wanted = {
+            name: {order: amplitude[k : k + 1] for order, amplitude in harmonics.items()}
+            for name, harmonics in self.excitations.items()
+        }
+        equations = OrderEquations(self.small, over, self.orders, wanted, self.damping_ratio)
+        solved = equations.solved(self._laws_at[k : k + 1])
+        inputs = np.zeros((len(self.orders), len(wanted)), dtype=complex)
+        for i, harmonics in enumerate(wanted.values()):
+            for order, amplitude in harmonics.items():
+                inputs[self.orders == order, i] = amplitude
+        return over, solved, inputs
+
+    def turning(
+        self, speeds: Real, parameters: Changes | None = None, at: OperatingPoint | None = None
+    ) -> Rotation:
+        """Steady rotation found in the same way at other speeds, with other parameters or point.
+
+        Raises
+        ------
+        OptionError
+            If the operating points were given at each speed.
+        """
+        old = self.rotation
+        if old.is_given and at is None:
+            if len(old.points) > 1:
+                raise OptionError(
+                    f"{self.system.name}: operating points that were given at each speed, at=, "
+                    "tell nothing of others; let a parameter balance the mean torques, "
+                    "order_response(free=...)."
+                )
+            (at,) = old.points
+        own = (parameters or old.points[0].parameters) if at is None else None
+        return rotation(self.system, old.over, speeds, old.turns, at, own, old.balancing)
+
+    def again(self, parameters: Changes, at: OperatingPoint | None = None) -> OrderResponse:
+        """The same with other parameters, or at an operating point that has them."""
+        over = self.turning(self.speeds, parameters, at)
+        inputs = tuple(self.excitations)
+        return _responded(
+            self.system,
+            inputs,
+            self.outputs,
+            over,
+            self.orders,
+            self.excitations,
+            self.damping_ratio,
+        )
+
+    @checked
+    def mean_power(self, quantity: Name) -> Real:
+        """Mean of a quantity that is quadratic in the vibration, of each order, shape (k, o).
+
+        Such as the power that a coupling or a damper dissipates: ``(1/2) d |w_rel|^2`` of each
+        order; over the turns these add up. What the quantity is without vibration does not count.
+
+        Parameters
+        ----------
+        quantity : name
+            Any quantity or formula of the system, such as ``"coupling.power"``.
+        """
+        key = self.system.key(quantity)
+        return mean_power(
+            self.rotation, self.orders, key, self._states, self.excitations, self._laws_at
+        )
+
+    def number_of(self, speed: float, caller: str) -> int:
+        """Which of the speeds one is.
+
+        Raises
+        ------
+        OptionError
+            If it was not computed.
+        """
+        k = int(np.abs(self.speeds - speed).argmin())
+        if not np.isclose(self.speeds[k], speed, rtol=1e-9):
+            raise OptionError(
+                f"{caller}: {speed:g} rad/s is none of the speeds of the response; the nearest is "
+                f"{self.speeds[k]:.9g}."
+            )
+        return k
+
+    def __repr__(self) -> str:
+        settled = f", amplitudes to {self.unsettled:.1e}" if self.law_amplitudes else ""
+        speed = speed_unit()
+        low, high = (speed.value(self.speeds[i]) for i in (0, -1))
+        head = (
+            f"{self.system.name}: {len(self.orders)} orders at {len(self.speeds)} speeds from "
+            f"{low:g} to {high:g} {speed.unit}; residual {self.residual:.1e}"
+            f"{settled}{situation(self.rotation.points[0])}"
+        )
+        note = "" if self.linearity is None else self.linearity.note
+        return "\n".join([head, self.largest_orders(), *([note] if note else [])])
+
+
+@checked
+def order_response(
+    system: System,
+    *,
+    speeds: ArrayLike,
+    of: Iterable[Name],
+    orders: Iterable[float] | None = None,
+    over: Name | None = None,
+    turns: int = 1,
+    excitations: Mapping[Name, Mapping[float, Amplitude]] | None = None,
+    at: OperatingPoint | Callable[[float], OperatingPoint] | None = None,
+    free: Name | None = None,
+    damping_ratio: float = 0.0,
+    parameters: Changes | None = None,
+) -> OrderResponse:
+    """Steady vibration over the speed of a shaft, order by order.
+
+    The drive is linearised about steady rotation and excited by what does not turn steadily then:
+    torques that follow from the angle of the shaft (gas and mass forces of cylinders, propeller
+    blades, meshes), with all their orders, if its angle is named in `over`; and by `excitations`.
+    The matrices are means over the turns, so that inertias and stiffnesses that vary with the angle
+    count with their means and their excitation (first order in the variation; `lumped.periodic`
+    takes them as they are).
+
+    Laws whose stiffness or damping depends on the frequency of the vibration have at each order the
+    frequency of that order. Laws that depend on the amplitude of a vibration, such as couplings of
+    natural rubber, hold at half the range of its synthesis (of the sum of the amplitudes, if the
+    orders have no common cycle). It is found at each speed to 1e-10; of several possible amplitudes
+    it is the one that grows from rest.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    speeds : array_like, shape (k,)
+        Speeds of the shaft from which orders count, rad/s, ascending.
+    of : iterable of names
+        Quantities to observe.
+    orders : iterable of float, optional
+        Periods for each turn of the shaft; default is those of `excitations`, or up to 12 with
+        `over`.
+    over : name, optional
+        The angle of that shaft, rad. Torques that depend on it excite.
+    turns : int
+        Turns of it after which everything repeats: 2 for a four-stroke engine, which has half
+        orders.
+    excitations : mapping of name to mapping of float to amplitude, optional
+        Inputs (parameters, or inputs given as numbers), and for each order its complex amplitude:
+        a number, one for each speed, or a function of the speeds. The input is
+        ``Re(amplitude exp(j order angle))``.
+    at : OperatingPoint or callable, optional
+        Where to linearise, or a function of the speed that gives it. By default all parts turn
+        together with the shaft of `over`, and twists keep their start values.
+    free : name, optional
+        Parameter, such as the torque of the load, that lets mean torques balance at each speed; all
+        states follow from the balance. Needed where stiffness or damping depends on the mean
+        torque and `at` is not given.
+    damping_ratio : float
+        Of every elastic mode of the drive without its dampers, added to these.
+    parameters : mapping of name to float, optional
+        Parameters to change.
+
+    Returns
+    -------
+    OrderResponse
+
+    Raises
+    ------
+    OptionError
+        If speeds are not ascending and positive, an order is not positive or excites nothing, or
+        options contradict each other.
+    UnknownNameError
+        If a name does not exist.
+    SolverError
+        If there is no steady rotation, a vibration is unbounded, takes a component beyond where its
+        equations hold, or finds no amplitude at which its laws agree with it.
+
+    Notes
+    -----
+    Source of the method: Nestorides, A Handbook on Torsional Vibration (1958), forced vibrations by
+    harmonic components.
+    """
+    grid = _ascending(speeds)
+    wanted = _excitations(system, excitations or {}, grid)
+    if not wanted and over is None:
+        raise OptionError(
+            "order_response: nothing excites; name the angle of the shaft whose torques excite, "
+            "over=, or give excitations={'load.tau': {2: 100.0}}."
+        )
+    if at is not None and parameters:
+        raise OptionError(
+            "order_response: give the parameters when making the operating point `at`."
+        )
+    if isinstance(turns, bool) or not isinstance(turns, int) or turns < 1:
+        raise OptionError(f"order_response: turns = {turns!r}: a whole number of turns is needed.")
+    if not 0 <= damping_ratio < 1:
+        raise OptionError(
+            f"order_response: damping_ratio = {damping_ratio:g} must be at least 0 and below 1."
+        )
+    inputs, outputs = tuple(wanted), tuple(system.key(name) for name in of)
+    if not outputs:
+        raise OptionError("order_response: name at least one quantity to observe, of=[...].")
+    refuse_rates(system, inputs)
+    found = rotation(system, over, grid, turns, at, parameters, free)
+    chosen = _orders(orders, wanted, found)
+    return _responded(found.system, inputs, outputs, found, chosen, wanted, damping_ratio)
+
+
+def _responded(
+    system: System,
+    inputs: tuple[str, ...],
+    outputs: tuple[str, ...],
+    over: Rotation,
+    orders: Real,
+    wanted: Excitations,
+    damping_ratio: float,
+) -> OrderResponse:
+    """The vibration about a steady rotation."""
+    watched, laws = tuple(held.formula for held in ranges(system)), amplitude_laws(system)
+    small = small_vibrations(system, inputs, outputs + laws.quantities + watched)
+    equations = OrderEquations(small, over, orders, wanted, damping_ratio)
+    count = len(outputs)
+    at, unsettled = found_amplitudes(equations, laws, count)
+    solved = equations.solved(at)
+    first = count + len(laws.quantities)
+    refuse_vibration_outside(
+        small, over, orders, solved.means[:, first:], solved.y[:, :, first:], at
+    )
+    return OrderResponse(
+        system,
+        over.speeds,
+        orders,
+        outputs,
+        solved.y[:, :, :count],
+        solved.means[:, :count],
+        over,
+        solved.residual,
+        damping_ratio,
+        wanted,
+        dict(zip(laws.names, at.T, strict=True)),
+        unsettled,
+        solved.x,
+    )
+
+
+def _ascending(speeds: ArrayLike) -> Real:
+    grid = np.asarray(speeds, dtype=float).ravel()
+    good = np.isfinite(grid).all() and (grid > 0).all() and (np.diff(grid) > 0).all()
+    if not len(grid) or not good:
+        raise OptionError(
+            "order_response: speeds must be ascending, finite and above zero, rad/s: at standstill "
+            "no order has a frequency."
+        )
+    return grid
+
+
+def _excitations(
+    system: System, given: Mapping[Name, Mapping[float, Amplitude]], speeds: Real
+) -> Excitations:
+    """Amplitudes of inputs, by their names and orders, each at all speeds."""
+    found: Excitations = {}
+    for name, harmonics in given.items():
+        key = system.key(name)
+        if not isinstance(harmonics, Mapping) or not harmonics:
+            raise OptionError(
+                f"order_response: excitation {key}: amplitudes by orders are needed, such as "
+                "{2: 100.0}."
+            )
+        found[key] = {}
+        for order, amplitude in harmonics.items():
+            if not (np.isfinite(order) and order > 0):
+                raise OptionError(
+                    f"order_response: excitation {key}: order {order!r} must be positive."
+                )
+            value = amplitude(speeds) if callable(amplitude) else amplitude
+            try:
+                own = np.broadcast_to(np.asarray(value, dtype=complex), speeds.shape)
+            except (TypeError, ValueError):
+                raise OptionError(
+                    f"order_response: excitation {key}, order {order:g}: one amplitude, or one for "
+                    f"each of the {len(speeds)} speeds is needed."
+                ) from None
+            if not np.isfinite(own).all():
+                raise OptionError(
+                    f"order_response: excitation {key}, order {order:g}: an amplitude is not "
+                    "finite."
+                )
+            found[key][float(order)] = own
+    return found
+
+
+def _orders(orders: Iterable[float] | None, wanted: Excitations, over: Rotation) -> Real:
+    """Orders to compute, ascending."""
+    given = {order for harmonics in wanted.values() for order in harmonics}
+    if orders is None:
+        if over.turns_matter:
+            given |= {i / over.turns for i in range(1, 12 * over.turns + 1)}
+        if not given:
+            raise OptionError(
+                f"{over.system.name}: nothing excites: no torque depends on {over.over}. Add parts "
+                "whose torque does, such as cylinders or blades, or give excitations=."
+            )
+        return np.array(sorted(given))
+    chosen = np.array(sorted({float(order) for order in orders}))
+    if not len(chosen) or not (np.isfinite(chosen).all() and (chosen > 0).all()):
+        raise OptionError("order_response: orders must be positive periods for each turn.")
+    if over.turns_matter:
+        cycles = chosen * over.turns
+        for order in chosen[np.abs(cycles - np.rint(cycles)) > 1e-9].tolist():
+            if order not in given:
+                raise OptionError(
+                    f"order_response: order {order:g} is no whole number of periods in "
+                    f"{over.turns} turn{'s' * (over.turns > 1)} of {over.over}; give turns=."
+                )
+    return chosen

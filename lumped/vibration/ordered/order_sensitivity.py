@@ -1,0 +1,328 @@
+"""How the vibration of a drive that turns changes with parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.compiler.system import Name
+from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.points.moved_equilibrium import places_to
+from lumped.support.arguments import checked
+from lumped.support.by_name import ByName
+from lumped.support.display_units import display, speed_unit
+from lumped.support.rich_html import RichHtml
+from lumped.support.text_table import number, table
+from lumped.vibration.ordered.law_amplitudes import law_measure
+from lumped.vibration.ordered.order_response import OrderResponse
+from lumped.vibration.ordered.synthesis import Synthesis
+from lumped.vibration.rotating.moved_rotation import moved_by
+from lumped.vibration.rotating.rotation import Rotation, samples_of
+from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations
+
+__all__ = [
+    "OrderSensitivity",
+    "order_sensitivity",
+    "refuse_ratio",
+    "sizes_of",
+    "slope_of",
+    "swept",
+    "varied_places",
+]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class OrderSensitivity(ByName, RichHtml):
+    """Derivatives of a measure of a vibration by parameters; ``found[parameter]``.
+
+    Attributes
+    ----------
+    output, measure : str
+        What was derived.
+    unit : str
+        Its unit.
+    speed : float
+        Where, rad/s.
+    value : float
+        The measure there.
+    parameters : tuple of str
+        Names.
+    values : ndarray, shape (p,)
+        Derivatives, for each unit of the parameter.
+    relative : ndarray, shape (p,)
+        Relative change of the measure for a relative change of the parameter.
+    """
+
+    output: str
+    measure: str
+    unit: str
+    speed: float
+    value: float
+    parameters: tuple[str, ...]
+    values: Real
+    relative: Real
+
+    @checked
+    def __getitem__(self, parameter: str) -> float:
+        if parameter not in self.parameters:
+            raise UnknownNameError(
+                f"'{parameter}' was not varied. {nearest(parameter, self.parameters)}"
+            )
+        return float(self.values[self.parameters.index(parameter)])
+
+    def _names(self) -> tuple[str, ...]:
+        return self.parameters
+
+    def __repr__(self) -> str:
+        to_show, speed = display(self.output, self.unit, is_change=True), speed_unit()
+        head = (
+            f"{self.measure} of {self.output} at {speed.value(self.speed):.6g} {speed.unit}: "
+            f"{to_show.value(self.value):.6g} {to_show.unit}; by {len(self.parameters)} parameters"
+        )
+        order = np.argsort(-np.abs(self.relative), kind="stable")[:20].tolist()
+        rows = [
+            (self.parameters[i], number(to_show.value(self.values[i])), f"{self.relative[i]:+.4f}")
+            for i in order
+        ]
+        columns = ("parameter", f"derivative, {to_show.unit} for each unit", "relative")
+        return f"{head}\n" + table(columns, rows)
+
+
+@checked
+def order_sensitivity(
+    response: OrderResponse,
+    output: Name,
+    *,
+    measure: Literal["maximum", "half range", "sum"] | float = "half range",
+    speed: float | None = None,
+    to: Iterable[Name] | None = None,
+) -> OrderSensitivity:
+    """Exact derivatives of a vibration by parameters.
+
+    One solution with the transposed matrices for each order, and one reverse sweep over the turns,
+    give the derivatives by all parameters: those of excitations that follow from the model, of the
+    matrices, and of the steady rotation itself where parameters move it.
+
+    Parameters
+    ----------
+    response : OrderResponse
+        From `order_response`.
+    output : name
+        One of its outputs.
+    measure : {"maximum", "half range", "sum"} or float
+        Of the synthesis, or the order whose amplitude is meant.
+    speed : float, optional
+        One of the speeds of the response, rad/s; default is where the measure is largest.
+    to : iterable of names, optional
+        Parameters; default is all that can be changed.
+
+    Returns
+    -------
+    OrderSensitivity
+
+    Raises
+    ------
+    OptionError
+        If the speed was not computed, or the measure has no derivative, as it is zero.
+    UnknownNameError
+        If a name does not exist.
+    """
+    refuse_ratio(response, "order_sensitivity")
+    row = response._place(output)
+    key = response.outputs[row]
+    sizes = sizes_of(response, key, measure)
+    k = int(sizes.argmax()) if speed is None else response.number_of(speed, "order_sensitivity")
+    names, places = varied_places(response, to)
+    slope = slope_of(response, key, k, measure)[places]
+    value, theta = float(sizes[k]), response.rotation.theta[k, places]
+    return OrderSensitivity(
+        key,
+        measure if isinstance(measure, str) else f"order {measure:g}",
+        response.system.quantity(key).unit,
+        float(response.speeds[k]),
+        value,
+        tuple(names),
+        slope,
+        slope * theta / value,
+    )
+
+
+def varied_places(
+    response: OrderResponse, to: Iterable[Name] | None
+) -> tuple[list[str], list[int]]:
+    """Names and places of parameters by which to derive; default is all that do not follow.
+
+    Raises
+    ------
+    OptionError
+        If one balances the mean torques.
+    """
+    names, places = places_to(response.rotation.points[0], to)
+    balancing = response.rotation.balancing
+    if to is None and balancing is not None:
+        places.pop(names.index(balancing))
+        names.remove(balancing)
+    if balancing in names:
+        raise OptionError(
+            f"{response.system.name}: {balancing} is free and follows from the "
+            "others; leave it out of `to`."
+        )
+    return names, places
+
+
+def refuse_ratio(response: OrderResponse, caller: str) -> None:
+    """Refuse damping of which no parameter of the drive knows."""
+    if response.damping_ratio:
+        raise OptionError(
+            f"{caller}: a damping ratio of all modes is no parameter of the drive; give its parts "
+            "their dampers or loss factors."
+        )
+
+
+def sizes_of(response: OrderResponse, output: str, measure: str | float) -> Real:
+    """The measure at each speed."""
+    if isinstance(measure, str):
+        both = response.synthesis(output)
+        return {"maximum": both.maximum, "half range": both.half_range, "sum": both.sum}[measure]
+    return response.magnitude(output, measure)
+
+
+def _weights(both: Synthesis, k: int, measure: str | float) -> Complex:
+    """What the measure owes to the amplitudes: its change is ``Re sum(weight change)``."""
+    y, orders = both.amplitudes[k], both.orders
+    if isinstance(measure, str) and measure != "sum":
+        (high, top), (low, bottom) = both.extremes
+        peaks = [np.exp(1j * orders * at) for at in (high[k], low[k])]
+        upper = measure == "half range" or top[k] >= -bottom[k]
+        lower = measure == "half range" or not upper
+        weights: Complex = upper * peaks[0] - lower * peaks[1]
+        return 0.5 * weights if measure == "half range" else weights
+    size = np.abs(y)
+    found = np.where(size > 0, y.conj() / np.where(size > 0, size, 1.0), 0)
+    if not isinstance(measure, str):
+        chosen = np.isclose(orders, measure, rtol=1e-12, atol=0)
+        if not size[chosen].any():
+            raise OptionError(
+                f"order_sensitivity: order {measure:g} of {both.name} is zero at "
+                f"{both.speeds[k]:g} rad/s; its amplitude has no derivative there."
+            )
+        found[~chosen] = 0
+    return found
+
+
+def slope_of(response: OrderResponse, output: str, k: int, measure: str | float) -> Real:
+    """Derivatives of the measure at a speed by all parameters, shape (p,).
+
+    Where laws hold at amplitudes A that follow from the vibration, ``A = h(A, p)``, the measure
+    ``m(A, p)`` changes by ``m_p + m_A (1 - h_A)^-1 h_p``.
+    """
+    at_speed = _AtSpeed(response, k)
+    weights = _weights(response.synthesis(output), k, measure)
+    slope, by_amplitude = at_speed.slopes(response._place(output), weights)
+    if not len(by_amplitude):
+        return slope
+    rows = [at_speed.law_slopes(i) for i in range(len(by_amplitude))]
+    follow, own = (np.array(part) for part in zip(*rows, strict=True))
+    total: Real = slope + by_amplitude @ np.linalg.solve(np.eye(len(own)) - own, follow)
+    return total
+
+
+class _AtSpeed:
+    """Derivatives of the vibration at one speed, with laws at amplitudes that stay."""
+
+    def __init__(self, response: OrderResponse, k: int) -> None:
+        self.small, self.orders = response.small, response.orders
+        self.over, self.solved, self.u = response.solution_at(k)
+        self.amplitudes = response._laws_at[k : k + 1]
+        self.first = len(response.outputs)
+
+    def law_slopes(self, number: int) -> tuple[Real, Real]:
+        """Derivatives of the amplitude that counts for a law."""
+        row = self.first + number
+        both = Synthesis("law", "1", self.over.speeds, self.orders, self.solved.y[:, :, row])
+        return self.slopes(row, _weights(both, 0, law_measure(both)))
+
+    def slopes(self, row: int, weights: Complex) -> tuple[Real, Real]:
+        """Derivatives of what is owed to the amplitudes of an output.
+
+        By all parameters, shape (p,), and by the amplitudes of laws, (m,).
+        """
+        small, orders, over, x = self.small, self.orders, self.over, self.solved.x[0]
+        n, count, w = over.x.shape[1], len(orders), orders * over.speeds[0]
+        adjoint = _adjoint(small, self.solved.matrices, w, row, n)
+        left = weights[:, None] * adjoint
+        direct = np.zeros((count, len(small.outputs)), dtype=complex)
+        direct[:, row] = weights
+        by_order = [
+            (side[:, rows] * given[:, columns]).real
+            for side, given, (rows, columns) in zip(
+                (left, left, direct, direct, left),
+                (x, self.u, x, self.u, -1j * w[:, None] * x),
+                small.patterns,
+                strict=True,
+            )
+        ]
+        samples = samples_of(over, orders)
+        angle = 2 * np.pi * over.turns * np.arange(samples) / samples
+        turning = np.zeros((samples, count), dtype=complex)
+        if over.turns_matter:
+            whole = np.abs(orders * over.turns - np.rint(orders * over.turns)) <= 1e-9
+            turning[:, whole] = np.exp(-1j * angle[:, None] * orders[whole]) * (2 / samples)
+        own = [(turning @ left).real, (turning @ direct).real]
+        slope_x, slope = swept(small, over, own, [part.sum(axis=0) for part in by_order])
+        by_amplitude = np.zeros(self.amplitudes.shape[1])
+        if small.places:
+            still = [np.zeros((count, n)), np.zeros((count, len(small.outputs)))]
+            again = [np.repeat(part, count, axis=0) for part in (over.x, over.settings)]
+            theta, time = over.theta[0], over.points[0].time
+            at = small.at(w, np.repeat(self.amplitudes, count, axis=0))
+            for sign, vibration in ((1.0, at), (-1.0, None)):
+                part = Parts(*still, *(sign * numbers for numbers in by_order))
+                more = small.slopes(part, again[0], theta, again[1], time, vibration)
+                slope_x, slope = slope_x + more[0].sum(axis=0), slope + more[1].sum(axis=0)
+                by_amplitude = by_amplitude + more[2].sum(axis=0)
+        return slope + moved_by(over, slope_x), by_amplitude
+
+
+def swept(
+    small: SmallVibrations, over: Rotation, own: list[Real], means: list[Real]
+) -> tuple[Real, Real]:
+    """One reverse sweep over the turns: derivatives by states and by parameters.
+
+    Parameters
+    ----------
+    over : Rotation
+        At one speed.
+    own : list of ndarray, shapes (samples, n) and (samples, q)
+        Weights of rates and outputs at each of the samples.
+    means : list of ndarray, shapes (numbers,)
+        Weights of the means of the numbers of A, B, C, D and M.
+    """
+    samples = len(own[0])
+    _, points, settings = over.along(0, samples)
+    averaged = [np.tile(part / samples, (samples, 1)) for part in means]
+    weights = Parts(*own, *averaged)
+    by_x, by_theta, _ = small.slopes(weights, points, over.theta[0], settings, over.points[0].time)
+    return by_x.sum(axis=0), by_theta.sum(axis=0)
+
+
+def _adjoint(small: SmallVibrations, matrices: list[Real], w: Real, row: int, n: int) -> Complex:
+    """Solutions of ``(j w M - A)^T y = C[row]`` at each order, shape (o, n)."""
+    rows, columns = small.patterns[0]
+    c_rows, c_columns = small.patterns[2]
+    matrix: Complex = np.zeros((len(w), n, n), dtype=complex)
+    matrix[:, columns, rows] = -matrices[0][0]
+    matrix += 1j * w[:, None, None] * small.masses.in_states(matrices[4][0])
+    right = np.zeros((len(w), n), dtype=complex)
+    chosen = c_rows == row
+    right[:, c_columns[chosen]] = matrices[2][0][:, chosen]
+    if n:
+        right[:] = np.linalg.solve(matrix, right[..., None])[..., 0]
+    return right

@@ -1,0 +1,284 @@
+"""Amplitudes of the orders of a vibration about steady rotation."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from lumped.compiler.system import System
+from lumped.errors import OptionError, SolverError
+from lumped.numerics.shifted_solutions import elimination, pivots, solved_singly
+from lumped.support.made_once import Recent, made_once
+from lumped.timeloop.plants.many_points import ManyPoints
+from lumped.vibration.rotating.harmonics import harmonics
+from lumped.vibration.rotating.masses import mechanical_states
+from lumped.vibration.rotating.rotation import Rotation
+from lumped.vibration.rotating.small_vibrations import SmallVibrations
+
+__all__ = ["Excitations", "OrderEquations", "OrderSolution"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Integer = NDArray[np.int64]
+Excitations: TypeAlias = dict[str, dict[float, Complex]]
+"""Amplitudes of inputs, by their names and orders, each at all speeds."""
+
+_MOST_SOLVED = 250
+"""States up to which a formula is made for the solution."""
+_LOOKS = 7
+"""Angles at which torques are compared."""
+_UNKNOWN = 1e-7
+"""Share of a torque that may differ by rounding."""
+_ACCURATE = 1e-10
+"""Backward error up to which the formula is believed."""
+
+
+class OrderSolution(NamedTuple):
+    """Amplitudes, and the equations they solve.
+
+    Attributes
+    ----------
+    y, x : ndarray of complex, shapes (k, o, outputs) and (k, o, n)
+        Amplitudes of outputs and of states.
+    means : ndarray, shape (k, outputs)
+        Means of the outputs over the turns.
+    matrices : list of ndarray, shapes (k, o, numbers)
+        Numbers of A, B, C, D and M.
+    residual : float
+        Largest backward error.
+    """
+
+    y: Complex
+    x: Complex
+    means: Real
+    matrices: list[Real]
+    residual: float
+
+
+class OrderEquations:
+    """Vibration about a steady rotation.
+
+    Parameters
+    ----------
+    small : SmallVibrations
+        What vibrations do.
+    over : Rotation
+        The rotation.
+    orders : ndarray, shape (o,)
+        Periods for each turn.
+    wanted : Excitations
+        What is excited from outside.
+    damping_ratio : float
+        Of every elastic mode, beside what the model has.
+    """
+
+    def __init__(
+        self,
+        small: SmallVibrations,
+        over: Rotation,
+        orders: Real,
+        wanted: Excitations,
+        damping_ratio: float = 0.0,
+    ) -> None:
+        self.small, self.over, self.orders = small, over, orders
+        self._wanted, self._damping_ratio = wanted, damping_ratio
+        self._rates, self._outputs, self._means, self._matrices = harmonics(small, over, orders)
+        self._stated: list[Real] = []
+        if small.places:
+            _refuse_unknown_masses(small, over, orders[-1] * over.speeds[0])
+            stated = small(over.x, over.theta, over.settings, over.points[0].time)
+            self._stated = list(stated[2:])
+
+    def solved(self, amplitudes: Real, at: Integer | None = None) -> OrderSolution:
+        """Vibration with laws at amplitudes.
+
+        Parameters
+        ----------
+        amplitudes : ndarray, shape (k, m)
+            At which the laws of `small` hold.
+        at : ndarray of int, shape (k,), optional
+            Numbers of the speeds; default is all.
+
+        Raises
+        ------
+        OptionError
+            If an order excites nothing at all speeds.
+        SolverError
+            If a vibration is unbounded, or grows by itself.
+        """
+        every = np.arange(len(self.over.speeds)) if at is None else at
+        small, over, orders = self.small, self.over.part(every), self.orders
+        system, speeds = over.system, over.speeds
+        rates, outputs = self._rates[every], self._outputs[every]
+        n, shape = rates.shape[2], (len(speeds), len(orders))
+        (b_rows, b_columns), (d_rows, d_columns) = small.patterns[1], small.patterns[3]
+        w = orders[None, :] * speeds[:, None]
+        matrices = self._by_laws(over, every, w, amplitudes)
+        A, B, C, D, M = matrices
+        for i, given in enumerate(self._wanted.values()):
+            for order, wanted in given.items():
+                amplitude = wanted[every]
+                for o in np.flatnonzero(orders == order):
+                    for k in np.flatnonzero(b_columns == i):
+                        rates[:, o, b_rows[k]] += B[:, o, k] * amplitude
+                    for k in np.flatnonzero(d_columns == i):
+                        outputs[:, o, d_rows[k]] += D[:, o, k] * amplitude
+        still = ~(rates.any(axis=(0, 2)) | outputs.any(axis=(0, 2)))
+        for o in np.flatnonzero(still) if at is None else ():
+            raise OptionError(
+                f"{system.name}: order {orders[o]:g} excites nothing; leave it out, or give its "
+                "excitation."
+            )
+        rates = small.masses.divided(M, rates)
+        (rows, columns), A = small.masses.divided_matrix(M, small.patterns[0], A)
+        if self._damping_ratio:
+            more, block = _modal_damping(system, rows, columns, A, self._damping_ratio)
+            rows, columns = np.append(rows, more[0]), np.append(columns, more[1])
+            A = np.concatenate([A, block], axis=2)
+        _refuse_growth(over, rows, columns, A[:, 0])
+        found, worst = _solved(
+            system, rows, columns, A.reshape(-1, A.shape[2]), w.ravel(), rates.reshape(-1, n)
+        )
+        size = np.abs(found).max(axis=1, initial=0.0)
+        bad = np.flatnonzero(~np.isfinite(size))
+        if len(bad):
+            place = np.unravel_index(bad[0], shape)
+            raise SolverError(
+                f"{system.name}: no finite vibration of order {orders[place[1]]:g} at "
+                f"{speeds[place[0]]:.9g} rad/s: an undamped mode resonates there. Leave this speed "
+                "out, or add damping."
+            )
+        found = found.reshape(*shape, n)
+        rows, columns = small.patterns[2]
+        for number, (i, j) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
+            outputs[:, :, i] += C[:, :, number] * found[:, :, j]
+        return OrderSolution(outputs, found, self._means[every], matrices, worst)
+
+    def _by_laws(self, over: Rotation, every: Integer, w: Real, amplitudes: Real) -> list[Real]:
+        """Numbers of the matrices at frequencies and amplitudes, shapes (k, o, numbers)."""
+        count = w.shape[1]
+        found = [np.repeat(part[every, None, :], count, axis=1) for part in self._matrices]
+        if not self._stated:
+            return found
+        x, theta, settings, own = (
+            np.repeat(part, count, axis=0)
+            for part in (over.x, over.theta, over.settings, amplitudes)
+        )
+        vibration = self.small.at(w.ravel(), own)
+        there = self.small(x, theta, settings, over.points[0].time, vibration)
+        for held, part, base in zip(found, there[2:], self._stated, strict=True):
+            held += part.reshape(held.shape) - base[every, None, :]
+        return found
+
+
+def _refuse_unknown_masses(small: SmallVibrations, over: Rotation, w: float) -> None:
+    """Refuse laws of the frequency that change torques of the turns: a mass is not in M."""
+    if not (len(small.masses.rows) and over.turns_matter):
+        return
+    _, x, settings = over.along(0, _LOOKS)
+    theta, time = over.theta[0], over.points[0].time
+    stated = np.tile(theta[small.laws.places], (_LOOKS, 1))
+    held, there = (
+        small(x, theta, settings, time, vibration).rates[:, small.masses.own]
+        for vibration in (None, small.at(np.full(_LOOKS, w), stated))
+    )
+    missed = np.ptp(there - held, axis=0)
+    if (missed > _UNKNOWN * np.abs(held).max()).any():
+        name = over.system.state_names[small.masses.own[int(missed.argmax())]]
+        raise OptionError(
+            f"{over.system.name}: a component moves with {name} whose mass or inertia is not known "
+            "beside those that depend on the frequency; give it a method `stored` with its kinetic "
+            "energy."
+        )
+
+
+def _modal_damping(
+    system: System, rows: Integer, columns: Integer, A: Real, ratio: float
+) -> tuple[tuple[Integer, Integer], Real]:
+    """What a damping ratio of every elastic mode adds to A: places, and numbers, shape (k, o, m).
+
+    Without dampers, speeds v and positions p follow ``der(v) = F p``, ``der(p) = E v``, so that
+    ``-F E`` has the squares of the natural frequencies; modal damping adds
+    ``-2 ratio sqrt(-F E) v`` to ``der(v)``. Laws have the frequency of each order.
+    """
+    p, v = mechanical_states(system)
+    n = len(system.structure.states)
+    every = A.reshape(-1, A.shape[2])
+    found = np.empty((len(every), len(v) ** 2))
+    for k, numbers in enumerate(every):
+        if k and np.array_equal(numbers, every[k - 1]):
+            found[k] = found[k - 1]
+            continue
+        matrix = _matrix(rows, columns, numbers, n)
+        squares, shapes = np.linalg.eig(-matrix[np.ix_(v, p)] @ matrix[np.ix_(p, v)])
+        largest = np.abs(squares).max(initial=0.0)
+        if (np.abs(squares.imag) > 1e-9 * largest).any() or (squares.real < -1e-9 * largest).any():
+            raise SolverError(
+                f"{system.name}: without dampers the drive has no modes that vibrate without "
+                "growing, so that a damping ratio has no meaning; leave out damping_ratio=."
+            )
+        elastic = np.where(squares.real > 1e-12 * largest, squares.real, 0.0)
+        block = -2 * ratio * (shapes * np.sqrt(elastic)) @ np.linalg.inv(shapes)
+        found[k] = block.real.ravel()
+    return (np.repeat(v, len(v)), np.tile(v, len(v))), found.reshape(*A.shape[:2], -1)
+
+
+def _matrix(rows: Integer, columns: Integer, numbers: Real, n: int) -> Real:
+    """A matrix from its numbers; those at the same place add up."""
+    found: Real = scipy.sparse.coo_array((numbers, (rows, columns)), shape=(n, n)).toarray()
+    return found
+
+
+def _refuse_growth(over: Rotation, rows: Integer, columns: Integer, A: Real) -> None:
+    """Refuse a rotation about which vibrations grow; looked at at a few speeds."""
+    n = over.x.shape[1]
+    if n > _MOST_SOLVED:
+        return
+    for k in sorted({0, len(A) // 2, len(A) - 1}):
+        matrix = _matrix(rows, columns, A[k], n)
+        values = np.linalg.eigvals(matrix)
+        grows = values.real * (np.abs(values.imag) > 1e-6 * np.abs(values))
+        if grows.max(initial=0.0) > 1e-7 * np.abs(values).max(initial=0.0):
+            worst = values[int(np.argmax(grows))]
+            raise SolverError(
+                f"{over.system.name}: at {over.speeds[k]:g} rad/s a vibration of "
+                f"{abs(worst.imag) / (2 * np.pi):.4g} Hz grows as exp({worst.real:.4g} t), so no "
+                "steady vibration is ever reached. Add damping or control."
+            )
+
+
+def _solved(
+    system: System, rows: Integer, columns: Integer, entries: Real, w: Real, right: Complex
+) -> tuple[Complex, float]:
+    """Solutions at all points, and the largest backward error."""
+    n = right.shape[1]
+    found = np.zeros(right.shape, dtype=complex)
+    if not n:
+        return found, 0.0
+    missed = np.full(len(w), np.inf)
+    if n <= _MOST_SOLVED:
+        driven = np.flatnonzero(right.any(axis=0))
+        few = np.unique(np.linspace(0, len(w) - 1, 5).astype(int))
+        typical = np.array([-_matrix(rows, columns, entries[k], n) for k in few], dtype=complex)
+        typical[:, np.arange(n), np.arange(n)] += 1j * w[few, None]
+        order = pivots(rows, columns, typical)
+        key = rows.tobytes(), columns.tobytes(), driven.tobytes(), order
+        call = _formulas(system).of(
+            key, lambda: ManyPoints(elimination(rows, columns, driven, order))
+        )
+        given = np.hstack([entries, w[:, None], right[:, driven].real, right[:, driven].imag])
+        values = call(given, np.zeros(0), np.zeros(len(w)), np.zeros((len(w), 0)))
+        found.real, found.imag, missed = values[:, :n], values[:, n:-1], values[:, -1]
+    again = np.flatnonzero(~(missed <= _ACCURATE))
+    if len(again):
+        singly = solved_singly(rows, columns, entries[again], w[again], right[again])
+        found[again], missed[again] = singly
+    return found, float(missed[np.isfinite(missed)].max(initial=0.0))
+
+
+@made_once
+def _formulas(_: System) -> Recent[ManyPoints]:
+    return Recent(8)

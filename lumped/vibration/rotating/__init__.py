@@ -1,0 +1,1 @@
+"""Small vibrations about steady rotation: the equations, their means and harmonics."""

@@ -1,0 +1,104 @@
+"""Harmonics over the turns of what a steady rotation excites, and means over the turns."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.numerics.few_of_many import few_of_many
+from lumped.vibration.rotating.rotation import Rotation, samples_of, settled
+from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations
+
+__all__ = ["harmonics", "mean_matrix"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_ROUNDING = 1e-13
+"""Mean over the largest size that is nothing but rounding."""
+
+
+def harmonics(
+    small: SmallVibrations, over: Rotation, orders: Real
+) -> tuple[Complex, Complex, Real, list[Real]]:
+    """Harmonics of rates and outputs, means of outputs, and of the numbers of the matrices.
+
+    Where the states at all speeds follow from the model, they are interpolated over the speed from
+    some of the speeds (`few_of_many`).
+
+    Returns
+    -------
+    rates, outputs : ndarray of complex, shapes (k, o, n) and (k, o, q)
+    means : ndarray, shape (k, q)
+    matrices : list of ndarray, shapes (k, numbers)
+    """
+    count, time = len(over.speeds), over.points[0].time
+    n, q = over.x.shape[1], len(small.outputs)
+    if not over.turns_matter:
+        none = np.zeros((count, len(orders), n + q), dtype=complex)
+        parts = _all_at_once(small, over)
+        return none[..., :n], none[..., n:], parts.outputs, list(parts[2:])
+    cycles = orders * over.turns
+    numbers = np.rint(cycles).astype(int)
+    whole = np.abs(cycles - numbers) <= 1e-9
+    samples = samples_of(over, orders)
+
+    def row(k: int) -> tuple[Real, Real]:
+        """Harmonics of rates and outputs, and all means; and the sizes of the parts of each."""
+        angle, x, settings = over.along(k, samples)
+        parts = small(x, over.theta[k], settings, time)
+        growth = angle[:, None] * _growth(small, over, k, parts.outputs[0])
+        parts = parts._replace(outputs=parts.outputs - growth)
+        moving = np.hstack(parts[:2])
+        size = np.abs(moving).max(axis=0, initial=0.0)
+        spectrum = np.zeros((len(orders), n + q), dtype=complex)
+        own = np.fft.rfft(moving, axis=0)[numbers[whole]] * (2 / samples)
+        spectrum[whole] = np.where(np.abs(own) > 1e-13 * size, own, 0)
+        still = np.hstack(parts[1:])
+        sizes = [np.tile(np.repeat(size, 2), len(orders)), np.abs(still).max(axis=0, initial=0.0)]
+        return np.append(spectrum.view(float), still.mean(axis=0)), np.concatenate(sizes)
+
+    if len(over.points) == count or (over.settings != over.settings[0]).any():
+        rows = np.array([row(k)[0] for k in range(count)])
+    else:
+        rows = few_of_many(row, over.speeds)
+    end = 2 * len(orders) * (n + q)
+    spectra = np.ascontiguousarray(rows[:, :end]).view(complex).reshape(count, len(orders), n + q)
+    ends = end + np.cumsum([q, *(len(r) for r, _ in small.patterns)])
+    means, *matrices = np.split(rows[:, end:], ends[:-1] - end, axis=1)
+    return spectra[..., :n], spectra[..., n:], means, matrices
+
+
+def mean_matrix(small: SmallVibrations, over: Rotation, orders: Real) -> tuple[Real, Real]:
+    """The state matrix at the first speed by means over the turns, and the mean numbers of M.
+
+    It is ``mean(M)^-1 mean(A)``, A in torques: shape (n, n).
+    """
+    _, x, settings = over.along(0, samples_of(over, orders))
+    parts = small(x, over.theta[0], settings, over.points[0].time)
+    numbers = parts.A
+    mean = numbers.mean(axis=0)
+    mean[np.abs(mean) <= _ROUNDING * np.abs(numbers).max(axis=0, initial=0.0)] = 0.0
+    M = parts.M.mean(axis=0)
+    pattern, mean = small.masses.divided_matrix(M, small.patterns[0], mean)
+    matrix: Real = np.zeros((x.shape[1], x.shape[1]))
+    matrix[pattern] = mean
+    if over.turns_matter:
+        # rates are the same after the turns; a mean over some angles misses that at kinks
+        way = over.turning
+        matrix -= np.outer(matrix @ way, way) / (way @ way)
+    return matrix, M
+
+
+def _growth(small: SmallVibrations, over: Rotation, k: int, begin: Real) -> Real:
+    """By what outputs, such as angles, grow with the angle of the shaft, shape (q,)."""
+    cycle = 2 * np.pi * over.turns
+    x = over.x[k : k + 1] + cycle * over.turning
+    m = settled(over.system, x, over.theta[k], over.settings[k])
+    found: Real = (small(x, over.theta[k], m, over.points[0].time).outputs[0] - begin) / cycle
+    return found
+
+
+def _all_at_once(small: SmallVibrations, over: Rotation) -> Parts:
+    """Everything at all speeds where nothing depends on the angle."""
+    return small(over.x, over.theta, over.settings, over.points[0].time)

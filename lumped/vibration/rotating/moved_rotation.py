@@ -1,0 +1,102 @@
+"""How a steady rotation follows parameters and the speed."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.points.moved_equilibrium import moved_point
+from lumped.points.start_search import relative_positions
+from lumped.vibration.rotating.rotation import Rotation, samples_of, speed_of
+from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations, small_vibrations
+
+__all__ = ["moved_by", "moved_by_speed"]
+
+Real = NDArray[np.float64]
+
+
+def moved_by(over: Rotation, slope: Real) -> Real:
+    """Derivatives by all parameters of what has a slope by the states, shape (p,).
+
+    The adjoint of what determines the states: the balance of mean torques, or that all parts turn
+    together with the shaft. Given operating points move with the parameters if they are equilibria.
+
+    Parameters
+    ----------
+    over : Rotation
+        At one speed.
+    slope : ndarray, shape (n,)
+        Derivatives by the states where the shaft's angle is that of the operating point.
+    """
+    count = over.theta.shape[1]
+    if not slope.any():
+        return np.zeros(count)
+    if over.over is None or over.is_given:
+        moved = moved_point(over.points[0], list(range(count)))
+        return np.zeros(count) if moved is None else slope @ moved.states
+    small, (x, settings), adjoint = _adjoint(over, slope)
+    n, samples = x.shape[1], len(x)
+    weights = np.tile(adjoint / samples, (samples, 1))
+    zeros = [np.zeros((samples, len(rows))) for rows, _ in small.patterns]
+    _, by_theta, _ = small.slopes(
+        Parts(weights[:, :n], weights[:, n:], *zeros),
+        x,
+        over.theta[0],
+        settings,
+        over.points[0].time,
+    )
+    found: Real = -by_theta.sum(axis=0)
+    return found
+
+
+def moved_by_speed(over: Rotation, slope: Real) -> float:
+    """Derivative by the speed of the shaft of what has a slope by the states, s/rad.
+
+    Given operating points hold at all speeds.
+
+    Parameters
+    ----------
+    over, slope
+        As in `moved_by`.
+    """
+    if over.over is None or over.is_given or not slope.any():
+        return 0.0
+    _, _, adjoint = _adjoint(over, slope)
+    return float(adjoint[:-1] @ over.turning + adjoint[-1])
+
+
+def _adjoint(over: Rotation, slope: Real) -> tuple[SmallVibrations, tuple[Real, Real], Real]:
+    """Equations, states and settings over the turns, and a multiplier of each mean equation.
+
+    The equations are the mean rates, less those of steady rotation, and the speed of the shaft,
+    less the speed that is given; shape (n + 1,).
+    """
+    assert over.over is not None
+    system, free = over.system, over.balancing
+    small = small_vibrations(
+        system, () if free is None else (free,), (speed_of(system, over.over),)
+    )
+    samples = 1 if free is None else samples_of(over)
+    _, x, settings = over.along(0, samples)
+    parts = small(x, over.theta[0], settings, over.points[0].time)
+    n, inputs = x.shape[1], len(small.inputs)
+    matrix = np.zeros((n + 1, n + inputs))
+    corners = ((0, 0), (0, n), (n, 0), (n, n))
+    for numbers, (rows, columns), (top, left) in zip(
+        parts[2:6], small.patterns[:4], corners, strict=True
+    ):
+        matrix[rows + top, columns + left] = numbers.mean(axis=0)
+    relative = np.isin(system.structure.states, relative_positions(system))
+    turning = over.turning != 0
+    if free is None:
+        equations = np.append(np.flatnonzero(relative), n)
+        unknown = np.flatnonzero(~relative & ~turning)
+    else:
+        equations = np.append(np.flatnonzero(~over.idle), n)
+        unknown = np.append(np.flatnonzero(~turning & ~over.idle), n)
+    wanted = np.append(slope, np.zeros(inputs))[unknown]
+    own = matrix[np.ix_(equations, unknown)]
+    size = np.maximum(np.abs(own).max(axis=1), 1e-300)
+    adjoint = np.zeros(n + 1)
+    adjoint[equations] = np.linalg.lstsq((own / size[:, None]).T, wanted)[0] / size
+    return small, (x, settings), adjoint

@@ -1,0 +1,205 @@
+"""What a system does to small vibrations: ``M der(x) = A x + B u``, ``y = C x + D u`` at points."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.compiler.system import System
+from lumped.errors import SolverError
+from lumped.support.made_once import Recent, made_once
+from lumped.timeloop.plants.many_points import ManyPoints
+from lumped.vibration.rotating.amplitude_laws import amplitude_laws
+from lumped.vibration.rotating.masses import masses
+
+__all__ = ["Parts", "SmallVibrations", "small_vibrations"]
+
+Real = NDArray[np.float64]
+Pattern = tuple[NDArray[np.int64], NDArray[np.int64]]
+
+
+class Parts(NamedTuple):
+    """Rates, outputs and the numbers of the matrices at points, shapes (points, ...).
+
+    Rates, A and B of masses that vary are torques and forces: they are multiplied by M.
+    """
+
+    rates: Real
+    outputs: Real
+    A: Real
+    B: Real
+    C: Real
+    D: Real
+    M: Real
+
+
+class SmallVibrations:
+    """Rates, outputs and matrices of a system as functions of points and of the vibration.
+
+    Laws may hold at its frequency and at amplitudes that it has.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    inputs, outputs : tuple of str
+        Full names of parameters that vary, and of quantities.
+
+    Attributes
+    ----------
+    patterns : tuple of (rows, columns)
+        Places of the numbers of A, B, C, D and M.
+    expressions : list of SX
+        Rates, outputs, A, B, C, D and M; of the inputs of the system and of `vibration`.
+    masses : Masses
+        Which rows M has; those of all other states are those of the unit matrix.
+    vibration : SX
+        Stands for the frequencies, rad/s, and then the amplitudes of vibration among the
+        parameters.
+    places : list of int
+        Of these among the parameters.
+    laws : AmplitudeLaws
+        Those of amplitudes.
+    """
+
+    def __init__(self, system: System, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> None:
+        self.system, self.inputs, self.outputs = system, inputs, outputs
+        x, theta, _, _ = system.inputs
+        self.laws = amplitude_laws(system)
+        self._frequencies = len(system.structure.parameters.vibrating)
+        self.places = system.structure.parameters.vibrating + self.laws.places
+        self.vibration = ca.SX.sym("vibration", len(self.places))
+        u = theta[system.places(inputs)] if inputs else ca.SX(0, 1)
+        y = system.expressions(outputs)
+        self.masses, M = masses(system)
+        torques = self.masses.times(M, system.rates)
+        found = [torques, y]
+        found += [ca.jacobian(f, by) for f in (torques, y) for by in (x, u)]
+        found.append(M)
+        if self.places:
+            found = ca.substitute(found, [theta[self.places]], [self.vibration])
+        self.expressions = found
+        triplets = [matrix.sparsity().get_triplet() for matrix in found[2:]]
+        self.patterns: tuple[Pattern, ...] = tuple(
+            (np.array(rows, dtype=int), np.array(columns, dtype=int)) for rows, columns in triplets
+        )
+        numbers = [ca.densify(found[0]), ca.densify(found[1])]
+        numbers += [_nonzeros(m) for m in found[2:]]
+        self._ends = np.cumsum([n.numel() for n in numbers])[:-1]
+        self._numbers = ca.cse(ca.vertcat(*numbers))
+        self._calls: Recent[ManyPoints] = Recent(4)
+
+    def __call__(
+        self, x: Real, theta: Real, settings: Real, time: float, vibration: Real | None = None
+    ) -> Parts:
+        """Everything at points.
+
+        Parameters
+        ----------
+        x, settings : ndarray, shapes (points, n) and (points, m)
+            States and modes.
+        theta : ndarray, shape (p,) or (points, p)
+            Parameters.
+        time : float
+            Instant, s.
+        vibration : ndarray, shape (points, frequencies and amplitudes), optional
+            From `at`; by default laws hold at what is in `theta`.
+
+        Raises
+        ------
+        SolverError
+            If a number is not finite.
+        """
+        every = np.atleast_2d(theta)
+        varied = np.flatnonzero((every != every[0]).any(axis=0)).tolist()
+        given = every[:, self.places] if vibration is None else vibration
+        own = [np.broadcast_to(g, (len(x), g.shape[1])) for g in (given, every[:, varied])]
+        call = self._calls.of(tuple(varied), lambda: self._varying(varied))
+        values = call(np.hstack([x, *own]), every[0], np.full(len(x), time), settings)
+        if not np.isfinite(values).all():
+            raise SolverError(
+                f"{self.system.name}: a rate or its derivative is not finite where the drive turns "
+                "steadily; change the operating point, the speeds or the parameters."
+            )
+        return Parts(*np.split(values, self._ends, axis=1))
+
+    def _varying(self, varied: list[int]) -> ManyPoints:
+        """The numbers, of which some parameters vary from point to point."""
+        x, theta, *others = self.system.inputs
+        own = ca.SX.sym("own", len(varied))
+        numbers = self._numbers
+        if varied:
+            numbers = ca.substitute(numbers, theta[varied], own)
+        inputs = [ca.vertcat(x, self.vibration, own), theta, *others]
+        return ManyPoints(ca.Function("vibrations", inputs, [numbers]))
+
+    def at(self, w: Real, amplitudes: Real) -> Real:
+        """What laws need of vibrations, of their frequencies, rad/s, (points,), and amplitudes."""
+        return np.hstack([np.repeat(w[:, None], self._frequencies, axis=1), amplitudes])
+
+    @cached_property
+    def _slopes(self) -> ManyPoints:
+        x, theta, _, _ = self.system.inputs
+        numbers = ca.vertcat(
+            ca.densify(self.expressions[0]),
+            ca.densify(self.expressions[1]),
+            *(_nonzeros(m) for m in self.expressions[2:]),
+        )
+        weights = ca.SX.sym("weights", numbers.numel())
+        by = ca.vertcat(x, self.vibration, theta)
+        slope = ca.gradient(ca.dot(numbers, weights), by)
+        inputs = [ca.vertcat(x, self.vibration, weights), *self.system.inputs[1:]]
+        return ManyPoints(ca.Function("slopes", inputs, [ca.cse(ca.densify(slope))]))
+
+    def slopes(
+        self,
+        weights: Parts,
+        x: Real,
+        theta: Real,
+        settings: Real,
+        time: float,
+        vibration: Real | None = None,
+    ) -> tuple[Real, Real, Real]:
+        """Derivatives of a weighted sum of everything, by states, parameters and amplitudes.
+
+        Parameters
+        ----------
+        weights : Parts
+            One for each number, shapes (points, ...).
+
+        Returns
+        -------
+        ndarray, ndarray, ndarray, shapes (points, n), (points, p) and (points, amplitudes)
+            Those by amplitudes, if `vibration` is given; else they count as parameters.
+        """
+        n, places = x.shape[1], self.places
+        own = theta[places] if vibration is None else vibration
+        given = np.hstack([x, np.broadcast_to(own, (len(x), len(places))), *weights])
+        found = self._slopes(given, theta, np.full(len(x), time), settings)
+        by_vibration, by_theta = found[:, n : n + len(places)], found[:, n + len(places) :]
+        if vibration is None:
+            by_theta[:, places] += by_vibration
+            by_vibration = np.zeros_like(by_vibration)
+        return found[:, :n], by_theta, by_vibration[:, self._frequencies :]
+
+
+def small_vibrations(
+    system: System, inputs: tuple[str, ...], outputs: tuple[str, ...]
+) -> SmallVibrations:
+    """What a system does to small vibrations; the latest are kept."""
+    made = _latest(system)
+    return made.of((inputs, outputs), lambda: SmallVibrations(system, inputs, outputs))
+
+
+def _nonzeros(matrix: ca.SX) -> ca.SX:
+    """Numbers of a matrix in one column."""
+    return ca.sparsity_cast(matrix, ca.Sparsity.dense(matrix.nnz(), 1))
+
+
+@made_once
+def _latest(_: System) -> Recent[SmallVibrations]:
+    return Recent(8)

@@ -1,0 +1,1 @@
+"""Limits that rules and standards set to vibrations."""

@@ -1,0 +1,134 @@
+"""Limits of torsional stress in propulsion shafts of ships.
+
+After IACS UR M68. The formulas of the continuous and the transient limit, of the size factor and of
+the barred range were found in a public program for ship shaft lines and in the text of a classifi-
+cation society's rules for naval ships; the page of the rule itself was not seen. METHOD marks what
+was found in this way, USER INPUT what the user must take from the rule, and NOT IMPLEMENTED what is
+left out: hollow shafts, and caps of the tensile strength.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lumped.compiler.system import Name
+from lumped.errors import OptionError
+from lumped.vibration.rules.limits import Limit
+from lumped.vibration.speeds.campbell import BarredRange
+
+__all__ = ["MarineShaft"]
+
+Real = NDArray[np.float64]
+_SOURCE = "IACS UR M68"
+
+
+@dataclass(frozen=True)
+class MarineShaft:
+    """A propulsion shaft and its permitted torsional vibration stresses.
+
+    With ``x`` the speed over the rated speed, ``sigma`` the tensile strength in MPa and ``d`` the
+    diameter in mm::
+
+        c_D = 0.35 + 0.93 d^-0.2                                    METHOD
+        tau_C = (sigma + 160) / 18 c_K c_D (3 - 2 x^2),  x < 0.9    METHOD
+        tau_C = (sigma + 160) / 18 c_K c_D 1.38,  0.9 <= x <= 1.05  METHOD
+        tau_T = 1.7 tau_C / sqrt(c_K)                               METHOD
+        c_K, sigma, d                                               USER INPUT
+        hollow shafts, caps of sigma                                NOT IMPLEMENTED
+
+    Parameters
+    ----------
+    d : float
+        Diameter, m.
+    tensile : float
+        Tensile strength, Pa.
+    rated : float
+        Rated speed, rad/s.
+    form_factor : float
+        c_K: 1.0 for intermediate shafts with integral flange or shrink fit, 0.6 with a
+        keyway, 0.55 for propeller shafts.
+
+    Raises
+    ------
+    OptionError
+        If a value is not positive, or looks like one in MPa, mm or 1/min.
+    """
+
+    d: float
+    tensile: float
+    rated: float
+    form_factor: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, value, low, high, unit in (
+            ("d", self.d, 1e-3, 10.0, "m"),
+            ("tensile", self.tensile, 5e7, 5e9, "Pa"),
+            ("rated", self.rated, 1e-2, 1e5, "rad/s"),
+            ("form_factor", self.form_factor, 1e-2, 10.0, "1"),
+        ):
+            if not low <= value <= high:
+                raise OptionError(
+                    f"MarineShaft: {name} = {value:g} {unit} must lie between {low:g} and {high:g} "
+                    f"{unit}."
+                )
+
+    @property
+    def size_factor(self) -> float:
+        """c_D, which falls with the diameter."""
+        return float(0.35 + 0.93 * (1e3 * self.d) ** -0.2)
+
+    def continuous(self, speeds: ArrayLike) -> Real:
+        """Permitted stress amplitude in continuous operation, Pa.
+
+        Parameters
+        ----------
+        speeds : array_like
+            rad/s, above zero and up to 1.05 of the rated speed.
+
+        Raises
+        ------
+        OptionError
+            If a speed lies outside.
+        """
+        x = np.asarray(speeds, dtype=float) / self.rated
+        bad = np.ravel(x)[~((np.ravel(x) > 0) & (np.ravel(x) <= 1.05 * (1 + 1e-12)))]
+        if len(bad):
+            raise OptionError(
+                f"MarineShaft: {bad[0] * self.rated:g} rad/s is {bad[0]:.4g} of the rated speed; "
+                "the rule holds above 0 and up to 1.05."
+            )
+        bracket = np.where(x < 0.9, 3 - 2 * x**2, 1.38)
+        found: Real = (
+            1e6 * (self.tensile / 1e6 + 160) / 18 * self.form_factor * self.size_factor * bracket
+        )
+        return found
+
+    def transient(self, speeds: ArrayLike) -> Real:
+        """Permitted stress amplitude where a barred range is passed quickly, Pa."""
+        found: Real = 1.7 * self.continuous(speeds) / np.sqrt(self.form_factor)
+        return found
+
+    def barred(self, critical: float) -> BarredRange:
+        """Barred range around a critical speed, rad/s: ``16 n/(18 - x)`` to ``(18 - x) n/16``."""
+        x = critical / self.rated
+        return BarredRange(16 * critical / (18 - x), (18 - x) * critical / 16)
+
+    def limits(self, stress: Name) -> tuple[Limit, Limit]:
+        """Limits of a stress in continuous operation and in passing.
+
+        Parameters
+        ----------
+        stress : name
+            Torsional stress of the shaft, Pa.
+        """
+        names = ("continuous operation", "transient passage")
+        clauses = ("tau_C", "tau_T")
+        laws = (self.continuous, self.transient)
+        first, second = (
+            Limit(stress, law, name, "maximum", clause, _SOURCE)
+            for law, name, clause in zip(laws, names, clauses, strict=True)
+        )
+        return first, second

@@ -1,0 +1,1 @@
+"""Critical speeds: where orders of excitation meet natural frequencies."""

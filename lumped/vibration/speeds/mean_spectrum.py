@@ -1,0 +1,116 @@
+"""Natural vibrations of a drive that turns, by the means of its equations over the turns."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from lumped.errors import SolverError
+from lumped.vibration.ordered.order_sensitivity import swept
+from lumped.vibration.rotating.harmonics import mean_matrix
+from lumped.vibration.rotating.moved_rotation import moved_by, moved_by_speed
+from lumped.vibration.rotating.rotation import Rotation, samples_of
+from lumped.vibration.rotating.small_vibrations import SmallVibrations
+
+__all__ = ["MeanSpectrum"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_VIBRATES = 1e-6
+"""Imaginary part of an eigenvalue, relative to its size, above which it belongs to a vibration."""
+_SLOWEST = 1e-6
+"""Size of an eigenvalue, relative to the largest, below which it is a zero with rounding."""
+_REPEATED = 1e-6
+"""Relative distance of eigenvalues below which they have no derivatives of their own."""
+
+
+class MeanSpectrum:
+    """Vibrations of the mean equations of a drive that turns steadily, at one speed.
+
+    Laws of the frequency hold at the frequencies that parameters state.
+
+    Parameters
+    ----------
+    small : SmallVibrations
+        Equations of small vibrations.
+    over : Rotation
+        At one speed.
+    orders : ndarray
+        Orders of which the samples over the turns must know.
+
+    Attributes
+    ----------
+    eigenvalues : ndarray of complex, shape (m,)
+        One of each conjugate pair, the slowest first, 1/s.
+    """
+
+    def __init__(self, small: SmallVibrations, over: Rotation, orders: Real) -> None:
+        self._small, self._over = small, over
+        self._shapes = samples_of(over, orders), over.x.shape[1]
+        matrix, self._masses = mean_matrix(small, over, orders)
+        values, self._left, self._right = scipy.linalg.eig(matrix, left=True, right=True)
+        fastest = np.abs(values).max(initial=0.0)
+        chosen = np.flatnonzero(values.imag > _VIBRATES * np.abs(values))
+        chosen = chosen[np.abs(values[chosen]) > _SLOWEST * fastest]
+        chosen = chosen[np.argsort(np.abs(values[chosen]), kind="stable")]
+        self.eigenvalues: Complex = values[chosen]
+        self._all, self._chosen = values, chosen
+
+    @property
+    def hertz(self) -> Real:
+        """Natural frequencies, Hz, shape (m,)."""
+        return np.abs(self.eigenvalues) / (2 * np.pi)
+
+    @property
+    def damping(self) -> Real:
+        """Damping ratios, shape (m,)."""
+        return 0.0 - self.eigenvalues.real / np.abs(self.eigenvalues)
+
+    def hertz_by(self, mode: int) -> Real:
+        """Derivatives of a natural frequency by all parameters, shape (p,)."""
+        return self._slope(mode, self._of_hertz(mode))
+
+    def damping_by(self, mode: int) -> Real:
+        """Derivatives of a damping ratio by all parameters, shape (p,)."""
+        value = self.eigenvalues[mode]
+        size = np.abs(value)
+        return self._slope(mode, value.real * value.conjugate() / size**3 - 1 / size)
+
+    def hertz_by_speed(self, mode: int) -> float:
+        """Derivative of a natural frequency by the speed of the shaft, Hz s/rad."""
+        return moved_by_speed(self._over, self._swept(mode, self._of_hertz(mode))[0])
+
+    def _of_hertz(self, mode: int) -> complex:
+        """What the change of an eigenvalue counts in that of the frequency."""
+        value = self.eigenvalues[mode]
+        found: complex = value.conjugate() / np.abs(value) / (2 * np.pi)
+        return found
+
+    def _slope(self, mode: int, weight: complex) -> Real:
+        """Derivatives of the real part of an eigenvalue times a weight."""
+        by_x, slope = self._swept(mode, weight)
+        total: Real = slope + moved_by(self._over, by_x)
+        return total
+
+    def _swept(self, mode: int, weight: complex) -> tuple[Real, Real]:
+        """The same by the states, and by parameters while the states stay."""
+        place = self._chosen[mode]
+        value, small = self._all[place], self._small
+        near = np.abs(np.delete(self._all, place) - value).min(initial=np.inf)
+        if near <= _REPEATED * np.abs(value):
+            raise SolverError(
+                f"{small.system.name}: mode {mode} ({np.abs(value) / (2 * np.pi):.6g} Hz) "
+                "coincides with another and has no derivative. Change a parameter a little."
+            )
+        rows, columns = small.patterns[0]
+        left, right = self._left[:, place].conj(), self._right[:, place]
+        masses, size = small.masses, left @ right
+        left = masses.divided(self._masses, left)  # M is symmetric
+        own = (weight * left[rows] * right[columns] / size).real
+        samples, n = self._shapes
+        means = [own, *(np.zeros(len(pattern[0])) for pattern in small.patterns[1:4])]
+        means.append((-weight * value * left[masses.rows] * right[masses.columns] / size).real)
+        still = [np.zeros((samples, n)), np.zeros((samples, len(small.outputs)))]
+        return swept(small, self._over, still, means)

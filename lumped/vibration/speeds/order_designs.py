@@ -1,0 +1,106 @@
+"""Order responses of designs: found again for other parameters as they were found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from lumped.errors import OptionError
+from lumped.functionals.readings import OrderPeak, Separation
+from lumped.timeloop.results.result import OperatingPoint
+from lumped.vibration.natural.mode_designs import equilibrium_again
+from lumped.vibration.ordered.order_response import OrderResponse
+from lumped.vibration.ordered.order_sensitivity import refuse_ratio, sizes_of
+from lumped.vibration.speeds.campbell import CriticalSpeed
+from lumped.vibration.speeds.mean_campbell import mean_campbell
+
+__all__ = ["OrderDesigns", "apart_of"]
+
+
+class OrderDesigns:
+    """Order responses of one system for other parameters.
+
+    Parameters
+    ----------
+    first : OrderResponse
+        That with which the designs are compared.
+    analysis : str
+        With which errors begin.
+
+    Raises
+    ------
+    OptionError
+        If operating points were given at each speed, or a damping ratio of all modes.
+    """
+
+    def __init__(self, first: OrderResponse, analysis: str) -> None:
+        refuse_ratio(first, analysis)
+        over = first.rotation
+        if over.is_given and len(over.points) > 1:
+            raise OptionError(
+                f"{analysis}: operating points that are given at each speed, at=, do not follow "
+                "the parameters; let a parameter balance the mean torques, order_response(free=...)"
+                "."
+            )
+        self.first, self.analysis = first, analysis
+
+    def refuse_balancing(self, names: list[str], where: str) -> None:
+        """Refuse to vary the parameter that balances the mean torques."""
+        balancing = self.first.rotation.balancing
+        if balancing in names:
+            raise OptionError(
+                f"{self.analysis}: {balancing} is free in the order response, so that it follows "
+                f"from the others; leave it out of `{where}`."
+            )
+
+    def at(self, values: dict[str, float]) -> OperatingPoint | None:
+        """The operating point of a design, if one was given."""
+        old = self.first.rotation
+        if not old.is_given:
+            return None
+        (point,) = old.points
+        if point.kept is not None:
+            return equilibrium_again(point, values)
+        return replace(point, theta=self.first.system.theta(values))
+
+    def response(self, values: dict[str, float]) -> OrderResponse:
+        """Vibration of a design."""
+        return self.first.again(values, self.at(values))
+
+    def inside(self, key: OrderPeak) -> np.ndarray:
+        """Which speeds of the response count for a peak."""
+        speeds = self.first.speeds
+        low, high = key.speeds or (speeds[0], speeds[-1])
+        found = np.flatnonzero((speeds >= low) & (speeds <= high))
+        if not len(found):
+            raise OptionError(f"{self.analysis}: {key}: no speed between these was computed.")
+        return found
+
+    def sizes(self, key: OrderPeak, response: OrderResponse) -> np.ndarray:
+        """What a peak is the largest of."""
+        found: np.ndarray = sizes_of(response, key.name, key.measure)[self.inside(key)]
+        return found
+
+    def nearest(
+        self, key: Separation, response: OrderResponse
+    ) -> tuple[float, CriticalSpeed | None]:
+        """Separation, and the critical speed that is nearest; infinite where there is none."""
+        low, high = key.between
+        speeds = self.first.speeds
+        critical = mean_campbell(
+            response,
+            orders=key.orders,
+            between=(min(low, float(speeds[0])), max(high, float(speeds[-1]))),
+        ).critical
+        away = [apart_of(key, each.speed) for each in critical]
+        if not away:
+            return np.inf, None
+        least = int(np.argmin(away))
+        return away[least], critical[least]
+
+
+def apart_of(key: Separation, speed: float) -> float:
+    """Distance of a critical speed from those of operation, relative to the nearest of these."""
+    low, high = key.between
+    return max(1 - speed / low, speed / high - 1, 0.0)

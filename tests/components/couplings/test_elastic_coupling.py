@@ -1,0 +1,458 @@
+import numpy as np
+import pytest
+import scipy
+from torsional_cases import RPM, columns
+
+import lumped as lp
+from lumped.components import (
+    Damper,
+    ElasticCoupling,
+    Fixed,
+    Inertia,
+    NonlinearSpring,
+    QuadraticTorque,
+    Speed,
+    Torque,
+)
+from lumped.errors import EquationError, LumpedError, ParameterError, SolverError
+
+J1, J2 = 12.0, 30.0
+JR = J1 * J2 / (J1 + J2)
+ROWS = tuple(zip(range(0, 3500, 500), (60e3, 75e3, 95e3, 120e3, 150e3, 185e3, 225e3), strict=True))
+TORQUES, STIFF = np.transpose(ROWS)
+RATED = 2500.0, 1500 * RPM
+
+
+def stiffness(torque):
+    return np.interp(np.abs(torque), TORQUES, STIFF)
+
+
+FAN = QuadraticTorque(tau_nominal=RATED[0], w_nominal=RATED[1])
+
+
+def drive(motor=FAN, **coupling):
+    """Two inertias and a coupling under torques on both sides."""
+    given = {"stiffness": ROWS, "psi": 0.8, "w_loss": 90.0, **coupling}
+    model = lp.compose(
+        engine=Inertia(J=J1),
+        coupling=ElasticCoupling(**given),
+        load=Inertia(J=J2),
+        motor=motor,
+        gas=Torque(tau=0.0),
+        brake=Torque(tau=0.0),
+        connections=lambda m: [
+            *lp.chain(m.engine, m.coupling, m.load, m.brake),
+            lp.connect(m.engine.flange_a, m.motor.flange, m.gas.flange),
+        ],
+    )
+    return lp.assemble(model)
+
+
+def wound(**coupling):
+    """A coupling that a source of speed winds up."""
+    model = lp.compose(
+        wall=Fixed(),
+        part=ElasticCoupling(**{"stiffness": ROWS, "psi": 0.8, "w_loss": 90.0, **coupling}),
+        drive=Speed(w=0.0),
+        connections=lambda m: lp.chain(m.wall, m.part, m.drive),
+    )
+    return lp.assemble(model)
+
+
+def twisted(angle, **coupling):
+    """What a coupling answers to a twist."""
+    return lp.start_point(wound(**coupling), start={"part.phi_rel": angle})
+
+
+def shaken(w, k, psi, torque, d=0.0):
+    """Complex angles of both masses, and power of the coupling, by the matrices of the drive."""
+    kc = k * (1 + 1j * psi / (2 * np.pi))
+    matrix = np.array([[kc - J1 * w**2 + 1j * w * d, -kc], [-kc, kc - J2 * w**2]])
+    phi = np.linalg.solve(matrix, [torque, 0])
+    return phi, 0.5 * k * psi * abs(phi[0] - phi[1]) ** 2 * w / (2 * np.pi)
+
+
+@pytest.mark.parametrize("way", ["free", "at"])
+@pytest.mark.parametrize("psi", [0.8, 1.6])
+def test_a_progressive_coupling_vibrates_as_its_table_says(way, psi):
+    table = columns("09_elastic_coupling", "progressive_linear.csv")
+    motor = FAN if way == "free" else Torque(tau=0.0)
+    system = drive(motor, extrapolate=True, psi=psi)
+    speeds = table["n_rpm"] * RPM
+
+    def at(w):
+        mean = RATED[0] * (w / RATED[1]) ** 2
+        torques = {"motor.tau": mean, "brake.tau": -mean}
+        return lp.equilibrium(system, parameters=torques, start={"engine.w": w})
+
+    mean = {"at": at} if way == "at" else {"over": "engine.phi", "free": "brake.tau"}
+    response = lp.vibration.order_response(
+        system,
+        speeds=speeds,
+        of=["coupling.tau", "coupling.phi_rel", "coupling.c", "engine.a", "load.a"],
+        orders=[2],
+        excitations={"gas.tau": {2: 600.0}},
+        **mean,
+    )
+    heat = response.mean_power("coupling.power")[:, 0]
+    errors = []
+    for k, w in enumerate(speeds):
+        mean = RATED[0] * (w / RATED[1]) ** 2
+        # the torque of the fan grows with the speed
+        d = -2 * mean / w if way == "free" else 0.0
+        phi, power = shaken(2 * w, stiffness(mean), psi, 600.0, d)
+        found = np.array([response["engine.a"][k, 0], response["load.a"][k, 0]])
+        errors.append(np.abs(found / (-((2 * w) ** 2) * phi) - 1).max())
+        errors.append(abs(heat[k] / power - 1))
+    if psi == 0.8 and way == "at":
+        for name, head in (
+            ("coupling.tau", "coupling_torque_Nm"),
+            ("coupling.phi_rel", "twist_rad"),
+        ):
+            errors.append(np.abs(response.magnitude(name, 2) / table[head] - 1).max())
+        # the torque of a spring here counts from the flange that lags
+        phase = np.degrees(np.angle(-response["coupling.tau"][:, 0]))
+        missed = phase - table["coupling_torque_phase_deg"]
+        errors.append(np.radians(np.abs((missed + 180) % 360 - 180).max()))
+        errors.append(np.abs(heat / table["heat_W"] - 1).max())
+        c = table["dynamic_stiffness_Nm_per_rad"]
+        errors.append(np.abs(response.mean("coupling.c") / c - 1).max())
+    print(f"{way}, psi {psi:g}: {max(errors):.1e}")
+    assert max(errors) < 2e-8  # ten digits of the table; the balance of the mean
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_static_law_has_the_stated_stiffness_as_its_slope(sign):
+    law = scipy.integrate.solve_ivp(
+        lambda _, tau: stiffness(tau), (0, 0.03), [0.0], rtol=1e-12, atol=1e-9, max_step=1e-4
+    )
+    worst = 0.0
+    for twist, tau in zip(law.t[10::40], law.y[0, 10::40], strict=True):
+        point = twisted(sign * twist, extrapolate=True)
+        worst = max(worst, abs(point["part.tau_c"] / (sign * tau) - 1))
+        worst = max(worst, abs(point["part.c"] / stiffness(tau) - 1))
+    print(f"{worst:.1e}")
+    assert worst < 1e-7  # the steps of the reference pass over kinks
+    assert law.y[0, -1] > 2500
+
+
+def test_it_has_its_stiffness_without_torque_too():
+    assert twisted(0.0)["part.c"] == pytest.approx(60e3, rel=1e-14)
+
+
+def test_equal_and_falling_stiffness_is_exact():
+    # c = 100 up to 10 N.m, then falls to 50 at 20 N.m: tau = 10 + 20 (1 - exp(-5 (x - 0.1)))
+    rows = ((0, 100.0), (10, 100.0), (20, 50.0))
+    for twist, tau in ((0.05, 5.0), (0.2, 10 + 20 * (1 - np.exp(-0.5)))):
+        assert twisted(twist, stiffness=rows)["part.tau_c"] == pytest.approx(tau, rel=1e-13)
+    softest = 0.1 + np.log(2) / 5
+    point = twisted(softest + 0.1, stiffness=rows, extrapolate=True)
+    assert point["part.tau_c"] == pytest.approx(20 + 50 * 0.1, rel=1e-13)
+
+
+def test_rows_of_twist_and_torque_are_joined_by_lines():
+    rows = ((0, 0), (0.05, 2000), (0.1, 5000))
+    for twist, tau, c in ((0.02, 800, 4e4), (-0.08, -3800, 6e4)):
+        point = twisted(twist, stiffness=(), twist=rows)
+        assert point["part.tau_c"] == pytest.approx(tau, rel=1e-13)
+        assert point["part.c"] == pytest.approx(c, rel=1e-13)
+
+
+def test_temperature_and_torque_change_stiffness_and_damping():
+    warm = ((293.0, 1.0, 1.0), (353.0, 0.7, 0.6))
+    damping = ((0, 1.2), (1000, 0.8), (3000, 0.5))
+    cold = twisted(0.02)
+    found = twisted(0.02 / 0.85, over_temperature=warm, damping=damping, T=323.0)
+    # d tau / d phi = k c(tau) makes tau = F(k phi)
+    assert found["part.tau_c"] == pytest.approx(cold["part.tau_c"], rel=1e-13)
+    assert found["part.c"] == pytest.approx(0.85 * cold["part.c"], rel=1e-13)
+    model = lp.compose(
+        wall=Fixed(),
+        part=ElasticCoupling(
+            stiffness=ROWS, psi=0.9, w_loss=90.0, over_temperature=warm, damping=damping, T=323.0
+        ),
+        rotor=Inertia(J=1.0, w=0.3),
+        connections=lambda m: lp.chain(m.wall, m.part, m.rotor),
+    )
+    point = lp.start_point(lp.assemble(model), start={"part.phi_rel": 0.02 / 0.85})
+    psi = 0.9 * 0.8 * np.interp(point["part.tau_c"], *np.transpose(damping))
+    d = psi * point["part.c"] / (2 * np.pi * 90.0)
+    assert point["part.power"] == pytest.approx(d * 0.3**2, rel=1e-12)
+
+
+def test_factors_over_the_frequency_hold_at_each_order():
+    rows = ((20.0, 0.9, 1.1), (90.0, 1.0, 1.0), (400.0, 1.25, 0.7))
+    system = drive(over_frequency=rows)
+    load = {"brake.tau": -1300.0, "motor.tau_nominal": 1300.0, "motor.w_nominal": 60.0}
+    point = lp.equilibrium(system, parameters=load, start={"engine.w": 60.0})
+    speeds = np.linspace(25.0, 95.0, 8)
+    response = lp.vibration.order_response(
+        system,
+        speeds=speeds,
+        of=["coupling.phi_rel"],
+        excitations={"gas.tau": {1: 60.0, 4: 30.0j}},
+        at=point,
+    )
+    heat = response.mean_power("coupling.power")
+    where, stiff, loss = np.transpose(rows)
+    for o, (order, torque) in enumerate(((1, 60.0), (4, 30.0j))):
+        w = order * speeds
+        k, psi = stiffness(1300.0) * np.interp(w, where, stiff), 0.8 * np.interp(w, where, loss)
+        d = -2 * 1300.0 / 60.0
+        for i in range(len(w)):
+            phi, power = shaken(w[i], k[i], psi[i], torque, d)
+            assert response["coupling.phi_rel"][i, o] == pytest.approx(phi[1] - phi[0], rel=1e-9)
+            assert heat[i, o] == pytest.approx(power, rel=1e-9)
+
+
+def test_a_run_loses_what_the_response_says_at_the_stated_frequency():
+    w = 2 * 70.0
+    model = lp.compose(
+        engine=Inertia(J=J1, w=0.0),
+        coupling=ElasticCoupling(stiffness=((0, 8e4), (3000, 8e4)), psi=0.8, w_loss=w),
+        load=Inertia(J=J2),
+        gas=Torque(tau=0.0),
+        bearing=Damper(d=3.0),
+        ground=Fixed(),
+        connections=lambda m: lp.chain(m.gas, m.engine, m.coupling, m.load, m.bearing, m.ground),
+    )
+    response = lp.vibration.order_response(
+        lp.assemble(model),
+        speeds=[70.0],
+        of=["coupling.tau"],
+        excitations={"gas.tau": {2: 600.0}},
+    )
+    pushed = model.with_({"gas": Torque(tau=600.0 * lp.ops.cos(w * lp.time))})
+    orbit = lp.periodic(lp.assemble(pushed), period=2 * np.pi / w, rtol=1e-10)
+    run = orbit.run
+    mean = np.trapezoid(run["coupling.power"], run.t) * w / (2 * np.pi)
+    assert response.mean_power("coupling.power")[0, 0] == pytest.approx(mean, rel=1e-7)
+    largest = 0.5 * 8e4 * np.abs(run["coupling.phi_rel"]).max() ** 2
+    assert mean * 2 * np.pi / w == pytest.approx(0.8 * largest, rel=1e-4)  # at points of the run
+
+
+def test_energy_is_the_integral_of_the_torque_and_a_run_balances():
+    warm = ((293.0, 1.0, 1.0), (353.0, 0.7, 0.6))
+    model = lp.compose(
+        wall=Fixed(),
+        part=ElasticCoupling(
+            stiffness=ROWS, psi=0.8, w_loss=90.0, over_temperature=warm, T=323.0, phi_rel=0.029
+        ),
+        rotor=Inertia(J=J1, w=0.0),
+        connections=lambda m: lp.chain(m.wall, m.part, m.rotor),
+    )
+    run = lp.simulate(lp.assemble(model), until=0.3, rtol=1e-9, certify=True)
+    energy = run.certificate.energy
+    print(energy)
+    assert energy.error < 1e-7
+    # begin: all in the coupling; what is dissipated is the integral of the power
+    coupling = wound(over_temperature=warm, T=323.0)
+
+    def stored(twist):
+        """Integral of the torque up to a twist."""
+        x = np.linspace(0, twist, 50)
+        torques = [
+            lp.start_point(coupling, start={"part.phi_rel": each})["part.tau_c"] for each in x
+        ]
+        return scipy.integrate.simpson(torques, x=x)
+
+    end = run.point(0.3)
+    left = 0.5 * J1 * end["rotor.w"] ** 2 + stored(end["part.phi_rel"])
+    assert energy.dissipated == pytest.approx(stored(0.029) - left, rel=1e-4)
+
+
+def test_free_swings_about_a_mean_torque_have_its_stiffness():
+    system = drive(psi=0.0)
+    mean = 1300.0
+    load = {"brake.tau": -mean, "motor.tau_nominal": mean, "motor.w_nominal": 1e3}
+    point = lp.equilibrium(system, parameters=load, start={"engine.w": 1e3})
+    found = lp.modes(system, at=point).hertz
+    wanted = np.sqrt(stiffness(mean) / JR) / (2 * np.pi)
+    assert found[np.argmin(np.abs(found - wanted))] == pytest.approx(wanted, rel=1e-5)
+
+
+def test_derivatives_of_a_response_equal_differences():
+    warm = ((293.0, 1.0, 1.0), (353.0, 0.7, 0.6))
+    system = drive(over_temperature=warm, T=313.0)
+    options = {
+        "speeds": [60.0, 70.0],
+        "of": ["coupling.tau"],
+        "over": "engine.phi",
+        "free": "brake.tau",
+        "orders": [2],
+        "excitations": {"gas.tau": {2: 60.0}},
+    }
+
+    def value(name, change):
+        parameters = {name: system.parameters[name] + change}
+        found = lp.vibration.order_response(system, parameters=parameters, **options)
+        return found.magnitude("coupling.tau", 2)[1]
+
+    response = lp.vibration.order_response(system, **options)
+    slopes = lp.vibration.order_sensitivity(response, "coupling.tau", measure=2, speed=70.0)
+    for name in ("coupling.psi", "coupling.T", "motor.tau_nominal", "load.J"):
+        h = 1e-4 * system.parameters[name]
+        near, far = value(name, h) - value(name, -h), value(name, 2 * h) - value(name, -2 * h)
+        assert slopes[name] == pytest.approx((8 * near - far) / (12 * h), rel=1e-7), name
+
+
+@pytest.mark.parametrize("grid", [500, None, (0.0, 1.0)])
+def test_a_run_beyond_the_table_is_refused(grid):
+    system = drive()
+    fine = {"gas.tau": 1500.0, "motor.tau_nominal": 0.0}
+    run = lp.simulate(system, until=1.0, grid=grid, parameters=fine)
+    assert np.abs(run["coupling.tau_c"]).max() < 3000
+    with pytest.raises(SolverError, match=r"coupling.*torque = -3.*t = 0.02.*-3000 to 3000 N\.m"):
+        lp.simulate(system, until=1.0, grid=grid, parameters={**fine, "gas.tau": 2200.0})
+    run = lp.simulate(
+        drive(extrapolate=True), until=1.0, grid=grid, parameters={**fine, "gas.tau": 2200.0}
+    )
+    assert not run.events
+
+
+def beyond():
+    """Analyses that a coupling leaves its table in."""
+    system = drive(over_frequency=((50.0, 1.0, 1.0), (500.0, 1.2, 0.9)))
+    still = {"motor.tau_nominal": 0.0}
+    load = {**still, "gas.tau": 3500.0, "brake.tau": -3500.0}
+    orders = {"speeds": [60.0], "of": ["coupling.tau"], "parameters": still}
+    wound = lp.start_point(system, start={"coupling.phi_rel": 0.05})
+    return {
+        "equilibrium": (lambda: lp.equilibrium(system, parameters=load), "at the equilibrium"),
+        "modes": (lambda: lp.modes(system, at=wound), "at the operating point"),
+        "mean": (
+            lambda: lp.vibration.order_response(
+                system, **{**orders, "parameters": None}, at=wound, excitations={"gas.tau": {2: 1}}
+            ),
+            "in the mean at 60 rad/s",
+        ),
+        "vibration": (
+            lambda: lp.vibration.order_response(
+                system, **orders, excitations={"gas.tau": {1: 4e3, 2: 4e3}}
+            ),
+            "with the vibration at 60 rad/s",
+        ),
+        "frequency": (
+            lambda: lp.vibration.order_response(
+                system, **orders, excitations={"gas.tau": {2: 1.0, 9: 1.0}}
+            ),
+            r"frequency of vibration = 540 rad/s for order 9 at 60 rad/s lies outside 50 to 500",
+        ),
+    }
+
+
+@pytest.mark.parametrize("case", list(beyond()))
+def test_an_analysis_beyond_the_table_is_refused(case):
+    call, match = beyond()[case]
+    with pytest.raises(SolverError, match=match) as refused:
+        call()
+    assert "coupling (ElasticCoupling)" in str(refused.value)
+    assert "extrapolate=True" in str(refused.value)
+
+
+def test_limits_of_the_catalogue_are_judged():
+    coupling = ElasticCoupling(
+        stiffness=ROWS, psi=0.8, w_loss=90.0, tau_max=2900.0, tau_vibratory=400.0, power_max=30.0
+    )
+    limits = lp.compose(coupling=coupling).coupling.limits()
+    response = lp.vibration.order_response(
+        drive(),
+        speeds=np.linspace(25.0, 60.0, 30),
+        of=["coupling.tau"],
+        over="engine.phi",
+        free="brake.tau",
+        orders=[1, 2],
+        excitations={"gas.tau": {1: 30.0, 2: 200.0}},
+    )
+    verdict = lp.vibration.verdict(response, limits)
+    by_name = {result.name: result for result in verdict.results}
+    heat = 0.0
+    speed = response.speeds[-1]
+    for order, torque in ((1, 30.0), (2, 200.0)):
+        mean = RATED[0] * (speed / RATED[1]) ** 2
+        heat += shaken(order * speed, stiffness(mean), 0.8, torque, -2 * mean / speed)[1]
+    assert response.mean_power("coupling.power").sum(axis=1)[-1] == pytest.approx(heat, rel=1e-9)
+    result = by_name["coupling heat"]
+    assert result.permitted == 30.0
+    assert result.value == response.mean_power("coupling.power").sum(axis=1).max()
+    assert set(by_name) == {"coupling heat", "coupling largest torque", "coupling vibration"}
+    assert by_name["coupling largest torque"].measure == "with mean"
+
+
+def test_without_limits_there_is_nothing_to_judge():
+    with pytest.raises(EquationError, match="no limit is stated"):
+        ElasticCoupling(stiffness=ROWS, psi=0.8, w_loss=90.0).limits()
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "match"),
+    [
+        ({"psi": -0.1}, ParameterError, "psi"),
+        ({"w_loss": 0.0}, ParameterError, "w_loss"),
+        ({"stiffness": ((0, 1e4), (500, 2e4), (400, 3e4))}, EquationError, "500 -> 400"),
+        ({"stiffness": ((100, 1e4), (500, 2e4))}, EquationError, "begin at zero"),
+        ({"stiffness": ((0, 1e4), (500, -2e4))}, EquationError, "-20000 N.m/rad at 500 N.m"),
+        ({"stiffness": ((0, 1e4), (500,))}, EquationError, "rows of torque"),
+        ({"stiffness": ((0, 1e4), (500, np.nan))}, EquationError, "finite numbers"),
+        ({"stiffness": ()}, EquationError, "either stiffness=.* or twist="),
+        ({"twist": ((0, 0), (0.1, 10))}, EquationError, "either stiffness=.* or twist="),
+        ({"stiffness": (), "twist": ((0, 0), (0.1, 9), (0.2, 8))}, EquationError, "9 -> 8 N.m"),
+        ({"stiffness": (), "twist": ((0, 0),)}, EquationError, "at least two rows"),
+        ({"damping": ((0, 1.0), (500, -0.2))}, EquationError, "-0.2 at 500 must not be negative"),
+        ({"damping": ((100, 1.0), (500, 0.2))}, EquationError, "begin at zero"),
+        ({"over_frequency": ((10, 1.0), (50, 1.1))}, EquationError, "factor of psi are needed"),
+        ({"over_frequency": ((50, 1.0, 1), (10, 1.1, 1))}, EquationError, "50 -> 10"),
+        ({"over_temperature": ((293, 1, 1), (350, 0, 1))}, EquationError, "must be above zero"),
+        ({"over_temperature": ((293, 1, 1), (350, 0.7, 1)), "T": 400.0}, SolverError, "400 K"),
+        ({"over_temperature": ((293, 1, 1), (350, 0.7, 1)), "T": -20.0}, ParameterError, "T"),
+    ],
+)
+def test_slips_are_named(given, error, match):
+    with pytest.raises(error, match=match) as refused:
+        lp.simulate(drive(**given), until=0.1)
+    assert isinstance(refused.value, LumpedError)
+    assert "coupling" in str(refused.value)
+
+
+def test_a_softening_coupling_is_a_nonlinear_spring():
+    k1, k3, J, c, P = 20e3, -4e5, JR, 24.842360136, 40.0
+    w = 0.9 * np.sqrt(k1 / J)
+    model = lp.compose(
+        wall=Fixed(),
+        spring=NonlinearSpring(characteristic=lambda x: k1 * x + k3 * x**3),
+        damper=Damper(d=c),
+        rotor=Inertia(J=J),
+        torque=Torque(tau=P * lp.ops.cos(w * lp.time)),
+        connections=lambda m: [
+            *lp.chain(m.wall, m.spring, m.rotor, m.torque),
+            *lp.chain(m.wall, m.damper, m.rotor),
+        ],
+    )
+    orbit = lp.periodic(lp.assemble(model), period=2 * np.pi / w, rtol=1e-10)
+    x, v = orbit.run["spring.phi_rel"], orbit.run["rotor.w"]
+    again = scipy.integrate.solve_ivp(
+        lambda t, y: [y[1], (P * np.cos(w * t) - c * y[1] - k1 * y[0] - k3 * y[0] ** 3) / J],
+        (0, 2 * np.pi / w),
+        [x[0], v[0]],
+        rtol=1e-12,
+        atol=1e-14,
+    )
+    assert again.y[:, -1] == pytest.approx([x[0], v[0]], rel=1e-7)
+    # harmonic balance with the slope 3/4 k3 A^2
+    A = np.abs(x).max()
+    kap = k1 + 0.75 * k3 * A**2
+    assert np.hypot(kap - J * w**2, c * w) * A == pytest.approx(P, rel=0.02)
+    assert kap < k1
+
+
+def test_a_coupling_of_twice_the_size_is_two_side_by_side():
+    rows = {
+        "damping": ((0, 0.9), (3000, 1.2)),
+        "over_temperature": ((280, 1.1, 0.9), (340, 0.8, 1.1)),
+        "over_amplitude": ((0, 1.1, 0.9), (2000, 0.7, 1.2)),
+    }
+    one = twisted(0.011, **rows, T=320.0, amplitude=300.0)
+    two = twisted(0.011, **rows, T=320.0, amplitude=600.0, size=2.0)
+    for name in ("tau_c", "c", "tau"):
+        print(f"{name} {two[f'part.{name}'] / one[f'part.{name}'] - 2:.1e}")
+        assert two[f"part.{name}"] == pytest.approx(2 * one[f"part.{name}"], rel=1e-14)
