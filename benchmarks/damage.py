@@ -58,7 +58,7 @@ def differentiated(system: lp.System) -> list[str]:
         return (values[:4] - values[4:]) / (2 * AWAY * own)
 
     def gradient() -> np.ndarray:
-        return lp.gradient(system, of=[damage], to=VARIED, **options).derivatives[0]
+        return lp.gradient(system, of=[damage], by=VARIED, **options).derivatives[0]
 
     (one, _, exact), (eight, _, apart) = in_turn(gradient, differences, rounds=TURNS)
     error = np.abs((exact - apart) * own).max() / np.abs(exact * own).max()

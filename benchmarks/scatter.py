@@ -90,7 +90,7 @@ def frequencies() -> list[tuple[str, ...]]:
         return [lp.modes(modes.system, parameters=own) for own in names]
 
     def slope(own: lp.Modes) -> float:
-        found = lp.vibration.eigen_sensitivity(own, to=scene.names).hertz[1, 0]
+        found = lp.vibration.eigen_sensitivity(own, by=scene.names).hertz[1, 0]
         return float(found)
 
     return [

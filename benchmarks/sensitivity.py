@@ -139,7 +139,7 @@ def across_events() -> None:
         options = {"until": until, "start": start}
         own, slope = in_turn(
             partial(lp.simulate, system, **options, rtol=TIGHTER * 1e-6, grid=None),
-            partial(lp.gradient, system, of=of, to=names, **options),
+            partial(lp.gradient, system, of=of, by=names, **options),
             rounds=ROUNDS,
             clock=time.process_time,
         )
@@ -159,7 +159,7 @@ def main() -> None:
     final = functionals.final(speed)
     rms, peak = functionals.rms("shaft[50].tau"), functionals.peak("shaft[50].tau")
     run = partial(lp.simulate, system, until=END, grid=None)
-    back = partial(lp.gradient, system, to=names, until=END, rtol=RTOL)
+    back = partial(lp.gradient, system, by=names, until=END, rtol=RTOL)
     ahead = partial(lp.sensitivity, system, of=[speed], until=END, rtol=RTOL, grid=1)
     cases = [
         ("run", 0, partial(run, rtol=RTOL)),
@@ -183,7 +183,7 @@ def main() -> None:
             error = f"{np.abs(received / right - 1).max():.1e}"
             told = f"{found.errors[0]:.1e}"
         elif isinstance(found, lp.gradients.Sensitivity):
-            error = f"{abs(found.values[-1, 0, 0] / right[0] - 1):.1e}"
+            error = f"{abs(found.derivatives[-1, 0, 0] / right[0] - 1):.1e}"
         ratios = (f"{spent / run.seconds:.2f}" for run in measured[:2])
         numbers = (f"{spent * 1e3:.1f}", f"{first * 1e3:.0f}", *ratios)
         text.append((label, str(count), *numbers, error, told))

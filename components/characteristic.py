@@ -174,7 +174,7 @@ def dry_friction(
     characteristic: Characteristic,
     *,
     peak: Expr,
-    mode: Expr,
+    position: Expr,
     grip: Number = 1.0,
     engaged: Compare | None = None,
 ) -> Hold:
@@ -209,7 +209,7 @@ def dry_friction(
         upper=most,
         lower=-most,
         engaged=engaged,
-        mode=mode,
+        position=position,
     )
 
 
@@ -219,7 +219,7 @@ def coulomb(
     sliding: Expr,
     holding: Expr,
     *,
-    mode: Expr,
+    position: Expr,
     engaged: Compare | None = None,
 ) -> Hold:
     """Friction of one amount at all speeds, equal in both directions.
@@ -245,5 +245,5 @@ def coulomb(
         upper=holding,
         lower=-holding,
         engaged=engaged,
-        mode=mode,
+        position=position,
     )

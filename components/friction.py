@@ -36,7 +36,7 @@ class _OnShaft(Component):
     phi: Var = var("rad", "angle relative to the support", state="avoid")
     w: Var = var("rad/s", "sliding speed", state="prefer")
     tau: Var = var("N.m", "friction torque")
-    mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 free")
+    position: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 free")
 
     def equations(self) -> Iterator[Item]:
         yield self.flange_a.phi == self.support.phi + self.phi
@@ -92,7 +92,9 @@ class BearingFriction(_OnShaft):
 
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
-        yield dry_friction(self.tau, self.w, self.characteristic, peak=self.peak, mode=self.mode)
+        yield dry_friction(
+            self.tau, self.w, self.characteristic, peak=self.peak, position=self.position
+        )
 
 
 class Brake(_OnShaft):
@@ -120,7 +122,7 @@ class Brake(_OnShaft):
             grip=self.c_geo * self.f_n,
             engaged=self.f_n > 0,
             peak=self.peak,
-            mode=self.mode,
+            position=self.position,
         )
 
 
@@ -141,7 +143,7 @@ class JournalFriction(_OnShaft):
         yield from super().equations()
         grip = self.mu * self.f_n * self.d / 2
         yield coulomb(
-            self.tau, self.w, grip, self.peak * grip, engaged=self.f_n > 0, mode=self.mode
+            self.tau, self.w, grip, self.peak * grip, engaged=self.f_n > 0, position=self.position
         )
 
 
@@ -157,7 +159,7 @@ class Clutch(_Pressed):
     symbol = "clutch"
     f_max: Param = param("N", "normal force at u = 1", min=0)
     f_n: Var = var("N", "normal force")
-    mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 free")
+    position: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 free")
 
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
@@ -169,7 +171,7 @@ class Clutch(_Pressed):
             grip=self.c_geo * self.f_n,
             engaged=self.f_n > 0,
             peak=self.peak,
-            mode=self.mode,
+            position=self.position,
         )
 
 
@@ -184,7 +186,7 @@ class OneWayClutch(_Pressed):
     symbol = "freewheel"
     f_max: Param = param("N", "normal force at u = 1", 0.0, min=0)
     f_n: Var = var("N", "normal force")
-    mode: Var = var("1", "1 sliding, 0 locked")
+    position: Var = var("1", "1 sliding, 0 locked")
 
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
@@ -195,7 +197,7 @@ class OneWayClutch(_Pressed):
             self.w_rel,
             forward=grip * friction_at(self.characteristic, self.w_rel),
             upper=self.peak * grip * friction_at(self.characteristic, 0.0),
-            mode=self.mode,
+            position=self.position,
         )
 
 
@@ -212,10 +214,15 @@ class SlipCoupling(_BetweenShafts):
     kinetic: Param = param("N.m", "torque while it slips", min=0)
     static: Param = param("N.m", "greatest torque without slip", min=kinetic)
     u: Input = Input("1", "command: engaged above 0.5")
-    mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 disengaged")
+    position: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 disengaged")
 
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
         yield coulomb(
-            self.tau, self.w_rel, self.kinetic, self.static, engaged=self.u > 0.5, mode=self.mode
+            self.tau,
+            self.w_rel,
+            self.kinetic,
+            self.static,
+            engaged=self.u > 0.5,
+            position=self.position,
         )

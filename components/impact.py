@@ -31,14 +31,16 @@ class Stop(Component):
     gap: Var = var("rad", "angle to the stop", state="prefer")
     w_rel: Var = var("rad/s", "relative angular velocity", state="prefer")
     tau: Var = var("N.m", "torque on flange b")
-    mode: Var = var("1", "1 open, 0 closed")
+    position: Var = var("1", "1 open, 0 closed")
 
     def equations(self) -> Iterator[Item]:
         yield self.gap == self.flange_b.phi - self.flange_a.phi - self.phi_min
         yield self.w_rel == der(self.gap)
         yield self.flange_b.tau == self.tau
         yield self.flange_a.tau == -self.tau
-        yield hold(self.tau, self.w_rel, gap=self.gap, restitution=self.restitution, mode=self.mode)
+        yield hold(
+            self.tau, self.w_rel, gap=self.gap, restitution=self.restitution, position=self.position
+        )
 
 
 class Backlash(Component):
@@ -86,14 +88,14 @@ class Coupling(Component):
     phi_rel: Var = var("rad", "relative angle", state="avoid")
     w_rel: Var = var("rad/s", "relative angular velocity", state="prefer")
     tau: Var = var("N.m", "torque on flange b")
-    mode: Var = var("1", "0 closed, 2 open")
+    position: Var = var("1", "0 closed, 2 open")
 
     def equations(self) -> Iterator[Item]:
         yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
         yield self.w_rel == der(self.phi_rel)
         yield self.flange_b.tau == self.tau
         yield self.flange_a.tau == -self.tau
-        yield hold(self.tau, self.w_rel, engaged=self.u > 0.5, mode=self.mode)
+        yield hold(self.tau, self.w_rel, engaged=self.u > 0.5, position=self.position)
 
 
 class PickUp(Component):
@@ -113,12 +115,12 @@ class PickUp(Component):
     w_rel: Var = var("rad/s", "speed relative to the flange", state="prefer")
     tau: Var = var("N.m", "torque of the body on what carries it")
     tau_rest: Var = var("N.m", "torque of the body on its rest")
-    mode: Var = var("1", "0 carried, 2 at rest")
+    position: Var = var("1", "0 carried, 2 at rest")
 
     def equations(self) -> Iterator[Item]:
         yield self.w == der(self.phi)
         yield self.w_rel == self.w - der(self.flange.phi)
         yield self.flange.tau == -self.tau
         yield self.J * der(self.w) == -self.tau - self.tau_rest
-        yield hold(self.tau, self.w_rel, engaged=self.u > 0.5, mode=self.mode)
+        yield hold(self.tau, self.w_rel, engaged=self.u > 0.5, position=self.position)
         yield hold(self.tau_rest, self.w, engaged=self.u <= 0.5)

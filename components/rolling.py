@@ -40,7 +40,7 @@ class RollingTorque(Component):
     w: Var = var("rad/s", "speed of the rolls relative to the support", state="prefer")
     tau_f: Var = var("N.m", "torque of forming")
     tau: Var = var("N.m", "torque that the drive must give")
-    mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 open")
+    position: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 open")
 
     def equations(self) -> Iterator[Item]:
         yield self.phi == self.flange.phi - self.support.phi
@@ -49,7 +49,7 @@ class RollingTorque(Component):
         yield self.flange.tau == self.tau
         yield self.support.tau == -self.tau
         limit = 2 * self.F * self.a
-        yield coulomb(self.tau_f, self.w, limit, limit, engaged=limit > 0, mode=self.mode)
+        yield coulomb(self.tau_f, self.w, limit, limit, engaged=limit > 0, position=self.position)
 
     def loss(self) -> Expr:
         """Power of forming, W."""

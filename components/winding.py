@@ -74,7 +74,7 @@ class Coil(Component):
     m: Var = var("kg", "mass of the wound strip")
     T: Var = var("N", "tension of the strip")
     M_b: Var = var("N.m", "bending torque")
-    mode: Var = var("1", "1 winding, 0 stuck, -1 unwinding, 2 no bending torque")
+    position: Var = var("1", "1 winding, 0 stuck, -1 unwinding, 2 no bending torque")
     state: Var = var("1", "0 winding, 1 over-full, -1 pulled off the mandrel")
 
     def equations(self) -> Iterator[Item]:
@@ -92,7 +92,9 @@ class Coil(Component):
         yield self.tangent.tau == -self.R * self.T - self.M_b
         yield self.load == sqrt(self.T**2 + (self.g * (self.m + self.m_0)) ** 2)
         limit = self.sigma_s * self.b * self.h**2 / 4
-        yield coulomb(self.M_b, self.w_wound, limit, limit, engaged=limit > 0, mode=self.mode)
+        yield coulomb(
+            self.M_b, self.w_wound, limit, limit, engaged=limit > 0, position=self.position
+        )
         full, off = self.R > self.R_max, self.theta < 0
         yield self.state == where(full, 1.0, where(off, -1.0, 0.0))
 

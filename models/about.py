@@ -136,7 +136,7 @@ def extremes(run: lp.Trajectory, about: About) -> Iterator[Measure]:
 def sized(run: lp.Trajectory, motor: Motor) -> lp.simulation.Sizing:
     """Demand of a run on a motor."""
     limits = {"rated": motor.rated, "maximum": motor.maximum}
-    return lp.simulation.sizing(run, torque=motor.torque, speed=motor.speed, **limits)
+    return lp.simulation.sizing(run, of=(motor.torque, motor.speed), **limits)
 
 
 def shared(system: lp.System, parameters: Mapping[str, Any] | None) -> dict[str, Any]:

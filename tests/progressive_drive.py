@@ -48,7 +48,7 @@ def respond(system, speeds, **more):
         system,
         speeds=speeds,
         of=["coupling.tau"],
-        over="a.phi",
+        shaft="a.phi",
         free="motor.tau",
         excitations={"motor.tau": {1: 1.0}},
         **more,

@@ -277,14 +277,14 @@ def test_unknown_names_get_the_nearest_ones(two_mass):
         "shaft.c": lambda: lp.linearise(system, inputs=["shaft.C"]),
         "shaft.phi_rel": lambda: lp.linearise(system, outputs=["shaft.phirel"]),
         "a.phi": lambda: lp.modes(system).shape("a.ph"),
-        "a.w": lambda: lp.assemble(two_mass, outputs=["aw"]),
+        "a.w": lambda: lp.assemble(two_mass, of=["aw"]),
     }
     for expected, call in calls.items():
         assert expected in message(UnknownNameError, call)
 
 
 def test_what_was_left_out_is_said_when_asked_for(two_mass):
-    system = lp.assemble(two_mass, outputs=["a.w"])
+    system = lp.assemble(two_mass, of=["a.w"])
     text = message(UnknownNameError, lambda: lp.linearise(system, outputs=["b.phi"]))
     assert "left out" in text
     assert "keep=['b.phi']" in text
@@ -346,9 +346,9 @@ def test_times_may_have_units(two_mass):
     omega = np.sqrt(300.0 * 1.5)
     slope = -np.sin(0.5 * omega) * 0.5 * omega / (2 * 300.0)
     to, of = ["shaft.c"], lp.functionals.final("a.w")
-    moved = lp.sensitivity(system, of=["a.w"], to=to, until="500 ms", rtol=1e-9, **given)
+    moved = lp.sensitivity(system, of=["a.w"], by=to, until="500 ms", rtol=1e-9, **given)
     assert moved["a.w", "shaft.c"][-1] == pytest.approx(slope, rel=1e-6)
-    slopes = lp.gradient(system, of=[of], to=to, until="500 ms", **given)
+    slopes = lp.gradient(system, of=[of], by=to, until="500 ms", **given)
     assert slopes.derivatives[0, 0] == pytest.approx(slope, rel=1e-6)
     tried = lp.simulation.work_precision(
         system, until="500 ms", tolerances=[1e-4], methods=["explicit"], **given

@@ -51,6 +51,30 @@ MAKE_RUNS = {
     *("to_jax", "value_and_gradient", "work_precision"),
 }
 
+WORDS = {
+    "of": r"functional|names?\b|\(name|str\b|iterable|Distribution|expression|tuple|mapping of str",
+    "by": r"iterable of names|names",
+    "over": r"mapping\b|iterable of mappings",
+    "vary": r"mapping of name to \(low, high\)",
+    "along": r"mapping of name to",
+    "shaft": r"name\b",
+    "speed": r"float|quantity",
+    "speeds": r"array_like|iterable of float|\(float, float\)|tuple|float",
+    "at": r"OperatingPoint|callable|optional",
+    "start": r"mapping|number|OperatingPoint|float",
+    "searches": r"int",
+    "search": r"\{",
+    "seed": r"int",
+}
+"""One word, one meaning: what the type of an argument of this name says."""
+GONE = {"to", "output", "outputs", "functional", "guess", "starts", "names", "mode", "setting"}
+"""Words that had several meanings."""
+TERMS = {
+    *("frequency_response.outputs", "linearise.outputs", "export_fmu.outputs"),
+    *("compare_response.output",),  # from inputs to outputs, as control engineers say
+    *("triangular.mode", "functionals.frequency.mode", "functionals.damping.mode"),
+}
+
 BRIEF: dict[str, set[str]] = {}
 """Sections that are still missing."""
 
@@ -146,6 +170,28 @@ def test_the_docstring_names_all_parameters(name):
     if "**options" in heads:
         received |= set(RunOptions.__annotations__)
     assert {p.name for p in parameters(name)} <= received
+
+
+def types_of(name: str) -> dict[str, str]:
+    """What a docstring says each argument is."""
+    block = inspect.getdoc(ALL[name]).partition("Parameters\n----------\n")[2].partition("\n\n")[0]
+    heads = re.findall(r"^(\S.*?) : (.*)$", block, re.MULTILINE)
+    return {word: kind for head, kind in heads for word in re.findall(r"\w+", head)}
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_a_word_means_the_same_everywhere(name):
+    assert not {f"{name}.{p.name}" for p in parameters(name) if p.name in GONE} - TERMS
+    for word, kind in types_of(name).items():
+        assert re.match(WORDS.get(word, ""), kind), f"{word} : {kind}"
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_results_have_the_words_of_calls(name):
+    kind = CLASSES[name]
+    fields = {f.name for f in dataclasses.fields(kind)} if dataclasses.is_dataclass(kind) else set()
+    assert not fields & {"to", "functional"}
+    assert "by" not in fields or not fields.isdisjoint({"derivatives", "eigenvalues"})
 
 
 @pytest.mark.parametrize("name", CLASSES)

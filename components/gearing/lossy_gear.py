@@ -43,14 +43,14 @@ class LossyGear(Component):
     phi: Var = var("rad", "angle of flange a relative to the support", state="avoid")
     w: Var = var("rad/s", "speed of flange a relative to the support", state="prefer")
     tau_loss: Var = var("N.m", "loss torque, referred to flange a")
-    mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 without loss")
+    position: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 without loss")
 
     def equations(self) -> Iterator[Item]:
         rows = checked(self.losses)
         yield from _kinematics(self)
         if all(tuple(row[1:]) == (1.0, 1.0, 0.0, 0.0) for row in rows):
             yield self.tau_loss == 0
-            yield self.mode == 2
+            yield self.position == 2
             return
         speeds, *columns = zip(*rows, strict=True)
         borders = [_border(*row) for row in rows]
@@ -83,7 +83,7 @@ class EfficientGear(Component):
     phi: Var = var("rad", "angle of flange a relative to the support", state="avoid")
     w: Var = var("rad/s", "speed of flange a relative to the support", state="prefer")
     tau_loss: Var = var("N.m", "loss torque, referred to flange a")
-    mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 without loss")
+    position: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 without loss")
 
     def equations(self) -> Iterator[Item]:
         yield from _kinematics(self)
@@ -136,7 +136,7 @@ def _hold(
         lower=minimum(*backward(0.0)),
         engaged=engaged,
         pressed=False,
-        mode=gear.mode,
+        position=gear.position,
     )
 
 

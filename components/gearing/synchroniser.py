@@ -40,7 +40,7 @@ class Synchroniser(Component):
     tau_cones: Var = var("N.m", "torque of the cones")
     tau_dogs: Var = var("N.m", "torque of the dogs")
     locked: Var = var("1", "1 while the dogs are in, else 0", state="always")
-    mode: Var = var("1", "of the cones: 1 forward, 0 stuck, -1 backward, 2 not pressed")
+    position: Var = var("1", "of the cones: 1 forward, 0 stuck, -1 backward, 2 not pressed")
 
     def equations(self) -> Iterator[Item]:
         yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
@@ -51,11 +51,16 @@ class Synchroniser(Component):
         force = self.f_max * where(self.locked > 0.5, 0.0, self.u)
         grip = self.mu * self.n * self.R / sin(self.alpha) * force
         yield coulomb(
-            self.tau_cones, self.w_rel, grip, self.peak * grip, engaged=force > 0, mode=self.mode
+            self.tau_cones,
+            self.w_rel,
+            grip,
+            self.peak * grip,
+            engaged=force > 0,
+            position=self.position,
         )
         yield hold(self.tau_dogs, self.w_rel, engaged=self.locked > 0.5)
         yield der(self.locked) == 0
-        yield when(self.mode**2 < 0.5, {self.locked: 1.0})
+        yield when(self.position**2 < 0.5, {self.locked: 1.0})
         # only what is locked opens, so that it ends open where both happen at once
         opens = self.locked * self.u <= self.locked - 1
         yield when(opens.called("u <= 0", "u > 0"), {self.locked: 0.0})

@@ -98,14 +98,16 @@ class Stop(Component):
     gap: Var = var("m", "distance to the stop", state="prefer")
     v_rel: Var = var("m/s", "relative velocity", state="prefer")
     f: Var = var("N", "force on flange b")
-    mode: Var = var("1", "1 open, 0 closed")
+    position: Var = var("1", "1 open, 0 closed")
 
     def equations(self) -> Iterator[Item]:
         yield self.gap == self.flange_b.s - self.flange_a.s - self.s_min
         yield self.v_rel == der(self.gap)
         yield self.flange_b.f == self.f
         yield self.flange_a.f == -self.f
-        yield hold(self.f, self.v_rel, gap=self.gap, restitution=self.restitution, mode=self.mode)
+        yield hold(
+            self.f, self.v_rel, gap=self.gap, restitution=self.restitution, position=self.position
+        )
 
 
 class Backlash(Component):
@@ -153,14 +155,14 @@ class Coupling(Component):
     s_rel: Var = var("m", "distance of the flanges", state="avoid")
     v_rel: Var = var("m/s", "relative velocity", state="prefer")
     f: Var = var("N", "force on flange b")
-    mode: Var = var("1", "0 closed, 2 open")
+    position: Var = var("1", "0 closed, 2 open")
 
     def equations(self) -> Iterator[Item]:
         yield self.s_rel == self.flange_b.s - self.flange_a.s
         yield self.v_rel == der(self.s_rel)
         yield self.flange_b.f == self.f
         yield self.flange_a.f == -self.f
-        yield hold(self.f, self.v_rel, engaged=self.u > 0.5, mode=self.mode)
+        yield hold(self.f, self.v_rel, engaged=self.u > 0.5, position=self.position)
 
 
 class PickUp(Component):
@@ -180,12 +182,12 @@ class PickUp(Component):
     v_rel: Var = var("m/s", "speed relative to the flange", state="prefer")
     f: Var = var("N", "force of the body on what carries it")
     f_rest: Var = var("N", "force of the body on its rest")
-    mode: Var = var("1", "0 carried, 2 at rest")
+    position: Var = var("1", "0 carried, 2 at rest")
 
     def equations(self) -> Iterator[Item]:
         yield self.v == der(self.s)
         yield self.v_rel == self.v - der(self.flange.s)
         yield self.flange.f == -self.f
         yield self.m * der(self.v) == -self.f - self.f_rest
-        yield hold(self.f, self.v_rel, engaged=self.u > 0.5, mode=self.mode)
+        yield hold(self.f, self.v_rel, engaged=self.u > 0.5, position=self.position)
         yield hold(self.f_rest, self.v, engaged=self.u <= 0.5)

@@ -25,7 +25,7 @@ class _OnRod(Component):
     s: Var = var("m", "position relative to the support", state="avoid")
     v: Var = var("m/s", "sliding speed", state="prefer")
     f: Var = var("N", "friction force")
-    mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 free")
+    position: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 free")
 
     def equations(self) -> Iterator[Item]:
         yield self.flange_a.s == self.support.s + self.s
@@ -52,7 +52,9 @@ class SupportFriction(_OnRod):
 
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
-        yield dry_friction(self.f, self.v, self.characteristic, peak=self.peak, mode=self.mode)
+        yield dry_friction(
+            self.f, self.v, self.characteristic, peak=self.peak, position=self.position
+        )
 
 
 class GuideFriction(_OnRod):
@@ -71,7 +73,7 @@ class GuideFriction(_OnRod):
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
         grip = self.mu * where(self.load >= 0, self.load, -self.load)
-        yield coulomb(self.f, self.v, grip, self.peak * grip, mode=self.mode)
+        yield coulomb(self.f, self.v, grip, self.peak * grip, position=self.position)
 
 
 class Brake(_OnRod):
@@ -99,7 +101,7 @@ class Brake(_OnRod):
             grip=self.c_geo * self.f_n,
             engaged=self.f_n > 0,
             peak=self.peak,
-            mode=self.mode,
+            position=self.position,
         )
 
 
@@ -123,7 +125,7 @@ class FrictionPair(Component):
     v_rel: Var = var("m/s", "sliding speed", state="prefer")
     f: Var = var("N", "friction force on flange b")
     f_n: Var = var("N", "normal force")
-    mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 free")
+    position: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 free")
 
     def equations(self) -> Iterator[Item]:
         yield self.s_rel == self.flange_b.s - self.flange_a.s
@@ -138,7 +140,7 @@ class FrictionPair(Component):
             grip=self.f_n,
             engaged=self.f_n > 0,
             peak=self.peak,
-            mode=self.mode,
+            position=self.position,
         )
 
     def loss(self) -> Expr:
@@ -174,7 +176,7 @@ class MassWithStopAndFriction(Component):
     sliding: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 at a stop")
     free_low: Var = var("1", "0 at the stop for flange a, else 1")
     free_high: Var = var("1", "0 at the stop for flange b, else 1")
-    mode: Var = var("1", "1 forward, 0 stuck or at a stop, -1 backward")
+    position: Var = var("1", "1 forward, 0 stuck or at a stop, -1 backward")
 
     def equations(self) -> Iterator[Item]:
         yield self.flange_a.s == self.s - self.length / 2
@@ -188,12 +190,12 @@ class MassWithStopAndFriction(Component):
             self.characteristic,
             engaged=self.free_low * self.free_high > 0.5,
             peak=self.peak,
-            mode=self.sliding,
+            position=self.sliding,
         )
         most = self.peak * friction_at(self.characteristic, 0.0)
         low = self.s - self.length / 2 - self.s_min
         high = self.s_max - self.s - self.length / 2
-        yield hold(self.f_low, self.v, gap=low, upper=most, mode=self.free_low)
-        yield hold(self.f_high, self.v_back, gap=high, upper=most, mode=self.free_high)
+        yield hold(self.f_low, self.v, gap=low, upper=most, position=self.free_low)
+        yield hold(self.f_high, self.v_back, gap=high, upper=most, position=self.free_high)
         yield self.f_stop == self.f_low - self.f_high
-        yield self.mode == self.sliding * self.free_low * self.free_high
+        yield self.position == self.sliding * self.free_low * self.free_high

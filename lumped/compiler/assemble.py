@@ -33,7 +33,7 @@ def _paused_collector() -> Iterator[None]:
 
 @checked
 def assemble(
-    model: Component, *, outputs: Iterable[Name] | None = None, keep: Iterable[Name] = ()
+    model: Component, *, of: Iterable[Name] | None = None, keep: Iterable[Name] = ()
 ) -> System:
     """Flatten, check and reduce a model.
 
@@ -41,7 +41,7 @@ def assemble(
     ----------
     model : Component
         What to assemble.
-    outputs : iterable of names or references, optional
+    of : iterable of names or references, optional
         Compute only what these need. Default: everything but cyclic coordinates, the absolute
         angles or positions on which nothing depends.
     keep : iterable of names or references
@@ -64,13 +64,13 @@ def assemble(
     ParameterError, ConnectError, EquationError, SingularModelError
         If the model is not sound; the text names the components.
     UnknownNameError
-        If `outputs` or `keep` names something the model does not have.
+        If `of` or `keep` names something the model does not have.
     """
     with process_lock, _paused_collector():
         begin = clock.perf_counter()
         flat = flatten(model)
         flattened = clock.perf_counter()
-        system = System(flat, outputs, keep)
+        system = System(flat, of, keep)
         system.seconds = {"flatten": flattened - begin, **system.seconds}
     for text in idle(flat):
         warnings.warn(f"{flat.name}: {text}", ModelWarning, stacklevel=3)

@@ -217,7 +217,7 @@ def _(found: FrequencyResponse) -> str:
 @_below.register
 def _(found: OrderAmplitudes) -> str:
     rows = []
-    for output in found.outputs[:_MOST_BARS]:
+    for output in found.of[:_MOST_BARS]:
         size = np.abs(found[output])
         largest = np.argsort(-size.max(axis=0, initial=0.0))
         rows.append((output, sparklines.curves(found.speeds, [*size[:, largest].T], output)))
@@ -259,16 +259,16 @@ def _(found: EquilibriumSensitivity) -> str:
 @_below.register
 def _(found: OrderSensitivity) -> str:
     order = np.argsort(-np.abs(found.relative), kind="stable").tolist()
-    return _tornado(found.output, [(found.parameters[i], float(found.relative[i])) for i in order])
+    return _tornado(found.of, [(found.by[i], float(found.relative[i])) for i in order])
 
 
 @_below.register
 def _(found: Sensitivity) -> str:
     t = found.run.t
     rows = [
-        (f"{of} by {to}", sparklines.curve(t, found.values[:, i, k]))
+        (f"{of} by {by}", sparklines.curve(t, found.derivatives[:, i, k]))
         for i, of in enumerate(found.of)
-        for k, to in enumerate(found.to)
+        for k, by in enumerate(found.by)
     ]
     return _listed(rows[:_MOST_BARS])
 

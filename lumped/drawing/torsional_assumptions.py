@@ -39,12 +39,12 @@ def _model(study: Study) -> Iterator[str]:
     if rotation.turns_matter:
         yield (
             "In the order response, inertias and stiffnesses that vary with the angle of "
-            f"{rotation.over} count with their means over {_turns(rotation.turns)}, and what "
+            f"{rotation.shaft} count with their means over {_turns(rotation.turns)}, and what "
             "varies excites (first order in the variation)."
         )
     how = (
         "of the equivalent with constant inertias, by means over "
-        f"{_turns(rotation.turns)} of {rotation.over},"
+        f"{_turns(rotation.turns)} of {rotation.shaft},"
         if study.modes.mean is not None and rotation.turns_matter
         else "of the drive linearised"
     )
@@ -112,8 +112,8 @@ def _means(response: OrderResponse) -> str:
         return f"in which mean torques balance with {rotation.balancing} free"
     if rotation.is_given:
         return "at operating points that were given"
-    if rotation.over is not None:
-        return f"in which all parts turn together with {rotation.over}, their twists as at start"
+    if rotation.shaft is not None:
+        return f"in which all parts turn together with {rotation.shaft}, their twists as at start"
     return "at the start point"
 
 

@@ -43,9 +43,9 @@ def mass_elastic_table(study: Study) -> str:
     speed = study.speed
     state = f"at {speed.value(study.first.speeds[study.place]):.5g} {speed.unit}"
     notes = [
-        f"Referred to the shaft of {drive.over}; the ratio is that of the turns to its turns. From "
-        "the free ends to the last inertia, a branch before the inertia that it joins. What varies "
-        f"has its value at the mean state {state}."
+        f"Referred to the shaft of {drive.shaft}; the ratio is that of the turns to its turns. "
+        "From the free ends to the last inertia, a branch before the inertia that it joins. What "
+        f"varies has its value at the mean state {state}."
     ]
     if drive.left_out:
         notes.append(f"Neither inertia nor stiffness: {listed(drive.left_out, 12)}.")

@@ -99,11 +99,11 @@ class Study:
     @property
     def outputs(self) -> list[str]:
         """Quantities of all responses."""
-        return list(dict.fromkeys(name for r in self.responses.values() for name in r.outputs))
+        return list(dict.fromkeys(name for r in self.responses.values() for name in r.of))
 
     def having(self, output: str) -> dict[str, OrderResponse]:
         """Responses that have a quantity."""
-        return {key: r for key, r in self.responses.items() if output in r.outputs}
+        return {key: r for key, r in self.responses.items() if output in r.of}
 
     def unit(self, output: str) -> str:
         """SI unit of a quantity."""
@@ -172,14 +172,14 @@ class Study:
     @cached_property
     def drive(self) -> MassElastic | str:
         """Inertias and stiffnesses at the point of the modes, or why there are none."""
-        over = self.first.rotation.over
-        if over is None:
+        shaft = self.first.rotation.shaft
+        if shaft is None:
             turning = (x for x in self.modes.angles if self.system.quantity(x).unit == "rad")
-            over = next(turning, None)
-        if over is None:
+            shaft = next(turning, None)
+        if shaft is None:
             return f"{self.system.name}: no shaft turns."
         try:
-            return mass_elastic(self.modes, over=over)
+            return mass_elastic(self.modes, shaft=shaft)
         except (OptionError, UnknownNameError) as error:
             return str(error)
 
@@ -297,7 +297,7 @@ def _orders(
     if given is not None:
         wanted = tuple(sorted({float(order) for order in given}))
         for order in wanted:
-            first.magnitude(first.outputs[0], order)
+            first.magnitude(first.of[0], order)
         return wanted
     shares: dict[float, float] = {}
     for response in responses.values():

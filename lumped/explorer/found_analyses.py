@@ -65,14 +65,14 @@ def found_analyses(study: Study) -> dict[str, Analysis]:
                 return _by_orders(shaft, turns, orders)
     for shaft in shafts:
         if shaft.varies(moment):
-            return {f"Campbell diagram over {shaft.over}": shaft.campbell}
+            return {f"Campbell diagram over {shaft.angle}": shaft.campbell}
     return {}
 
 
-def _speeds(moment: Moment, over: str) -> Real:
+def _speeds(moment: Moment, angle: str) -> Real:
     """Speeds of a shaft to look at, rad/s; none if it stands, or has no speed."""
     try:
-        name = speed_of(moment.study.system, over)
+        name = speed_of(moment.study.system, angle)
         seen = moment.point[name] if moment.study.until is None else moment.run[name]
     except LumpedError:
         return np.zeros(0)
@@ -88,7 +88,7 @@ class _Shaft:
     ----------
     study : Study
         What is shown.
-    over : str
+    angle : str
         Its angle.
     speeds : ndarray, shape (k,)
         Its speeds, rad/s.
@@ -97,13 +97,13 @@ class _Shaft:
     """
 
     study: Study
-    over: str
+    angle: str
     speeds: Real
     together: bool
 
     def at(self, values: Values) -> Callable[[float], OperatingPoint]:
         """Operating points at its speeds."""
-        system, name = self.study.system, speed_of(self.study.system, self.over)
+        system, name = self.study.system, speed_of(self.study.system, self.angle)
         if self.together:
             return lambda w: start_point(system, parameters=values, start={name: w}, together=True)
         point = Moment(self.study, values).point
@@ -122,7 +122,7 @@ class _Shaft:
         system, orders = moment.study.system, np.arange(1, _HIGHEST * turns + 1) / turns
         try:
             at = self.at(moment.parameters)
-            turned = rotation(system, self.over, self.speeds[[0, -1]], turns, at, None, None)
+            turned = rotation(system, self.angle, self.speeds[[0, -1]], turns, at, None, None)
             rates = harmonics(small_vibrations(system, (), ()), turned, orders)[0]
         except (LumpedError, ZeroDivisionError):  # it stands at the start
             return np.zeros(0)
@@ -143,7 +143,7 @@ class _Shaft:
 
 
 def _by_orders(shaft: _Shaft, turns: int, orders: Real) -> dict[str, Analysis]:
-    study, over = shaft.study, shaft.over
+    study, angle = shaft.study, shaft.angle
     units = [study.system.quantity(name).unit for name in study.of]
     unit = "N.m" if "N.m" in units else units[0]
     of = [name for name, own in zip(study.of, units, strict=True) if own == unit]
@@ -160,7 +160,7 @@ def _by_orders(shaft: _Shaft, turns: int, orders: Real) -> dict[str, Analysis]:
                 speeds=shaft.speeds,
                 of=of,
                 orders=orders,
-                over=over,
+                shaft=angle,
                 turns=turns,
                 **how,
             ),
@@ -173,4 +173,4 @@ def _by_orders(shaft: _Shaft, turns: int, orders: Real) -> dict[str, Analysis]:
         strongest = np.sort(found.orders[np.argsort(-share)[:_ORDERS]])
         return mean_campbell(found, orders=strongest.tolist())
 
-    return {f"Order response over {over}": response, f"Campbell diagram over {over}": diagram}
+    return {f"Order response over {angle}": response, f"Campbell diagram over {angle}": diagram}

@@ -230,7 +230,7 @@ def _effects_on_modes(moment: Moment) -> Values:
     except LumpedError:
         return {}
     size = np.nan_to_num(np.abs(slopes.relative[:_LOWEST]))
-    return dict(zip(slopes.parameters, size.max(axis=0, initial=0.0).tolist(), strict=True))
+    return dict(zip(slopes.by, size.max(axis=0, initial=0.0).tolist(), strict=True))
 
 
 def effects_on_run(moment: Moment, names: Iterable[str]) -> Values:

@@ -141,7 +141,7 @@ def _effects(moment: Moment, sliders: Sequence[Slider]) -> Shown:
     count = min(len(moment.modes.hertz), _EFFECTS)
     table: dict[str, list[Any]] = {"name": [], "of": [], "share": []}
     if count:
-        slopes = eigen_sensitivity(moment.modes, to=names)
+        slopes = eigen_sensitivity(moment.modes, by=names)
         for k in range(count):
             table["name"] += names
             table["of"] += [f"frequency {k + 1}"] * len(names)
@@ -178,12 +178,12 @@ def _analysis(title: str, moment: Moment, _: Sequence[Slider]) -> Shown:
         return _response(found)
     if isinstance(found, Campbell):
         return _campbell(found)
-    unit = {found.system.quantity(o).unit for o in found.outputs}
+    unit = {found.system.quantity(o).unit for o in found.of}
     return {
         "curves": {
-            "x": [found.rpm] * len(found.outputs),
-            "y": [found.synthesis(o).maximum for o in found.outputs],
-            "label": [*found.outputs],
+            "x": [found.rpm] * len(found.of),
+            "y": [found.synthesis(o).maximum for o in found.of],
+            "label": [*found.of],
         },
         "axes": {
             "x": ["speed, 1/min"],

@@ -343,10 +343,10 @@ class Template:
         number = self.count
         held = demand - acceleration + compliance * (reaction - share)
         self._add(stuck * held + (1 - stuck) * (reaction - law - share))
-        if item.mode is not None:
+        if item.position is not None:
             code = 1 - stuck if item.gap is not None else forward - backward
             free = 0 if item.gap is not None else 2 * (1 - stuck - forward - backward)
-            self._add(lowered(item.mode) - code - free)
+            self._add(lowered(item.position) - code - free)
 
         def given_or_none(given: Expr | None) -> ca.SX:
             return ca.SX.nan() if given is None else lowered(given)

@@ -4,8 +4,8 @@ from lumped.functionals.condition import Condition
 from lumped.functionals.functional import Functional
 from lumped.functionals.of_runs import (
     Curve,
-    at,
     at_event,
+    at_time,
     count,
     damage,
     final,
@@ -27,8 +27,8 @@ __all__ = [
     "Condition",
     "Curve",
     "Functional",
-    "at",
     "at_event",
+    "at_time",
     "clearance",
     "count",
     "damage",

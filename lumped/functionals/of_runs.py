@@ -26,8 +26,8 @@ from lumped.support.arguments import checked
 
 __all__ = [
     "Curve",
-    "at",
     "at_event",
+    "at_time",
     "count",
     "damage",
     "final",
@@ -46,28 +46,28 @@ __all__ = [
 
 
 @checked
-def final(name: Name) -> Functional:
+def final(of: Name) -> Functional:
     """Value of a quantity at the end.
 
     Parameters
     ----------
-    name : name or expression
+    of : name or expression
         The quantity, or an expression of quantities, such as ``rig.shaft.tau * rig.shaft.w``.
 
     Returns
     -------
     Functional
     """
-    return Functional.of(Value((key_of(name),)))
+    return Functional.of(Value((key_of(of),)))
 
 
 @checked
-def peak(name: Name, *, between: Between | None = None) -> Functional:
+def peak(of: Name, *, between: Between | None = None) -> Functional:
     """Largest size of a quantity, ``max |y|``, in the whole run or between two instants.
 
     Parameters
     ----------
-    name : name or expression
+    of : name or expression
         The quantity, or an expression of quantities, such as ``rig.shaft.tau * rig.shaft.w``.
     between : (float, float), optional
         Two instants, s; default is the whole run.
@@ -76,16 +76,16 @@ def peak(name: Name, *, between: Between | None = None) -> Functional:
     -------
     Functional
     """
-    return Functional.of(Extreme((key_of(name),), "peak", _window(between)))
+    return Functional.of(Extreme((key_of(of),), "peak", _window(between)))
 
 
 @checked
-def highest(name: Name, *, between: Between | None = None) -> Functional:
+def highest(of: Name, *, between: Between | None = None) -> Functional:
     """Largest value of a quantity, in the whole run or between two instants.
 
     Parameters
     ----------
-    name : name or expression
+    of : name or expression
         The quantity, or an expression of quantities, such as ``rig.shaft.tau * rig.shaft.w``.
     between : (float, float), optional
         Two instants, s; default is the whole run.
@@ -94,16 +94,16 @@ def highest(name: Name, *, between: Between | None = None) -> Functional:
     -------
     Functional
     """
-    return Functional.of(Extreme((key_of(name),), "highest", _window(between)))
+    return Functional.of(Extreme((key_of(of),), "highest", _window(between)))
 
 
 @checked
-def lowest(name: Name, *, between: Between | None = None) -> Functional:
+def lowest(of: Name, *, between: Between | None = None) -> Functional:
     """Least value of a quantity, in the whole run or between two instants.
 
     Parameters
     ----------
-    name : name or expression
+    of : name or expression
         The quantity, or an expression of quantities, such as ``rig.shaft.tau * rig.shaft.w``.
     between : (float, float), optional
         Two instants, s; default is the whole run.
@@ -112,16 +112,16 @@ def lowest(name: Name, *, between: Between | None = None) -> Functional:
     -------
     Functional
     """
-    return Functional.of(Extreme((key_of(name),), "lowest", _window(between)))
+    return Functional.of(Extreme((key_of(of),), "lowest", _window(between)))
 
 
 @checked
-def swing(name: Name, *, between: Between | None = None) -> Functional:
+def swing(of: Name, *, between: Between | None = None) -> Functional:
     """From trough to crest of a quantity, in the whole run or between two instants.
 
     Parameters
     ----------
-    name : name or expression
+    of : name or expression
         The quantity, or an expression of quantities, such as ``rig.shaft.tau * rig.shaft.w``.
     between : (float, float), optional
         Two instants, s; default is the whole run.
@@ -130,17 +130,17 @@ def swing(name: Name, *, between: Between | None = None) -> Functional:
     -------
     Functional
     """
-    high, low = highest(name, between=between), lowest(name, between=between)
+    high, low = highest(of, between=between), lowest(of, between=between)
     return (high - low).called(high.text.replace("highest", "swing", 1))
 
 
 @checked
-def integral(*names: Name, between: Between | None = None) -> Functional:
+def integral(*of: Name, between: Between | None = None) -> Functional:
     """Integral over time of a quantity, or of a product: work is that of torque and speed.
 
     Parameters
     ----------
-    *names : names or expressions
+    *of : names or expressions
         The quantity, or the factors of a product.
     between : (float, float), optional
         Two instants, s; default is the whole run.
@@ -149,7 +149,7 @@ def integral(*names: Name, between: Between | None = None) -> Functional:
     -------
     Functional
     """
-    return Functional.of(Integral(_some(names, "integral"), _window(between)))
+    return Functional.of(Integral(_some(of, "integral"), _window(between)))
 
 
 @checked
@@ -169,12 +169,12 @@ def span(*, between: Between | None = None) -> Functional:
 
 
 @checked
-def mean(*names: Name, between: Between | None = None) -> Functional:
+def mean(*of: Name, between: Between | None = None) -> Functional:
     """Mean over time of a quantity, or of a product: power is that of torque and speed.
 
     Parameters
     ----------
-    *names : names or expressions
+    *of : names or expressions
         The quantity, or the factors of a product.
     between : (float, float), optional
         Two instants, s; default is the whole run.
@@ -183,17 +183,17 @@ def mean(*names: Name, between: Between | None = None) -> Functional:
     -------
     Functional
     """
-    whole = integral(*_some(names, "mean"), between=between)
+    whole = integral(*_some(of, "mean"), between=between)
     return (whole / span(between=between)).called(whole.text.replace("integral", "mean", 1))
 
 
 @checked
-def rms(*names: Name, between: Between | None = None) -> Functional:
+def rms(*of: Name, between: Between | None = None) -> Functional:
     """Root of the mean over time of the square of a quantity, or of a product.
 
     Parameters
     ----------
-    *names : names or expressions
+    *of : names or expressions
         The quantity, or the factors of a product.
     between : (float, float), optional
         Two instants, s; default is the whole run.
@@ -202,8 +202,8 @@ def rms(*names: Name, between: Between | None = None) -> Functional:
     -------
     Functional
     """
-    whole = integral(*_some(names, "rms"), between=between)
-    square = integral(*names, *names, between=between)
+    whole = integral(*_some(of, "rms"), between=between)
+    square = integral(*of, *of, between=between)
     return sqrt(square / span(between=between)).called(whole.text.replace("integral", "rms", 1))
 
 
@@ -244,7 +244,7 @@ def count(component: str, after: str = "") -> Functional:
 
 
 @checked
-def at(time: float | Iterable[float], *names: Name) -> Functional:
+def at_time(time: float | Iterable[float], *of: Name) -> Functional:
     """Value of a quantity, or of a product, at an instant, or its sum over several instants.
 
     Where something jumps at that very instant, the value after it.
@@ -253,7 +253,7 @@ def at(time: float | Iterable[float], *names: Name) -> Functional:
     ----------
     time : float or iterable of float
         Instants, s; 0 is the start.
-    names : names or expressions
+    *of : names or expressions
         The factors.
 
     Returns
@@ -267,12 +267,12 @@ def at(time: float | Iterable[float], *names: Name) -> Functional:
     """
     times = tuple(float(t) for t in time) if isinstance(time, Iterable) else (float(time),)
     if not times or min(times) < 0:
-        raise OptionError(f"at: {time!r}: instants within the run are needed, s.")
-    return Functional.of(Value(_some(names, "at"), times))
+        raise OptionError(f"at_time: {time!r}: instants within the run are needed, s.")
+    return Functional.of(Value(_some(of, "at_time"), times))
 
 
 def at_event(
-    name: Name | tuple[Name, ...],
+    of: Name | tuple[Name, ...],
     component: str,
     after: str = "",
     *,
@@ -283,7 +283,7 @@ def at_event(
 
     Parameters
     ----------
-    name : name or expression, or tuple of these
+    of : name or expression, or tuple of these
         The quantity, or the factors.
     component, after : str
         As in `Event`: the component, and its mode after the event in words (any if empty).
@@ -303,7 +303,7 @@ def at_event(
     """
     if side not in ("before", "after"):
         raise OptionError(f"at_event: side = {side!r}: choose 'before' or 'after'.")
-    names = name if isinstance(name, tuple) else (name,)
+    names = of if isinstance(of, tuple) else (of,)
     return Functional.of(Value(_some(names, "at_event"), AtEvent(component, after, number, side)))
 
 
@@ -353,7 +353,7 @@ class Curve(Protocol):
 
 @checked
 def damage(
-    name: Name,
+    of: Name,
     curve: Curve,
     *,
     scale: float = 1.0,
@@ -367,7 +367,7 @@ def damage(
 
     Parameters
     ----------
-    name : name or expression
+    of : name or expression
         The load, or an expression of quantities, such as ``16 * rig.shaft.tau / (pi * d**3)``.
     curve : SNCurve
         From `lumped.life`.
@@ -388,7 +388,7 @@ def damage(
     """
     if not scale > 0:
         raise OptionError(f"damage: scale = {scale:g} must be positive.")
-    return Functional.of(Cycles((key_of(name),), curve.law(mean_stress, scale)))
+    return Functional.of(Cycles((key_of(of),), curve.law(mean_stress, scale)))
 
 
 def _window(between: Between | None) -> Between | None:

@@ -68,7 +68,7 @@ def clearance(excitations: Iterable[float]) -> Functional:
 
 @checked
 def order_peak(
-    name: Name,
+    of: Name,
     *,
     measure: Literal["maximum", "half range", "sum"] | float = "half range",
     speeds: tuple[float, float] | None = None,
@@ -77,7 +77,7 @@ def order_peak(
 
     Parameters
     ----------
-    name : name
+    of : name
         One of the outputs of the response.
     measure : {"maximum", "half range", "sum"} or float
         Of its synthesis over a cycle, or the order whose amplitude is meant.
@@ -96,11 +96,11 @@ def order_peak(
     if not isinstance(measure, str) and not 0 < measure < math.inf:
         raise OptionError(f"order_peak: order {measure!r} must be positive.")
     if speeds is None:
-        return Functional.of(OrderPeak(key_of(name), measure))
+        return Functional.of(OrderPeak(key_of(of), measure))
     low, high = map(float, speeds)
     if not 0 < low <= high < math.inf:
         raise OptionError(f"order_peak: speeds = {speeds!r}: the first and the last, rad/s.")
-    return Functional.of(OrderPeak(key_of(name), measure, (low, high)))
+    return Functional.of(OrderPeak(key_of(of), measure, (low, high)))
 
 
 @checked

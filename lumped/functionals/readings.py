@@ -166,7 +166,7 @@ class Value(OfQuantities):
             return f"at_event({self.text}, {what}, {self.at.side})"
         times = " + ".join(f"{t:.9g}" for t in self.at[:3])
         more = f" + {len(self.at) - 3} more" if len(self.at) > 3 else ""
-        return f"at({times}{more}, {self.text})"
+        return f"at_time({times}{more}, {self.text})"
 
 
 @dataclass(frozen=True)

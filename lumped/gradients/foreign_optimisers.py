@@ -25,7 +25,7 @@ def value_and_gradient(
     system: System,
     *,
     of: Functional | Mapping[Functional, float],
-    over: Iterable[Name],
+    by: Iterable[Name],
     until: float | str,
     rtol: float = 1e-6,
     **options: Unpack[RunOptions],
@@ -40,7 +40,7 @@ def value_and_gradient(
         From `assemble`.
     of : functional, or mapping of functional to float
         From `lumped.functionals`; of several the sum with these weights.
-    over : iterable of names
+    by : iterable of names
         Parameters, whose values the function takes in this order, in SI units.
     until, rtol
         As for `gradient`.
@@ -50,12 +50,12 @@ def value_and_gradient(
     Returns
     -------
     callable
-        ``function(values) -> (value, gradient)``, with arrays of shape (len(over),).
+        ``function(values) -> (value, gradient)``, with arrays of shape (len(by),).
 
     Raises
     ------
     OptionError
-        If `over` holds nothing that can be changed, or there is no functional.
+        If `by` holds nothing that can be changed, or there is no functional.
     UnknownNameError
         If a quantity or parameter does not exist.
 
@@ -66,7 +66,7 @@ def value_and_gradient(
     """
     weights = dict(of) if isinstance(of, Mapping) else {of: 1.0}
     plan = run_plan(until, rtol, options)
-    names = _names("value_and_gradient", system, weights, over)
+    names = _names("value_and_gradient", system, weights, by)
     factors = np.array(list(weights.values()), dtype=float)
 
     def function(values: np.ndarray) -> tuple[float, np.ndarray]:
@@ -83,7 +83,7 @@ def to_jax(
     system: System,
     *,
     of: Iterable[Functional],
-    over: Iterable[Name],
+    by: Iterable[Name],
     until: float | str,
     rtol: float = 1e-6,
     workers: int | None = None,
@@ -100,7 +100,7 @@ def to_jax(
         From `assemble`.
     of : iterable of functionals
         From `lumped.functionals`.
-    over : iterable of names
+    by : iterable of names
         Parameters, whose values the function takes in this order, in SI units.
     until, rtol
         As for `gradient`.
@@ -112,12 +112,12 @@ def to_jax(
     Returns
     -------
     callable
-        ``function(values)``: from an array of shape (len(over),) to one of shape (len(of),).
+        ``function(values)``: from an array of shape (len(by),) to one of shape (len(of),).
 
     Raises
     ------
     OptionError
-        If JAX is missing or computes with single precision, `over` holds nothing that can be
+        If JAX is missing or computes with single precision, `by` holds nothing that can be
         changed, or there is no functional.
     UnknownNameError
         If a quantity or parameter does not exist.
@@ -129,7 +129,7 @@ def to_jax(
             'jax.config.update("jax_enable_x64", True) first.'
         )
     wanted = tuple(of)
-    plan, names = run_plan(until, rtol, options), _names("to_jax", system, wanted, over)
+    plan, names = run_plan(until, rtol, options), _names("to_jax", system, wanted, by)
     sizes = len(wanted), len(names)
 
     def computed(values: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -170,10 +170,10 @@ def to_jax(
 
 
 def _names(
-    what: str, system: System, of: Iterable[Functional], over: Iterable[Name]
+    what: str, system: System, of: Iterable[Functional], by: Iterable[Name]
 ) -> tuple[str, ...]:
     """What varies."""
-    names = tuple(system.key(name) for name in over)
+    names = tuple(system.key(name) for name in by)
     check(system, list(of), names, what)
     system.places(names)
     return names

@@ -259,7 +259,7 @@ def check(system: System, wanted: Sequence[Functional], names: Sequence[str], wh
         )
     if not names:
         raise OptionError(
-            f"{system.name}: nothing to vary; name parameters or start values in `to`."
+            f"{system.name}: nothing to vary; name parameters or start values in `by`."
         )
     for functional in wanted:
         refuse_other([functional], "run", what)
@@ -304,7 +304,7 @@ def refuse(summed: Summed, chained: Chained, names: Sequence[str], absent: np.nd
     why = f" Different changes coincide at {text}; which comes first depends on these." * bool(text)
     raise SolverError(
         f"{summed.course.run.system.name}: derivatives to both sides differ, so there is none: "
-        f"{'; '.join(lines)}.{why} All others exist: leave these out of `to` or `of`, or ask "
+        f"{'; '.join(lines)}.{why} All others exist: leave these out of `by` or `of`, or ask "
         "lumped.sensitivity for one side.",
         summed.course.run,
     )

@@ -56,13 +56,13 @@ class Gradient(ByName, RichHtml):
         states would take more than 50 MB.
     of : tuple of str
         Functionals, as printed.
-    to : tuple of str
+    by : tuple of str
         Parameters and start values.
     values : ndarray, shape (len(of),)
         What the functionals are.
     units : tuple of str
         Units of these.
-    derivatives : ndarray, shape (len(of), len(to))
+    derivatives : ndarray, shape (len(of), len(by))
         Their derivatives.
     errors : ndarray, shape (len(of),)
         Errors that the steps add to these, estimated, relative to the terms of which a derivative
@@ -78,7 +78,7 @@ class Gradient(ByName, RichHtml):
 
     run: Trajectory
     of: tuple[str, ...]
-    to: tuple[str, ...]
+    by: tuple[str, ...]
     values: np.ndarray
     units: tuple[str, ...]
     derivatives: np.ndarray
@@ -89,16 +89,16 @@ class Gradient(ByName, RichHtml):
 
     @checked
     def __getitem__(self, pair: tuple[str, Name]) -> float:
-        of, to = pair
-        key = varied_name(self.run.system, to)
-        if key not in self.to:
-            raise UnknownNameError(f"'{key}' was not varied. {nearest(key, self.to)}")
-        return float(self.derivatives[self._row(of), self.to.index(key)])
+        of, by = pair
+        key = varied_name(self.run.system, by)
+        if key not in self.by:
+            raise UnknownNameError(f"'{key}' was not varied. {nearest(key, self.by)}")
+        return float(self.derivatives[self._row(of), self.by.index(key)])
 
     @property
     def relative(self) -> np.ndarray:
         """Relative change of each functional for each relative change, ``p/y dy/dp``."""
-        varied = varied_values(self.run, self.to)
+        varied = varied_values(self.run, self.by)
         with np.errstate(divide="ignore", invalid="ignore"):
             found: np.ndarray = self.derivatives * varied / self.values[:, None]
         return found
@@ -115,7 +115,7 @@ class Gradient(ByName, RichHtml):
             If it was not differentiated.
         """
         row = self._row(of)
-        return ranked(of, self.values[row], self.to, self.relative[row])
+        return ranked(of, self.values[row], self.by, self.relative[row])
 
     @checked
     def plot(
@@ -153,7 +153,7 @@ class Gradient(ByName, RichHtml):
         return draw(tornado(self.ranked(label), title, label), backend, ax)
 
     def _names(self) -> list[tuple[str, str]]:
-        return [*itertools.product(self.of, self.to)]
+        return [*itertools.product(self.of, self.by)]
 
     def _row(self, of: str) -> int:
         if of not in self.of:
@@ -170,7 +170,7 @@ class Gradient(ByName, RichHtml):
             rows.append((label, *amounts(label, unit, value, digits=9), text))
         s = self.run.statistics
         head = (
-            f"{self.run.system.name}: {len(self.of)} functionals by {len(self.to)} parameters and "
+            f"{self.run.system.name}: {len(self.of)} functionals by {len(self.by)} parameters and "
             f"start values, relative; run of {s.steps} steps ({s.method}), {s.evaluations} "
             f"evaluations, rtol {self.rtol:.0e}, in {s.seconds:.3g} s; its gradient in "
             f"{self.seconds:.3g} s more, error {self.errors.max(initial=0.0):.0e}"
@@ -186,7 +186,7 @@ def gradient(
     system: System,
     *,
     of: Iterable[Functional],
-    to: Iterable[Name] | None = None,
+    by: Iterable[Name] | None = None,
     until: float | str,
     rtol: float = 1e-6,
     **options: Unpack[RunOptions],
@@ -207,7 +207,7 @@ def gradient(
         From `assemble`.
     of : iterable of functionals
         From `lumped.functionals`.
-    to : iterable of names, optional
+    by : iterable of names, optional
         Parameters, given start values, and states, which stand for their start values; default
         is all parameters that can be changed.
     until : float or str
@@ -232,17 +232,17 @@ def gradient(
     SolverError
         Where the run has no derivative (see `sensitivity`), or one is not finite.
     """
-    return gradient_of(system, of, to, run_plan(until, rtol, options))
+    return gradient_of(system, of, by, run_plan(until, rtol, options))
 
 
 def gradient_of(
-    system: System, of: Iterable[Functional], to: Iterable[Name] | None, plan: RunPlan
+    system: System, of: Iterable[Functional], by: Iterable[Name] | None, plan: RunPlan
 ) -> Gradient:
     """The gradient of a run with options that were checked (see `gradient`)."""
     wanted, rtol = tuple(of), plan.rtol
     plan = plan.by_steps("gradient", are_followed=True).at(tightened(rtol))
     p = system.structure.parameters
-    names = [p.names[i] for i in p.free] if to is None else [varied_name(system, n) for n in to]
+    names = [p.names[i] for i in p.free] if by is None else [varied_name(system, n) for n in by]
     check(system, wanted, names, "gradient")
     system = plan.watching(system, wanted)
     own = [name for name in names if name != END]
@@ -332,5 +332,5 @@ def _check_found(
         row, column = np.argwhere(~np.isfinite(found))[0]
         raise SolverError(
             f"{system.name}: the derivative of {labels[row]} by {names[column]} is not finite. "
-            "Change this value, or leave it out of `to`."
+            "Change this value, or leave it out of `by`."
         )

@@ -42,7 +42,7 @@ class GradientEnsemble(RichHtml):
         Functionals, as printed; parameters and start values.
     values, errors : ndarray, shape (n, len(of))
         What the functionals are; errors that steps add to their derivatives (see `Gradient`).
-    derivatives : ndarray, shape (n, len(of), len(to))
+    derivatives : ndarray, shape (n, len(of), len(by))
         Their derivatives.
     failures : dict of int to str
         Why runs failed, or have no derivative.
@@ -51,23 +51,23 @@ class GradientEnsemble(RichHtml):
     names: tuple[str, ...]
     points: np.ndarray
     of: tuple[str, ...]
-    to: tuple[str, ...]
+    by: tuple[str, ...]
     values: np.ndarray
     errors: np.ndarray
     derivatives: np.ndarray
     failures: dict[int, str]
 
     def __getitem__(self, pair: tuple[str, str]) -> np.ndarray:
-        for key, known in zip(pair, (self.of, self.to), strict=True):
+        for key, known in zip(pair, (self.of, self.by), strict=True):
             if key not in known:
                 raise UnknownNameError(f"'{key}' was not differentiated. {nearest(key, known)}")
-        found: np.ndarray = self.derivatives[:, self.of.index(pair[0]), self.to.index(pair[1])]
+        found: np.ndarray = self.derivatives[:, self.of.index(pair[0]), self.by.index(pair[1])]
         return found
 
     def __repr__(self) -> str:
         rows = []
         for i, label in enumerate(self.of):
-            for k, name in enumerate(self.to):
+            for k, name in enumerate(self.by):
                 own = self.derivatives[:, i, k]
                 own = own[np.isfinite(own)]
                 if len(own):
@@ -86,7 +86,7 @@ def gradient_ensemble(
     *,
     over: Over,
     of: Iterable[Functional],
-    to: Iterable[Name] | None = None,
+    by: Iterable[Name] | None = None,
     until: float | str,
     runs: int | None = None,
     seed: int = 0,
@@ -106,7 +106,7 @@ def gradient_ensemble(
         What varies, as for `ensemble`.
     of : iterable of functionals
         From `lumped.functionals`.
-    to : iterable of names, optional
+    by : iterable of names, optional
         By what they are differentiated; default is what varies.
     until, rtol
         As for `gradient`.
@@ -135,7 +135,7 @@ def gradient_ensemble(
     varied = variants_of(
         system, over, runs=runs, seed=seed, parameters=base, analysis="gradient_ensemble"
     )
-    names = tuple(varied.names if to is None else (varied_name(system, name) for name in to))
+    names = tuple(varied.names if by is None else (varied_name(system, name) for name in by))
     return gradients_at(system, varied.names, varied.values, tuple(of), names, plan, workers)
 
 
@@ -144,7 +144,7 @@ def gradients_at(
     names: tuple[str, ...],
     points: np.ndarray,
     of: Sequence[Functional],
-    to: tuple[str, ...],
+    by: tuple[str, ...],
     plan: RunPlan,
     workers: int | None = None,
 ) -> GradientEnsemble:
@@ -154,13 +154,13 @@ def gradients_at(
     def one(row: np.ndarray) -> Gradient | LumpedError:
         values = known | dict(zip(names, row.tolist(), strict=True))
         try:
-            return gradient_of(system, of, to, plan._replace(parameters=values))
+            return gradient_of(system, of, by, plan._replace(parameters=values))
         except LumpedError as error:
             return error
 
     shape = len(points), len(of)
     values, errors = np.full(shape, np.nan), np.full(shape, np.nan)
-    derivatives = np.full((*shape, len(to)), np.nan)
+    derivatives = np.full((*shape, len(by)), np.nan)
     failures: dict[int, str] = {}
     first: LumpedError | None = None
     with (
@@ -184,4 +184,4 @@ def gradients_at(
             raise first
         raise SolverError(f"all {len(points)} runs fail. Run 0: {failures[0]}", None)
     labels = tuple(str(functional) for functional in of)
-    return GradientEnsemble(names, points, labels, to, values, errors, derivatives, failures)
+    return GradientEnsemble(names, points, labels, by, values, errors, derivatives, failures)

@@ -48,7 +48,7 @@ Side = Literal["both", "right", "left"]
 
 
 class MovedInstant(NamedTuple):
-    """An instant at which the run stopped, s, its derivatives, shape (len(to),), what changes."""
+    """An instant at which the run stopped, s, its derivatives, shape (len(by),), what changes."""
 
     time: float
     slopes: np.ndarray
@@ -65,7 +65,7 @@ class Sensitivity(RichHtml):
         The run itself.
     of, to : tuple of str
         What is differentiated, and by what.
-    values : ndarray, shape (len(run.t), len(of), len(to))
+    derivatives : ndarray, shape (len(run.t), len(of), len(by))
         The derivatives.
     instants : tuple of MovedInstant
         Each instant at which the run stopped, its derivatives, and the components that change.
@@ -78,9 +78,9 @@ class Sensitivity(RichHtml):
         Accuracy asked for.
     functionals : tuple of str
         Functionals, as printed.
-    totals : ndarray, shape (len(functionals),)
+    values : ndarray, shape (len(functionals),)
         What they are.
-    slopes : ndarray, shape (len(functionals), len(to))
+    slopes : ndarray, shape (len(functionals), len(by))
         Their derivatives.
     units : tuple of str
         Units of the functionals.
@@ -88,26 +88,26 @@ class Sensitivity(RichHtml):
 
     run: Trajectory
     of: tuple[str, ...]
-    to: tuple[str, ...]
-    values: np.ndarray
+    by: tuple[str, ...]
+    derivatives: np.ndarray
     instants: tuple[MovedInstant, ...]
     shared: tuple[float, ...]
     evaluations: int
     rtol: float
     functionals: tuple[str, ...] = ()
-    totals: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    values: np.ndarray = field(default_factory=lambda: np.zeros(0))
     slopes: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     units: tuple[str, ...] = ()
 
     @checked
     def __getitem__(self, pair: tuple[Name | Functional, Name]) -> np.ndarray | float:
-        to, functional = varied_name(self.run.system, pair[1]), str(pair[0])
-        if functional in self.functionals and to in self.to:
+        by, functional = varied_name(self.run.system, pair[1]), str(pair[0])
+        if functional in self.functionals and by in self.by:
             row = self.functionals.index(functional)
-            return float(self.slopes[row, self.to.index(to)])
+            return float(self.slopes[row, self.by.index(by)])
         of = self.run.system.key(pair[0])  # type: ignore[arg-type]
-        places = [self._place(key, known) for key, known in ((of, self.of), (to, self.to))]
-        found: np.ndarray = self.values[:, places[0], places[1]]
+        places = [self._place(key, known) for key, known in ((of, self.of), (by, self.by))]
+        found: np.ndarray = self.derivatives[:, places[0], places[1]]
         return found
 
     def _place(self, key: str, known: tuple[str, ...]) -> int:
@@ -140,10 +140,10 @@ class Sensitivity(RichHtml):
             self.run.check_instant(at)
         k = len(t) - 1 if at is None else int(np.abs(t - at).argmin())
         value = float(self.run[name][k])
-        slopes = self.values[k, place]
+        slopes = self.derivatives[k, place]
         with np.errstate(divide="ignore", invalid="ignore"):
-            relative = slopes * varied_values(self.run, self.to) / value
-        return ranked(f"{name} at t = {self.run.t[k]:g} s", value, self.to, relative)
+            relative = slopes * varied_values(self.run, self.by) / value
+        return ranked(f"{name} at t = {self.run.t[k]:g} s", value, self.by, relative)
 
     @checked
     def plot(
@@ -178,11 +178,11 @@ class Sensitivity(RichHtml):
             if last:
                 text = "; ".join(f"{n} {v:+.4f}" for n, v in self.ranked(name)[:4] if v)
             to_show = display(name, self.run.system.quantity(name).unit)
-            largest = to_show.factor * float(np.abs(self.values[:, i]).max(initial=0.0))
+            largest = to_show.factor * float(np.abs(self.derivatives[:, i]).max(initial=0.0))
             told = number(to_show.value(last), 9), to_show.unit, number(largest), text
             rows.append((name, *told))
         head = (
-            f"{self.run.system.name}: derivatives of {len(self.of)} quantities by {len(self.to)} "
+            f"{self.run.system.name}: derivatives of {len(self.of)} quantities by {len(self.by)} "
             f"parameters and start values over {self.run.t[-1]:g} s; run of {s.steps} steps "
             f"({s.method}), {s.evaluations} evaluations, derivatives {self.evaluations} more, "
             f"rtol {self.rtol:.0e}, {len(self.instants)} instants of change crossed"
@@ -195,13 +195,13 @@ class Sensitivity(RichHtml):
         if self.functionals:
             sums = []
             for label, unit, value, slopes in zip(
-                self.functionals, self.units, self.totals, self.slopes, strict=True
+                self.functionals, self.units, self.values, self.slopes, strict=True
             ):
                 to_show = display(label, unit)
                 shares = (number(to_show.factor * float(v)) for v in slopes[:6])
                 total = number(to_show.value(float(value)), 9)
                 sums.append((label, total, to_show.unit, *shares))
-            text += "\n" * bool(rows) + table(("functional", "value", "unit", *self.to[:6]), sums)
+            text += "\n" * bool(rows) + table(("functional", "value", "unit", *self.by[:6]), sums)
         return text
 
 
@@ -210,7 +210,7 @@ def sensitivity(
     system: System,
     *,
     of: Iterable[Name | Functional],
-    to: Iterable[Name],
+    by: Iterable[Name],
     until: float | str,
     grid: int | None = 500,
     rtol: float = 1e-6,
@@ -231,7 +231,7 @@ def sensitivity(
         From `assemble`.
     of : iterable of names and functionals
         Quantities, and numbers from `lumped.functionals`.
-    to : iterable of names
+    by : iterable of names
         Parameters, given start values (of instances, or in `start`), and states, which stand for
         their start values; ``"until"`` is the end of the run, which moves functionals.
     until, grid
@@ -254,7 +254,7 @@ def sensitivity(
     Raises
     ------
     OptionError
-        If `of` or `to` is empty, a name in `to` is nothing that can be varied, or `grid` is no
+        If `of` or `by` is empty, a name in `by` is nothing that can be varied, or `grid` is no
         number.
     SolverError
         If derivatives to both sides differ, a border is touched without being crossed, several
@@ -274,9 +274,9 @@ def sensitivity(
     fine = tightened(rtol)
     plan = run_plan(until, rtol, options).by_steps("sensitivity", are_followed=True).at(fine)
     system = plan.watching(system, functionals)
-    varied = Varied(system, names, tuple(to), plan.start, fine, bool(functionals))
+    varied = Varied(system, names, tuple(by), plan.start, fine, bool(functionals))
     if functionals:
-        check(system, functionals, varied.to, "sensitivity")
+        check(system, functionals, varied.by, "sensitivity")
 
     def run(grid: int | None) -> Trajectory:
         point = run_start(system, plan)
@@ -303,18 +303,18 @@ class Varied:
         self,
         system: System,
         of: tuple[Name, ...],
-        to: tuple[Name, ...],
+        by: tuple[Name, ...],
         start: Changes | OperatingPoint | None,
         rtol: float,
         functionals: bool = False,
     ) -> None:
-        if not (of or functionals) or not to:
-            raise OptionError("sensitivity: name at least one quantity in `of` and one in `to`.")
+        if not (of or functionals) or not by:
+            raise OptionError("sensitivity: name at least one quantity in `of` and one in `by`.")
         self.system, self.rtol = system, rtol
         self.of = tuple(system.key(name) for name in of)
-        self.to = tuple(varied_name(system, name) for name in to)
-        own = [name for name in self.to if name != END]
-        self.inner = [i for i, name in enumerate(self.to) if name != END]
+        self.by = tuple(varied_name(system, name) for name in by)
+        own = [name for name in self.by if name != END]
+        self.inner = [i for i, name in enumerate(self.by) if name != END]
         self.n, self.k = len(system.state_names), len(own)
         self.given = start
         self.places, self.varied = sources(system, own, start)
@@ -347,7 +347,7 @@ class Varied:
         assert values is not None
         shared = tuple(i.t for i in found.instants if i.shared)
         whole, instants, cost = self._whole(values), self._instants(found), forward.evaluations
-        return Sensitivity(run, self.of, self.to, whole, instants, shared, cost, self.rtol)
+        return Sensitivity(run, self.of, self.by, whole, instants, shared, cost, self.rtol)
 
     def sum_up(
         self,
@@ -372,21 +372,21 @@ class Varied:
             own_side = summed.forward(found, self.seed, sign) / self.scale
             sides.append(chained.slopes(own_side, sign)[0])
         absent = np.array([differ(a, b) for a, b in zip(sides[0], sides[-1], strict=True)])
-        own = tuple(self.to[i] for i in self.inner)
+        own = tuple(self.by[i] for i in self.inner)
         refuse(summed, chained, own, absent)
         slopes = self._whole(sides[0])
         ends = np.array([summed.owed[k].ways[0].by_end for k in range(len(summed.wanted))])
-        for i in set(range(len(self.to))) - set(self.inner):
+        for i in set(range(len(self.by))) - set(self.inner):
             slopes[:, i] = chained.slopes(ends[:, None])[0][:, 0]
         if curves is None:
-            none = np.zeros((len(run.t), 0, len(self.to)))
+            none = np.zeros((len(run.t), 0, len(self.by)))
             instants, shared = self._instants(found), summed.shared
-            curves = Sensitivity(run, (), self.to, none, instants, shared, 0, self.rtol)
+            curves = Sensitivity(run, (), self.by, none, instants, shared, 0, self.rtol)
         cost = curves.evaluations + forward.evaluations
         return replace(
             curves,
             functionals=tuple(str(functional) for functional in functionals),
-            totals=chained.values,
+            values=chained.values,
             slopes=slopes,
             units=tuple(functional.unit(self.system) for functional in functionals),
             evaluations=cost,
@@ -400,7 +400,7 @@ class Varied:
 
     def _whole(self, derivatives: np.ndarray) -> np.ndarray:
         """With a column for the end of the run, which moves nothing before it."""
-        found = np.zeros((*derivatives.shape[:-1], len(self.to)))
+        found = np.zeros((*derivatives.shape[:-1], len(self.by)))
         found[..., self.inner] = derivatives
         return found
 

@@ -26,7 +26,7 @@ class Hold:
     gap: Expr | None
     restitution: Expr
     pressed: bool
-    mode: Expr | None
+    position: Expr | None
 
     @property
     def impulsive(self) -> bool:
@@ -34,9 +34,9 @@ class Hold:
         return self.upper is None or self.lower is None
 
     def equations(self) -> list[Equation]:
-        """Equations of the reaction and the mode, as they read while the constraint sticks."""
+        """Equations of the reaction and the position, as they read while the constraint sticks."""
         held = der(self.speed) == 0
-        return [held] if self.mode is None else [held, self.mode == 0]
+        return [held] if self.position is None else [held, self.position == 0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ def hold(
     gap: Number | None = None,
     restitution: Number = 0.0,
     pressed: bool = True,
-    mode: Expr | None = None,
+    position: Expr | None = None,
 ) -> Hold:
     """A constraint ``speed == 0`` that holds as long as its reaction stays within limits.
 
@@ -95,7 +95,7 @@ def hold(
     pressed : bool
         Whether impulses press it: friction whose limits depend on a reaction then takes impulses,
         too. False for losses that are averages over turns, as those of gears.
-    mode : quantity, optional
+    position : quantity, optional
         0 while it sticks, 1 and -1 while it slides forward and backward (1: open, for a gap), 2
         while it is not engaged.
 
@@ -145,7 +145,7 @@ def hold(
         expr(gap),
         as_expr(restitution),
         pressed,
-        mode,
+        position,
     )
 
 

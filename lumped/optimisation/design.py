@@ -193,7 +193,7 @@ def key_unit(system: System, key: Key) -> str:
     """Unit of what can be minimised or bounded."""
     if isinstance(key, Probability):
         return "1"
-    return (key.functional if isinstance(key, RobustAim) else key).unit(system)
+    return (key.of if isinstance(key, RobustAim) else key).unit(system)
 
 
 def bounds_of(name: str, given: Bounds) -> tuple[float, float]:

@@ -65,7 +65,7 @@ def first_designs(
     for name, *ends in zip(names, low, high, strict=True):
         if not np.isfinite(ends).all():
             raise OptionError(
-                f"optimise: starts needs both bounds of {name}; designs are tried between them."
+                f"optimise: searches= needs both bounds of {name}; designs are tried between them."
             )
     of = list(dict.fromkeys(k for k in (*weights, *subject_to) if not isinstance(k, str)))
     labels = {f"{number}": f for number, f in enumerate(of)}

@@ -15,7 +15,7 @@ from lumped.ensembles.collected_runs import RunsAt
 from lumped.ensembles.distributions import paired
 from lumped.ensembles.variants import variants_of
 from lumped.errors import LumpedError, OptimisationError, OptionError
-from lumped.functionals import at
+from lumped.functionals import at_time
 from lumped.gradients.sensitivity import Sensitivity, Varied
 from lumped.optimisation.design import Bounds, room_of
 from lumped.optimisation.first_designs import TRIED, apart
@@ -40,9 +40,9 @@ _NEGLIGIBLE = 1e-4
 
 
 @made_once
-def _varied(system: System, of: _Names, to: _Names, start: _Names, rtol: float) -> Varied:
+def _varied(system: System, of: _Names, by: _Names, start: _Names, rtol: float) -> Varied:
     """Derivatives for any values of the start."""
-    return Varied(system, of, to, dict.fromkeys(start, 0.0), rtol)
+    return Varied(system, of, by, dict.fromkeys(start, 0.0), rtol)
 
 
 Curves = Mapping[str, Sequence[float] | np.ndarray] | Mapping[Name, Sequence[float] | np.ndarray]
@@ -149,9 +149,8 @@ class FitSearch:
     def _jacobian(self, u: np.ndarray) -> np.ndarray:
         found = self._at(u)
         places = places_of(found.run, self.t)
-        parts = [
-            found.values[places, i, :] * self.weights[name] for i, name in enumerate(self.curves)
-        ]
+        slopes = found.derivatives[places]
+        parts = [slopes[:, i] * self.weights[name] for i, name in enumerate(self.curves)]
         return np.concatenate(parts) * self.scale
 
     def _begins(self, count: int) -> np.ndarray:
@@ -159,7 +158,8 @@ class FitSearch:
         for name, low, high in zip(self.names, self.low, self.high, strict=True):
             if not (np.isfinite(low) and np.isfinite(high)):
                 raise OptionError(
-                    f"identify: starts needs both bounds of {name}; designs are tried between them."
+                    f"identify: searches= needs both bounds of {name}; designs are tried "
+                    "between them."
                 )
         sampler = scipy.stats.qmc.Sobol(len(self.names), rng=0)
         unit = sampler.random_base2(int(np.ceil(np.log2(TRIED * count))))
@@ -172,7 +172,7 @@ class FitSearch:
     def _misfits(self, points: np.ndarray) -> np.ndarray:
         """Weighted sums of squares of many designs; infinite where a run fails."""
         pairs = [(name, k) for name in self.curves for k in range(len(self.t))]
-        of = {f"{name} {k}": at(float(self.t[k]), name) for name, k in pairs}
+        of = {f"{name} {k}": at_time(float(self.t[k]), name) for name, k in pairs}
         plan = self.plan.at(max(self.plan.rtol, 1e-6))
         over = paired(dict(zip(self.names, points.T, strict=True)))
         varied = variants_of(self.system, over, parameters=self.parameters, analysis="identify")
@@ -203,13 +203,13 @@ class FitSearch:
             )
         return result
 
-    def found(self, level: float, starts: int) -> Identification:
+    def found(self, level: float, searches: int) -> Identification:
         """Search, and tell how well the result is known."""
         tic = clock.perf_counter()
         first = self.u / self.scale
         slope = np.abs(self._jacobian(first).T @ self._residuals(first)).max()
         results, faults = [], list[LumpedError]()
-        for begin in [first, *(self._begins(starts - 1) if starts > 1 else ())]:
+        for begin in [first, *(self._begins(searches - 1) if searches > 1 else ())]:
             try:
                 results.append(self._search(begin))
             except LumpedError as fault:

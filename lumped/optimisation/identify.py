@@ -28,7 +28,7 @@ def identify(
     sigma: Mapping[str, float] | Mapping[Name, float] | None = None,
     level: float = 0.95,
     rtol: float = 1e-8,
-    starts: int = 1,
+    searches: int = 1,
     **options: Unpack[RunOptions],
 ) -> Identification:
     """Parameters and start values for which runs fit measured curves best.
@@ -55,7 +55,7 @@ def identify(
     rtol : float
         Relative tolerance of the runs. Tighter than elsewhere: near the best fit a search compares
         runs that hardly differ.
-    starts : int
+    searches : int
         Number of searches; all but the first begin at the best of 128 designs each between the
         bounds, and the best result counts. Where another minimum fits as well, `doubts` says so.
     **options : RunOptions
@@ -80,7 +80,7 @@ def identify(
     """
     if not 0 < level < 1:
         raise OptionError(f"identify: level = {level:g} must lie between 0 and 1.")
-    if starts < 1:
-        raise OptionError(f"identify: starts = {starts}: at least one search is needed.")
+    if searches < 1:
+        raise OptionError(f"identify: searches = {searches}: at least one search is needed.")
     search = FitSearch(system, vary, t, measured, sigma, rtol, options)
-    return search.found(level, starts)
+    return search.found(level, searches)

@@ -36,7 +36,7 @@ def optimise(
     periodic: bool = False,
     until: float | str | None = None,
     rtol: float = 1e-8,
-    starts: int = 1,
+    searches: int = 1,
     **options: Unpack[RunOptions],
 ) -> Optimum:
     """Parameters for which a run is best, or natural frequencies are where they are wanted.
@@ -98,7 +98,7 @@ def optimise(
     until, rtol
         For a system, as for `gradient`. `rtol` is tighter than elsewhere: near the optimum a
         search compares runs that hardly differ.
-    starts : int
+    searches : int
         For a system: number of searches. The first begins with `parameters`, the others at the
         best of 128 designs each between the bounds, run by `ensemble` and far from each other.
         The best result counts; ``others`` has the rest, so local minima show.
@@ -129,19 +129,19 @@ def optimise(
     constraint).
     """
     task = task_of(run, vary, minimise, subject_to)
-    if starts > 1 and task.is_scattered:
+    if searches > 1 and task.is_scattered:
         raise OptionError(
-            f"optimise: starts = {starts}: where parameters scatter, there is one search. Begin it "
-            "with other parameters instead."
+            f"optimise: searches = {searches}: where parameters scatter, there is one search. "
+            "Begin it with other parameters instead."
         )
     plan = plan_of(run, "optimise", until, rtol, options)
-    if starts < 1 or (starts > 1 and not isinstance(run, System)):
+    if searches < 1 or (searches > 1 and not isinstance(run, System)):
         raise OptionError(
-            f"optimise: starts = {starts}: at least one search is needed, and several for a system "
-            "only."
+            f"optimise: searches = {searches}: at least one search is needed, and several for a "
+            "system only."
         )
     if isinstance(run, Scattered):
-        return best(run, task, plan, starts)
+        return best(run, task, plan, searches)
     wanted = cast(dict[Functional | str, float], dict(task.weights))
     repeats = None
     if isinstance(run, PeriodicOrbit):
@@ -153,14 +153,14 @@ def optimise(
     return problem.optimum(problem.solve(list(wanted.values())), wanted)
 
 
-def best(what: Scattered, task: Task, plan: RunPlan | None, starts: int = 1) -> Optimum:
+def best(what: Scattered, task: Task, plan: RunPlan | None, searches: int = 1) -> Optimum:
     """The part of `optimise` for what is found anew for each design."""
     if isinstance(what, Modes):
         return best_modes(what, task)
     if isinstance(what, OrderResponse):
         return best_orders(what, task)
     assert plan is not None
-    return best_runs(what, task, plan, starts)
+    return best_runs(what, task, plan, searches)
 
 
 def _check_free(orbit: PeriodicOrbit, vary: Mapping[str, Bounds] | Mapping[Name, Bounds]) -> None:

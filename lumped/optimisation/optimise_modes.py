@@ -63,7 +63,7 @@ class _ModeSearch(SpectralSearch):
                     "decay or the reverse. Narrow `vary`.",
                     "modes lost",
                 )
-            slopes = eigen_sensitivity(own, to=self.names)
+            slopes = eigen_sensitivity(own, by=self.names)
             if slopes.repeated:
                 raise OptimisationError(
                     f"{self.system.name}: at {self.text(u)} mode {slopes.repeated[0]} "

@@ -68,16 +68,16 @@ class RunSearch(DesignSearch):
         return float(found.values[row]), slope
 
 
-def best_runs(system: System, task: Task, plan: RunPlan, starts: int) -> Optimum:
+def best_runs(system: System, task: Task, plan: RunPlan, searches: int) -> Optimum:
     """The part of `optimise` for whole runs."""
     plan = plan.by_steps("optimise", are_followed=True)
     search = RunSearch(system, task, plan)
     begins = [search.box[:, 0].copy()]
-    if starts > 1:
+    if searches > 1:
         loose = plan.at(max(plan.rtol, 1e-6))
         box = search.box * search.scale[:, None]
         wanted = task.weights, task.bounds
-        more = first_designs(system, search.names, box, *wanted, starts - 1, loose)
+        more = first_designs(system, search.names, box, *wanted, searches - 1, loose)
         begins += [*(more / search.scale)]
     found = []
     for begin in begins:

@@ -74,7 +74,7 @@ class DesignSearch:
                 self.system.places([key])
 
         def scattered(of: RobustAim | Probability) -> MovedScene:
-            return MovedScene(what, of.functional, of.over, self.names, "optimise", plan)
+            return MovedScene(what, of.of, of.over, self.names, "optimise", plan)
 
         self.aims = {k: DesignAim(k, scattered(k)) for k in self.keys if isinstance(k, RobustAim)}
         self.probabilities = {

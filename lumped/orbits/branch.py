@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -30,8 +31,7 @@ _GRID = 200
 def branch(
     orbit: PeriodicOrbit,
     *,
-    over: Name,
-    between: tuple[float, float],
+    along: Mapping[Name, tuple[float, float]],
     turns: float | None = None,
     step: float = 0.05,
     most: int = 1000,
@@ -53,10 +53,8 @@ def branch(
     ----------
     orbit : PeriodicOrbit
         From `periodic`; a motion at a parameter within the range.
-    over : name
-        The parameter.
-    between : tuple of float
-        Its least and greatest value, SI.
+    along : mapping of name to (float, float)
+        The parameter, and its least and greatest value, SI.
     turns : float, optional
         The parameter is the speed of what functions of time prescribe, rad/s, and the period so
         many turns of it, ``2 pi turns / speed``. Of an `orbit` whose period is a parameter, that
@@ -76,11 +74,14 @@ def branch(
         If the motion lies outside the range, is no orbit over `turns`, determines the parameter, or
         options make no sense.
     UnknownNameError
-        If `over` is no parameter that can be changed.
+        If the name in `along` is no parameter that can be changed.
     SolverError
         If the motion cannot be found again.
     """
-    problem = _problem(orbit, over, between, turns)
+    if len(along) != 1:
+        raise OptionError(f"branch: along = {dict(along)}: one parameter and its range.")
+    ((name, between),) = along.items()
+    problem = _problem(orbit, name, between, turns)
     _check(step, most)
     guess = orbit.found.guess
     size = sizes(orbit.problem, orbit.run.x)
@@ -98,11 +99,11 @@ def branch(
             f"{orbit.problem.rtol:g}: {fault}. Let periodic find it with tighter rtol.",
             orbit.run,
         ) from None
-    return both_ways(problem, first, over=orbit.system.key(over), step=step, most=most)
+    return both_ways(problem, first, along=orbit.system.key(name), step=step, most=most)
 
 
 def both_ways(
-    problem: BranchProblem, first: Station, *, over: str, step: float, most: int
+    problem: BranchProblem, first: Station, *, along: str, step: float, most: int
 ) -> Branch:
     """The branch to both sides of a motion."""
     at_end = partial(border_at_end, problem)
@@ -119,10 +120,10 @@ def both_ways(
     passed |= {shift + i: each for i, each in forth.passed.items()}
     points = [_point(passed[i], i) for i in sorted(passed)]
 
-    motions = _Motions(problem, tuple(stations), over, step, most)
+    motions = _Motions(problem, tuple(stations), along, step, most)
     return Branch(
         problem.orbits.system,
-        over,
+        along,
         np.array([s.value for s in stations]),
         np.array([s.guess.period for s in stations]),
         np.array([s.multipliers for s in stations]),
@@ -141,7 +142,7 @@ class _Motions:
 
     problem: BranchProblem
     stations: tuple[Station, ...]
-    over: str
+    along: str
     step: float
     most: int
 
@@ -157,8 +158,8 @@ class _Motions:
                 except MissedError as fault:
                     system = self.problem.orbits.system
                     raise SolverError(
-                        f"{system.name}: the motion with {self.over} = {value:.9g} "
-                        f"{system.parameter_unit(self.over)} between motions {i} and {i + 1} of "
+                        f"{system.name}: the motion with {self.along} = {value:.9g} "
+                        f"{system.parameter_unit(self.along)} between motions {i} and {i + 1} of "
                         f"the branch was not found ({fault}). Take a value a little further from "
                         "the border there."
                     ) from None
@@ -180,7 +181,7 @@ class _Motions:
     def turn_off(self, number: int, kind: str) -> Branch:
         crossing = doubled if kind == "period doubling" else crossing_branch
         other, start = crossing(self.problem, self.stations[number])
-        return both_ways(other, start, over=self.over, step=self.step, most=self.most)
+        return both_ways(other, start, along=self.along, step=self.step, most=self.most)
 
 
 def _passed(problem: BranchProblem, segment: Segment) -> list[Passed]:
@@ -244,9 +245,9 @@ def _point(passed: Passed, number: int) -> BranchPoint:
 
 
 def _problem(
-    orbit: PeriodicOrbit, over: Name, between: tuple[float, float], turns: float | None
+    orbit: PeriodicOrbit, parameter: Name, between: tuple[float, float], turns: float | None
 ) -> BranchProblem:
-    system, name = orbit.system, orbit.system.key(over)
+    system, name = orbit.system, orbit.system.key(parameter)
     if name in orbit.free:
         raise OptionError(
             f"branch: this motion determines {name}, so that its period stays; take one without "
@@ -257,12 +258,14 @@ def _problem(
     value = float(orbit.found.guess.point.theta[place])
     unit = system.parameter_unit(name)
     if not (np.isfinite([low, high]).all() and low < high):
-        raise OptionError(f"branch: between = ({low:g}, {high:g}) {unit}: least, then greatest.")
+        raise OptionError(
+            f"branch: along = {{'{name}': ({low:g}, {high:g})}} {unit}: least, then greatest."
+        )
     slack = 1e-9 * (high - low)
     if not low - slack <= value <= high + slack:
         raise OptionError(
-            f"branch: the motion to begin with has {name} = {value:.9g} {unit}, outside of between "
-            f"= ({low:g}, {high:g}); find one there first: periodic(parameters={{'{name}': ...}})."
+            f"branch: the motion to begin with has {name} = {value:.9g} {unit}, outside of "
+            f"({low:g}, {high:g}); find one there first: periodic(parameters={{'{name}': ...}})."
         )
     follows = None
     if orbit.free:

@@ -85,7 +85,7 @@ class Branch(ByName, RichHtml):
     ----------
     system : System
         What moves.
-    over : str
+    along : str
         The parameter.
     values, periods : ndarray, shape (k,)
         The parameter and the period, s, of each motion.
@@ -99,7 +99,7 @@ class Branch(ByName, RichHtml):
     """
 
     system: System
-    over: str
+    along: str
     values: Real
     periods: Real
     multipliers: np.ndarray
@@ -167,8 +167,8 @@ class Branch(ByName, RichHtml):
         """The motions at a value of the parameter, in the order of the branch."""
         if not self.values.min() <= value <= self.values.max():
             raise OptionError(
-                f"{self.system.name}: {self.over} = {value:.9g} "
-                f"{self.system.parameter_unit(self.over)} is not on this branch, which reaches "
+                f"{self.system.name}: {self.along} = {value:.9g} "
+                f"{self.system.parameter_unit(self.along)} is not on this branch, which reaches "
                 f"from {self.values.min():.9g} to {self.values.max():.9g}."
             )
         return self.find(float(value))
@@ -190,7 +190,7 @@ class Branch(ByName, RichHtml):
         if point.kind not in ("period doubling", "branch point"):
             raise OptionError(
                 f"{self.system.name}: no other branch of periodic motions crosses at a "
-                f"{point.kind} ({self.over} = {point.value:.9g}); switch takes a period doubling "
+                f"{point.kind} ({self.along} = {point.value:.9g}); switch takes a period doubling "
                 "or a branch point."
             )
         return self.turn_off(point.number, point.kind)
@@ -217,9 +217,9 @@ class Branch(ByName, RichHtml):
             What draws, and where (see `lumped.Trajectory.plot`).
         """
         key = self.system.key(name)
-        choice = chosen(units, (self.over, *self.system.names()))
-        own_units = self.system.parameter_unit(self.over), self.system.quantity(key).unit
-        names = self.over, key
+        choice = chosen(units, (self.along, *self.system.names()))
+        own_units = self.system.parameter_unit(self.along), self.system.quantity(key).unit
+        names = self.along, key
         shown = [display(n, u, choice) for n, u in zip(names, own_units, strict=True)]
         x, y = shown[0].value(self.values), shown[1].value(self[key].highest)
         items: list[Item] = []
@@ -260,11 +260,11 @@ class Branch(ByName, RichHtml):
         return {}
 
     def __repr__(self) -> str:
-        unit = self.system.parameter_unit(self.over)
-        low, high, told = amounts(self.over, unit, self.values.min(), self.values.max())
+        unit = self.system.parameter_unit(self.along)
+        low, high, told = amounts(self.along, unit, self.values.min(), self.values.max())
         unstable = int((~self.stable).sum())
         lines = [
-            f"{self.system.name}: {len(self.values)} periodic motions over {self.over} from {low} "
+            f"{self.system.name}: {len(self.values)} periodic motions over {self.along} from {low} "
             f"to {high} {told}, {unstable} of them unstable",
             f"before the first: {self.ends[0]}; after the last: {self.ends[1]}",
         ]
@@ -273,9 +273,9 @@ class Branch(ByName, RichHtml):
         marks = [(0, "begin", ""), (last, "end", "")]
         marks[1:1] = [(p.number, self._label(p), p.words) for p in self.points]
         for i, label, words in marks:
-            value = amounts(self.over, unit, self.values[i], digits=10)
+            value = amounts(self.along, unit, self.values[i], digits=10)
             largest = number(float(self.largest[i]))
             state = "stable" if self.stable[i] else "unstable"
             rows.append((label, *value, number(float(self.periods[i]), 9), largest, state, words))
-        head = ("point", self.over, "unit", "period, s", "largest multiplier", "", "")
+        head = ("point", self.along, "unit", "period, s", "largest multiplier", "", "")
         return "\n".join(lines) + "\n" + table(head, rows)

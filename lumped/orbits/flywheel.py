@@ -73,7 +73,7 @@ class Flywheel(RichHtml):
 
 
 @checked
-def flywheel(orbit: PeriodicOrbit, *, inertia: Name, speed: Name, irregularity: float) -> Flywheel:
+def flywheel(orbit: PeriodicOrbit, *, inertia: Name, of: Name, irregularity: float) -> Flywheel:
     """Find the inertia at a shaft with which its speed has a wanted cyclic irregularity.
 
     The exact inertia is found by Brent's method on periodic motions, on the reciprocal of the
@@ -89,8 +89,8 @@ def flywheel(orbit: PeriodicOrbit, *, inertia: Name, speed: Name, irregularity: 
         The motion without the flywheel.
     inertia : name
         Parameter, kg.m2, such as the inertia of the motor.
-    speed : name
-        Speed of the same shaft.
+    of : name
+        Speed of the same shaft, to be kept steady.
     irregularity : float
         Wanted (greatest - least) / mean of it.
 
@@ -110,14 +110,14 @@ def flywheel(orbit: PeriodicOrbit, *, inertia: Name, speed: Name, irregularity: 
         raise OptionError(f"flywheel: irregularity = {irregularity!r}: a positive number.")
     system, theta = orbit.system, orbit.run.theta
     (place,) = system.places([inertia])
-    key, now = system.key(inertia), orbit.fluctuation(speed)
+    key, now = system.key(inertia), orbit.fluctuation(of)
     if now <= irregularity:
         raise OptionError(
-            f"flywheel: the irregularity of {system.key(speed)} is {now:.4g} already, not above "
+            f"flywheel: the irregularity of {system.key(of)} is {now:.4g} already, not above "
             f"{irregularity:.4g}; no inertia needs to be added."
         )
-    classical = _wittenbauer(orbit, place, speed, irregularity)
-    before, search = float(theta[place]), _IrregularitySearch(orbit, place, speed, irregularity)
+    classical = _wittenbauer(orbit, place, of, irregularity)
+    before, search = float(theta[place]), _IrregularitySearch(orbit, place, of, irregularity)
     low, high = before, before + classical
     for _ in range(_MOST):
         if search(high) >= 0:
@@ -125,8 +125,8 @@ def flywheel(orbit: PeriodicOrbit, *, inertia: Name, speed: Name, irregularity: 
         low, high = high, before + 2 * (high - before)
     else:
         raise SolverError(
-            f"flywheel: with {key} = {low:.6g} kg.m2 the irregularity of {system.key(speed)} is "
-            f"still {search.orbits[low].fluctuation(speed):.6g}; no inertia brings it to "
+            f"flywheel: with {key} = {low:.6g} kg.m2 the irregularity of {system.key(of)} is "
+            f"still {search.orbits[low].fluctuation(of):.6g}; no inertia brings it to "
             f"{irregularity:.6g}. Something else than inertia governs the speed of this shaft.",
             search.orbits[low].run,
         )
@@ -134,7 +134,7 @@ def flywheel(orbit: PeriodicOrbit, *, inertia: Name, speed: Name, irregularity: 
     search(value)
     found, count = search.orbits[value], len(search.orbits) - 1
     evaluations = sum(made.evaluations for made in search.orbits.values()) - orbit.evaluations
-    reached = found.fluctuation(speed)
+    reached = found.fluctuation(of)
     return Flywheel(key, before, value, classical, reached, found, count, evaluations)
 
 
@@ -147,8 +147,8 @@ class _IrregularitySearch:
         For each value so far; a new one is searched for from the last.
     """
 
-    def __init__(self, orbit: PeriodicOrbit, place: int, speed: Name, wanted: float) -> None:
-        self.place, self.speed, self.wanted = place, speed, wanted
+    def __init__(self, orbit: PeriodicOrbit, place: int, of: Name, wanted: float) -> None:
+        self.place, self.of, self.wanted = place, of, wanted
         self.orbits, self._last = {float(orbit.run.theta[place]): orbit}, orbit
 
     def __call__(self, value: float) -> float:
@@ -159,14 +159,14 @@ class _IrregularitySearch:
             point = OperatingPoint(self._last.system, 0.0, old.point.x, theta, old.point.settings)
             self._last = again(self._last, Guess(point, old.period, old.phase))
             self.orbits[value] = self._last
-        return self.wanted / self.orbits[value].fluctuation(self.speed) - 1
+        return self.wanted / self.orbits[value].fluctuation(self.of) - 1
 
 
-def _wittenbauer(orbit: PeriodicOrbit, place: int, speed: Name, irregularity: float) -> float:
+def _wittenbauer(orbit: PeriodicOrbit, place: int, of: Name, irregularity: float) -> float:
     """Inertia to add if torques depend on the angle alone."""
     system, run = orbit.system, orbit.run
     x, p, t, _ = system.inputs
-    w = system.expressions([speed])
+    w = system.expressions([of])
     a = ca.jtimes(w, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
     both = ca.densify(ca.vertcat(w, a, ca.jacobian(a, p[place])))
     function = ca.Function("inertia", system.inputs, [both])
@@ -179,7 +179,7 @@ def _wittenbauer(orbit: PeriodicOrbit, place: int, speed: Name, irregularity: fl
     clear = np.abs(a) > 1e-3 * np.abs(a).max()
     if not np.abs(by[clear]).max(initial=0.0) or not (-a[clear] / by[clear] > 0).all():
         raise OptionError(
-            f"flywheel: the acceleration of {system.key(speed)} does not depend on that parameter "
+            f"flywheel: the acceleration of {system.key(of)} does not depend on that parameter "
             "as on an inertia of its shaft. Name an inertia that is rigidly joined to it."
         )
     # the acceleration is torque / J

@@ -172,11 +172,11 @@ def after_time(
 
 def after_response(problem: OrbitProblem, response: OrderResponse, k: int) -> Guess:
     """What an order response says of the motion at one of its speeds."""
-    over, solved, _ = response.solution_at(k)
-    x = over.x[0] + solved.x[0].real.sum(axis=0)
-    point = OperatingPoint(problem.system, 0.0, x, over.theta[0], over.settings[0])
+    steady, solved, _ = response.solution_at(k)
+    x = steady.x[0] + solved.x[0].real.sum(axis=0)
+    point = OperatingPoint(problem.system, 0.0, x, steady.theta[0], steady.settings[0])
     leading = int(np.flatnonzero(problem.advance)[0])
-    period = 2 * np.pi * over.turns / float(over.speeds[0])
+    period = 2 * np.pi * steady.turns / float(steady.speeds[0])
     return Guess(point, period, (problem.active == leading).astype(float))
 
 

@@ -144,20 +144,20 @@ class PeriodicOrbit(Named):
         return found
 
     @checked
-    def work(self, force: Name, speed: Name) -> float:
-        """Integral of force times speed (torque times angular speed) over a period, J."""
-        both = self.system.expressions([force, speed])
+    def work(self, of: tuple[Name, Name]) -> float:
+        """Work in a period, J, of a force and a speed, or a torque and an angular speed."""
+        both = self.system.expressions([*of])
         return integral(curves(self.run, both[0] * both[1])).real
 
     @checked
-    def sensitivity(self, *, of: Iterable[Name], to: Iterable[Name]) -> OrbitSensitivity:
+    def sensitivity(self, *, of: Iterable[Name], by: Iterable[Name]) -> OrbitSensitivity:
         """Derivatives of the period and of quantities, their means and greatest values.
 
         Parameters
         ----------
         of : iterable of names
             Quantities along the orbit.
-        to : iterable of names
+        by : iterable of names
             Parameters. A prescribed period stays as it is, unless it is one of them; a free
             parameter follows, so that the period stays.
 
@@ -170,15 +170,15 @@ class PeriodicOrbit(Named):
         OptionError
             If the motion determines one of the parameters.
         """
-        names, by = tuple(of), tuple(self.system.key(name) for name in to)
-        for name in by:
+        names, keys = tuple(of), tuple(self.system.key(name) for name in by)
+        for name in keys:
             if name in self.free:
                 raise OptionError(
                     f"{self.system.name}: {name} is free, and this motion determines it; nothing "
-                    "has a derivative by it. Leave it out of `to`."
+                    "has a derivative by it. Leave it out of `by`."
                 )
         tops = [self.greatest(name) for name in names]
-        both = (*by, *self.free)
+        both = (*keys, *self.free)
         found = orbit_sensitivity(self.problem, self.found, self.run, names, both, tops)
         return with_period_held(found) if self.free else found
 

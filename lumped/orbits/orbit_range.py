@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,11 +40,11 @@ _ORDERS = 8
 
 @dataclass(frozen=True, eq=False)
 class OrbitRange(OrderAmplitudes):
-    """Periodic motions over the speed; ``found[output]`` has the shape (speeds, orders).
+    """Periodic motions over the speed; ``found[name]`` has the shape (speeds, orders).
 
     Attributes
     ----------
-    system, speeds, orders, outputs, values, means
+    system, speeds, orders, of, values, means
         As in `OrderAmplitudes`; the speeds that were reached, in the order in which they were.
     orbits : tuple of PeriodicOrbit
         The motions.
@@ -66,14 +66,14 @@ class OrbitRange(OrderAmplitudes):
         return np.array([orbit.largest for orbit in self.orbits])
 
     @checked
-    def greatest(self, output: Name) -> Real:
+    def greatest(self, of: Name) -> Real:
         """Greatest value of a quantity over the motion, shape (k,)."""
-        return np.array([orbit.greatest(output).value for orbit in self.orbits])
+        return np.array([orbit.greatest(of).value for orbit in self.orbits])
 
     @checked
-    def least(self, output: Name) -> Real:
+    def least(self, of: Name) -> Real:
         """Least value of a quantity over the motion, shape (k,)."""
-        return np.array([orbit.least(output).value for orbit in self.orbits])
+        return np.array([orbit.least(of).value for orbit in self.orbits])
 
     def __repr__(self) -> str:
         speed = speed_unit()
@@ -99,23 +99,21 @@ class OrbitRange(OrderAmplitudes):
 def periodic_range(
     system: System,
     *,
-    speeds: ArrayLike,
-    guess: OrderResponse | None = None,
-    speed: Name | None = None,
+    speeds: Sequence[float] | np.ndarray | Mapping[Name, ArrayLike],
     of: Iterable[Name] | None = None,
     orders: Iterable[float] | None = None,
     turns: int = 1,
     warm_up: float | None = None,
     parameters: Changes | None = None,
-    start: Changes | OperatingPoint | None = None,
+    start: Changes | OperatingPoint | OrderResponse | None = None,
     rtol: float = 1e-10,
     iterations: int = 10,
 ) -> OrbitRange:
     """Periodic motions over a range of speeds, up or down, each begun from those before.
 
-    Of a drive that turns, the mean speed is given and a torque is found, as an order response as a
-    `guess` says. Of a system that functions of time drive, a parameter is the `speed` of these, so
-    that it repeats after ``2 pi turns / speed``.
+    Of a drive that turns, the mean speed is given and a torque is found, as an order response as
+    the `start` says. Of a system that functions of time drive, a parameter is the speed of these,
+    so that it repeats after ``2 pi turns / speed``.
 
     Where no motion is found near the last, the step is halved. Where steps become too short, as at
     a fold, the range ends with the last motion that was found; a range in the other direction finds
@@ -125,20 +123,19 @@ def periodic_range(
     ----------
     system : System
         From `assemble`.
-    speeds : array_like, shape (k,)
-        Ascending or descending, rad/s.
-    guess : OrderResponse, optional
-        From `order_response` with `over` and `free`; the search begins at its nearest speed.
-    speed : name, optional
-        Parameter that is the speed, rad/s.
+    speeds : array_like, shape (k,), or mapping of name to array_like
+        Ascending or descending, rad/s; with the name of the parameter that is the speed, unless
+        `start` is an order response.
     of : iterable of names, optional
-        Quantities to observe; default is those of `guess`.
+        Quantities to observe; default is those of an order response.
     orders : iterable of float, optional
-        Periods for each turn to tell; default is those of `guess`, or the first eight.
+        Periods for each turn to tell; default is those of an order response, or the first
+        eight.
     turns : int
-        Turns after which everything repeats; `guess` has its own.
+        Turns after which everything repeats; an order response has its own.
     warm_up, parameters, start
-        Without a `guess`, as for `periodic`, at the first speed.
+        As for `periodic`, at the first speed; or `start` alone, an order response, which begins at
+        its nearest speed.
     rtol : float
         As for `periodic`. Tighter than elsewhere: what is missing after a period adds up.
     iterations : int
@@ -155,34 +152,38 @@ def periodic_range(
     SolverError
         If no motion is found at the first speed.
     """
-    grid = _monotonic(speeds)
-    if (guess is None) == (speed is None):
+    if isinstance(start, OrderResponse) == isinstance(speeds, Mapping):
         raise OptionError(
-            "periodic_range: give an order response as a guess=, or the parameter that is the "
-            "speed=, which functions of time have."
+            "periodic_range: start= an order response, or name the parameter that is the speed of "
+            "functions of time: speeds={name: values}."
         )
-    if guess is not None:
-        if turns != 1 or any(v is not None for v in (warm_up, parameters, start)):
+    if isinstance(start, OrderResponse):
+        if turns != 1 or any(v is not None for v in (warm_up, parameters)):
             raise OptionError(
-                "periodic_range: an order response has its turns, parameters and start; leave "
-                "these out, and warm_up."
+                "periodic_range: an order response has its turns and parameters; leave these out, "
+                "and warm_up."
             )
-        turns = guess.rotation.turns
-        outputs = guess.outputs if of is None else tuple(system.key(name) for name in of)
-        problem, free = turning_problem(system, guess, rtol, iterations)
-        k = int(np.abs(guess.speeds - grid[0]).argmin())
+        grid, response = _monotonic(speeds), start  # type: ignore[arg-type]
+        turns = response.rotation.turns
+        outputs = response.of if of is None else tuple(system.key(name) for name in of)
+        problem, free = turning_problem(system, response, rtol, iterations)
+        k = int(np.abs(response.speeds - grid[0]).argmin())
         march = _March(problem, turns, free, None)
-        march.begin(float(guess.speeds[k]), after_response(problem, guess, k))
-        march.reach(float(grid[0]), float(abs(grid[0] - guess.speeds[k])))
+        march.begin(float(response.speeds[k]), after_response(problem, response, k))
+        march.reach(float(grid[0]), float(abs(grid[0] - response.speeds[k])))
         if march.ended:
             raise SolverError(f"{system.name}: {march.ended}")
-        angle = angle_of(guess, k)
+        angle = angle_of(response, k)
     else:
-        assert speed is not None
+        named = dict(speeds)  # type: ignore[arg-type]
+        if len(named) != 1:
+            raise OptionError(f"periodic_range: speeds = {named}: one parameter is the speed.")
+        ((parameter, values),) = named.items()
+        grid, response = _monotonic(values), None
         outputs = tuple(system.key(name) for name in of or ())
         march = _driven(
             system,
-            system.key(speed),
+            system.key(parameter),
             float(grid[0]),
             turns,
             warm_up,
@@ -194,7 +195,7 @@ def periodic_range(
         angle = None
     if not outputs:
         raise OptionError("periodic_range: name at least one quantity to observe, of=[...].")
-    chosen = _orders(orders, guess, turns)
+    chosen = _orders(orders, response, turns)
     found = [march.orbit]
     for before, target in itertools.pairwise(grid):
         march.reach(float(target), float(abs(target - before)))
@@ -310,7 +311,7 @@ def _driven(
     if not needs_time(system, point.theta):
         raise OptionError(
             f"periodic_range: no function of time acts on {system.name}; give an order response "
-            "as a guess=."
+            "as the start."
         )
     period = 2 * np.pi * turns / speed
     advance = advances(point, {}, period)
@@ -350,9 +351,9 @@ def _monotonic(speeds: ArrayLike) -> Real:
     return grid
 
 
-def _orders(orders: Iterable[float] | None, guess: OrderResponse | None, turns: int) -> Real:
-    if orders is None and guess is not None:
-        return guess.orders
+def _orders(orders: Iterable[float] | None, response: OrderResponse | None, turns: int) -> Real:
+    if orders is None and response is not None:
+        return response.orders
     if orders is None:
         return np.arange(1, _ORDERS + 1) / turns
     chosen = np.array(sorted({float(order) for order in orders}))

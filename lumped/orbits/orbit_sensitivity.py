@@ -38,11 +38,11 @@ class OrbitSensitivity(RichHtml):
     period : dict of str to float
         Derivatives of the period by each parameter; zero if it is prescribed, one by the parameter
         that it is.
-    start : ndarray, shape (n, len(to))
+    start : ndarray, shape (n, len(by))
         Derivatives of the states at the start of the period.
-    values : ndarray, shape (len(run.t), len(of), len(to))
+    derivatives : ndarray, shape (len(run.t), len(of), len(by))
         Derivatives of the quantities.
-    mean, greatest : ndarray, shape (len(of), len(to))
+    mean, greatest : ndarray, shape (len(of), len(by))
         Derivatives of the means over the period and of the greatest values.
     evaluations : int
         Evaluations of the right-hand side with its derivatives.
@@ -50,10 +50,10 @@ class OrbitSensitivity(RichHtml):
 
     run: Trajectory
     of: tuple[str, ...]
-    to: tuple[str, ...]
+    by: tuple[str, ...]
     period: dict[str, float]
     start: np.ndarray
-    values: np.ndarray
+    derivatives: np.ndarray
     mean: np.ndarray
     greatest: np.ndarray
     evaluations: int
@@ -61,20 +61,20 @@ class OrbitSensitivity(RichHtml):
     @checked
     def __getitem__(self, pair: tuple[Name, Name]) -> np.ndarray:
         places = []
-        for name, known in zip(pair, (self.of, self.to), strict=True):
+        for name, known in zip(pair, (self.of, self.by), strict=True):
             key = self.run.system.key(name)
             if key not in known:
                 raise UnknownNameError(f"'{key}' is not in this sensitivity. {nearest(key, known)}")
             places.append(known.index(key))
-        found: np.ndarray = self.values[:, places[0], places[1]]
+        found: np.ndarray = self.derivatives[:, places[0], places[1]]
         return found
 
     def __repr__(self) -> str:
         head = f"{self.run.system.name}: derivatives along a periodic motion, "
         rows = [("period", name, number(value), "") for name, value in self.period.items()]
         for i, name in enumerate(self.of):
-            for k, by in enumerate(self.to):
-                rows.append((name, by, number(self.mean[i, k]), number(self.greatest[i, k])))
+            for k, parameter in enumerate(self.by):
+                rows.append((name, parameter, number(self.mean[i, k]), number(self.greatest[i, k])))
         return f"{head}{self.evaluations} evaluations\n" + table(
             ("of", "by", "itself or mean", "greatest"), rows
         )
@@ -85,7 +85,7 @@ def orbit_sensitivity(
     orbit: Orbit,
     run: Trajectory,
     of: tuple[Name, ...],
-    to: tuple[Name, ...],
+    by: tuple[Name, ...],
     tops: list[Extreme],
 ) -> OrbitSensitivity:
     """Implicit function theorem on what must vanish after a period.
@@ -98,15 +98,15 @@ def orbit_sensitivity(
     Raises
     ------
     OptionError
-        If `of` or `to` is empty.
+        If `of` or `by` is empty.
     UnknownNameError
-        If a name in `to` is no parameter that can be changed.
+        If a name in `by` is no parameter that can be changed.
     """
-    if not of or not to:
-        raise OptionError("sensitivity: name at least one quantity in `of` and parameter in `to`.")
+    if not of or not by:
+        raise OptionError("sensitivity: name at least one quantity in `of` and parameter in `by`.")
     system, active, T = problem.system, problem.active, orbit.guess.period
     names = tuple(system.key(name) for name in of)
-    places = system.places(to)
+    places = system.places(by)
     k, n = len(active), len(system.state_names)
     scale = np.abs(run.theta[places])
     scale[scale == 0] = 1.0
@@ -133,15 +133,15 @@ def orbit_sensitivity(
     moves = [i.slopes[:k] @ moved + i.slopes[k:] - i.t / T * stretch for i in instants]
     start = np.zeros((n, len(places)))
     start[active] = moved / scale
-    keys = tuple(system.key(name) for name in to)
-    by = dict(zip(keys, (stretch / scale).tolist(), strict=True))
+    keys = tuple(system.key(name) for name in by)
+    by_key = dict(zip(keys, (stretch / scale).tolist(), strict=True))
     y = np.column_stack([run[name] for name in names])
     mean, greatest = _means(run, y, values, moves), _greatest(run, y, values, rates, moves, tops)
     return OrbitSensitivity(
         run,
         names,
         keys,
-        by,
+        by_key,
         start,
         values / scale,
         mean / T / scale,
@@ -152,7 +152,7 @@ def orbit_sensitivity(
 
 def with_period_held(found: OrbitSensitivity) -> OrbitSensitivity:
     """The same if the last parameter follows the others, so that the period stays."""
-    *first, last = found.to
+    *first, last = found.by
     slopes = np.array([found.period[name] for name in first])
     follows = -slopes / found.period[last]
 
@@ -161,10 +161,10 @@ def with_period_held(found: OrbitSensitivity) -> OrbitSensitivity:
 
     return replace(
         found,
-        to=tuple(first),
+        by=tuple(first),
         period=dict.fromkeys(first, 0.0),
         start=held(found.start),
-        values=held(found.values),
+        derivatives=held(found.derivatives),
         mean=held(found.mean),
         greatest=held(found.greatest),
     )

@@ -38,9 +38,9 @@ class OrderCheck(RichHtml):
         What was checked.
     speeds : ndarray, shape (k,)
         Where, rad/s.
-    values : ndarray of complex, shape (k, o, outputs)
+    values : ndarray of complex, shape (k, o, len(response.of))
         Amplitudes of the periodic motions; nan where none was found.
-    differences : ndarray, shape (k, o, outputs)
+    differences : ndarray, shape (k, o, len(response.of))
         Size of the difference of the amplitudes, over the largest amplitude of the quantity at that
         speed.
     orbits : tuple of PeriodicOrbit or None
@@ -63,7 +63,7 @@ class OrderCheck(RichHtml):
     def exceeding(self) -> tuple[tuple[float, str, float, float], ...]:
         """Speed, quantity, order and difference where that exceeds the tolerance; largest first."""
         rows = [
-            (float(self.speeds[k]), self.response.outputs[i], float(self.response.orders[o]), d)
+            (float(self.speeds[k]), self.response.of[i], float(self.response.orders[o]), d)
             for k, o, i in np.argwhere(self.differences > self.tolerance).tolist()
             for d in [float(self.differences[k, o, i])]
         ]
@@ -84,7 +84,7 @@ class OrderCheck(RichHtml):
         )
         rows, speed = [], speed_unit()
         for k in found:
-            for i, output in enumerate(self.response.outputs):
+            for i, output in enumerate(self.response.of):
                 own, unit = self.differences[k, :, i], self.response.system.quantity(output).unit
                 o = int(own.argmax())
                 both = self.response.values[self._place(k), o, i], self.values[k, o, i]
@@ -160,7 +160,7 @@ def check_orders(
         raise OptionError("check_orders: give at least one speed.")
     problem, free = turning_problem(response.system, response, rtol, iterations)
     turns = response.rotation.turns
-    shape = len(places), len(response.orders), len(response.outputs)
+    shape = len(places), len(response.orders), len(response.of)
     values, faults = np.full(shape, np.nan, dtype=complex), {}
     orbits: list[PeriodicOrbit | None] = []
     for row, k in enumerate(places):
@@ -171,7 +171,7 @@ def check_orders(
             orbits.append(None)
             continue
         values[row], _ = order_harmonics(
-            orbit, response.outputs, response.orders, turns, angle_of(response, k)
+            orbit, response.of, response.orders, turns, angle_of(response, k)
         )
         orbits.append(orbit)
     size = np.abs(values).max(axis=1, keepdims=True)

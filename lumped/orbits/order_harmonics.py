@@ -20,7 +20,7 @@ def order_harmonics(
     outputs: tuple[str, ...],
     orders: Real,
     turns: int,
-    over: tuple[str, float] | None = None,
+    shaft: tuple[str, float] | None = None,
 ) -> tuple[Complex, Real]:
     """Amplitudes of orders, shape (o, outputs), and means, shape (outputs,).
 
@@ -28,14 +28,14 @@ def order_harmonics(
     ----------
     turns : int
         Turns in a period.
-    over : (name, float), optional
+    shaft : (name, float), optional
         Angle of the shaft, and its value where orders have no phase. They count over what it is on
         average, which grows steadily; without it over the time from the start of the period.
     """
     numbers = np.rint(orders * turns).astype(int)
     offset = 0.0
-    if over is not None:
-        name, zero = over
+    if shaft is not None:
+        name, zero = shaft
         offset = orbit.mean(name) - np.pi * turns - zero
     turned = np.exp(-1j * orders * offset)
     every = np.array([orbit.harmonics(output, int(numbers.max())) for output in outputs])
@@ -45,7 +45,7 @@ def order_harmonics(
 def angle_of(response: OrderResponse, k: int) -> tuple[str, float]:
     """Angle of the shaft of a response, and its value where orders have no phase at a speed."""
     own, system = response.rotation.at(k), response.system
-    assert own.over is not None
-    function = ca.Function("angle", system.inputs, [system.expressions([own.over])])
+    assert own.shaft is not None
+    function = ca.Function("angle", system.inputs, [system.expressions([own.shaft])])
     value = function(own.x[0], own.theta[0], own.points[0].time, own.settings[0])
-    return own.over, float(value)
+    return own.shaft, float(value)

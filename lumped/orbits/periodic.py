@@ -39,10 +39,9 @@ def periodic(
     turn: Mapping[Name, float] | None = None,
     warm_up: float | None = None,
     free: Iterable[Name] = (),
-    guess: OrderResponse | None = None,
     speed: float | None = None,
     parameters: Changes | None = None,
-    start: Changes | OperatingPoint | None = None,
+    start: Changes | OperatingPoint | OrderResponse | None = None,
     grid: int = 1000,
     rtol: float = 1e-10,
     iterations: int = 20,
@@ -54,8 +53,8 @@ def periodic(
     value. The motion is first simulated for some time, then found by shooting: Newton's method on
     the states after a period, across friction, contact and impacts. With a parameter in `free`, a
     motion of unknown period gets the one that is given: a motor finds the torque with which its
-    shaft turns at a given mean speed. An order response as a `guess` says what turns, how far, and
-    what is free, and spares the simulation.
+    shaft turns at a given mean speed. An order response as the `start` says what turns, how far,
+    and what is free, and spares the simulation.
 
     Parameters
     ----------
@@ -73,13 +72,12 @@ def periodic(
     free : iterable of one name, optional
         Parameter that the motion determines, so that `period` is its period though no function of
         time prescribes it; the search begins at its value.
-    guess : OrderResponse, optional
-        From `order_response` with `over` and `free`; in place of the options above, `parameters`
-        and `start`.
     speed : float, optional
-        One of its speeds, rad/s, the mean of the motion.
+        Mean speed of the motion, rad/s, one of those of an order response that is `start`.
     parameters, start
-        As for `simulate`; a point gives its states, as those at the time zero.
+        As for `simulate`; a point gives its states, as those at the time zero. `start` may be the
+        response of `order_response` with `shaft` and `free`, in place of the options above and of
+        `parameters`.
     grid : int
         Output intervals of the run over one period.
     rtol : float
@@ -100,16 +98,17 @@ def periodic(
     SolverError
         If no periodic motion is found, or more than one nearby; its `partial` is the last run.
     """
-    if guess is not None or speed is not None:
-        given = (period, near, turn, warm_up, parameters, start)
-        if guess is None or speed is None or any(v is not None for v in given) or tuple(free):
+    if isinstance(start, OrderResponse):
+        given = (period, near, turn, warm_up, parameters)
+        if speed is None or any(v is not None for v in given) or tuple(free):
             raise OptionError(
-                "periodic: an order response as a guess goes with one of its speeds: guess= and "
-                "speed=, without period, near, turn, warm_up, free, parameters and start, which it "
-                "has."
+                "periodic: an order response to start from goes with one of its speeds: start= and "
+                "speed=, without period, near, turn, warm_up, free and parameters, which it has."
             )
         _check(None, 1.0, None, None, grid, rtol)
-        return _from_response(system, guess, float(speed), grid, rtol, iterations)
+        return _from_response(system, start, float(speed), grid, rtol, iterations)
+    if speed is not None:
+        raise OptionError("periodic: speed= is one of those of an order response, start=.")
     near = None if near is None else in_seconds(near, "near")
     warm_up = None if warm_up is None else in_seconds(warm_up, "warm_up")
     point = search_start(system, parameters, start)
@@ -191,7 +190,7 @@ def turning_problem(
     OptionError
         If it is the response of another system, or tells too little of the motion.
     """
-    over, free = response.rotation, response.rotation.balancing
+    steady, free = response.rotation, response.rotation.balancing
     if response.system is not system:
         raise OptionError(
             f"{system.name}: the order response is that of another system; give one of this."
@@ -200,24 +199,24 @@ def turning_problem(
         raise OptionError(
             f"{system.name}: an order response in which nothing is free does not balance the mean "
             "torques, as a periodic motion does; name the torque that does, "
-            "order_response(over=..., free=...)."
+            "order_response(shaft=..., free=...)."
         )
     if response.excitations:
         raise OptionError(
             f"{system.name}: a run has no excitations= ({', '.join(response.excitations)}); make "
             "them part of the model, as torques over the angle of the shaft."
         )
-    if needs_time(system, over.theta[0]):
+    if needs_time(system, steady.theta[0]):
         raise OptionError(
             f"periodic: functions of time act on {system.name}, so {free} is not determined by "
             "the period. Give period= in place of an order response."
         )
-    if not over.turns_matter:
+    if not steady.turns_matter:
         raise OptionError(
-            f"periodic: nothing in {system.name} depends on the angle {over.over}, so that nothing "
-            "vibrates by itself."
+            f"periodic: nothing in {system.name} depends on the angle {steady.shaft}, so that "
+            "nothing vibrates by itself."
         )
-    advance = 2 * np.pi * over.turns * over.turning
+    advance = 2 * np.pi * steady.turns * steady.turning
     active = np.flatnonzero(~drifting(system, advance))
     return OrbitProblem(system, advance, active, True, rtol, iterations), free
 

@@ -40,19 +40,19 @@ class EquilibriumSensitivity(RichHtml):
         Quantities and parameters.
     values : ndarray, shape (len(of),)
         Quantities.
-    derivatives : ndarray, shape (len(of), len(to))
+    derivatives : ndarray, shape (len(of), len(by))
         Their derivatives.
     """
 
     point: OperatingPoint
     of: tuple[str, ...]
-    to: tuple[str, ...]
+    by: tuple[str, ...]
     values: Real
     derivatives: Real
 
     @checked
     def __getitem__(self, pair: tuple[Name, Name]) -> float:
-        row, column = self._row(pair[0]), _place(self.point.system, pair[1], self.to)
+        row, column = self._row(pair[0]), _place(self.point.system, pair[1], self.by)
         return float(self.derivatives[row, column])
 
     @checked
@@ -65,10 +65,10 @@ class EquilibriumSensitivity(RichHtml):
             If the quantity is zero, to which nothing is relative.
         """
         row, known = self._row(of), self.point.parameters
-        varied = np.array([known[name] for name in self.to])
+        varied = np.array([known[name] for name in self.by])
         with np.errstate(divide="ignore", invalid="ignore"):
             relative = self.derivatives[row] * varied / self.values[row]
-        return ranked(self.of[row], self.values[row], self.to, relative)
+        return ranked(self.of[row], self.values[row], self.by, relative)
 
     @checked
     def plot(
@@ -114,7 +114,7 @@ class EquilibriumSensitivity(RichHtml):
             text = "; ".join(f"{n} {v:+.4f}" for n, v in most if v)
             unit = self.point.system.quantity(name).unit
             rows.append((name, *amounts(name, unit, value), text))
-        head = f"{self.point.system.name}: equilibrium by {len(self.to)} parameters, relative"
+        head = f"{self.point.system.name}: equilibrium by {len(self.by)} parameters, relative"
         if self.point.search is not None:
             head += f"; the point was {self.point.search}"
         return f"{head}\n" + table(("quantity", "value", "unit", "largest"), rows)
@@ -122,7 +122,7 @@ class EquilibriumSensitivity(RichHtml):
 
 @checked
 def equilibrium_sensitivity(
-    point: OperatingPoint, *, of: Iterable[Name], to: Iterable[Name] | None = None
+    point: OperatingPoint, *, of: Iterable[Name], by: Iterable[Name] | None = None
 ) -> EquilibriumSensitivity:
     """Derivatives of quantities at an equilibrium by parameters.
 
@@ -138,7 +138,7 @@ def equilibrium_sensitivity(
         From `equilibrium`.
     of : iterable of names
         Quantities.
-    to : iterable of names, optional
+    by : iterable of names, optional
         Parameters; default is all that can be changed.
 
     Returns
@@ -148,8 +148,8 @@ def equilibrium_sensitivity(
     Raises
     ------
     OptionError
-        If `of` or `to` is empty, the point is no equilibrium, or it determines a parameter of
-        `to`.
+        If `of` or `by` is empty, the point is no equilibrium, or it determines a parameter of
+        `by`.
     UnknownNameError
         If a name does not exist.
     SolverError
@@ -157,7 +157,7 @@ def equilibrium_sensitivity(
         is exactly where a law changes its piece, a contact opens or friction begins to slide.
     """
     system = point.system
-    names, places = places_to(point, to)
+    names, places = places_to(point, by)
     wanted = [system.key(name) for name in of]
     if not wanted or not names:
         raise OptionError("equilibrium_sensitivity: name at least one quantity and one parameter.")

@@ -74,5 +74,5 @@ def _refusal(point: OperatingPoint, rows: list[int], name: str) -> str:
     return (
         f"{point.system.name}: at t = {point.time:g} s the operating point is exactly at a border "
         f"of {where}, and {name} moves it across. So there is no derivative by {name}, only a "
-        f"different one on each side. Change {name} a little, or leave it out of `to`."
+        f"different one on each side. Change {name} a little, or leave it out of `by`."
     )

@@ -54,7 +54,7 @@ class MovedPoint:
         return slopes[:, used] @ steps[used]
 
 
-def places_to(point: OperatingPoint, to: Iterable[Name] | None) -> tuple[list[str], list[int]]:
+def places_to(point: OperatingPoint, by: Iterable[Name] | None) -> tuple[list[str], list[int]]:
     """Names and places of the parameters to derive by; None for all that can be given.
 
     Raises
@@ -65,16 +65,16 @@ def places_to(point: OperatingPoint, to: Iterable[Name] | None) -> tuple[list[st
     system = point.system
     p = system.structure.parameters
     free = set() if point.kept is None else set(point.kept.free)
-    if to is None:
+    if by is None:
         names = [p.names[i] for place, i in enumerate(p.free) if place not in free]
     else:
-        names = [system.key(name) for name in to]
+        names = [system.key(name) for name in by]
     places = system.places(names)
     for name, place in zip(names, places, strict=True):
         if place in free:
             raise OptionError(
                 f"{system.name}: {name} is free at this equilibrium, which determines it; nothing "
-                "has a derivative by it. Leave it out of `to`, or ask for the derivative of what "
+                "has a derivative by it. Leave it out of `by`, or ask for the derivative of what "
                 "was given by another parameter."
             )
     return names, places
@@ -300,6 +300,6 @@ def _none_near(point: OperatingPoint, place: int) -> str:
     given = " and the given start values hold" if point.kept is not None and point.kept.free else ""
     return (
         f"{system.name}: there is no equilibrium near the operating point when "
-        f"{p.names[p.free[place]]} changes{staying}{given}. Leave it out of `to`, or let a load "
+        f"{p.names[p.free[place]]} changes{staying}{given}. Leave it out of `by`, or let a load "
         "depend on the speed."
     )

@@ -161,8 +161,7 @@ class Sizing(RichHtml):
 def sizing(
     run: Trajectory,
     *,
-    torque: Name,
-    speed: Name,
+    of: tuple[Name, Name],
     rated: Limit | None = None,
     maximum: Limit | None = None,
 ) -> Sizing:
@@ -175,7 +174,7 @@ def sizing(
     ----------
     run : Trajectory
         One cycle, from `simulate` or `inverse`.
-    torque, speed : name
+    of : (name, name)
         Torque of the motor (N.m) and its angular velocity (rad/s), or force (N) and speed (m/s).
     rated, maximum : float or rows of (speed, torque), optional
         Torque that the motor bears for ever, and its greatest: one number, or rows over the
@@ -197,17 +196,18 @@ def sizing(
     constant of the motor is as hot as its root mean square (Leonhard, Control of Electrical Drives,
     3rd ed., ch. 4).
     """
-    units = run.system.quantity(torque).unit, run.system.quantity(speed).unit
+    torque, rate = of
+    units = run.system.quantity(torque).unit, run.system.quantity(rate).unit
     if units not in (("N.m", "rad/s"), ("N", "m/s")):
         raise OptionError(
-            f"sizing: torque = {run.system.key(torque)} ({units[0]}) and speed = "
-            f"{run.system.key(speed)} ({units[1]}); a torque (N.m) and its angular velocity "
+            f"sizing: of = ({run.system.key(torque)}, {run.system.key(rate)}), in {units[0]} and "
+            f"{units[1]}; a torque (N.m) and its angular velocity "
             "(rad/s) are needed, or a force (N) and a speed (m/s)."
         )
     dt = np.diff(run.t)
     if not dt.sum() > 0:
         raise OptionError("sizing: the run has no duration; give `grid` at least two instants.")
-    tau, w = run[torque], run[speed]
+    tau, w = run[torque], run[rate]
     rms = float(np.sqrt(_mean_product(dt, tau, tau)))
     mean_speed, power = _mean_size(dt, w), tau * w
     thermal = None if rated is None else _load(rated, "rated", np.array([mean_speed]), [rms])

@@ -221,6 +221,8 @@ def _check_members(function: str, key: str, given: Mapping[Any, Any], hint: Any)
 
 def _is_looked_at(kind: Any) -> bool:
     """Whether members of a mapping are lists, functions, or of a class of lumped or a picture."""
+    if kind is ArrayLike:
+        return True
     several = {get_origin(one) for one in (kind, *get_args(kind))} & {Sequence, Callable}
     if several or not isinstance(kind, type):
         return bool(several)

@@ -11,7 +11,7 @@ from lumped.errors import SolverError
 from lumped.numerics.nearest_points import FURTHEST, Search, searched
 from lumped.support.text_table import amounts, listed, number
 from lumped.tolerances.evaluated import Array
-from lumped.tolerances.failure.form import form, is_same, joined, nothing_found, searches
+from lumped.tolerances.failure.form import form, is_same, joined, nothing_found, search_all
 from lumped.tolerances.failure.importance import around
 from lumped.tolerances.failure.limit import Limit
 from lumped.tolerances.failure.sampled import Sampled
@@ -106,7 +106,7 @@ class CheckedAim:
     unit: str
 
     def __str__(self) -> str:
-        *told, unit = amounts(str(self.aim.functional), self.unit, self.value, self.fresh)
+        *told, unit = amounts(str(self.aim.of), self.unit, self.value, self.fresh)
         text = (
             f"{self.aim}: {told[0]} {unit} by {self.aim.runs} runs, {told[1]} {unit} by "
             f"{_MORE * self.aim.runs} others"
@@ -176,7 +176,7 @@ class DesignProbability:
                 if not any(is_same(plane[1], other) for _, other, _ in kept):
                     kept.append(plane)
             return kept
-        every = searches(limit)
+        every = search_all(limit)
         ends = [search for search in every if search.is_found]
         if not ends and not limit.is_crossed:
             ends = [search for search in every if search.slope.any()]

@@ -119,7 +119,7 @@ class OfModes(Evaluated):
 
     def _with_slopes(self, row: Array) -> list[Array]:
         found = self._modes(row)
-        by = eigen_sensitivity(found, to=self._names)
+        by = eigen_sensitivity(found, by=self._names)
         slopes = []
         for wanted in self._of:
             mode, side = slope_of_modes(wanted, found.hertz)

@@ -93,7 +93,7 @@ class OfOrders(Evaluated):
                 return away, none
             low, high = wanted.between
             side = -1 / low if critical.speed < low else 1 / high
-            by = critical_sensitivity(found, critical, to=self._names).values
+            by = critical_sensitivity(found, critical, by=self._names).derivatives
             return away, side * by
         spectrum = MeanSpectrum(found.small, found.rotation.at(0), found.orders)
         value = value_of_modes(wanted, spectrum.hertz, spectrum.damping)

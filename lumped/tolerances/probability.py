@@ -21,7 +21,7 @@ class Probability:
 
     Attributes
     ----------
-    functional : functional
+    of : functional
         What is limited.
     above, below : float or str or None
         The limit that it passes.
@@ -33,7 +33,7 @@ class Probability:
         Of these.
     """
 
-    functional: Functional
+    of: Functional
     above: float | str | None
     below: float | str | None
     over: Over = field(repr=False)
@@ -43,7 +43,7 @@ class Probability:
     def __str__(self) -> str:
         side, limit = ("above", self.above) if self.below is None else ("below", self.below)
         told = limit if isinstance(limit, str) else f"{limit:g}"
-        return f"probability({self.functional} {side} {told})"
+        return f"probability({self.of} {side} {told})"
 
     def __le__(self, most: float | str) -> Condition:
         if isinstance(most, str | bool) or not 0 < most < 1:
@@ -67,7 +67,7 @@ class Probability:
 
 @checked
 def probability(
-    functional: Functional,
+    of: Functional,
     *,
     over: Any,
     above: float | str | None = None,
@@ -79,7 +79,7 @@ def probability(
 
     Parameters
     ----------
-    functional : functional
+    of : functional
         From `lumped.functionals`.
     over : mapping of name to distribution, or correlated distributions
         What scatters, as for `ensemble`. Distributions that are `scaled` move with the design.
@@ -108,4 +108,4 @@ def probability(
         )
     if runs < 100:
         raise OptionError(f"probability: runs = {runs}: at least 100 are needed for the check.")
-    return Probability(functional, above, below, over, runs, seed)
+    return Probability(of, above, below, over, runs, seed)

@@ -13,7 +13,7 @@ from lumped.ensembles.variants import Over
 from lumped.errors import OptionError, SolverError
 from lumped.support.arguments import checked
 from lumped.timeloop.run_options import RunOptions
-from lumped.tolerances.failure.form import DesignPoint, form, joined, points_of, searches
+from lumped.tolerances.failure.form import DesignPoint, form, joined, points_of, search_all
 from lumped.tolerances.failure.importance import around, centres
 from lumped.tolerances.failure.limit import Limit
 from lumped.tolerances.failure.reliability_outcome import Influence, Kind, Reliability
@@ -39,17 +39,17 @@ Search = Literal["form", "sorm", "importance", "subset"]
 @checked
 def reliability(
     what: Scattered,
-    functional: Any,
+    of: Any,
     *,
     over: Over,
     above: float | str | None = None,
     below: float | str | None = None,
     search: Search = "form",
     until: float | str | None = None,
-    to: Iterable[Name] = (),
+    by: Iterable[Name] = (),
     runs: int | None = None,
     seed: int = 0,
-    starts: int | None = None,
+    searches: int | None = None,
     rtol: float = 1e-6,
     workers: int | None = None,
     **options: Unpack[RunOptions],
@@ -81,7 +81,7 @@ def reliability(
     what : System, Modes or OrderResponse
         A system, to be run for each set of parameters; or modes or an order response of the
         nominal drive, which are found again for each.
-    functional : functional
+    of : functional
         From `lumped.functionals`, such as ``peak("shaft.tau")``; of modes `frequency`, `damping`
         and `clearance`; of an order response `order_peak` and `separation` too.
     over : mapping of name to distribution, or Correlated
@@ -93,13 +93,13 @@ def reliability(
         See above.
     until : float or str, optional
         For a system: end of each run, s.
-    to : iterable of names, optional
+    by : iterable of names, optional
         Parameters that do not scatter, by which beta is differentiated too.
     runs : int, optional
         Samples: of ``"importance"`` all, of ``"subset"`` those of each level; default is 1000.
     seed : int
         Of their random numbers.
-    starts : int, optional
+    searches : int, optional
         Searches for design points: from the median, from opposite the point that is found, and from
         both sides of it; default is 4.
     rtol
@@ -133,12 +133,12 @@ def reliability(
     O. Ditlevsen, H. O. Madsen: Structural Reliability Methods. Wiley, 1996. Sources of the methods
     are in their modules (`lumped.tolerances.failure.form` and those beside it).
     """
-    to = tuple(to)
-    _check(search, runs, seed, starts, to)
+    by = tuple(by)
+    _check(search, runs, seed, searches, by)
     scene = scene_of(
         what,
         over=over,
-        of=[functional],
+        of=[of],
         until=until,
         rtol=rtol,
         workers=workers,
@@ -146,14 +146,14 @@ def reliability(
         **options,
     )
     limit = Limit(scene, above, below)
-    others, (means, deviations) = scene.others(to), _moments(scene)
+    others, (means, deviations) = scene.others(by), _moments(scene)
     bent: tuple[Curved, ...] = ()
     if search in ("form", "sorm"):
-        points = form(limit, starts=starts or _STARTS)
+        points = form(limit, searches=searches or _STARTS)
         bent = tuple(curved(limit, point) for point in points) if search == "sorm" else ()
         sampled = _computed(points, bent)
     else:
-        points, sampled = _sampled(limit, search, runs or _RUNS, seed, starts or _STARTS)
+        points, sampled = _sampled(limit, search, runs or _RUNS, seed, searches or _STARTS)
     return Reliability(
         system=scene.system.name,
         event=limit.event,
@@ -177,7 +177,7 @@ def reliability(
 
 
 def _check(
-    search: str, runs: int | None, seed: int, starts: int | None, to: tuple[Name, ...]
+    search: str, runs: int | None, seed: int, searches: int | None, by: tuple[Name, ...]
 ) -> None:
     """Refuse options that belong to other methods, or make no sense."""
     is_sampled, has_points = search in ("importance", "subset"), search != "subset"
@@ -190,14 +190,14 @@ def _check(
         raise OptionError(f"reliability: runs = {runs}: at least 100 samples are needed.")
     if seed < 0:
         raise OptionError(f"reliability: seed = {seed}: a whole number is needed, zero or more.")
-    if starts is not None and (not has_points or starts < 1):
+    if searches is not None and (not has_points or searches < 1):
         raise OptionError(
-            f"reliability: starts = {starts}: searches for design points, at least one; "
+            f"reliability: searches = {searches}: searches for design points, at least one; "
             "search='subset' has none."
         )
-    if to and not has_points:
+    if by and not has_points:
         raise OptionError(
-            "reliability: to = is for derivatives at the design point, which search='subset' does "
+            "reliability: by = is for derivatives at the design point, which search='subset' does "
             "not look for; take another method."
         )
 
@@ -212,7 +212,7 @@ def _computed(points: tuple[DesignPoint, ...], bent: tuple[Curved, ...]) -> Samp
 
 
 def _sampled(
-    limit: Limit, search: Search, runs: int, seed: int, starts: int
+    limit: Limit, search: Search, runs: int, seed: int, searches: int
 ) -> tuple[tuple[DesignPoint, ...], Sampled]:
     """Design points, if there are any, and a probability from samples."""
     points: tuple[DesignPoint, ...] = ()
@@ -220,7 +220,7 @@ def _sampled(
     if search == "subset":
         found = subset(limit, runs, seed)
     else:
-        every = searches(limit, starts=starts)
+        every = search_all(limit, searches=searches)
         middle = centres(limit, every)
         try:
             points = points_of(limit, every)

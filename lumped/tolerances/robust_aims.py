@@ -29,7 +29,7 @@ class MeanPlusAim(Bounded):
 
     Attributes
     ----------
-    functional : functional
+    of : functional
         What scatters.
     k : float
         The multiple; a negative one is meant for what shall be large.
@@ -37,14 +37,14 @@ class MeanPlusAim(Bounded):
         See `mean_plus`.
     """
 
-    functional: Functional
+    of: Functional
     k: float
     over: Over = field(repr=False)
     runs: int
     seed: int
 
     def __str__(self) -> str:
-        return f"mean {'-' if self.k < 0 else '+'} {abs(self.k):g} std of {self.functional}"
+        return f"mean {'-' if self.k < 0 else '+'} {abs(self.k):g} std of {self.of}"
 
     def of_sample(self, values: np.ndarray, slopes: np.ndarray) -> tuple[float, np.ndarray]:
         """Value and derivatives.
@@ -85,7 +85,7 @@ class QuantileAim(Bounded):
 
     Attributes
     ----------
-    functional : functional
+    of : functional
         What scatters.
     share : float
         Share of the values that are less.
@@ -93,14 +93,14 @@ class QuantileAim(Bounded):
         See `quantile`.
     """
 
-    functional: Functional
+    of: Functional
     share: float
     over: Over = field(repr=False)
     runs: int
     seed: int
 
     def __str__(self) -> str:
-        return f"{100 * self.share:g} % quantile of {self.functional}"
+        return f"{100 * self.share:g} % quantile of {self.of}"
 
     def of_sample(self, values: np.ndarray, slopes: np.ndarray) -> tuple[float, np.ndarray]:
         """Value and derivatives; arguments and results as for `MeanPlusAim.of_sample`."""
@@ -123,7 +123,7 @@ def _harrell_davis(n: int, share: float) -> np.ndarray:
 
 @checked
 def mean_plus(
-    functional: Functional,
+    of: Functional,
     k: float,
     *,
     over: Any,
@@ -137,7 +137,7 @@ def mean_plus(
 
     Parameters
     ----------
-    functional : functional
+    of : functional
         From `lumped.functionals`.
     k : float
         Standard deviations that are added to the mean; a negative number takes them away, for what
@@ -161,12 +161,12 @@ def mean_plus(
     """
     if runs < 16:
         raise OptionError(f"mean_plus: runs = {runs}: at least 16 are needed.")
-    return MeanPlusAim(functional, k, over, runs, seed)
+    return MeanPlusAim(of, k, over, runs, seed)
 
 
 @checked
 def quantile(
-    functional: Functional,
+    of: Functional,
     share: float,
     *,
     over: Any,
@@ -180,7 +180,7 @@ def quantile(
 
     Parameters
     ----------
-    functional : functional
+    of : functional
         From `lumped.functionals`.
     share : float
         Share of the values that are less, such as 0.95.
@@ -217,4 +217,4 @@ def quantile(
             f"quantile: runs = {runs}: of {least} runs {_BEYOND} are beyond the quantile of "
             f"{100 * share:g} %; give at least so many."
         )
-    return QuantileAim(functional, share, over, runs or max(_RUNS, least), seed)
+    return QuantileAim(of, share, over, runs or max(_RUNS, least), seed)

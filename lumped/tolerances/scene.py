@@ -148,7 +148,7 @@ class Scene:
             if key in self.names:
                 raise OptionError(
                     f"{self.analysis}: {key} scatters; a derivative by its mean is given anyway. "
-                    "Leave it out of `to`."
+                    "Leave it out of `by`."
                 )
         known = self.system.parameter_values(self.parameters)
         return {key: known[key] for key in keys}

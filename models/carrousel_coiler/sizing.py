@@ -106,8 +106,7 @@ def demand(run: lp.Trajectory, motor: Motor) -> lp.simulation.Sizing:
     """Demand of a winding run on a motor, against its rated torque and its field weakening."""
     return lp.simulation.sizing(
         run,
-        torque="drive.rotor.flange_a.tau",
-        speed="drive.rotor.w",
+        of=("drive.rotor.flange_a.tau", "drive.rotor.w"),
         rated=motor.torque,
         maximum=limit_rows(motor),
     )

@@ -61,7 +61,7 @@ def _published() -> list[Row]:
 
 
 def _natural() -> list[Row]:
-    hertz = lp.vibration.mass_elastic(scenes.mean_modes(), over="flywheel.phi").hertz
+    hertz = lp.vibration.mass_elastic(scenes.mean_modes(), shaft="flywheel.phi").hertz
     return [
         Row(
             f"natural frequency, mode {i}",
@@ -78,7 +78,7 @@ def _natural() -> list[Row]:
 def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
     """Natural frequencies and steady vibration with changed parameters."""
     modes = scenes.mean_modes(Genset(), parameters)
-    hertz = lp.vibration.mass_elastic(modes, over="flywheel.phi").hertz
+    hertz = lp.vibration.mass_elastic(modes, shaft="flywheel.phi").hertz
     found = numbered("natural frequency, mode", "Hz", hertz)
     of = [*SHAFTS, "coupling.tau"]
     steady = scenes.response(np.arange(1000.0, 1801.0, 50.0), Genset(), of, parameters)

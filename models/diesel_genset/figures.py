@@ -15,7 +15,7 @@ _LARGEST = 6
 
 
 def draw_shapes() -> Any:
-    table = lp.vibration.mass_elastic(scenes.mean_modes(), over="flywheel.phi")
+    table = lp.vibration.mass_elastic(scenes.mean_modes(), shaft="flywheel.phi")
     return table.holzer(0).plot()
 
 

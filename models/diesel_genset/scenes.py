@@ -91,7 +91,7 @@ def response(
         system,
         speeds=np.asarray(rpm, dtype=float) * RPM,
         of=of,
-        over="flywheel.phi",
+        shaft="flywheel.phi",
         turns=2,
         at=at,
     )
@@ -115,7 +115,7 @@ def mean_modes(
     """Modes in the mean over the turns, at 1500 1/min."""
     system = lp.assemble(model or Crankshaft())
     return lp.vibration.mean_modes(
-        system, over="flywheel.phi", speed=1500 * RPM, turns=2, parameters=parameters
+        system, shaft="flywheel.phi", speed=1500 * RPM, turns=2, parameters=parameters
     )
 
 

@@ -29,9 +29,9 @@ HIGHER = ("2496.867 from K and M by SciPy", "2883.382 from K and M by SciPy")
 def rows() -> list[Row]:
     """Published and computed numbers."""
     modes = lp.modes(lp.assemble(MarineTurbine()))
-    found = lp.vibration.mass_elastic(modes, over="propeller.phi").hertz * 60
+    found = lp.vibration.mass_elastic(modes, shaft="propeller.phi").hertz * 60
     steady = response(np.arange(20.0, 60.05, 0.1))
-    size = {name: steady.magnitude(name, BLADES) for name in steady.outputs}
+    size = {name: steady.magnitude(name, BLADES) for name in steady.of}
     top = int(size["shaft.tau"].argmax())
     text = "natural frequency, mode"
     return [
@@ -76,7 +76,7 @@ def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Me
     own = shared(system, parameters)
     found = numbered("natural frequency, mode", "Hz", lp.modes(system, parameters=own).hertz)
     steady = response(np.arange(20.0, 100.1, 0.2), parameters=own)
-    for name in steady.outputs:
+    for name in steady.of:
         size = steady.magnitude(name, BLADES).max()
         found.append(Measure(f"greatest vibration of {name}", "N.m", float(size)))
     return found

@@ -38,7 +38,7 @@ def _steady() -> lp.vibration.OrderResponse:
 
 def draw_shapes() -> Any:
     modes = lp.modes(lp.assemble(MarineTurbine()))
-    return lp.vibration.mass_elastic(modes, over="propeller.phi").holzer(0).plot()
+    return lp.vibration.mass_elastic(modes, shaft="propeller.phi").holzer(0).plot()
 
 
 def draw_campbell() -> Any:
@@ -52,7 +52,7 @@ def draw_shafts() -> Any:
 
 def draw_run_up() -> Any:
     run = run_up(grid=60_000)
-    return lp.vibration.order_tracks(run, "shaft.tau", over="propeller.phi", turns=4).plot()
+    return lp.vibration.order_tracks(run, "shaft.tau", shaft="propeller.phi", turns=4).plot()
 
 
 def draw_torque() -> Figure:

@@ -80,7 +80,7 @@ def response(
         system,
         speeds=np.asarray(rpm, dtype=float) * RPM,
         of=SHAFTS,
-        over="propeller.phi",
+        shaft="propeller.phi",
         orders=[BLADES],
         damping_ratio=damping_ratio,
         parameters=parameters,

@@ -198,7 +198,7 @@ REDUCER = "reducer.flange_a.tau"
 
 def demand(run: lp.Trajectory, torque: str = MOTOR) -> lp.simulation.Sizing:
     """Demand of a cycle on the chosen motor."""
-    return lp.simulation.sizing(run, torque=torque, speed="rotor.w", rated=RATED, maximum=MAXIMUM)
+    return lp.simulation.sizing(run, of=(torque, "rotor.w"), rated=RATED, maximum=MAXIMUM)
 
 
 def carrying(seconds: float) -> Cycle:

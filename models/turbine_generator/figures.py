@@ -22,7 +22,7 @@ BODIES = {
 
 
 def draw_shapes() -> Figure:
-    table = lp.vibration.mass_elastic(lp.modes(lp.assemble(drive.Train())), over="gen.phi")
+    table = lp.vibration.mass_elastic(lp.modes(lp.assemble(drive.Train())), shaft="gen.phi")
     figure, axes = panels(len(table.hertz), size=(8, 7), sharey=True)
     for mode, axis in enumerate(axes):
         holzer = table.holzer(mode)

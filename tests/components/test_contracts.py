@@ -32,7 +32,7 @@ UNITS = {
     [
         "inertia",
         "compliance",
-        "gears",
+        "gearing.gears",
         "sources",
         "control.sensors",
         "electric.circuit",
@@ -65,7 +65,7 @@ def test_public_names_are_sorted_and_unique(place: object) -> None:
 def brought(item: object) -> int:
     """Number of equations of one item: a hold determines its reaction, and its mode if named."""
     if isinstance(item, Hold):
-        return 1 if item.mode is None else 2
+        return 1 if item.position is None else 2
     if isinstance(item, When):
         return 0
     return len(item) if isinstance(item, tuple) else 1

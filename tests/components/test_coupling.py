@@ -41,7 +41,7 @@ def test_a_coupling_closes_with_momentum_kept_through_a_gear(ratio):
     np.testing.assert_allclose(run["load.w"] * ratio, [v * ratio, common, common], rtol=1e-13)
     expected = a * w**2 / 2 + b * v**2 / 2 - (a + b / ratio**2) * common**2 / 2
     assert losses(run) == pytest.approx(expected, rel=1e-13)
-    np.testing.assert_allclose(run["coupling.mode"], [2.0, 0.0, 2.0])
+    np.testing.assert_allclose(run["coupling.position"], [2.0, 0.0, 2.0])
 
 
 def test_a_closed_coupling_carries_torque_and_lets_go_at_the_command():
@@ -136,7 +136,7 @@ def test_a_turning_arm_picks_a_body_up_and_puts_it_down():
     slow = w * arm / (arm + body)
     np.testing.assert_allclose(run["arm.w"], [w, slow, slow], rtol=1e-13)
     np.testing.assert_allclose(run["load.w"], [0.0, slow, 0.0], rtol=1e-13)
-    np.testing.assert_allclose(run["load.mode"], [2.0, 0.0, 2.0])
+    np.testing.assert_allclose(run["load.position"], [2.0, 0.0, 2.0])
     expected = [arm * w**2 / 2 * body / (arm + body), body * slow**2 / 2]
     received = [event.loss for event in run.events if event.loss]
     np.testing.assert_allclose(received, expected, rtol=1e-13)

@@ -42,7 +42,7 @@ def test_a_mesh_answers_its_error_as_a_mass_on_a_spring():
         gears(d=D, error=((1, amplitude, 0.3),)),
         speeds=speeds,
         of=["mesh.s"],
-        over="a.phi",
+        shaft="a.phi",
         orders=[Z],
         free="load.tau",
     )
@@ -167,7 +167,7 @@ def test_a_propeller_excites_by_its_blades_and_damps_by_its_law():
         propeller(blades),
         speeds=speeds,
         of=["shaft.phi_rel", "propeller.tau"],
-        over="water.phi",
+        shaft="water.phi",
         orders=[4, 8],
         free="drive.tau",
     )

@@ -172,7 +172,7 @@ def test_a_clutch_without_normal_force_is_free_and_one_pressed_negatively_too():
     run = lp.simulate(lp.assemble(model), until=2.0)
     before = run.t < 1.0
     assert (run["b.w"][before] == 0.0).all()
-    assert run["clutch.mode"][before].tolist() == [2.0] * before.sum()
+    assert run["clutch.position"][before].tolist() == [2.0] * before.sum()
     # 5 N.m from a to b, until 1 - 4 (t - 1) = 5 (t - 1); then both under 1 N.m
     locked = [event.time for event in modes_of(run) if event.after == "stuck"]
     assert locked == pytest.approx([1 + 1 / 9], rel=1e-9)

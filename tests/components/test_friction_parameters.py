@@ -53,7 +53,7 @@ def test_it_coasts_with_the_frictions_that_are_given(form):
 def test_its_derivatives_by_the_frictions_are_those_of_the_closed_form(form):
     h = 1e-20
     found = lp.sensitivity(
-        lp.assemble(rig(form)()), of=["body.w"], to=["c_0", "peak"], until=2.0, rtol=1e-10
+        lp.assemble(rig(form)()), of=["body.w"], by=["c_0", "peak"], until=2.0, rtol=1e-10
     )
     for i, name in enumerate(("c_0", "peak")):
         moved = [2.0 + 1j * h * (i == 0), 3.0 + 1j * h * (i == 1)]

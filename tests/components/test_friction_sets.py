@@ -246,7 +246,7 @@ def test_a_mass_with_friction_comes_to_rest_at_its_stop_and_leaves_it_by_more_th
     resting = (run.t > hit + 1e-6) & (run.t < leaves)
     assert (run["slide.v"][resting] == 0.0).all()
     assert np.abs(way * run["slide.s"][resting] - gap).max() <= 1e-12
-    assert (run["slide.mode"][resting] == 0.0).all()
+    assert (run["slide.position"][resting] == 0.0).all()
     assert np.abs(run["slide.f_stop"] - run["push.f"])[resting].max() <= 1e-6
     assert run.events[-1].time == pytest.approx(leaves, rel=YIELDING)
     assert balanced(model, until=until)

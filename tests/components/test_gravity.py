@@ -137,6 +137,6 @@ def test_a_pendulum_in_a_journal_loses_its_energy_swing_by_swing_and_sticks():
     for one, other in itertools.pairwise(phi):
         lost = m * G * R * (np.sin(one) - np.sin(other))
         assert lost == pytest.approx(grip * abs(one - other), abs=1e-8)
-    assert run["journal.mode"][-1] == 0
+    assert run["journal.position"][-1] == 0
     assert (run["bob.phi"][run.t > turns[-1]] == phi[-1]).all()
     assert m * G * R * abs(np.cos(phi[-1])) <= 1.2 * grip

@@ -62,7 +62,7 @@ def test_a_ball_comes_to_rest_after_infinitely_many_bounces_with_all_energy_lost
     assert losses.sum() == pytest.approx(mass * G * height, rel=1e-12)
     assert run["mass.v"][-1] == 0.0
     assert run["floor.f"][-1] == pytest.approx(-mass * G, rel=1e-12)
-    assert run["floor.mode"][-1] == 0.0
+    assert run["floor.position"][-1] == 0.0
 
 
 def test_without_loss_a_ball_bounces_for_ever():

@@ -55,7 +55,7 @@ def test_rolls_that_coast_stop_in_the_strip_and_stay(side):
     stop = 8.0 / rate
     expected = side * np.where(run.t < stop, 8.0 - rate * run.t, 0.0)
     assert run["body.w"] == pytest.approx(expected, abs=1e-8)
-    assert run["gap.mode"][-1] == 0
+    assert run["gap.position"][-1] == 0
     # at rest the strip holds the tensions
     assert run["gap.tau"][-1] == pytest.approx(0.0, abs=1e-6)
     assert run["gap.tau_f"][-1] == pytest.approx(-side * 6e4 * R, rel=1e-9)
@@ -71,7 +71,7 @@ def test_front_tension_pulls_resting_rolls_along_only_beyond_the_torque_of_formi
 def test_open_rolls_run_freely():
     run = rolls(1.0, w=3.0, F=0.0)
     assert run["body.w"] == pytest.approx(3.0, rel=1e-12)
-    assert run["gap.mode"][-1] == 2
+    assert run["gap.position"][-1] == 2
 
 
 def test_work_of_drive_and_tensions_is_heat_of_forming_and_motion():
@@ -95,5 +95,5 @@ def test_work_of_drive_and_tensions_is_heat_of_forming_and_motion():
     run = lp.simulate(lp.assemble(Audited()), until=5.0, rtol=1e-10)
     expected = run["heat"] + J / 2 * run["body.w"] ** 2
     assert run["work"] == pytest.approx(expected, abs=1e-7 * run["work"][-1])
-    assert {1.0, 0.0, -1.0} <= set(run["gap.mode"])
+    assert {1.0, 0.0, -1.0} <= set(run["gap.position"])
     assert (np.diff(run["heat"]) >= -1e-6).all()

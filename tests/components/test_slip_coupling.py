@@ -55,7 +55,7 @@ def test_disengaged_it_carries_nothing():
     assert run["b.w"] == pytest.approx(10.0 * np.minimum(run.t, 0.3), rel=1e-9, abs=1e-12)
     expected = 10.0 * np.minimum(run.t, 0.3) + 10.0 / J_A * t
     assert run["a.w"] == pytest.approx(expected, rel=1e-9, abs=1e-12)
-    assert run["coupling.mode"][-1] == 2
+    assert run["coupling.position"][-1] == 2
 
 
 @pytest.mark.parametrize(("static", "kinetic"), [(50.0, 30.0), (30.0, 30.0), (30.0, 0.0)])

@@ -6,8 +6,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import ElasticCoupling, Engine, Inertia, Shaft, Solid, Torque, ViscousDamper
-from lumped.vibration import Limit
-from lumped.vibration.ordered import order_response
+from lumped.vibration import Limit, order_response
 
 TABLE = Path(__file__).parents[1] / "data/torsional/02_six_cylinder_crankshaft/pressure_curve.csv"
 RPM = np.pi / 30
@@ -55,7 +54,7 @@ def genset(misfire=(), load=-RATED):
 def report(path, parameters=None):
     of = ["coupling.tau", "coupling.phi_rel", "shaft.sections[0].stress", "alternator.phi"]
     speeds = np.linspace(700, 1600, 19) * RPM
-    options = {"speeds": speeds, "of": of, "over": "flywheel.phi", "turns": 2, "free": "load.tau"}
+    options = {"speeds": speeds, "of": of, "shaft": "flywheel.phi", "turns": 2, "free": "load.tau"}
     responses, heat = {}, {}
     for case, miss in (("all cylinders fire", {}), ("cylinder 1 misfires", {1: "compression"})):
         found = order_response(genset(miss), **options, parameters=parameters)

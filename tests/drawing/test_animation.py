@@ -139,7 +139,7 @@ def test_supports_of_the_shear_hang_on_the_shaft_in_their_guides():
 
 
 def test_positions_left_out_are_named_all_at_once(tmp_path: Path):
-    system = lp.assemble(free_run(until=0.1).system.model, outputs=["motor.w"])
+    system = lp.assemble(free_run(until=0.1).system.model, of=["motor.w"])
     run = replace(lp.simulate(system, until=0.1), again=None)
     with pytest.raises(lp.errors.UnknownNameError, match=r"keep=.*hub_x.*hub_y.*foot_y"):
         lp.drawing.animate(run, tmp_path / "a.gif")

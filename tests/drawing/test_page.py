@@ -179,7 +179,7 @@ class Pushed(lp.Component):
 def test_page_tells_events_energies_and_what_motors_must_do(tmp_path: Path):
     system = lp.assemble(Pushed())
     run = lp.simulate(system, until=3.0, certify=True)
-    asked = lp.simulation.sizing(run, torque="push.tau", speed="first.w", rated=4.0)
+    asked = lp.simulation.sizing(run, of=("push.tau", "first.w"), rated=4.0)
     file = lp.drawing.report_html(
         system, tmp_path / "page.html", runs={"Push and join": run}, sizing={"pusher": asked}
     )

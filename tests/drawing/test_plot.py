@@ -195,7 +195,7 @@ ROWS = ((0.0, 8.0), (2.0, 8.0), (4.0, 3.0))
 
 
 def test_torque_speed_plane_shows_run_and_limits_in_all_quadrants(run: lp.Trajectory):
-    demand = lp.simulation.sizing(run, torque="motor.tau", speed="rotor.w", rated=2.5, maximum=ROWS)
+    demand = lp.simulation.sizing(run, of=("motor.tau", "rotor.w"), rated=2.5, maximum=ROWS)
     (axis,) = demand.plot().axes
     received = {line.get_label(): line for line in axis.lines}
     assert np.array_equal(received["run"].get_xdata(), run["rotor.w"])
@@ -212,7 +212,7 @@ def test_torque_speed_plane_shows_run_and_limits_in_all_quadrants(run: lp.Trajec
 
 
 def test_torque_speed_plane_without_limits_shows_the_run_alone(run: lp.Trajectory):
-    demand = lp.simulation.sizing(run, torque="motor.tau", speed="rotor.w")
+    demand = lp.simulation.sizing(run, of=("motor.tau", "rotor.w"))
     assert legend(demand.plot().axes[0]) == ["run", "thermal equivalent"]
 
 

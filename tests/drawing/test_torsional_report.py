@@ -16,8 +16,7 @@ from lumped.drawing.torsional_figures import order_figure, synthesis_figure
 from lumped.drawing.torsional_study import study
 from lumped.errors import LumpedError, OptionError, UnknownNameError
 from lumped.models.marine_turbine.drive import MarineTurbine
-from lumped.vibration import Limit
-from lumped.vibration.ordered import order_response
+from lumped.vibration import Limit, order_response
 
 PROGRAM = chromium()
 RPM = np.pi / 30
@@ -277,7 +276,11 @@ WRONG = {
     "no response": ({"response": {}}, OptionError, "at least one order response"),
     "no orders": ({"orders": []}, OptionError, "at least one order"),
     "another order": ({"orders": [3]}, OptionError, "order 3 was not computed"),
-    "another quantity": ({"limits": [Limit("a.w", 1.0)]}, UnknownNameError, "'a.w' is no output"),
+    "another quantity": (
+        {"limits": [Limit("a.w", 1.0)]},
+        UnknownNameError,
+        "is not observed",
+    ),
     "another unit": ({"limits": [Limit("shaft.tau", "4 MPa")]}, LumpedError, "MPa"),
     "caption": ({"limits": {"wek": []}}, UnknownNameError, "'wek' is the caption of no response"),
     "backwards": ({"operation": (50.0, 40.0)}, OptionError, "first and last speed of operation"),
@@ -457,7 +460,7 @@ def test_a_geared_branched_drive_has_its_published_frequencies(tmp_path: Path):
         system,
         speeds=np.linspace(20.0, 60.0, 9) * RPM,
         of=["shaft.tau"],
-        over="propeller.phi",
+        shaft="propeller.phi",
         orders=[5],
     )
     cells = Page(lp.drawing.torsional_report(response, tmp_path / "page.html")).cells

@@ -115,13 +115,13 @@ class Ways:
 
         def forward():
             found = lp.sensitivity(
-                self.scene.system, of=self.names, to=to, rtol=TIGHT, grid=4, **given
+                self.scene.system, of=self.names, by=to, rtol=TIGHT, grid=4, **given
             )
-            rates["sensitivity"] = found.values[-1]
+            rates["sensitivity"] = found.derivatives[-1]
 
         def backward():
             of = [fun.final(name) for name in self.names]
-            found = lp.gradient(self.scene.system, of=of, to=to, rtol=TIGHT, **given)
+            found = lp.gradient(self.scene.system, of=of, by=to, rtol=TIGHT, **given)
             rates["gradient"] = found.derivatives
 
         self.attempt("sensitivity", forward)

@@ -57,7 +57,7 @@ def brake_with_a_ramp():
         fun.instant("brake", "stuck"),
         fun.integral("brake.tau", "brake.w"),
         fun.rms("body.w", between=(0.5, 1.5)),
-        fun.at(1.0, "body.w"),
+        fun.at_time(1.0, "body.w"),
     ]
     to = ["push.tau", "body.J", "brake.f_max", "brake.c_geo", "body.w"]
     return lp.assemble(model, keep=["body.phi"]), of, to, 3.0

@@ -76,7 +76,7 @@ def assert_equal_to_single_runs(
 ):
     """Final values, and those at some times, of an ensemble and of single runs; gives both."""
     of = {name: fun.final(name) for name in names}
-    of |= {f"{name} at {t}": fun.at(t, name) for t in times for name in names}
+    of |= {f"{name} at {t}": fun.at_time(t, name) for t in times for name in names}
     count = len(of)
     of |= also or {}
     over = paired(dict(zip(varied, points.T, strict=True)))
@@ -146,7 +146,7 @@ def all_functionals(system, until):
             f"damage {name}": fun.damage(name, CURVE),
             f"rms {name}": fun.rms(name),
             f"mean {name}": fun.mean(name, names[i - 1], between=part),
-            f"at {name}": fun.at([0.1 * until, 0.0, 0.613 * until, until], name),
+            f"at {name}": fun.at_time([0.1 * until, 0.0, 0.613 * until, until], name),
         }
     return of | event_functionals(system)
 

@@ -378,7 +378,7 @@ def families():
     for shape in PULSES:
         name, (body, brake) = type(shape).__name__, shoved(shape)
         found += [
-            Family(f"{name} on a brake", brake, braked(shape), "brake", "brake.mode"),
+            Family(f"{name} on a brake", brake, braked(shape), "brake", "brake.position"),
             Family(f"{name} on a body", body, free(shape), "body", "body.w"),
         ]
     return found

@@ -163,8 +163,12 @@ WRONG = [
     ({"of": [fun.frequency(0)]}, OptionError, "no functional of a run"),
     ({"of": [fun.impulse("shaft")]}, OptionError, "'shaft' has no events"),
     ({"of": [fun.peak("body.w", between=(0.5, 0.8))]}, OptionError, "the runs last from 0 to 0.7"),
-    ({"of": [fun.at(0.8, "body.w")]}, OptionError, "the runs last from 0 to 0.7 s"),
-    ({"of": [fun.at(0.2, "body.w")], "begin": 0.3}, OptionError, "the runs last from 0.3 to 0.7"),
+    ({"of": [fun.at_time(0.8, "body.w")]}, OptionError, "the runs last from 0 to 0.7 s"),
+    (
+        {"of": [fun.at_time(0.2, "body.w")], "begin": 0.3},
+        OptionError,
+        "the runs last from 0.3 to 0.7",
+    ),
     ({"until": -1.0}, OptionError, "the end must be a positive, finite time"),
     ({"begin": 0.7}, OptionError, "the end must be after the begin"),
     ({"rtol": 2.0}, OptionError, "tolerance must lie between"),
@@ -220,7 +224,7 @@ def test_functionals_in_a_list_are_labelled_by_what_they_are(system):
 
 
 def test_functionals_that_differ_have_labels_that_differ(system):
-    of = [fun.at([0.1, 0.2, 0.3, last], "body.w") for last in (0.4, 0.6)]
+    of = [fun.at_time([0.1, 0.2, 0.3, last], "body.w") for last in (0.4, 0.6)]
     assert len(ran(system, of=of).labels) == 2
 
 
@@ -248,7 +252,7 @@ def test_runs_may_begin_at_any_time():
     )
     of = {
         "w": fun.final("body.w"),
-        "at": fun.at([1.0, 1.5], "body.a"),
+        "at": fun.at_time([1.0, 1.5], "body.a"),
         "mean": fun.mean("drive.tau"),
         "part": fun.integral("drive.tau", between=(1.2, 1.5)),
         "lowest": fun.lowest("body.a"),

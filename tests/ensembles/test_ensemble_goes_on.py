@@ -269,7 +269,7 @@ def test_a_line_of_runs_that_are_none_is_refused(system, kept, tmp_path, first):
 
 def test_a_file_of_values_at_other_instants_is_refused(system, tmp_path):
     store = tmp_path / "runs.jsonl"
-    one, other = ({"w": fun.at([0.1, 0.2, 0.3, t], "body.w")} for t in (0.4, 0.6))
+    one, other = ({"w": fun.at_time([0.1, 0.2, 0.3, t], "body.w")} for t in (0.4, 0.6))
     ran(system, of=one, store=store)
     with pytest.raises(OptionError, match="another result 'w'"):
         ran(system, of=other, store=store)
@@ -399,7 +399,7 @@ def test_a_sweep_of_both_tells_the_failures_of_each(system):
             raise ValueError("too stiff for me")
         return last(run)
 
-    of = {"a": fussy, "b": fun.final("body.w"), "c": fun.at(0.1, "body.a")}
+    of = {"a": fussy, "b": fun.final("body.w"), "c": fun.at_time(0.1, "body.a")}
     given = {"until": UNTIL, "method": "explicit", "max_steps": 1000, "workers": 1}
     found = lp.sweep(system, over={"shaft.c": [1.0, 160.0, 1e9]}, of=of, **given)
     assert set(found.failures) == {1, 2}

@@ -261,7 +261,7 @@ def test_momentum_of_a_pulse_whose_instants_are_parameters():
         "third": fun.instant("drive.tau", number=-3),
         "speed": fun.at_event("body.w", "drive.tau", number=1),
         "fixed": fun.instant("other.tau"),
-        "torque": fun.at(0.5, "other.tau"),
+        "torque": fun.at_time(0.5, "other.tau"),
     }
     system = lp.assemble(Pulse(), keep=["body.phi"])
     found = lp.ensemble(system, over=paired({"on": on, "off": off}), until=1.0, of=of, rtol=1e-9)

@@ -125,11 +125,11 @@ def test_values_at_instants_are_added(oscillator):
     times = [0.7, 0.0, END, 0.2, 0.7]
     of = {
         "end": fun.final("shaft.tau"),
-        "one": fun.at(0.7, "shaft.phi_rel"),
-        "first": fun.at(0.0, "body.w"),
-        "last": fun.at(END, "body.w"),
-        "several": fun.at(times, "shaft.phi_rel"),
-        "product": fun.at(times, "shaft.tau", "body.w"),
+        "one": fun.at_time(0.7, "shaft.phi_rel"),
+        "first": fun.at_time(0.0, "body.w"),
+        "last": fun.at_time(END, "body.w"),
+        "several": fun.at_time(times, "shaft.phi_rel"),
+        "product": fun.at_time(times, "shaft.tau", "body.w"),
     }
     found = swung(oscillator, of)
     w = {t: SPEED * np.cos(RATE * t) for t in times}
@@ -218,7 +218,7 @@ def test_a_system_without_states_moves_as_its_functions_of_time():
         "swing": fun.swing("body.phi"),
         "integral": fun.integral("body.w"),
         "rms": fun.rms("body.a"),
-        "at": fun.at([0.1, 0.2], "body.phi", "body.w"),
+        "at": fun.at_time([0.1, 0.2], "body.phi", "body.w"),
         "final": fun.final("body.phi"),
         "momentum": fun.integral("load.tau"),
         "greatest": fun.highest("load.tau"),

@@ -112,7 +112,7 @@ def test_functionals_go_on_where_another_state_leads(pendulum):
         "swing": fun.swing("across.s"),
         "way": fun.integral("down.v"),
         "end": fun.final("down.s"),
-        "at": fun.at([0.0, 4.0], "down.s"),
+        "at": fun.at_time([0.0, 4.0], "down.s"),
     }
     found = lp.ensemble(pendulum, over={"rod.length": lengths}, until=4.0, of=of, rtol=1e-9)
     expected = {

@@ -16,8 +16,8 @@ def test_what_needs_equations_is_refused_by_name(exported, tmp_path):
     system = drive(unit_of(exported), held=False)
     final = lp.functionals.final("rotor.w")
     for ask in (
-        lambda: lp.gradient(system, of=[final], to=["rotor.J"], until=0.1),
-        lambda: lp.sensitivity(system, of=["rotor.w"], to=["rotor.J"], until=0.1),
+        lambda: lp.gradient(system, of=[final], by=["rotor.J"], until=0.1),
+        lambda: lp.sensitivity(system, of=["rotor.w"], by=["rotor.J"], until=0.1),
         lambda: lp.periodic(system, period=T_S),
         lambda: lp.equilibrium(system),
         lambda: lp.export_fmu(system, tmp_path / "x.fmu"),

@@ -73,7 +73,7 @@ def test_torques_over_the_angle_show_their_order_response():
     moment = Moment(study, {"shaft.c": c})
     response = moment.analysis("Order response over a.phi")
     assert response.orders.tolist() == [BLADES]
-    assert response.outputs == ("shaft.tau",)
+    assert response.of == ("shaft.tau",)
     assert response.speeds[[0, -1]] == pytest.approx([0.1 * SPEED, 1.1 * SPEED])
     w = BLADES * response.speeds
     expected = TORQUE / J_A * np.abs((c + 1j * w * D) / (-(w**2) + (c + 1j * w * D) / reduced))

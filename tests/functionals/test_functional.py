@@ -67,10 +67,10 @@ def test_expressions_are_the_same_wherever_they_are_asked_for(swinging, name):
     ]
     many = lp.ensemble(swinging, over={"spring.c": [c]}, of={"f": functional}, **scene)
     assert many["f"] == pytest.approx([value], rel=1e-8)
-    found = lp.gradient(swinging, of=[functional], to=names, **scene)
+    found = lp.gradient(swinging, of=[functional], by=names, **scene)
     assert found.values == pytest.approx([value], rel=1e-8)
     assert found.derivatives[0] == pytest.approx(slopes, rel=1e-6, abs=1e-9)
-    forward = lp.sensitivity(swinging, of=[functional], to=names, **scene)
+    forward = lp.sensitivity(swinging, of=[functional], by=names, **scene)
     assert forward.slopes[0] == pytest.approx(slopes, rel=1e-6, abs=1e-9)
 
 
@@ -104,9 +104,9 @@ def test_a_tie_of_two_extremes_has_a_derivative_to_each_side():
         of, ("all equally high", r"highest\(x\) = 0\.5.*lowest"), strict=True
     ):
         with pytest.raises(SolverError, match=f"by a .*{words}"):
-            lp.gradient(system, of=[functional], to=["a"], until=1.0)
+            lp.gradient(system, of=[functional], by=["a"], until=1.0)
     for side, expected in (("right", 1.0), ("left", 0.0)):
-        found = lp.sensitivity(system, of=of, to=["a"], until=1.0, side=side)
+        found = lp.sensitivity(system, of=of, by=["a"], until=1.0, side=side)
         assert found.slopes[:, 0] == pytest.approx([expected] * 2, abs=1e-9)
 
 
@@ -144,7 +144,7 @@ def test_what_is_no_functional_is_refused(swinging):
         fun.peak("a.phi") * "high"
     of = [fun.frequency(0) / fun.peak("a.phi")]
     with pytest.raises(OptionError, match="no functional of a run"):
-        lp.gradient(swinging, of=of, to=["a.J"], until=1.0)
+        lp.gradient(swinging, of=of, by=["a.J"], until=1.0)
     with pytest.raises(OptionError, match=r"frequency\(0\) / peak.* is no functional of a run"):
         lp.ensemble(swinging, over={"spring.c": [1.0]}, of=of, until=1.0)
 

@@ -43,7 +43,7 @@ FUNCTIONALS = {
     "integral": fun.integral("spring.tau", "a.w"),
     "mean": fun.mean("a.phi"),
     "rms": fun.rms("a.w", between=(0.5, 2.5)),
-    "at": fun.at([0.5, 1.1], "a.phi"),
+    "at": fun.at_time([0.5, 1.1], "a.phi"),
     "before": fun.at_event("a.w", "stop"),
     "instant": fun.instant("stop", number=1),
     "loss": fun.loss("stop"),
@@ -58,7 +58,7 @@ def test_all_analyses_give_the_same_number(bouncing, name):
     run = lp.simulate(bouncing, grid=7, **scene)
     value = run.value(functional)
     many = lp.ensemble(bouncing, over={"a.J": [1.0]}, of={"f": functional}, **scene)
-    found = lp.gradient(bouncing, of=[functional], to=["a.J"], **scene)
+    found = lp.gradient(bouncing, of=[functional], by=["a.J"], **scene)
     scatter = lp.scatter(
         bouncing, of=functional, over={"a.J": lp.normal(1.0, 1e-9)}, runs=2, seed=1, **scene
     )
@@ -127,7 +127,7 @@ def test_what_a_run_does_not_have_is_named(bouncing):
     with pytest.raises(OptionError, match=r"frequency\(0\).* is no functional of a run"):
         run.value(fun.frequency(0))
     with pytest.raises(OptionError, match=r"the runs last from 0 to 0\.5 s"):
-        run.value(fun.at(0.7, "a.w"))
+        run.value(fun.at_time(0.7, "a.w"))
 
 
 def test_the_mean_square_of_almost_nothing_is_not_negative():

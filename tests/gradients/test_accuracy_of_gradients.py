@@ -47,7 +47,7 @@ def by_complex_step(at):
 def test_a_drive_at_rest_has_the_derivatives_of_its_motion(method):
     """Steps grow without bound across rest, where a disturbance would swing."""
     found = lp.gradient(
-        oscillator(), of=[functionals.final("body.w")], to=["body.w"], until=END, method=method
+        oscillator(), of=[functionals.final("body.w")], by=["body.w"], until=END, method=method
     )
     right = by_complex_step(lambda e: speed(C, D, e))
     error = abs(found["final(body.w)", "body.w"] / right - 1)
@@ -60,7 +60,7 @@ def test_errors_are_below_what_was_asked_for(rtol):
     found = lp.gradient(
         oscillator(1.0),
         of=[functionals.final("body.w")],
-        to=["spring.c", "spring.d", "body.w"],
+        by=["spring.c", "spring.d", "body.w"],
         until=END,
         rtol=rtol,
     )
@@ -101,7 +101,7 @@ def test_an_integrand_faster_than_all_states_is_resolved():
         )
     )
     of = functionals.integral("ripple.tau", "ripple.tau")
-    found = lp.gradient(system, of=[of], to=["ripple.amplitude"], until=END)
+    found = lp.gradient(system, of=[of], by=["ripple.amplitude"], until=END)
     right = 2 * 2.0 * (END / 2 - math.sin(600 * END) / 1200)
     error = abs(found.derivatives[0, 0] / right - 1)
     print(f"error {error:.1e}")
@@ -145,7 +145,7 @@ def test_a_stiff_drive_agrees_with_the_exponential():
         return (expm(whole * 2.0) @ start)[3]
 
     found = lp.gradient(
-        stiff_chain(), of=[functionals.final("a.w")], to=list(to), until=2.0, method="implicit"
+        stiff_chain(), of=[functionals.final("a.w")], by=list(to), until=2.0, method="implicit"
     )
     values = np.array(list(to.values()), dtype=complex)
     for k, name in enumerate(to):
@@ -160,11 +160,11 @@ def test_a_stiff_drive_agrees_with_the_exponential():
 def test_nine_functionals_at_once_are_each_alone():
     """More columns than go side by side."""
     system = oscillator(1.0)
-    of = [functionals.at(1.0 + k, "body.w") for k in range(9)]
+    of = [functionals.at_time(1.0 + k, "body.w") for k in range(9)]
     to = ["spring.c", "spring.d"]
-    together = lp.gradient(system, of=of, to=to, until=END)
+    together = lp.gradient(system, of=of, by=to, until=END)
     for k, one in enumerate(of):
-        alone = lp.gradient(system, of=[one], to=to, until=END)
+        alone = lp.gradient(system, of=[one], by=to, until=END)
         assert together.derivatives[k] == pytest.approx(alone.derivatives[0], rel=1e-6)
 
 
@@ -285,7 +285,7 @@ def test_too_many_steps_are_refused_in_words():
         lp.gradient(
             system,
             of=[functionals.final("a.w")],
-            to=["a.w"],
+            by=["a.w"],
             until=10.0,
             method="explicit",
         )

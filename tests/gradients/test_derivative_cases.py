@@ -23,10 +23,10 @@ def test_every_file_has_a_model():
 def ask(method, system, of, to, until, rtol, **options):
     """Values and derivatives of functionals, shapes (len(of),) and (len(of), len(to))."""
     if method == "gradient":
-        found = lp.gradient(system, of=of, to=to, until=until, rtol=rtol, **options)
+        found = lp.gradient(system, of=of, by=to, until=until, rtol=rtol, **options)
         return found.values, found.derivatives
-    found = lp.sensitivity(system, of=of, to=to, until=until, rtol=rtol, **options)
-    return found.totals, found.slopes
+    found = lp.sensitivity(system, of=of, by=to, until=until, rtol=rtol, **options)
+    return found.values, found.slopes
 
 
 def answers(method, name, rtol=RTOL, only=None, **options):
@@ -124,7 +124,7 @@ def test_a_border_that_is_only_touched_is_refused_with_the_instant(name, instant
 def test_a_curve_over_time_is_refused_at_a_touch_too():
     case = CASES["grazing"]({k: e["value"] for k, e in FILES["grazing"]["parameters"].items()})
     refused(
-        lambda: lp.sensitivity(case.system, of=["x"], to=["w"], until=2.0, rtol=1e-8), "touches"
+        lambda: lp.sensitivity(case.system, of=["x"], by=["w"], until=2.0, rtol=1e-8), "touches"
     )
 
 

@@ -49,9 +49,9 @@ def one(equations, **quantities):
 
 def both(system, of, to, until, **options):
     """Derivatives backwards, after a look that those forwards agree."""
-    back = lp.gradient(system, of=of, to=to, until=until, **options)
-    forward = lp.sensitivity(system, of=of, to=to, until=until, **options)
-    assert forward.totals == pytest.approx(back.values, rel=1e-9, abs=1e-12)
+    back = lp.gradient(system, of=of, by=to, until=until, **options)
+    forward = lp.sensitivity(system, of=of, by=to, until=until, **options)
+    assert forward.values == pytest.approx(back.values, rel=1e-9, abs=1e-12)
     size = np.abs(back.derivatives).max(axis=1)[:, None]
     assert (np.abs(forward.slopes - back.derivatives) <= 1e-8 * size).all()
     return back
@@ -127,23 +127,23 @@ def test_an_impact_on_the_end_of_the_run_has_one_sided_derivatives_only():
     system = lp.assemble(lp.compose(a=Ball(h0=1.25)))  # falls for half a second
     of, to = [fun.final("a.v")], ["a.h0"]
     for call in (lp.gradient, lp.sensitivity):
-        refused(lambda c=call: c(system, of=of, to=to, until=0.5), "t = 0.5 s")
-    height = lp.gradient(system, of=[fun.at(0.3, "a.h")], to=to, until=0.5)
+        refused(lambda c=call: c(system, of=of, by=to, until=0.5), "t = 0.5 s")
+    height = lp.gradient(system, of=[fun.at_time(0.3, "a.h")], by=to, until=0.5)
     assert height.derivatives[0, 0] == pytest.approx(1.0)
 
 
 def test_a_value_at_the_instant_of_an_impact_has_one_sided_derivatives_only():
     system = lp.assemble(lp.compose(a=Ball(h0=1.25)))
-    of = [fun.at(0.5, "a.v")]
+    of = [fun.at_time(0.5, "a.v")]
     for call in (lp.gradient, lp.sensitivity):
-        refused(lambda c=call: c(system, of=of, to=["a.h0"], until=0.8), "t = 0.5 s", "a changes")
+        refused(lambda c=call: c(system, of=of, by=["a.h0"], until=0.8), "t = 0.5 s", "a changes")
     # restitution does not move the first impact: v = e g t after it
     found = both(system, of, ["a.e"], 0.8)
     assert found.derivatives[0, 0] == pytest.approx(5.0)
     # a greater height: it comes later, v = -g t still; a smaller: v = e g t' - g (t - t')
     slope = 0.5 * np.sqrt(2 / (1.25 * 10))
     for side, expected in (("right", 0.0), ("left", (0.8 * 10 + 10) * slope)):
-        one_side = lp.sensitivity(system, of=of, to=["a.h0"], until=0.8, side=side)
+        one_side = lp.sensitivity(system, of=of, by=["a.h0"], until=0.8, side=side)
         assert one_side.slopes[0, 0] == pytest.approx(expected, abs=1e-9)
 
 
@@ -169,14 +169,14 @@ def test_a_border_that_is_touched_matters_only_where_rates_jump():
     jumps = touched(lambda self: where(self.x > self.b, 1, 0))
     for call in (lp.gradient, lp.sensitivity):
         refused(
-            lambda c=call: c(jumps, of=[fun.final("y")], to=["a"], until=2.0),
+            lambda c=call: c(jumps, of=[fun.final("y")], by=["a"], until=2.0),
             "t = 0.785",
             "One only touches",
         )
     bends = touched(lambda self: where(self.x > self.b, self.x - self.b, 0))
     # what is beyond the border for a moment, by rounding, is the root of that
     for call in (lp.gradient, lp.sensitivity):
-        found = call(bends, of=[fun.final("y")], to=["a", "b"], until=2.0)
+        found = call(bends, of=[fun.final("y")], by=["a", "b"], until=2.0)
         assert abs(found["final(y)", "a"]) < 1e-4
         assert abs(found["final(y)", "b"]) < 1e-4
     found = both(bends, [fun.final("x")], ["a", "b"], 2.0)
@@ -204,7 +204,7 @@ def test_the_end_of_the_run_can_be_varied():
         fun.rms("x"),
         fun.lowest("x"),
         fun.highest("x"),
-        fun.at(0.5, "x"),
+        fun.at_time(0.5, "x"),
         fun.integral("x", between=(0.2, 1.0)),
     ]
     found = both(system, of, ["until", "k"], T)
@@ -264,14 +264,14 @@ def test_a_start_value_that_others_determine_is_refused():
         top=lp.var("m", "upper end"),
     )
     run = {"of": [fun.final("bottom")], "until": 1.0, "start": {"top": 3.0}}
-    found = lp.gradient(system, to=["top", "length"], **run)
+    found = lp.gradient(system, by=["top", "length"], **run)
     assert found.derivatives[0] == pytest.approx([np.exp(-1), -np.exp(-1)])
-    refused(lambda: lp.gradient(system, to=["bottom"], **run), "bottom", kind=OptionError)
+    refused(lambda: lp.gradient(system, by=["bottom"], **run), "bottom", kind=OptionError)
 
 
 def test_a_start_value_and_the_parameter_that_it_is_both_count():
     system = lp.assemble(lp.compose(a=Ball(h0=2.0)))
-    found = both(system, [fun.at(0.1, "a.h")], ["a.h0", "a.h"], 0.2)
+    found = both(system, [fun.at_time(0.1, "a.h")], ["a.h0", "a.h"], 0.2)
     assert found.derivatives[0] == pytest.approx([1.0, 1.0])
 
 
@@ -279,14 +279,14 @@ def test_functionals_that_ask_for_what_is_not_there_are_refused():
     system = lp.assemble(lp.compose(a=Ball()))
 
     def call(of):
-        return lambda: lp.gradient(system, of=[of], to=["a.e"], until=0.8)
+        return lambda: lp.gradient(system, of=[of], by=["a.e"], until=0.8)
 
-    refused(call(fun.at(2.0, "a.h")), "the run ends at 0.8 s", kind=OptionError)
+    refused(call(fun.at_time(2.0, "a.h")), "the run ends at 0.8 s", kind=OptionError)
     refused(call(fun.loss("a", number=3)), "there are 1 impacts of a", kind=OptionError)
     refused(call(fun.at_event("a.v", "a", number=4)), "there are 1 such events", kind=OptionError)
     refused(call(fun.peak("a.h", between=(0.1, 3.0))), "ends at 0.8 s", kind=OptionError)
     for wrong in (
-        lambda: fun.at(-1.0, "a.h"),
+        lambda: fun.at_time(-1.0, "a.h"),
         lambda: fun.mean("a.h", between=(1.0, 1.0)),
         lambda: fun.at_event("a.v", "a", side="here"),
     ):
@@ -317,7 +317,7 @@ def test_changes_that_coincide_but_for_rounding_coincide():
         )
         for call in (lp.gradient, lp.sensitivity):
             refused(
-                lambda c=call, g=gate: c(g, of=[fun.final("y")], to=["a"], until=5.0),
+                lambda c=call, g=gate: c(g, of=[fun.final("y")], by=["a"], until=5.0),
                 "t = 3.33333",
                 "coincide",
             )

@@ -15,7 +15,7 @@ def numbers(system, of, until, changes):
     found = lp.gradient(
         system,
         of=of,
-        to=[next(iter(system.parameters))],
+        by=[next(iter(system.parameters))],
         until=until,
         parameters=parameters,
         start=start,
@@ -42,9 +42,9 @@ def by_differences(system, of, to, until):
 @pytest.mark.parametrize("name", DRIVES)
 def test_derivatives_are_those_of_differences(name):
     system, of, to, until = DRIVES[name]()
-    back = lp.gradient(system, of=of, to=to, until=until, rtol=1e-11)
-    forward = lp.sensitivity(system, of=of, to=to, until=until, rtol=1e-11)
-    assert forward.totals == pytest.approx(back.values, rel=1e-8, abs=1e-12)
+    back = lp.gradient(system, of=of, by=to, until=until, rtol=1e-11)
+    forward = lp.sensitivity(system, of=of, by=to, until=until, rtol=1e-11)
+    assert forward.values == pytest.approx(back.values, rel=1e-8, abs=1e-12)
     expected = by_differences(system, of, to, until)
     size = np.abs(expected).max(axis=1)[:, None]
     for what, found in (("gradient", back.derivatives), ("sensitivity", forward.slopes)):
@@ -58,7 +58,7 @@ def test_changes_are_crossed_with_the_same_bits_in_all_engines():
     found = {}
     for name in ("llvm", "c", "python"):
         with engine.using(name):
-            found[name] = lp.gradient(system, of=of, to=to, until=until).derivatives
+            found[name] = lp.gradient(system, of=of, by=to, until=until).derivatives
     assert np.abs(found["llvm"]).min(axis=1).max() > 0
     assert (found["c"] == found["llvm"]).all()
     assert (found["python"] == found["llvm"]).all()

@@ -60,7 +60,7 @@ def test_a_pulse_that_no_state_feels(width, method):
     of = [fun.highest("up"), fun.peak("up"), fun.lowest("down")]
     of += [fun.highest("up", between=(0.5, 0.9)), fun.highest("up", between=(0.3, 0.4))]
     to = ["slope", "height", "at"]
-    found = lp.gradient(system, of=of, to=to, until=1.0, method=method)
+    found = lp.gradient(system, of=of, by=to, until=1.0, method=method)
     slope, height, at = 0.1, 1.0, 0.37
     s = place_of_top(slope, width)
     top = slope * (at + s * width) + height * np.exp(-(s**2))
@@ -128,7 +128,7 @@ def test_damage_of_a_pulse(width, method):
     assert turning_points(run, "down") == pytest.approx([0.0, high, low, 1.0], abs=1e-8)
     ranges = np.array([high, high - low, 1.0 - low])
     found = lp.gradient(
-        system, of=[fun.damage("down", CURVE)], to=["height"], until=1.0, method=method
+        system, of=[fun.damage("down", CURVE)], by=["height"], until=1.0, method=method
     )
     expected = 0.5e-6 * ((ranges / 2) ** 5).sum()
     assert found.values[0] == pytest.approx(expected, rel=1e-6)
@@ -207,4 +207,4 @@ class Gap(lp.Component):
 def test_what_has_no_value_for_an_instant_is_refused():
     damage = fun.damage("y", CURVE)
     with pytest.raises(SolverError, match="y is not finite somewhere"):
-        lp.gradient(lp.assemble(Gap()), of=[damage], to=["at"], until=1.0, method="explicit")
+        lp.gradient(lp.assemble(Gap()), of=[damage], by=["at"], until=1.0, method="explicit")

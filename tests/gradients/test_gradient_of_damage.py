@@ -49,9 +49,9 @@ def test_a_free_vibration_that_decays():
     ]
     expected.append(decaying(*values, until + STEP).imag / STEP.imag)
     options = {"of": [damage], "until": until, "start": start, "rtol": 1e-8}
-    found = lp.gradient(system, to=[*names, "until"], **options)
+    found = lp.gradient(system, by=[*names, "until"], **options)
     error = np.abs(found.derivatives[0] / expected - 1).max()
-    forward = lp.sensitivity(system, to=names, **options)
+    forward = lp.sensitivity(system, by=names, **options)
     apart = max(abs(forward[damage, n] / v - 1) for n, v in zip(names, expected[:4], strict=True))
     print(f"backwards {error:.0e}, forward {apart:.0e}")
     assert found.values[0] == pytest.approx(decaying(*values, until), rel=1e-8)
@@ -64,7 +64,7 @@ def test_random_drives_against_differences_of_streamed_counts(kind, seed, mean_s
     system, until, varied, _ = drive(kind, seed)
     damage = fun.damage(states(system)[0], CURVE, mean_stress=mean_stress)
     own = np.array([system.parameters[name] for name in varied])
-    found = lp.gradient(system, of=[damage], to=varied, until=until)
+    found = lp.gradient(system, of=[damage], by=varied, until=until)
     away = np.array([1.0, -1.0, 0.5, -0.5]) * 1e-5
     points = (own * (1 + away[:, None, None] * np.identity(len(own)))).reshape(-1, len(own))
     over = lp.ensembles.paired(dict(zip(varied, points.T, strict=True)))
@@ -105,7 +105,7 @@ def slope(range_):
 
 def test_at_a_swap_there_are_derivatives_to_both_sides_only():
     system, damage = lp.assemble(Crests()), fun.damage("y", STEEP)
-    options = {"of": [damage], "to": ["p", "q"], "until": 4.0}
+    options = {"of": [damage], "by": ["p", "q"], "until": 4.0}
     for p, q in ((1.9, 2.0), (2.0, 1.9)):
         found = lp.gradient(system, **options, parameters={"p": p, "q": q})
         if p < q:

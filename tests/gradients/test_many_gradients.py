@@ -35,7 +35,7 @@ def test_gradients_of_many_runs_are_those_of_each(system):
     assert not found.failures
     for i, point in enumerate(found.points):
         values = dict(zip(found.names, point.tolist(), strict=True))
-        one = lp.gradient(system, of=[PEAK, LAST], to=VARIED, until=2.0, parameters=values)
+        one = lp.gradient(system, of=[PEAK, LAST], by=VARIED, until=2.0, parameters=values)
         assert (found.derivatives[i] == one.derivatives).all()
         assert (found.values[i] == one.values).all()
     assert (found[str(PEAK), "a.J"] == found.derivatives[:, 0, 0]).all()
@@ -66,7 +66,7 @@ def test_runs_without_a_derivative_are_set_apart(system):
 def test_scipy_finds_the_optimum_of_a_run(system):
     """Least root mean square of the torque by the stiffness, against a scan by single runs."""
     rms = functionals.rms("shaft.tau")
-    fun = lp.gradients.value_and_gradient(system, of=rms, over=["rest.c"], until=2.0)
+    fun = lp.gradients.value_and_gradient(system, of=rms, by=["rest.c"], until=2.0)
 
     def scaled(u):
         value, slope = fun(u * 100)
@@ -82,11 +82,9 @@ def test_scipy_finds_the_optimum_of_a_run(system):
 
 
 def test_weighted_sums_have_the_gradients_of_their_parts(system):
-    fun = lp.gradients.value_and_gradient(
-        system, of={PEAK: 2.0, LAST: -1.0}, over=VARIED, until=2.0
-    )
+    fun = lp.gradients.value_and_gradient(system, of={PEAK: 2.0, LAST: -1.0}, by=VARIED, until=2.0)
     value, slope = fun(np.array([1.0, 100.0]))
-    one = lp.gradient(system, of=[PEAK, LAST], to=VARIED, until=2.0)
+    one = lp.gradient(system, of=[PEAK, LAST], by=VARIED, until=2.0)
     assert value == pytest.approx(2 * one.values[0] - one.values[1], rel=1e-12)
     assert slope == pytest.approx(2 * one.derivatives[0] - one.derivatives[1], rel=1e-12)
     with pytest.raises(OptionError, match=r"shape \(3,\); 2 are needed"):
@@ -99,10 +97,10 @@ def test_jax_differentiates_compiles_and_batches_runs(system):
     try:
         jax.config.update("jax_enable_x64", False)
         with pytest.raises(OptionError, match="jax_enable_x64"):
-            lp.to_jax(system, of=[PEAK], over=VARIED, until=2.0)
+            lp.to_jax(system, of=[PEAK], by=VARIED, until=2.0)
         jax.config.update("jax_enable_x64", True)
-        function = lp.to_jax(system, of=[PEAK, LAST], over=VARIED, until=2.0)
-        one = lp.gradient(system, of=[PEAK, LAST], to=VARIED, until=2.0)
+        function = lp.to_jax(system, of=[PEAK, LAST], by=VARIED, until=2.0)
+        one = lp.gradient(system, of=[PEAK, LAST], by=VARIED, until=2.0)
         point = jax.numpy.array([1.0, 100.0])
         assert (np.asarray(function(point)) == one.values).all()
         assert (np.asarray(jax.jacrev(function)(point)) == one.derivatives).all()
@@ -121,12 +119,12 @@ def test_jax_differentiates_compiles_and_batches_runs(system):
 
 def test_bad_input_is_refused_by_name(system):
     with pytest.raises(UnknownNameError, match=r"shaft\.cc"):
-        lp.gradients.value_and_gradient(system, of=PEAK, over=["shaft.cc"], until=2.0)
+        lp.gradients.value_and_gradient(system, of=PEAK, by=["shaft.cc"], until=2.0)
     with pytest.raises(OptionError, match="workers = 0"):
         lp.gradients.gradient_ensemble(system, over={"a.J": [1.0]}, of=[PEAK], until=1.0, workers=0)
     with pytest.raises(UnknownNameError, match=r"shaft\.torque"):
         lp.gradients.value_and_gradient(
-            system, of=functionals.peak("shaft.torque"), over=VARIED, until=2.0
+            system, of=functionals.peak("shaft.torque"), by=VARIED, until=2.0
         )
 
 

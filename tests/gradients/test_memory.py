@@ -45,7 +45,7 @@ def same(one, other):
 @pytest.mark.parametrize("name", DRIVES)
 def test_drives_with_events_have_the_same_bits(name, method, sparing):
     system, of, to, until = DRIVES[name]()
-    options = {"of": of, "to": to, "until": until, "method": method}
+    options = {"of": of, "by": to, "until": until, "method": method}
     whole = lp.gradient(system, **options)
     for made in (500, 4000):  # parts of a smooth part at once, and several of them
         sparing(made=made)
@@ -63,9 +63,9 @@ def test_a_smooth_drive_has_the_same_bits(method, sparing):
         fun.peak("s0.tau"),
         fun.rms("s0.tau"),
         fun.integral("s1.tau", between=(0.3, 1.7)),
-        fun.at(1.234, "a2.w"),
+        fun.at_time(1.234, "a2.w"),
     ]
-    options = {"to": ["a0.J", "s0.c"], "until": 3.0, "method": method}
+    options = {"by": ["a0.J", "s0.c"], "until": 3.0, "method": method}
     whole = lp.gradient(system, of=of, **options)
     for kept, made in ((300, 25_000_000), (50_000_000, 500), (300, 500), (3000, 3000)):
         sparing(kept, made)
@@ -84,7 +84,7 @@ def peak(action):
 
 def test_memory_does_not_grow_with_the_states_of_all_steps(sparing):
     system = chain(40)
-    options = {"to": ["a0.J"], "method": "explicit"}
+    options = {"by": ["a0.J"], "method": "explicit"}
     n, found = len(system.state_names), {}
 
     def differentiate(until):

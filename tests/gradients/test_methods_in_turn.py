@@ -33,7 +33,7 @@ def test_gradients_are_those_of_the_closed_form(kept, monkeypatch):
         monkeypatch.setattr(legs, "_KEPT_BYTES", 8 * 6 * kept)
     system = lp.assemble(InTurn())
     of = [fun.final("phi"), fun.final("w")]
-    found = lp.gradient(system, of=of, to=list(VALUES), until=UNTIL, rtol=1e-9)
+    found = lp.gradient(system, of=of, by=list(VALUES), until=UNTIL, rtol=1e-9)
     assert used(found.run) == IN_TURN
     assert any(piece.ends is not None for piece in found.run.pieces) == bool(kept)
     shares = gradients(POINT) * POINT
@@ -44,10 +44,10 @@ def test_gradients_are_those_of_the_closed_form(kept, monkeypatch):
 
 def test_sensitivities_are_those_of_the_closed_form():
     system = lp.assemble(InTurn())
-    found = lp.sensitivity(system, of=["phi", "w"], to=list(VALUES), until=UNTIL, rtol=1e-8)
+    found = lp.sensitivity(system, of=["phi", "w"], by=list(VALUES), until=UNTIL, rtol=1e-8)
     assert used(found.run) == IN_TURN
     shares = gradients(POINT) * POINT
-    error = np.abs(found.values[-1] * POINT - shares).max(axis=1) / np.abs(shares).max(axis=1)
+    error = np.abs(found.derivatives[-1] * POINT - shares).max(axis=1) / np.abs(shares).max(axis=1)
     assert error.max() < 1e-6
 
 

@@ -52,13 +52,13 @@ def oscillator():
 
 @pytest.mark.parametrize("rtol", [1e-5, 1e-9])
 def test_an_oscillation_depends_on_its_frequency_and_its_start(oscillator, rtol):
-    found = lp.sensitivity(oscillator, of=["x", "v"], to=["k", "x", "v"], until=5.0, rtol=rtol)
+    found = lp.sensitivity(oscillator, of=["x", "v"], by=["k", "x", "v"], until=5.0, rtol=rtol)
     t, w, a = found.run.t, 2.0, 1.5
     close(found["x", "k"], -a * t * np.sin(w * t) / (2 * w), 100 * rtol)
     close(found["v", "k"], -a * (np.sin(w * t) / (2 * w) + t * np.cos(w * t) / 2), 100 * rtol)
     close(found["x", "x"], np.cos(w * t), 100 * rtol)
     close(found["x", "v"], np.sin(w * t) / w, 100 * rtol)
-    assert found.values.shape == (len(t), 2, 3)
+    assert found.derivatives.shape == (len(t), 2, 3)
 
 
 @pytest.mark.parametrize(("d", "method"), [(3.0, "explicit"), (3e4, "implicit")])
@@ -73,7 +73,7 @@ def test_a_damped_drive_agrees_with_a_matrix_exponential(d, method):
         )
     )
     to = ["a.J", "shaft.c", "shaft.d", "a.w"]
-    found = lp.sensitivity(system, of=["b.w", "shaft.tau"], to=to, until=0.5, grid=20, rtol=1e-8)
+    found = lp.sensitivity(system, of=["b.w", "shaft.tau"], by=to, until=0.5, grid=20, rtol=1e-8)
     assert method in found.run.statistics.method
 
     def matrix(J_a, c, d):
@@ -119,7 +119,7 @@ def test_an_instant_given_by_a_parameter_moves_what_comes_after_it():
             v=lp.var("m/s", "velocity"),
         )
     )
-    found = lp.sensitivity(system, of=["v"], to=["t_0", "a"], until=1.0)
+    found = lp.sensitivity(system, of=["v"], by=["t_0", "a"], until=1.0)
     after = np.arange(len(found.run.t)) > np.flatnonzero(found.run.t == 0.4)[0]
     close(found["v", "t_0"], np.where(after, -3.0, 0.0), 1e-12)
     close(found["v", "a"], np.where(after, found.run.t - 0.4, 0.0), 1e-12)
@@ -142,7 +142,7 @@ def test_a_border_that_is_crossed_moves_the_instant_and_what_comes_after_it():
             border=lp.param("m", "border", 0.3),
         )
     )
-    found = lp.sensitivity(system, of=["x", "y"], to=["border", "x"], until=1.0, rtol=1e-10)
+    found = lp.sensitivity(system, of=["x", "y"], by=["border", "x"], until=1.0, rtol=1e-10)
     # x_0 cos(2 t) = border
     by_border = -0.5 / np.sqrt(1 - 0.3**2)
     by_start = 0.5 * 0.3 / np.sqrt(1 - 0.3**2)
@@ -166,7 +166,7 @@ def test_a_body_that_friction_stops_comes_to_rest_whatever_its_start():
         ),
         keep=["body.phi"],
     )
-    found = lp.sensitivity(system, of=["body.w", "body.phi"], to=["body.w", "push.tau"], until=4.0)
+    found = lp.sensitivity(system, of=["body.w", "body.phi"], by=["body.w", "push.tau"], until=4.0)
     t, a = found.run.t, (mu - 0.5) / J
     stop = w / a
     sliding, stuck = t < stop * (1 - 1e-9), t > stop * (1 + 1e-9)
@@ -208,7 +208,7 @@ def test_a_ball_that_bounces_twice_remembers_its_height_and_its_restitution(how)
     if how == "hold":
         quantities["f"] = lp.var("N/kg", "reaction of the ground, upwards negative")
     model = one(jump if how == "when" else contact, **quantities)
-    found = lp.sensitivity(lp.assemble(model), of=["s"], to=["s", "e", "g"], until=1.5, rtol=1e-9)
+    found = lp.sensitivity(lp.assemble(model), of=["s"], by=["s", "e", "g"], until=1.5, rtol=1e-9)
     assert len({round(moved.time, 12) for moved in found.instants}) == 2
     point = np.array([1.0, 0.8, 10.0])
     expected = [
@@ -216,7 +216,7 @@ def test_a_ball_that_bounces_twice_remembers_its_height_and_its_restitution(how)
         for k in range(2)
     ]
     assert found.run["s"][-1] == pytest.approx(bounces(*point, until=1.5)[0], rel=1e-8)
-    assert found.values[-1, 0] == pytest.approx(expected[0], rel=1e-7)
+    assert found.derivatives[-1, 0] == pytest.approx(expected[0], rel=1e-7)
     assert found.instants[-1].slopes == pytest.approx(expected[1], rel=1e-7)
 
 
@@ -238,7 +238,7 @@ def test_a_clock_that_samples_keeps_the_derivatives_of_its_state():
             t_next=lp.var("s", "next sample", start=0.1, state="always"),
         )
     )
-    found = lp.sensitivity(system, of=["y"], to=["k"], until=0.55, grid=11)
+    found = lp.sensitivity(system, of=["y"], by=["k"], until=0.55, grid=11)
     # y after n samples is 1 - (1 - 0.1 k)^n
     assert found["y", "k"][-1] == pytest.approx(5 * 0.1 * 0.8**4, rel=1e-9)
 
@@ -252,7 +252,7 @@ def message(kind, action):
 
 def test_what_cannot_be_differentiated_is_named(oscillator):
     def call(system=oscillator, of=("x",), to=("k",), **options):
-        return lambda: lp.sensitivity(system, of=of, to=to, until=1.0, **options)
+        return lambda: lp.sensitivity(system, of=of, by=to, until=1.0, **options)
 
     assert "a whole number" in message(OptionError, call(grid=[0.0, 1.0]))
     assert "at least one" in message(OptionError, call(to=()))
@@ -277,7 +277,7 @@ def test_events_that_coincide_have_no_derivative():
     )
     text = message(
         SolverError,
-        lambda: lp.sensitivity(system, of=["y"], to=["first", "second"], until=1.0),
+        lambda: lp.sensitivity(system, of=["y"], by=["first", "second"], until=1.0),
     )
     assert "different changes coincide" in text
     assert "t = 0.5 s (One)" in text
@@ -294,7 +294,7 @@ def test_a_run_without_states_has_derivatives_too():
     inverted = lp.inverse(
         system, motion={"a.w": lp.ops.sin(lp.time)}, drive="motor.tau", until=1.0
     ).system
-    found = lp.sensitivity(inverted, of=["motor.tau"], to=["a.J"], until=1.0)
+    found = lp.sensitivity(inverted, of=["motor.tau"], by=["a.J"], until=1.0)
     close(found["motor.tau", "a.J"], np.cos(found.run.t), 1e-12)
 
 
@@ -311,7 +311,7 @@ def test_a_mass_that_is_stopped_by_a_rigid_stop_passes_its_momentum_on():
         keep=["b.s"],
     )
     to = ["a.v", "a.m", "stop.restitution", "b.s"]
-    found = lp.sensitivity(system, of=["b.v", "b.s"], to=to, until=1.0, rtol=1e-9)
+    found = lp.sensitivity(system, of=["b.v", "b.s"], by=to, until=1.0, rtol=1e-9)
 
     def after(v, m_a, e, gap):
         """Speed and position of b at 1 s."""
@@ -322,7 +322,7 @@ def test_a_mass_that_is_stopped_by_a_rigid_stop_passes_its_momentum_on():
     for i in range(4):
         complex_step = after(*(point + 1e-30j * np.eye(4)[i]))
         expected = [y.imag / 1e-30 for y in complex_step]
-        assert found.values[-1, :, i] == pytest.approx(expected, rel=1e-8, abs=1e-12)
+        assert found.derivatives[-1, :, i] == pytest.approx(expected, rel=1e-8, abs=1e-12)
 
 
 def test_start_values_that_determine_states_through_equations_are_followed():
@@ -336,7 +336,7 @@ def test_start_values_that_determine_states_through_equations_are_followed():
         connections=lambda m: lp.chain(m.a, m.gear, m.b, m.oil, m.wall),
     )
     to = ["gear.ratio", "b.w"]
-    found = lp.sensitivity(lp.assemble(model), of=["a.w"], to=to, until=2.0, rtol=1e-9)
+    found = lp.sensitivity(lp.assemble(model), of=["a.w"], by=to, until=2.0, rtol=1e-9)
     # w_a = r w_b exp(-d t / J), J = J_b + r^2 J_a
     t, r, d, J = found.run.t, 4.0, 0.5, 2.0 + 16.0
     decay = np.exp(-d * t / J)
@@ -359,7 +359,7 @@ def test_a_closed_linkage_agrees_with_its_closed_form():
             y=lp.var("m", "other end", start=2.0),
         )
     )
-    found = lp.sensitivity(system, of=["y"], to=["v", "l"], until=2.0)
+    found = lp.sensitivity(system, of=["y"], by=["v", "l"], until=2.0)
     x = 0.5 * found.run.t
     y = np.sqrt(4 - x**2)
     close(found["y", "v"], -x * found.run.t / y, 1e-9)
@@ -374,7 +374,7 @@ def test_a_body_breaks_away_later_from_more_friction():
         brake=Brake(f_max=mu, u=1.0, characteristic=((0.0, 1.0),)),
         connections=lambda m: lp.chain(m.push, m.body, m.brake),
     )
-    found = lp.sensitivity(lp.assemble(model), of=["body.w"], to=["brake.f_max"], until=2.0)
+    found = lp.sensitivity(lp.assemble(model), of=["body.w"], by=["brake.f_max"], until=2.0)
     # w = rate (t - mu / rate)^2 / (2 J)
     t, begin = found.run.t, mu / rate
     close(found["body.w", "brake.f_max"], -np.maximum(t - begin, 0.0) / J, 1e-8)
@@ -401,7 +401,7 @@ def test_states_that_change_places_are_refused():
         )
     )
     text = message(
-        SolverError, lambda: lp.sensitivity(system, of=["x"], to=["g"], until=3.0, start={"u": 6.0})
+        SolverError, lambda: lp.sensitivity(system, of=["x"], by=["g"], until=3.0, start={"u": 6.0})
     )
     assert "states change places" in text
 
@@ -429,7 +429,7 @@ def test_a_coupling_that_closes_at_a_speed_passes_derivatives_on():
     system = lp.assemble(Pair(), keep=["phi"])
     to = ["w", "v", "J", "at"]
     run = {"until": 1.0, "start": {"w": 3.0, "v": -1.5}, "rtol": 1e-9}
-    found = lp.sensitivity(system, of=["phi", "v"], to=to, **run)
+    found = lp.sensitivity(system, of=["phi", "v"], by=to, **run)
     J, K, w, v, at = 2.0, 1.0, 3.0, -1.5, 1.0
     closed, joint = at / w, (J * w + K * v) / (J + K)
     t = found.run.t
@@ -442,7 +442,7 @@ def test_a_coupling_that_closes_at_a_speed_passes_derivatives_on():
 
 
 def test_what_was_not_differentiated_and_instants_outside_of_the_run_are_refused(oscillator):
-    found = lp.sensitivity(oscillator, of=["x"], to=["k"], until=1.0, grid=4)
+    found = lp.sensitivity(oscillator, of=["x"], by=["k"], until=1.0, grid=4)
     for action in (found.ranked, found.plot):
         with pytest.raises(UnknownNameError, match=r"'y' is not in this sensitivity. Known: x"):
             action("y")

@@ -100,7 +100,7 @@ class Belt(lp.Component):
             yield w == u - self.v
             yield lp.der(u) == -self.k * x - self.k_c * (x - other) - f
             slip = most / (1 + 3 * abs(w))
-            yield lp.hold(f, w, forward=slip, backward=-slip, upper=most, lower=-most, mode=m)
+            yield lp.hold(f, w, forward=slip, backward=-slip, upper=most, lower=-most, position=m)
 
 
 @pytest.mark.parametrize("rtol", [1e-8, 1e-9, 1e-10, 1e-11])

@@ -122,7 +122,7 @@ def test_the_coupling_vibrates_as_two_masses_behind_it():
     engine, generator = sum(INERTIAS) + J_RING, float(J_GENERATOR)
     for flywheel in (2.075, 3.0):
         modes = mean_modes(Genset(), {"flywheel.J": flywheel})
-        table = lp.vibration.mass_elastic(modes, over="flywheel.phi")
+        table = lp.vibration.mass_elastic(modes, shaft="flywheel.phi")
         inverse = 1 / (engine + flywheel - 2.075) + 1 / generator
         expected = np.sqrt(C_COUPLING * inverse) / (2 * np.pi)
         assert table.hertz[0] == pytest.approx(expected, rel=1e-2)

@@ -59,7 +59,7 @@ def test_the_run_up_has_the_steady_amplitudes_of_the_speed_shortly_before():
     run = run_up(grid=60_000, rtol=1e-8)
     rise = np.polyfit(run.t[30_000:], run["propeller.w"][30_000:], 1)
     assert rise[0] == pytest.approx(25 * RPM / 240, rel=1e-2)
-    found = lp.vibration.order_tracks(run, "shaft.tau", over="propeller.phi", turns=3)
+    found = lp.vibration.order_tracks(run, "shaft.tau", shaft="propeller.phi", turns=3)
     received = np.abs(found.track(BLADES))
     later = found.rpm > 27.0
     # the vibration answers late by the time in which it fades: it is that of a lower speed
@@ -76,7 +76,7 @@ def test_the_run_up_has_the_steady_amplitudes_of_the_speed_shortly_before():
 
 def test_mass_elastic_data_are_those_of_the_source():
     modes = lp.modes(lp.assemble(MarineTurbine()))
-    found = lp.vibration.mass_elastic(modes, over="propeller.phi")
+    found = lp.vibration.mass_elastic(modes, shaft="propeller.phi")
     assert found.left_out == ()
     sizes = {part.name: part.J / LBF_IN for part in found.inertias}
     expected = {"propeller": 2.454e6, "bull": 0.826e6, "low.wheel": 1.283e4, "low.rotor": 1.509e4}

@@ -124,7 +124,7 @@ class TestSkidding:
         print(f"largest errors over largest values {error}")
         assert error.max() < 1e-6
         assert relative(received.max(axis=0), expected.max(axis=0)) < 1e-6
-        assert (run["gap.mode"] == table[:, 1]).all()
+        assert (run["gap.position"] == table[:, 1]).all()
 
     def test_after_the_fourth_change_it_sticks_for_ever(self):
         run = scenes.skidding(until=10.0, grid=20_000, rtol=1e-8)

@@ -193,7 +193,7 @@ def test_modes_are_those_of_the_benchmark():
     table = columns(CASE, "modes.csv")
     assert modes.hertz == pytest.approx(table["Hz"], rel=1e-9)
     assert np.round(modes.hertz, 2) == pytest.approx(PUBLISHED, abs=1e-9)
-    found = lp.vibration.mass_elastic(modes, over="gen.phi")
+    found = lp.vibration.mass_elastic(modes, shaft="gen.phi")
     assert found.left_out == ()
     bodies = {name: f"turbine.{name.lower()}" for name in ("HP", "IP", "LPA", "LPB")}
     bodies |= {"GEN": "gen", "EXC": "turbine.exciter"}

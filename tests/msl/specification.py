@@ -185,6 +185,7 @@ QUANTITIES = {
     "angular_acceleration": "a",
     "position": "s",
     "velocity": "v",
+    "mode": "position",
     "relative_angle": "phi_rel",
     "relative_angular_velocity": "w_rel",
     "relative_distance": "s_rel",

@@ -80,7 +80,7 @@ def test_the_trajectory_follows_the_reference(followed):
             passes = pointwise <= 1e-6
         else:
             half_width = rule["relative_width"] * case.stop
-            later = case.t > 0 if column.endswith(".mode") else slice(None)
+            later = case.t > 0 if column.endswith(".position") else slice(None)
             tube = outside_of_tube(fine.t, fine[column], case, expected, half_width)[later].max()
             print(
                 f"{name} {column}: worst deviation {pointwise / span:.1e} of the range "

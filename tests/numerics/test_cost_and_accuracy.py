@@ -146,7 +146,7 @@ def test_responses_and_campbell_diagrams_tell_residuals_and_evaluations():
     assert response.residual < 1e-14
     assert "20 frequencies" in repr(response)
     assert "residual" in repr(response)
-    slopes = lp.vibration.response_sensitivity(response, to=["shaft.c", "shaft.d", "body.J"])
+    slopes = lp.vibration.response_sensitivity(response, by=["shaft.c", "shaft.d", "body.J"])
     text = repr(slopes)
     # near the resonance w/F = 1/d: inverse to the damping
     (row,) = [line for line in text.splitlines() if line.startswith("body.w / load.tau")]
@@ -172,7 +172,7 @@ def test_responses_and_campbell_diagrams_tell_residuals_and_evaluations():
 
 def test_derivatives_of_runs_tell_tolerance_and_evaluations():
     system = loaded()
-    forward = lp.sensitivity(system, of=["body.w"], to=["shaft.c", "load.tau"], until=0.3)
+    forward = lp.sensitivity(system, of=["body.w"], by=["shaft.c", "load.tau"], until=0.3)
     assert forward.evaluations > 0
     assert forward.rtol == 1e-6
     # the speed is proportional to the torque

@@ -265,7 +265,7 @@ def test_several_searches_leave_a_local_minimum():
         "parameters": {"spring.c": 300.0},
     }
     one = lp.identify(swinging(), **options)
-    several = lp.identify(swinging(), **options, starts=4)
+    several = lp.identify(swinging(), **options, searches=4)
     assert abs(one.parameters["spring.c"] - 100) > 10
     assert several.parameters["spring.c"] == pytest.approx(100.0, rel=1e-6)
     assert several.others
@@ -283,7 +283,7 @@ def test_two_minima_that_fit_as_well_are_named():
         measured={"body.w": swing(t)},
         sigma={"body.w": 0.2},
         parameters={"spring.c": 90.0},
-        starts=4,
+        searches=4,
     )
     text = " ".join(found.doubts)
     print(text)
@@ -301,11 +301,11 @@ def test_searches_between_no_bounds_are_refused():
             vary={"spring.c": (1.0, np.inf)},
             t=t,
             measured={"body.w": swing(t)},
-            starts=2,
+            searches=2,
         )
-    with pytest.raises(OptionError, match="starts = 0"):
+    with pytest.raises(OptionError, match="searches = 0"):
         lp.identify(
-            swinging(), vary={"spring.c": (1, 2)}, t=t, measured={"body.w": swing(t)}, starts=0
+            swinging(), vary={"spring.c": (1, 2)}, t=t, measured={"body.w": swing(t)}, searches=0
         )
 
 

@@ -5,8 +5,7 @@ import pytest
 
 import lumped as lp
 from lumped import functionals as fun
-from lumped.vibration.ordered import order_response
-from lumped.vibration.speeds import mean_campbell
+from lumped.vibration import mean_campbell, order_response
 from tests.drawing.genset import RPM, genset
 
 STRESS, SIZE, DIAMETER = "shaft.sections[0].stress", "coupling.size", "shaft.sections[0].d"
@@ -20,7 +19,7 @@ def response_of(system, design, low=1400, high=1600, count=5):
         system,
         speeds=np.linspace(low, high, count) * RPM,
         of=[STRESS],
-        over="flywheel.phi",
+        shaft="flywheel.phi",
         turns=2,
         free="load.tau",
         parameters=design,

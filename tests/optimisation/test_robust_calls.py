@@ -41,7 +41,7 @@ def test_a_condition_needs_a_probability(most):
     [
         ({"minimise": {"d": 1.0, BREAKS: 10.0}}, "no weight among others"),
         ({"subject_to": {fun.peak("T"): (None, 0.1)}}, "a condition such as"),
-        ({"starts": 2, "subject_to": BREAKS <= 0.1}, "there is one search"),
+        ({"searches": 2, "subject_to": BREAKS <= 0.1}, "there is one search"),
         ({"subject_to": BREAKS}, "is needed"),
         ({"vary": {"T": (1e3, 1e4)}, "subject_to": BREAKS <= 0.1}, "T is in `vary` and scatters"),
         (

@@ -44,7 +44,7 @@ def test_one_search_stays_in_its_valley_and_several_find_the_deeper_one(system):
     place, height = valleys()
     alone = lp.optimise(system, **options)
     assert alone.parameters["p"] == pytest.approx(place[1], abs=1e-4)
-    best = lp.optimise(system, **options, starts=4)
+    best = lp.optimise(system, **options, searches=4)
     print("error of the place:", best.parameters["p"] - place[0])
     assert best.parameters["p"] == pytest.approx(place[0], abs=1e-4)
     assert best.parameters["q"] == pytest.approx(0.5, abs=1e-4)
@@ -63,7 +63,7 @@ def test_constraints_hold_from_every_start(system):
         minimise={fun.final("height"): 1.0, "q": 0.1},
         subject_to=fun.final("far") >= -0.6,
         until=1.0,
-        starts=3,
+        searches=3,
     )
     p = best.parameters["p"]
     assert p > -0.6 - 1e-7
@@ -76,9 +76,9 @@ def test_constraints_hold_from_every_start(system):
 def test_several_starts_need_bounds_and_a_system(system):
     options = {"minimise": fun.final("height"), "until": 1.0}
     with pytest.raises(OptionError, match="both bounds of p"):
-        lp.optimise(system, vary={"p": (None, 2)}, **options, starts=2)
-    with pytest.raises(OptionError, match="starts = 0"):
-        lp.optimise(system, vary={"p": (-2, 2)}, **options, starts=0)
+        lp.optimise(system, vary={"p": (None, 2)}, **options, searches=2)
+    with pytest.raises(OptionError, match="searches = 0"):
+        lp.optimise(system, vary={"p": (-2, 2)}, **options, searches=0)
     run = lp.simulate(system, until=1.0)
     with pytest.raises(OptionError, match="for a system only"):
-        lp.optimise(run, vary={"p": (-2, 2)}, minimise=fun.final("height"), starts=2)
+        lp.optimise(run, vary={"p": (-2, 2)}, minimise=fun.final("height"), searches=2)

@@ -21,7 +21,7 @@ def driven_at(n, **changes):
 
 @pytest.fixture(scope="module")
 def hard():
-    return lp.orbits.branch(driven_at(LOW), over="n", between=(LOW, HIGH), turns=1)
+    return lp.orbits.branch(driven_at(LOW), along={"n": (LOW, HIGH)}, turns=1)
 
 
 def test_folds_of_a_cubic_spring_are_those_of_the_table(hard):
@@ -70,7 +70,7 @@ def test_the_table_and_the_picture_tell_what_is_passed(hard):
 
 def test_a_branch_ends_after_as_many_motions_as_asked_for(hard):
     begin = hard.orbit(len(hard.values) // 2)
-    few = lp.orbits.branch(begin, over="n", between=(LOW, HIGH), turns=1, step=0.01, most=3)
+    few = lp.orbits.branch(begin, along={"n": (LOW, HIGH)}, turns=1, step=0.01, most=3)
     assert few.ends == ("3 motions were found; more with most=",) * 2
     assert len(few.values) == 2 * 3 + 1
     assert few.values[3] == pytest.approx(hard.values[len(hard.values) // 2], rel=1e-12)
@@ -79,14 +79,15 @@ def test_a_branch_ends_after_as_many_motions_as_asked_for(hard):
 def test_wrong_beginnings_are_refused_by_name(hard):
     orbit = hard.orbit(0)
     for options, text in (
-        ({"between": (LOW, HIGH)}, "is a period of the functions of time for n as it is"),
-        ({"between": (LOW, HIGH), "turns": 2}, "no period of it"),
-        ({"between": (HIGH, LOW), "turns": 1}, "least, then greatest"),
-        ({"between": (HIGH, 2 * HIGH), "turns": 1}, "outside of between"),
-        ({"between": (LOW, HIGH), "turns": 1, "step": 0.0}, "step = 0"),
+        ({"along": {}}, "one parameter and its range"),
+        ({"along": {"n": (LOW, HIGH)}}, "is a period of the functions of time for n as it is"),
+        ({"along": {"n": (LOW, HIGH)}, "turns": 2}, "no period of it"),
+        ({"along": {"n": (HIGH, LOW)}, "turns": 1}, "least, then greatest"),
+        ({"along": {"n": (HIGH, 2 * HIGH)}, "turns": 1}, "outside of"),
+        ({"along": {"n": (LOW, HIGH)}, "turns": 1, "step": 0.0}, "step = 0"),
     ):
         with pytest.raises(OptionError, match=text):
-            lp.orbits.branch(orbit, over="n", **options)
+            lp.orbits.branch(orbit, **options)
     with pytest.raises(OptionError, match="crosses at a fold"):
         hard.switch(hard.points[0])
     with pytest.raises(OptionError, match="not on this branch"):

@@ -72,7 +72,7 @@ def test_a_linear_oscillator_grazes_its_stop_where_its_amplitude_is_the_gap(over
     }[over]
     between = {"F": (0.1, 2.6), "W": (1.0, 1.95), "rest": (0.19, 1.5)}[over]
     turns = 1 if over == "W" else None
-    branch = lp.orbits.branch(under_stop(), over=over, between=between, turns=turns)
+    branch = lp.orbits.branch(under_stop(), along={over: between}, turns=turns)
     (point,) = branch.named("grazing")
     error = point.value / exact - 1
     print(f"{error:.1e}")
@@ -104,7 +104,7 @@ def test_low_impacts_are_unstable_up_to_a_fold():
     v = x * 0.9 / (x**2 + ((0.7 + rate) / 1.3) ** 2)  # where the force is least
     least = np.hypot(0.9 - x * v, (0.7 + rate) * v / 1.3) / compliance(1.3)
     for begin in (calm, struck):
-        branch = lp.orbits.branch(begin, over="F", between=(0.1, 2.6))
+        branch = lp.orbits.branch(begin, along={"F": (0.1, 2.6)})
         (grazing,), (fold,) = branch.named("grazing"), branch.named("fold")
         print(grazing.value * compliance(1.3) / 0.9 - 1, fold.value / least - 1)
         assert grazing.value == pytest.approx(0.9 / compliance(1.3), rel=1e-9)
@@ -127,7 +127,7 @@ def test_low_impacts_are_unstable_up_to_a_fold():
 
 
 def test_a_motion_too_near_to_grazing_is_not_taken_for_another():
-    branch = lp.orbits.branch(under_stop(), over="F", between=(0.4, 2.1))
+    branch = lp.orbits.branch(under_stop(), along={"F": (0.4, 2.1)})
     (grazing,) = branch.named("grazing")
     text = r"between motions \d+ and \d+ of the branch was not found .* further from the border"
     with pytest.raises(SolverError, match=text):
@@ -138,7 +138,7 @@ def test_a_border_at_the_very_start_of_a_period_is_found_too():
     """Without damping the mass is highest at the time zero."""
     begin = {"h": 0.9 - 0.5 / (4 - 1.3**2), "v": 0.0}
     orbit = under_stop(begin, d=1e-9)
-    branch = lp.orbits.branch(orbit, over="F", between=(0.1, 5.0))
+    branch = lp.orbits.branch(orbit, along={"F": (0.1, 5.0)})
     (point,) = branch.points
     assert point.value == pytest.approx(0.9 * (4 - 1.3**2), rel=1e-9)
 
@@ -163,7 +163,7 @@ class Kept(lp.Component):
 def test_a_free_vibration_lacks_what_is_beyond_an_elastic_stop():
     """Its period is that of a cut cosine; impacts that come to the begin of it are no hindrance."""
     orbit = lp.periodic(lp.assemble(Kept()), near=6.3, warm_up=200.0)
-    branch = lp.orbits.branch(orbit, over="E", between=(0.1, 1.0))
+    branch = lp.orbits.branch(orbit, along={"E": (0.1, 1.0)})
     (point,) = branch.points
     assert point.value == pytest.approx(0.5, rel=1e-8)
     above = branch.values > 0.5
@@ -198,7 +198,7 @@ def test_a_rubbing_oscillator_begins_to_stick_where_den_hartog_says(W):
     period = 2 * np.pi / W
     system = lp.assemble(Rubbing(W=W))
     orbit = lp.periodic(system, period=period, warm_up=10 * period)
-    branch = lp.orbits.branch(orbit, over="F", between=(0.05, 0.95), step=0.1)
+    branch = lp.orbits.branch(orbit, along={"F": (0.05, 0.95)}, step=0.1)
     V, U = 1 / (1 - W**2), np.sin(np.pi / W) / (W * (1 + np.cos(np.pi / W)))
     exact = abs(V) / np.hypot(U, 1 / W**2)
     (point,) = branch.points

@@ -44,7 +44,7 @@ def swing(x, u, a):
 def test_a_branch_ends_where_states_change_places():
     """A pendulum that swings up to its hinge; before it, the motions are those of its angle."""
     orbit = lp.periodic(lp.assemble(Bob()), period=np.pi, warm_up=30.0)
-    branch = lp.orbits.branch(orbit, over="a", between=(0.5, 30.0), step=0.1)
+    branch = lp.orbits.branch(orbit, along={"a": (0.5, 30.0)}, step=0.1)
     assert "least value that was asked for" in branch.ends[0]
     assert "states change places during the period" in branch.ends[1]
     assert not branch.points
@@ -63,7 +63,7 @@ def test_a_branch_keeps_the_period_for_which_a_parameter_is_free():
     """The torque that turns an eccentric rotor at a mean speed, by an own calculation."""
     period = 2 * np.pi / 12.0
     orbit = lp.periodic(ROTOR, turn=TURN, period=period, free=["tau"])
-    branch = lp.orbits.branch(orbit, over="G", between=(0.0, 20.0), step=0.1)
+    branch = lp.orbits.branch(orbit, along={"G": (0.0, 20.0)}, step=0.1)
     assert branch.periods == pytest.approx(np.full(len(branch.periods), period), rel=1e-14)
     for G in (0.0, 7.0, 20.0):
         (found,) = branch.at(G)
@@ -73,4 +73,4 @@ def test_a_branch_keeps_the_period_for_which_a_parameter_is_free():
         assert found.mean("w") == pytest.approx(12.0, rel=1e-9)
     assert branch.at(0.0)[0].free["tau"] == pytest.approx(0.5 * 12.0, rel=1e-10)
     with pytest.raises(OptionError, match="this motion determines tau, so that its period stays"):
-        lp.orbits.branch(orbit, over="tau", between=(0.0, 20.0))
+        lp.orbits.branch(orbit, along={"tau": (0.0, 20.0)})

@@ -37,7 +37,7 @@ def bouncing():
     flown = 1.0 - (phase / W) % 1.0
     begin = {"h": A * np.cos(phase) + up * flown - G / 2 * flown**2 - A, "v": up - G * flown}
     orbit = lp.periodic(lp.assemble(Ball()), period=1.0, start=begin, warm_up=0)
-    return lp.orbits.branch(orbit, over="A", between=(0.1, 0.45))
+    return lp.orbits.branch(orbit, along={"A": (0.1, 0.45)})
 
 
 def test_a_bouncing_ball_turns_and_doubles_its_period_where_calculated_by_hand(bouncing):
@@ -118,7 +118,7 @@ def test_a_switch_to_a_branch_that_crosses_is_the_root_of_the_parameter():
             yield lp.der(self.y) == cos(lp.time) - self.y
 
     orbit = lp.periodic(lp.assemble(Fork()), period=2 * np.pi, warm_up=60)
-    branch = lp.orbits.branch(orbit, over="mu", between=(-1, 1))
+    branch = lp.orbits.branch(orbit, along={"mu": (-1, 1)})
     (point,) = branch.points
     assert point.kind == "branch point"
     assert abs(point.value) < 1e-8
@@ -145,7 +145,7 @@ def test_a_torus_begins_where_a_spiral_ceases_to_fade():
             yield lp.der(self.y) == cos(lp.time) - self.y
 
     orbit = lp.periodic(lp.assemble(Spiral()), period=2 * np.pi, warm_up=100)
-    branch = lp.orbits.branch(orbit, over="mu", between=(-0.5, 0.25))
+    branch = lp.orbits.branch(orbit, along={"mu": (-0.5, 0.25)})
     (point,) = branch.points
     assert point.kind == "Neimark-Sacker"
     assert abs(point.value) < 1e-8
@@ -181,7 +181,7 @@ def test_the_backbone_of_a_cubic_spring_is_its_elliptic_integral():
     """Period 4 K(m) / sqrt(1 + k A^2), m = k A^2 / (2 (1 + k A^2)), E = A^2 / 2 + k A^4 / 4."""
     k = 0.8
     orbit = lp.periodic(lp.assemble(Held(cubic=k)), near=6.0, warm_up=200)
-    branch = lp.orbits.branch(orbit, over="E", between=(0.05, 3.0))
+    branch = lp.orbits.branch(orbit, along={"E": (0.05, 3.0)})
     square = (-1 + np.sqrt(1 + 4 * k * branch.values)) / k
     wanted = 4 * ellipk(k * square / (2 * (1 + k * square))) / np.sqrt(1 + k * square)
     errors = branch.periods / wanted - 1, branch["x"].amplitude / np.sqrt(square) - 1
@@ -196,7 +196,7 @@ def test_the_backbone_of_a_play_is_its_closed_form():
     """Half a vibration on each flank, and twice the way through the play at the full speed."""
     b = 0.3
     orbit = lp.periodic(lp.assemble(Held(play=b)), near=8.0, warm_up=200)
-    branch = lp.orbits.branch(orbit, over="E", between=(0.05, 3.0))
+    branch = lp.orbits.branch(orbit, along={"E": (0.05, 3.0)})
     speed = np.sqrt(2 * branch.values)
     errors = (
         branch.periods / (2 * np.pi + 4 * b / speed) - 1,
@@ -213,7 +213,7 @@ def test_folds_of_a_softening_spring_agree_with_an_own_calculation():
     system = lp.assemble(Hardening(k3=k3, P=P, c=0.5 * C))
     n = 15.0
     orbit = lp.periodic(system, period=2 * np.pi / n, parameters={"n": n}, warm_up=30)
-    branch = lp.orbits.branch(orbit, over="n", between=(n, 30.0), turns=1)
+    branch = lp.orbits.branch(orbit, along={"n": (n, 30.0)}, turns=1)
     folds = branch.named("fold")
     assert len(folds) == 2
 

@@ -43,7 +43,7 @@ def stuck_again(u):
 
 def test_a_brake_sticks_and_slips_up_to_a_speed():
     orbit = lp.periodic(lp.assemble(Brake()), near=8.0)
-    branch = lp.orbits.branch(orbit, over="u", between=(0.05, 4.0))
+    branch = lp.orbits.branch(orbit, along={"u": (0.05, 4.0)})
     exact = brentq(stuck_again, 0.1, 3.0, xtol=1e-14)
     (point,) = branch.points
     print(f"{point.value / exact - 1:.1e}")
@@ -105,7 +105,7 @@ def oscillating():
 
 
 def test_an_axis_with_play_oscillates_nearly_as_its_describing_function_says(oscillating):
-    branch = lp.orbits.branch(oscillating, over="k", between=(10.0, 20.0))
+    branch = lp.orbits.branch(oscillating, along={"k": (10.0, 20.0)})
     twists = np.abs(branch.harmonics("twist", 1)[:, 1])
     rows = []
     for k, period, twist in zip(branch.values, branch.periods, twists, strict=True):
@@ -124,10 +124,10 @@ def test_an_axis_with_play_oscillates_nearly_as_its_describing_function_says(osc
 
 def test_its_oscillation_is_as_large_as_its_play(oscillating):
     """Nothing but the play has a length, so that the amplitude follows it and the period stays."""
-    branch = lp.orbits.branch(oscillating, over="b", between=(0.005, 0.1))
+    branch = lp.orbits.branch(oscillating, along={"b": (0.005, 0.1)})
     ratio = branch["load"].amplitude / branch.values
     spreads = np.ptp(branch.periods) / branch.periods[0], np.ptp(ratio) / ratio[0]
     print(spreads)
     assert max(spreads) < 1e-7
     with pytest.raises(OptionError, match="which nothing prescribes; that is no period"):
-        lp.orbits.branch(oscillating, over="k", between=(4.0, 14.0), turns=1)
+        lp.orbits.branch(oscillating, along={"k": (4.0, 14.0)}, turns=1)

@@ -46,8 +46,7 @@ def sweeps():
         rows = {key: values[own] for key, values in table.items()}
         motions = lp.orbits.periodic_range(
             system,
-            speeds=rows["n_rpm"] * RPM,
-            speed="n",
+            speeds={"n": rows["n_rpm"] * RPM},
             of=["x"],
             orders=[2, 6],
             warm_up=60 * np.pi / (rows["n_rpm"][0] * RPM),
@@ -90,7 +89,7 @@ def test_a_linear_range_is_its_closed_form():
     system = lp.assemble(Hardening())
     speeds = np.linspace(20.0, 28.0, 9)
     motions = lp.orbits.periodic_range(
-        system, speeds=speeds, speed="n", of=["x"], orders=[2], parameters={"k3": 0.0}
+        system, speeds={"n": speeds}, of=["x"], orders=[2], parameters={"k3": 0.0}
     )
     w = 2 * speeds
     wanted = P / (K1 - JR * w**2 + 1j * C * w)
@@ -147,7 +146,7 @@ def rotor_torque(speed):
 def rotor():
     system = lp.assemble(Rotor())
     response = lp.vibration.order_response(
-        system, speeds=SPEEDS, of=["w"], over="phi", free="tau", orders=[1]
+        system, speeds=SPEEDS, of=["w"], shaft="phi", free="tau", orders=[1]
     )
     return system, response
 
@@ -155,7 +154,7 @@ def rotor():
 def test_an_order_response_is_a_first_guess_that_needs_no_simulation(rotor):
     system, response = rotor
     for speed in SPEEDS[[0, 3, 7]]:
-        orbit = lp.periodic(system, guess=response, speed=speed)
+        orbit = lp.periodic(system, start=response, speed=speed)
         error = orbit.free["tau"] / rotor_torque(speed) - 1
         print(f"{speed} rad/s: {orbit.iterations} iterations, torque {error:.1e}")
         assert orbit.iterations <= 4
@@ -167,7 +166,7 @@ def test_a_drive_that_turns_is_followed_over_its_speed(rotor):
     system, response = rotor
     falling = SPEEDS[::-1]
     down = lp.orbits.periodic_range(
-        system, guess=response, speeds=falling, orders=range(1, 13), of=["w", "phi"]
+        system, start=response, speeds=falling, orders=range(1, 13), of=["w", "phi"]
     )
     assert not down.ended
     torques = [orbit.free["tau"] for orbit in down.orbits]
@@ -189,39 +188,42 @@ def test_a_drive_that_turns_is_followed_over_its_speed(rotor):
     [
         ({"speeds": [1.0, 3.0, 2.0]}, "must ascend or descend"),
         ({"speeds": [0.0, 3.0]}, "above zero"),
-        ({"guess": None}, "give an order response as a guess="),
-        ({"speed": "tau"}, "give an order response as a guess="),
+        ({"start": None}, "start= an order response, or name the parameter"),
+        ({"speeds": {"tau": SPEEDS}}, "start= an order response, or name the parameter"),
+        ({"start": None, "speeds": {"tau": SPEEDS, "J": SPEEDS}}, "one parameter is the speed"),
         ({"turns": 2}, "leave these out"),
         ({"orders": [0.5]}, "whole numbers of periods in 1 turn"),
-        ({"guess": None, "speed": "tau", "of": ["w"]}, "no function of time acts"),
+        ({"start": None, "speeds": {"tau": SPEEDS}, "of": ["w"]}, "no function of time acts"),
     ],
 )
 def test_slips_of_a_range_are_named(rotor, options, text):
     system, response = rotor
     with pytest.raises(OptionError, match=text):
-        lp.orbits.periodic_range(system, **{"guess": response, "speeds": SPEEDS, **options})
+        lp.orbits.periodic_range(system, **{"start": response, "speeds": SPEEDS, **options})
 
 
 def test_slips_of_a_guess_are_named(rotor):
     system, response = rotor
     with pytest.raises(OptionError, match="the nearest is"):
-        lp.periodic(system, guess=response, speed=6.5)
+        lp.periodic(system, start=response, speed=6.5)
     for more in ({}, {"speed": 6.0, "period": 1.0}, {"speed": 6.0, "free": ["tau"]}):
         with pytest.raises(OptionError, match="goes with one of its speeds"):
-            lp.periodic(system, guess=response, **more)
+            lp.periodic(system, start=response, **more)
     with pytest.raises(OptionError, match="that of another system"):
-        lp.periodic(lp.assemble(Rotor()), guess=response, speed=6.0)
-    unbalanced = lp.vibration.order_response(system, speeds=[6.0], of=["w"], over="phi", orders=[1])
+        lp.periodic(lp.assemble(Rotor()), start=response, speed=6.0)
+    unbalanced = lp.vibration.order_response(
+        system, speeds=[6.0], of=["w"], shaft="phi", orders=[1]
+    )
     with pytest.raises(OptionError, match="does not balance the mean torques"):
-        lp.periodic(system, guess=unbalanced, speed=6.0)
+        lp.periodic(system, start=unbalanced, speed=6.0)
     given = lp.vibration.order_response(
         system,
         speeds=[6.0],
         of=["w"],
-        over="phi",
+        shaft="phi",
         free="tau",
         orders=[1],
         excitations={"G": {1: 0.1}},
     )
     with pytest.raises(OptionError, match=r"a run has no excitations= \(G\)"):
-        lp.periodic(system, guess=given, speed=6.0)
+        lp.periodic(system, start=given, speed=6.0)

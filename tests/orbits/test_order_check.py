@@ -15,7 +15,7 @@ SPEEDS = np.array([5.0, 8.0, 16.0])
 @pytest.fixture(scope="module")
 def rotor():
     return lp.vibration.order_response(
-        lp.assemble(Rotor()), speeds=SPEEDS, of=["w"], over="phi", free="tau", orders=[1]
+        lp.assemble(Rotor()), speeds=SPEEDS, of=["w"], shaft="phi", free="tau", orders=[1]
     )
 
 

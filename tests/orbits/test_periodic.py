@@ -71,7 +71,7 @@ def test_a_driven_linear_oscillator_answers_as_its_frequency_response():
     assert orbit.least("x").value == pytest.approx(-size, rel=1e-9)
     loss = np.pi * d * Omega * size**2
     assert orbit.drift["E"] == pytest.approx(loss, rel=1e-9)
-    assert orbit.work("v", "v") == pytest.approx(loss / d, rel=1e-9)
+    assert orbit.work(("v", "v")) == pytest.approx(loss / d, rel=1e-9)
     exact = np.exp(T * np.roots([1, d, c]))
     close(sorted(orbit.multipliers, key=np.imag), sorted(exact, key=np.imag), 1e-8)
     assert orbit.shift is None
@@ -107,7 +107,7 @@ def test_the_van_der_pol_oscillator_has_its_published_period():
     trace = 1 - x**2
     area = np.trapezoid(trace, t)  # of a periodic function, so it converges at once
     assert orbit.multipliers == pytest.approx([np.exp(area)], rel=1e-6)
-    by = orbit.sensitivity(of=["x", "v"], to=["mu"])
+    by = orbit.sensitivity(of=["x", "v"], by=["mu"])
     step = 1e-3
     beside = [lp.periodic(van_der_pol(1 + sign * step), near=6.5).period for sign in (1, -1)]
     assert by.period["mu"] == pytest.approx((beside[0] - beside[1]) / (2 * step), rel=1e-5)
@@ -157,7 +157,7 @@ def test_multipliers_of_a_mathieu_equation(c, pumped):
 def test_derivatives_of_a_driven_orbit_by_its_parameters():
     system = driven()
     T = 2 * np.pi / 1.1
-    by = lp.periodic(system, period=T).sensitivity(of=["x"], to=["c", "d", "F"])
+    by = lp.periodic(system, period=T).sensitivity(of=["x"], by=["c", "d", "F"])
     t, wave = by.run.t, np.exp(1.1j * by.run.t)
     H = 1 / (2.0 - 1.1**2 + 1.1j * 0.3)
     close(by["x", "F"], np.real(H * wave), 1e-8)
@@ -209,7 +209,7 @@ def test_a_slider_on_a_belt_sticks_and_slips_for_as_long_as_calculated_by_hand(u
     assert orbit.greatest("s").value == pytest.approx(kinetic / c + np.hypot(step, u / w), rel=1e-9)
     # while it sticks only the phase is free
     assert np.abs(orbit.multipliers).max() < 1e-9
-    by = orbit.sensitivity(of=["s"], to=["static", "u", "c"])
+    by = orbit.sensitivity(of=["s"], by=["static", "u", "c"])
     slope = -2 / (c * w) * (u / w) / (step**2 + (u / w) ** 2) + 2 / (c * u)
     assert by.period["static"] == pytest.approx(slope, rel=1e-7)
     slope = 2 / w * step / w / (step**2 + (u / w) ** 2) - 2 * step / u**2
@@ -284,7 +284,7 @@ def test_a_turning_rotor_finds_its_own_mean_speed(turn):
     # multipliers: one of a shift in time, the other exp(integral of the trace)
     assert abs(orbit.shift - 1) < 1e-8
     assert orbit.multipliers == pytest.approx([np.exp(-0.5 / 0.3 * orbit.period)], rel=1e-7)
-    by = orbit.sensitivity(of=["w"], to=["tau", "J"])
+    by = orbit.sensitivity(of=["w"], by=["tau", "J"])
     beside = [
         lp.periodic(ROTOR, turn=turn, warm_up=5.0, parameters={"tau": tau})
         for tau in (1.001, 0.999)
@@ -322,7 +322,7 @@ def test_the_pilger_mill_turns_at_the_mean_speed_that_its_controller_integrates(
 @pytest.mark.parametrize("wanted", [0.1, 0.02])
 def test_a_flywheel_gives_the_irregularity_asked_for(wanted):
     orbit = lp.periodic(ROTOR, turn={"phi": 2 * np.pi}, warm_up=5.0)
-    found = lp.orbits.flywheel(orbit, inertia="J", speed="w", irregularity=wanted)
+    found = lp.orbits.flywheel(orbit, inertia="J", of="w", irregularity=wanted)
     exact = rotor_over_angle(found.after)
     w = exact.sol(np.linspace(0, 2 * np.pi, 20_001))[0]
     assert np.ptp(w) * exact.y[1, -1] / (2 * np.pi) == pytest.approx(wanted, rel=1e-6)
@@ -331,9 +331,9 @@ def test_a_flywheel_gives_the_irregularity_asked_for(wanted):
     assert found.after == pytest.approx(4 / (wanted * orbit.mean("w") ** 2), rel=0.1)
     assert found.before + found.classical == pytest.approx(found.after, rel=0.15)
     with pytest.raises(OptionError, match="already"):
-        lp.orbits.flywheel(orbit, inertia="J", speed="w", irregularity=2.0)
+        lp.orbits.flywheel(orbit, inertia="J", of="w", irregularity=2.0)
     with pytest.raises(OptionError, match="rigidly joined"):
-        lp.orbits.flywheel(orbit, inertia="ratio", speed="w", irregularity=wanted)
+        lp.orbits.flywheel(orbit, inertia="ratio", of="w", irregularity=wanted)
 
 
 def test_the_classical_flywheel_is_exact_where_torques_depend_on_the_angle_alone():
@@ -342,7 +342,7 @@ def test_the_classical_flywheel_is_exact_where_torques_depend_on_the_angle_alone
     orbit = lp.periodic(
         ROTOR, turn={"phi": 2 * np.pi}, warm_up=5.0, parameters=weak, start={"w": 8.0}
     )
-    found = lp.orbits.flywheel(orbit, inertia="J", speed="w", irregularity=0.005)
+    found = lp.orbits.flywheel(orbit, inertia="J", of="w", irregularity=0.005)
     assert found.classical == pytest.approx(found.added, rel=2e-3)
     # w^2 is a mean plus W / J, the mean speed that of idling
     assert found.after == pytest.approx(4 / (0.005 * 8.0**2), rel=2e-3)
@@ -429,7 +429,7 @@ def test_a_torque_that_is_switched_on_and_off_in_each_period(on):
     assert orbit.drift["phi"] == pytest.approx(on, rel=1e-9)  # mean speed is mean torque
     assert orbit.fluctuation("w") == pytest.approx((top - begin) / on, rel=1e-9)
     assert orbit.multipliers == pytest.approx([np.exp(-1)], rel=1e-9)
-    by = orbit.sensitivity(of=["w", "tau"], to=["on"])
+    by = orbit.sensitivity(of=["w", "tau"], by=["on"])
     assert by.mean[:, 0] == pytest.approx(1.0, rel=1e-8)
     # the top is where the torque ends, and moves with it
     slope = (1 - begin) * np.exp(-on) + 1 / (np.e - 1)

@@ -83,8 +83,8 @@ def test_derivatives_at_a_given_mean_speed_follow_the_torque():
     """Central differences of the turns that take the same time."""
     period = 0.5
     orbit = lp.periodic(ROTOR, turn=TURN, period=period, free=["tau"])
-    found = orbit.sensitivity(of=["w"], to=["d", "G"])
-    assert found.to == ("d", "G")
+    found = orbit.sensitivity(of=["w"], by=["d", "G"])
+    assert found.by == ("d", "G")
     assert found.period == {"d": 0.0, "G": 0.0}
     assert found.mean == pytest.approx(np.zeros((1, 2)), abs=1e-7)
     for column, (name, value, h) in enumerate((("d", 0.5, 2e-2), ("G", 2.0, 2e-2))):
@@ -95,7 +95,7 @@ def test_derivatives_at_a_given_mean_speed_follow_the_torque():
         expected = (tops[1] - tops[0]) / (2 * h)
         assert found.greatest[0, column] == pytest.approx(expected, rel=2e-3)
     with pytest.raises(OptionError, match="tau is free, and this motion determines it"):
-        orbit.sensitivity(of=["w"], to=["tau"])
+        orbit.sensitivity(of=["w"], by=["tau"])
 
 
 def driven(T=5.0):
@@ -129,7 +129,7 @@ def test_derivatives_by_the_period():
     expected = (amplitude(5 + h) - amplitude(5 - h)) / (2 * h)
     orbit = lp.periodic(system, period="T")
     assert orbit.greatest("x").value == pytest.approx(amplitude(5.0), rel=1e-8)
-    found = orbit.sensitivity(of=["x"], to=["T", "c"])
+    found = orbit.sensitivity(of=["x"], by=["T", "c"])
     assert found.period == {"T": 1.0, "c": 0.0}
     assert found.greatest[0, 0] == pytest.approx(expected, rel=1e-6)
     # held as a number, the end of the period would be another place of the wave

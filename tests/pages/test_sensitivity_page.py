@@ -66,7 +66,7 @@ def test_the_page_runs_and_agrees_with_matrices_written_here(tmp_path, monkeypat
         lp.gradient(
             system,
             of=names["of"],
-            to=["M_pr"],
+            by=["M_pr"],
             parameters={"upper.motor.J": changed},
             **names["scene"],
         ).derivatives[0, 0]

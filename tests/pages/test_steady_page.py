@@ -102,7 +102,7 @@ def test_the_static_response_is_that_slope_and_its_own_slope_is_that_of_the_form
     r = 1.01
     static = response["upper.spindle.tau", "M_pr"][0]
     assert static == pytest.approx((1 + r) / (1 + r**2), rel=1e-9)
-    slope = lp.vibration.response_sensitivity(response, to=["eps"])[
+    slope = lp.vibration.response_sensitivity(response, by=["eps"])[
         "upper.spindle.tau", "M_pr", "eps"
     ][0]
     expected = (1 + r**2 - 2 * r * (1 + r)) / (1 + r**2) ** 2

@@ -103,24 +103,24 @@ def results(tmp_path_factory):
         "campbell": campbell,
         "orders": orders,
         "tracks": lp.vibration.order_tracks(
-            turning, "coupling.tau", over="engine.phi", turns=3, overlap=0.5, most=6.0
+            turning, "coupling.tau", shaft="engine.phi", turns=3, overlap=0.5, most=6.0
         ),
         "sums": lp.vibration.vector_sums(
             modes, {name: 2.0 * i for i, name in enumerate(names)}, orders=[0.5, 1.0, 1.5]
         ),
-        "holzer": lp.vibration.mass_elastic(modes, over="engine.phi").holzer(0),
-        "locus": lp.vibration.root_locus(still, "spring.d", values=np.linspace(1.0, 60.0, 9)),
+        "holzer": lp.vibration.mass_elastic(modes, shaft="engine.phi").holzer(0),
+        "locus": lp.vibration.root_locus(still, along={"spring.d": np.linspace(1.0, 60.0, 9)}),
         "eigen": lp.vibration.eigen_sensitivity(modes),
         "point": lp.points.equilibrium_sensitivity(lp.equilibrium(still), of=["spring.tau"]),
         "gradient": lp.gradient(still, of=[fun.peak("spring.tau")], **scene),
-        "forward": lp.sensitivity(still, of=["spring.tau"], to=["spring.c", "body.J"], **scene),
+        "forward": lp.sensitivity(still, of=["spring.tau"], by=["spring.c", "body.J"], **scene),
         "ensemble": lp.ensemble(
             still, over={"body.J": lp.uniform(1.0, 3.0)}, runs=50, seed=1,
             of={"peak": fun.peak("spring.tau")}, **scene,
         ),
         "precision": lp.simulation.work_precision(still, until=0.05, of=["spring.tau"]),
         "sizing": lp.simulation.sizing(
-            run, torque="pulses.flange.tau", speed="engine.w", rated=8.0, maximum=20.0
+            run, of=("pulses.flange.tau", "engine.w"), rated=8.0, maximum=20.0
         ),
         "verdict": lp.vibration.verdict(orders, limits),
         "comparison": comparison(free),

@@ -61,7 +61,7 @@ def test_a_slip_that_is_rounding_is_exactly_zero():
     point = lp.start_point(system)
     assert 0.1 + 0.2 != 0.3
     assert point["clutch.w_rel"] == 0.0
-    assert point["clutch.mode"] == 0.0
+    assert point["clutch.position"] == 0.0
 
 
 def test_a_mechanism_whose_ratio_changes_is_left_to_the_search():

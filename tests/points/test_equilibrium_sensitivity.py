@@ -39,7 +39,7 @@ def test_an_equilibrium_moves_as_its_closed_form():
     )
     point = lp.equilibrium(system)
     of, to = ["load.w", "shaft.phi_rel"], ["motor.tau", "drag.d", "oil.d", "shaft.c", "load.J"]
-    found = lp.points.equilibrium_sensitivity(point, of=of, to=to)
+    found = lp.points.equilibrium_sensitivity(point, of=of, by=to)
 
     def closed(tau, drag, d, c, J):
         w = tau / (drag + d)

@@ -344,7 +344,7 @@ def test_a_preferred_state_leads_although_what_it_makes_is_steep():
 
     assert run["tyre.s"][-1] == pytest.approx(slip(5.0), rel=1e-6)
     of = [lp.functionals.final("tyre.s")]
-    found = lp.gradient(system, of=of, to=["push.tau"], until=1.0)
+    found = lp.gradient(system, of=of, by=["push.tau"], until=1.0)
     expected = (slip(5.001) - slip(4.999)) / 2e-3
     assert found.derivatives[0, 0] == pytest.approx(expected, rel=1e-4)
 
@@ -356,9 +356,9 @@ def test_derivatives_across_an_exchange_of_states_name_it_and_the_remedy():
     )
     of = [lp.functionals.final("crank.w")]
     with pytest.raises(SolverError, match=expected):
-        lp.gradient(system, of=of, to=["crank.J"], until=5.0)
+        lp.gradient(system, of=of, by=["crank.J"], until=5.0)
     with pytest.raises(SolverError, match=expected):
-        lp.sensitivity(system, of=["crank.w"], to=["crank.J"], until=5.0)
+        lp.sensitivity(system, of=["crank.w"], by=["crank.J"], until=5.0)
 
 
 def test_one_given_speed_turns_what_stretches_in_metres_too():

@@ -46,7 +46,7 @@ def test_an_open_lash_is_named_on_the_first_line():
     assert first_line(answer).endswith("; open: s")
     diagram = lp.campbell(system, speeds=[0.0, 1.0], orders=[1])
     assert first_line(diagram).endswith("; open: s")
-    assert first_line(lp.vibration.root_locus(system, "a.J", values=[1.0, 2.0])).endswith(
+    assert first_line(lp.vibration.root_locus(system, along={"a.J": [1.0, 2.0]})).endswith(
         "; open: s"
     )
 
@@ -67,7 +67,7 @@ def test_a_locus_that_passes_several_situations_names_them_all():
             system, parameters={"a.J": J}, start={"s.phi_rel": 0.0 if J < 2 else 0.006}
         )
 
-    found = lp.vibration.root_locus(system, "a.J", values=[1.0, 3.0], at=at)
+    found = lp.vibration.root_locus(system, along={"a.J": [1.0, 3.0]}, at=at)
     assert found.situations == ("; open: s", "")
 
 

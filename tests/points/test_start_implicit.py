@@ -80,7 +80,7 @@ def test_a_run_begins_there_and_its_gradient_is_that_of_the_closed_form():
     run = lp.simulate(system, until=1.0, rtol=1e-10)
     assert run["x"][-1] == pytest.approx(cubic(1.5) * np.exp(-1.0), rel=1e-8)
     # x(1) = (y^3 + y) / k e^-1
-    found = lp.gradient(system, of=[fun.final("x")], to=["k", "y"], until=1.0, rtol=1e-8)
+    found = lp.gradient(system, of=[fun.final("x")], by=["k", "y"], until=1.0, rtol=1e-8)
     expected = np.exp(-1.0) * np.array([-cubic(1.5) / 2.0, (3 * 1.5**2 + 1) / 2.0])
     assert found.derivatives[0] == pytest.approx(expected, rel=1e-6)
 

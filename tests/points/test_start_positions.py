@@ -117,7 +117,7 @@ def test_behind_a_slipping_clutch_a_body_starts_at_its_steady_speed(w):
     # it carries mu f_n = 0.5 * 20 N.m, which the damper takes
     assert point["b.w"] == pytest.approx(np.sign(w) * 10.0 / 2.0, rel=1e-12)
     assert point["b.a"] == pytest.approx(0.0, abs=1e-12)
-    assert point["slip.mode"] == -np.sign(w)
+    assert point["slip.position"] == -np.sign(w)
 
 
 def test_a_drive_at_its_limit_starts_with_its_limit():
@@ -290,10 +290,10 @@ def test_derivatives_of_a_start_are_those_of_the_positions_that_hold():
     system = lp.assemble(filtered())
     by = {}
     for name in ("limiter.y_max", "first.x"):
-        found = lp.sensitivity(system, of=["lag.x"], to=[name], until=0.5, grid=1)
-        by[name] = found.values[:, 0, 0]
+        found = lp.sensitivity(system, of=["lag.x"], by=[name], until=0.5, grid=1)
+        by[name] = found.derivatives[:, 0, 0]
     assert by["limiter.y_max"] == pytest.approx([1.0, 1.0], rel=1e-6)
     assert by["first.x"] == pytest.approx([0.0, 0.0], abs=1e-9)
     of = [lp.functionals.final("lag.x")]
-    found = lp.gradient(system, of=of, to=["limiter.y_max", "first.x"], until=0.5)
+    found = lp.gradient(system, of=of, by=["limiter.y_max", "first.x"], until=0.5)
     assert found.derivatives[0] == pytest.approx([1.0, 0.0], abs=1e-6)

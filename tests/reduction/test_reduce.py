@@ -236,7 +236,7 @@ def test_requested_outputs_decide_what_is_computed():
     everything = lp.assemble(model)
     assert everything.state_names == ["one.w", "shaft.phi_rel", "two.w", "apart.w"]
     assert {x.what for x in everything.left_out} >= {"one.phi", "apart.phi"}
-    only = lp.assemble(model, outputs=["apart.phi"])
+    only = lp.assemble(model, of=["apart.phi"])
     assert only.state_names == ["apart.phi", "apart.w"]
     assert {x.what for x in only.left_out} >= {"one.w", "shaft.phi_rel", "two.w"}
     run = lp.simulate(only, until=2.0, grid=2)

@@ -98,7 +98,7 @@ FORMULAS = [
         lambda a, b, s: s * np.sin(a * UNTIL) * np.sin(b * UNTIL),
     ),
     (
-        fun.at([0.3, 0.7], ops.exp(waves.x) * ops.cos(lp.time * waves.a)),
+        fun.at_time([0.3, 0.7], ops.exp(waves.x) * ops.cos(lp.time * waves.a)),
         lambda a, b, s: sum(np.exp(np.sin(a * t)) * np.cos(a * t) for t in (0.3, 0.7)),
     ),
     (
@@ -117,12 +117,12 @@ SLOPES = np.array(
 
 
 def test_values_and_derivatives_of_a_single_run(system):
-    found = lp.gradient(system, of=OF, to=["a", "b", "share"], until=UNTIL, rtol=1e-8)
+    found = lp.gradient(system, of=OF, by=["a", "b", "share"], until=UNTIL, rtol=1e-8)
     print(np.abs(found.values - EXACT).max(), np.abs(found.derivatives - SLOPES).max())
     np.testing.assert_allclose(found.values, EXACT, rtol=1e-9)
     np.testing.assert_allclose(found.derivatives, SLOPES, rtol=1e-8, atol=1e-8)
-    forward = lp.sensitivity(system, of=OF, to=["a", "b", "share"], until=UNTIL, rtol=1e-8)
-    np.testing.assert_allclose(forward.totals, EXACT, rtol=1e-9)
+    forward = lp.sensitivity(system, of=OF, by=["a", "b", "share"], until=UNTIL, rtol=1e-8)
+    np.testing.assert_allclose(forward.values, EXACT, rtol=1e-9)
     np.testing.assert_allclose(forward.slopes, SLOPES, rtol=1e-8, atol=1e-8)
 
 
@@ -192,7 +192,7 @@ def test_a_measured_product_tells_both_rates(system):
 def test_jax_gets_value_and_gradient(system):
     jax = pytest.importorskip("jax")
     jax.config.update("jax_enable_x64", True)
-    function = lp.to_jax(system, of=OF, over=["a", "b", "share"], until=UNTIL, rtol=1e-8)
+    function = lp.to_jax(system, of=OF, by=["a", "b", "share"], until=UNTIL, rtol=1e-8)
     np.testing.assert_allclose(function(POINT), EXACT, rtol=1e-9)
     slopes = jax.jacrev(function)(jax.numpy.array(POINT))
     np.testing.assert_allclose(slopes, SLOPES, rtol=1e-8, atol=1e-8)
@@ -237,7 +237,7 @@ def test_a_drive_with_a_brake_agrees_with_its_dense_output():
         fun.integral(abs(lp.der(tau))),
         fun.count("brake"),
     ]
-    found = lp.gradient(system, of=of[:-1], to=["shaft.c", "load.J"], until=1.0)
+    found = lp.gradient(system, of=of[:-1], by=["shaft.c", "load.J"], until=1.0)
     run = lp.simulate(system, until=1.0, rtol=1e-10, grid=200_000)
     t, torque = run.t, run["shaft.tau"]
     power = torque * run["shaft.w_rel"]

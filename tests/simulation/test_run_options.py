@@ -73,13 +73,13 @@ MADE = {
     "scatter": lambda s, **o: lp.scatter(s, over=SCATTERED, of=W, runs=20, **o)[str(W)].mean,
 }
 FOLLOWED = {
-    "gradient": lambda s, **o: lp.gradient(s, of=[W], to=["body.J"], **o).values[0],
-    "sensitivity": lambda s, **o: lp.sensitivity(s, of=[W], to=["body.J"], **o).totals[0],
+    "gradient": lambda s, **o: lp.gradient(s, of=[W], by=["body.J"], **o).values[0],
+    "sensitivity": lambda s, **o: lp.sensitivity(s, of=[W], by=["body.J"], **o).values[0],
     "gradient_ensemble": lambda s, **o: lp.gradients.gradient_ensemble(
         s, over=J, of=[W], **o
     ).values[0, 0],
     "value_and_gradient": lambda s, **o: lp.gradients.value_and_gradient(
-        s, of=W, over=["body.J"], **o
+        s, of=W, by=["body.J"], **o
     )(np.ones(1))[0],
     "optimise": lambda s, **o: lp.optimise(s, vary=NEAR, minimise=W, **o).values[W],
     "identify": lambda s, **o: sampled(s, lp.identify, **o).run["body.w"][-1],

@@ -12,8 +12,7 @@ from lumped import functionals as fun
 from lumped.cli import main
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
 from lumped.errors import OptionError, UnitError, UnknownNameError
-from lumped.vibration import Limit, verdict
-from lumped.vibration.ordered import order_response
+from lumped.vibration import Limit, order_response, verdict
 
 RPM = 60 / (2 * pi)
 CHOICE = {"rad/s": "rpm", "N.m": "kN.m", "rad": "deg", "Hz": "1/min", "kg.m2": "kg.cm2"}
@@ -75,21 +74,21 @@ RESULTS = {
     "order response": response,
     "verdict": lambda: verdict(response(), [Limit("shaft.tau", 300.0), Limit("a.w", 9.0)]),
     "order sensitivity": lambda: lp.vibration.order_sensitivity(response(), "shaft.tau"),
-    "masses": lambda: lp.vibration.mass_elastic(modes(), over="a.phi"),
-    "holzer": lambda: lp.vibration.mass_elastic(modes(), over="a.phi").holzer(1),
+    "masses": lambda: lp.vibration.mass_elastic(modes(), shaft="a.phi"),
+    "holzer": lambda: lp.vibration.mass_elastic(modes(), shaft="a.phi").holzer(1),
     "frequency response": lambda: lp.frequency_response(
         system(), inputs=["motor.tau"], outputs=["a.w"], hertz=np.linspace(0.5, 5.0, 40)
     ),
     "gradient": lambda: lp.gradient(
-        system(), of=[fun.peak("shaft.tau"), fun.final("a.w")], to=["a.J"], until=0.4
+        system(), of=[fun.peak("shaft.tau"), fun.final("a.w")], by=["a.J"], until=0.4
     ),
     "sensitivity": lambda: lp.sensitivity(
-        system(), of=["shaft.tau", fun.peak("a.w")], to=["a.J"], until=0.4
+        system(), of=["shaft.tau", fun.peak("a.w")], by=["a.J"], until=0.4
     ),
     "ensemble": lambda: lp.ensemble(
         system(), over={"a.J": [1.0, 2.0, 3.0]}, until=0.4, of={"most": fun.peak("shaft.tau")}
     ),
-    "sizing": lambda: lp.simulation.sizing(run(), torque="motor.tau", speed="a.w"),
+    "sizing": lambda: lp.simulation.sizing(run(), of=("motor.tau", "a.w")),
 }
 MADE = {name: cache(make) for name, make in RESULTS.items()}
 
@@ -221,7 +220,7 @@ def test_histograms_and_motors():
         found.to_pandas(units={"N.m": "kN.m"})["most"], 1e-3 * found["most"], rtol=1e-14
     )
     motor = lp.simulation.sizing(
-        run(), torque="motor.tau", speed="a.w", rated=50.0, maximum=[(5.0, 90.0), (9.0, 60.0)]
+        run(), of=("motor.tau", "a.w"), rated=50.0, maximum=[(5.0, 90.0), (9.0, 60.0)]
     )
     axis = motor.plot(units={"rad/s": "rpm", "N.m": "kN.m"}).axes[0]
     assert (axis.get_xlabel(), axis.get_ylabel()) == ("angular velocity, rpm", "torque, kN.m")

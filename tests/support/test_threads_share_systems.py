@@ -69,7 +69,7 @@ DRIVEN = (
     lambda s: lp.gradient(
         s, of=[fun.peak("shaft.tau"), fun.rms("disc.w"), fun.final("motor.w")], **RUN
     ),
-    lambda s: lp.sensitivity(s, of=["disc.w"], to=["disc.J", "shaft.c"], grid=20, **RUN),
+    lambda s: lp.sensitivity(s, of=["disc.w"], by=["disc.J", "shaft.c"], grid=20, **RUN),
     lambda s: lp.simulate(s, grid=50, method="explicit", **RUN),
     lambda s: lp.simulate(s, grid=50, method="implicit", **RUN)["crank.s"],
     lambda s: lp.start_point(s, start=RUN["start"]),
@@ -84,7 +84,7 @@ HANGING = (
     lp.start_point,
     lambda s: lp.modes(s),
     lambda s: lp.gradient(s, of=[fun.highest("shaft.tau"), fun.integral("arm.phi")], **HELD),
-    lambda s: lp.sensitivity(s, of=["wheel.w"], to=["wheel.J"], grid=20, **HELD),
+    lambda s: lp.sensitivity(s, of=["wheel.w"], by=["wheel.J"], grid=20, **HELD),
     lambda s: lp.simulate(s, grid=50, **HELD)["arm.phi"],
     lambda s: lp.linearise(s, inputs=["drive.tau"], outputs=["arm.phi", "shaft.tau"]),
 )

@@ -116,7 +116,7 @@ def test_a_point_of_another_system_is_refused(system):
     ):
         assert "belongs to another system" in message(action)
     assert "an operating point of this system" in message(
-        lambda: lp.vibration.root_locus(system, "shaft.d", values=[1.0, 2.0], at=lambda d: other)
+        lambda: lp.vibration.root_locus(system, along={"shaft.d": [1.0, 2.0]}, at=lambda d: other)
     )
 
 
@@ -136,7 +136,7 @@ LISTS = [
 
 
 def test_all_lists_of_names_are_walked_through():
-    assert {("linearise", "inputs"), ("sensitivity", "to"), ("simulate", "free")} < {*LISTS}
+    assert {("linearise", "inputs"), ("sensitivity", "by"), ("simulate", "free")} < {*LISTS}
     assert len(LISTS) > 20
 
 
@@ -180,16 +180,17 @@ def rest_for(function, first):
         "hertz": [1.0],
         "inputs": [],
         "outputs": [],
-        "output": "shaft.tau",
-        "functional": lp.functionals.frequency(0),
         "speeds": [3.0],
-        "to": ["motor.J"],
+        "by": ["motor.J"],
         "critical": lp.vibration.CriticalSpeed(3.0, 1.0, 0, 1.0),
         "over": {"motor.J": [1.0]} if function is lp.gradients.gradient_ensemble else ["motor.J"],
     }
     found = {name: fitting[name] for name in rest_of(function) if name != first}
     gradients = lp.gradients
     lists = (lp.gradient, gradients.gradient_ensemble, lp.to_jax)
+    one = {lp.vibration.order_sensitivity: "shaft.tau", lp.reliability: lp.functionals.frequency(0)}
+    if function in one:
+        return found | {"of": one[function]}
     if function is not gradients.value_and_gradient and "of" in found:
         found["of"] = [found["of"]] if function in lists else ["shaft.tau"]
     return found
@@ -304,7 +305,7 @@ def test_numbers_over_which_an_analysis_goes_are_no_text(system):
         for action in (
             lambda w: lp.frequency_response(system, inputs=["t.tau"], outputs=["t.tau"], hertz=w),
             lambda w: lp.campbell(system, speeds=w, orders=[1]),
-            lambda w: lp.vibration.root_locus(system, "shaft.c", values=w),
+            lambda w: lp.vibration.root_locus(system, along={"shaft.c": w}),
         ):
             text = message(lambda action=action, wrong=wrong: action(wrong))
             assert f" = {wrong!r}: a list of finite numbers is needed" in text
@@ -312,8 +313,8 @@ def test_numbers_over_which_an_analysis_goes_are_no_text(system):
 
 def test_instants_of_functionals_are_numbers():
     for wrong in ("motor.w", "1 s", [0.1, "a"], None, NAN):
-        text = message(lambda wrong=wrong: lp.functionals.at(wrong, "motor.w"))
-        assert text.startswith(f"at: time = {wrong!r}: a finite number")
+        text = message(lambda wrong=wrong: lp.functionals.at_time(wrong, "motor.w"))
+        assert text.startswith(f"at_time: time = {wrong!r}: a finite number")
 
 
 def test_what_varies_needs_room_between_its_bounds(system):
@@ -361,8 +362,8 @@ def test_pictures_and_reports_check_what_they_draw(system, model, tmp_path):
 
 def test_results_name_what_they_do_not_have(system, run):
     of, to, until = ["shaft.tau"], ["motor.J"], 0.1
-    found = lp.sensitivity(system, of=of, to=to, until=until)
-    slopes = lp.gradient(system, of=[lp.functionals.final("motor.w")], to=to, until=until)
+    found = lp.sensitivity(system, of=of, by=to, until=until)
+    slopes = lp.gradient(system, of=[lp.functionals.final("motor.w")], by=to, until=until)
     response = lp.frequency_response(system, inputs=["t.tau"], outputs=of, hertz=[1.0])
     for result in (found, slopes, response):
         for wrong in ("shaft.tau", 3, None, ("shaft.tau",), ("a", "b", "c")):

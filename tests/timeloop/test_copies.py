@@ -133,17 +133,17 @@ def made():
         turned_by_gas,
         speeds=[20.0, 21.0],
         of=["rotor.w"],
-        over="rotor.phi",
+        shaft="rotor.phi",
         orders=[2],
         free="load.tau",
     )
     up = lp.simulate(turned_by_gas, until=10.0, grid=20_000, parameters={"load.tau": 0.0})
-    masses = lp.vibration.mass_elastic(modes, over="a.phi")
+    masses = lp.vibration.mass_elastic(modes, shaft="a.phi")
     limit = lp.vibration.Limit("shaft.tau", 10.0)
     lines = lp.vibration.sine_triangle_lines(450.0)
     orbit = lp.periodic(lp.assemble(Rotor()), turn={"phi": 2 * np.pi}, warm_up=5.0)
     swings = lp.periodic(lp.assemble(Swinging()), period=2 * np.pi / 0.9, warm_up=300.0)
-    branch = lp.orbits.branch(swings, over="n", between=(0.9, 1.9), turns=1)
+    branch = lp.orbits.branch(swings, along={"n": (0.9, 1.9)}, turns=1)
     shaken = lp.simulate(lp.assemble(composed()), until=2 * np.pi / 5, grid=40)
     pull, vary = fun.rms("drive.flange.tau"), {"spring.c": (1.0, 1000.0)}
     at_rest = lp.start_point(
@@ -189,8 +189,8 @@ def made():
         lp.vibration.modal_energies(modes),
         lp.vibration.modal_energies(modes).nodes(1)[0],
         lp.vibration.participation(modes),
-        lp.vibration.eigen_sensitivity(modes, to=["shaft.c"]),
-        lp.vibration.shape_sensitivity(modes, of=["b.phi"], to=["shaft.c"]),
+        lp.vibration.eigen_sensitivity(modes, by=["shaft.c"]),
+        lp.vibration.shape_sensitivity(modes, of=["b.phi"], by=["shaft.c"]),
         response,
         response.peaks("b.w", "motor.tau")[0],
         lp.vibration.compare_response(
@@ -205,7 +205,7 @@ def made():
         lp.exchange.UffFile((), (), ()),
         orders,
         orders.synthesis("shaft.tau"),
-        lp.vibration.order_sensitivity(orders, "shaft.tau", to=["shaft.c"]),
+        lp.vibration.order_sensitivity(orders, "shaft.tau", by=["shaft.c"]),
         limit,
         lp.vibration.verdict(orders, [limit]),
         lp.vibration.BarredRange(3.0, 4.0),
@@ -213,30 +213,30 @@ def made():
             system, *[orders.speeds] * 2, ("b.w",), np.ones((2, 2, 1)), orders.means
         ),
         lp.vibration.Linearity(20.0, "rotor.w", 2.0, 0.1, ("rotor.w",), {}),
-        lp.vibration.order_tracks(up, "rotor.w", over="rotor.phi", most=4.0),
+        lp.vibration.order_tracks(up, "rotor.w", shaft="rotor.phi", most=4.0),
         lp.vibration.vector_sums(modes, {"a.phi": 0.0, "b.phi": 1.0}, orders=[1, 2]),
         masses,
         masses.inertias[0],
         masses.shafts[0],
         masses.holzer(0),
         lp.orbits.check_orders(vibrating, speeds=[20.0]),
-        lp.orbits.periodic_range(turned_by_gas, speeds=[20.0], guess=vibrating),
+        lp.orbits.periodic_range(turned_by_gas, speeds=[20.0], start=vibrating),
         lines[0],
         lp.vibration.line_crossings(lines, [15.6], speeds=[30.0, 190.0])[0],
         lp.vibration.MarineShaft(d=0.3, tensile=6e8, rated=10.0),
-        lp.vibration.response_sensitivity(response, to=["shaft.c"]),
-        lp.points.equilibrium_sensitivity(point, of=["shaft.tau"], to=["motor.tau"]),
-        lp.vibration.root_locus(system, "shaft.c", values=[100.0, 200.0]),
+        lp.vibration.response_sensitivity(response, by=["shaft.c"]),
+        lp.points.equilibrium_sensitivity(point, of=["shaft.tau"], by=["motor.tau"]),
+        lp.vibration.root_locus(system, along={"shaft.c": [100.0, 200.0]}),
         diagram,
         diagram.critical[0],
         orbit,
         branch,
         branch.points[0],
-        orbit.sensitivity(of=["w"], to=["J"]),
-        lp.orbits.flywheel(orbit, inertia="J", speed="w", irregularity=0.02),
+        orbit.sensitivity(of=["w"], by=["J"]),
+        lp.orbits.flywheel(orbit, inertia="J", of="w", irregularity=0.02),
         lp.vibration.Order(1, 0.5, 0.1),
-        lp.sensitivity(system, of=["b.w"], to=["shaft.c"], until=0.2, start={"a.w": 1.0}),
-        lp.gradient(system, of=[fun.final("b.w")], to=["shaft.c"], until=0.2, start={"a.w": 1.0}),
+        lp.sensitivity(system, of=["b.w"], by=["shaft.c"], until=0.2, start={"a.w": 1.0}),
+        lp.gradient(system, of=[fun.final("b.w")], by=["shaft.c"], until=0.2, start={"a.w": 1.0}),
         lp.gradients.gradient_ensemble(
             system, over={"shaft.c": [200.0, 400.0]}, of=[fun.final("b.w")], until=0.2
         ),
@@ -278,7 +278,7 @@ def made():
         lp.life.goodman("700 MPa"),
         case := lp.life.LoadCase(run, repetitions=3),
         lp.life.duty_cycle({"start": case}, of="shaft.tau", curve=curve),
-        lp.simulation.sizing(seen, torque="shaft.tau", speed="b.w"),
+        lp.simulation.sizing(seen, of=("shaft.tau", "b.w")),
         lp.sweep(system, over={"shaft.c": [1.0]}, until=0.1, of={"x": last}, workers=1),
         precision,
         precision.rows[0],

@@ -233,7 +233,7 @@ def test_rows_may_be_parameters():
     run = lp.simulate(system, until=3.0, rtol=1e-10)
     assert run["rotor.w"][-1] == pytest.approx(at(0.2, 0.9), rel=1e-9)
     found = lp.sensitivity(
-        system, until=3.0, of=["rotor.w"], to=["load.low", "load.high"], rtol=1e-10
+        system, until=3.0, of=["rotor.w"], by=["load.low", "load.high"], rtol=1e-10
     )
     for name, step in (("load.low", (1e-6, 0)), ("load.high", (0, 1e-6))):
         high, low = at(0.2 + step[0], 0.9 + step[1]), at(0.2 - step[0], 0.9 - step[1])

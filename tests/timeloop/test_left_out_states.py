@@ -116,7 +116,7 @@ class Apart(lp.Component):
 @pytest.mark.parametrize("method", ["exact", "explicit", "implicit"])
 @pytest.mark.parametrize("grid", [20, None, [0.1, 0.5, 0.9]])
 def test_what_no_output_needs_is_integrated_when_it_is_asked_for(method, grid):
-    system = lp.assemble(Apart(), outputs=["brake.w"])
+    system = lp.assemble(Apart(), of=["brake.w"])
     assert system.state_names == ["brake.w"]
     run = lp.simulate(system, until=1.0, grid=grid, rtol=1e-9, method=method)
     t, late = run.t, np.maximum(run.t - 0.5, 0.0)

@@ -161,7 +161,7 @@ def test_shares_of_small_scatter_rank_parameters_as_their_sensitivities_do():
     }
     deviations = np.array([0.002, 0.003, 0.5, 0.003])
     of, start = fun.final("s.tau"), {"a.w": 1.0, "b.w": 0.0, "s.phi_rel": 0.0}
-    slopes = lp.gradient(system, of=[of], to=list(over), until=until, start=start).derivatives[0]
+    slopes = lp.gradient(system, of=[of], by=list(over), until=until, start=start).derivatives[0]
     expected = (slopes * deviations) ** 2 / np.sum((slopes * deviations) ** 2)
     options = {"over": over, "of": {"tau": of}, "until": until, "start": start}
     found = lp.scatter(system, search="chaos", runs=20, **options)["tau"]

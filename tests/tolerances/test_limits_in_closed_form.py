@@ -7,7 +7,7 @@ from scipy.stats import chi2, norm
 
 from lumped.errors import LumpedError, SolverError
 from lumped.numerics.nearest_points import searched
-from lumped.tolerances.failure.form import form, joined, points_of, searches
+from lumped.tolerances.failure.form import form, joined, points_of, search_all
 from lumped.tolerances.failure.importance import around, centres
 from lumped.tolerances.failure.limit import Limit
 from lumped.tolerances.failure.sorm import curved, paraboloid
@@ -101,7 +101,7 @@ def test_a_design_point_is_the_one_that_another_method_finds(seed):
     b = b + b.T
     level = 3.5 * np.linalg.norm(a)
     scene = Numbers(lambda x: a @ x + x @ b @ x, lambda x: a + 2 * b @ x, np.zeros(4), np.ones(4))
-    points = form(Limit(scene, above=level), starts=6)
+    points = form(Limit(scene, above=level), searches=6)
     other = optimize.minimize(
         lambda u: u @ u,
         points[0].u + 0.3 * random.normal(size=4),
@@ -148,7 +148,7 @@ def test_two_planes_are_joined_as_quadrature_joins_them(angle):
     scene = Numbers(
         lambda x: max(a @ x, b @ x - 0.3), lambda x: a if a @ x > b @ x - 0.3 else b, [0, 0], [1, 1]
     )
-    points = form(Limit(scene, above=2.0), starts=8)
+    points = form(Limit(scene, above=2.0), searches=8)
     assert [p.beta for p in points] == pytest.approx([2.0, 2.3], rel=1e-9)
 
     def second(x):  # share of y with b @ (x, y) > 2.3
@@ -169,9 +169,9 @@ def test_a_point_between_two_nearer_ones_is_left_out():
 
 def test_a_warm_start_takes_fewer_evaluations():
     limit = Limit(bowl(0.2), above=4.0)
-    (point,) = form(limit, starts=1)
+    (point,) = form(limit, searches=1)
     cold, limit.evaluations = limit.evaluations, 0
-    (again,) = form(limit, begin=point.u, starts=1)
+    (again,) = form(limit, begin=point.u, searches=1)
     assert again.beta == pytest.approx(point.beta, rel=1e-9)
     assert limit.evaluations <= cold
 
@@ -265,7 +265,7 @@ def known_probabilities():
 def test_intervals_of_samples_hold_the_probability(case):
     scene, side, exact = known_probabilities()[case]
     limit = Limit(scene, **side)
-    middle = centres(limit, searches(limit))
+    middle = centres(limit, search_all(limit))
     inside, off = {"importance": 0, "subset": 0}, {"importance": [], "subset": []}
     seeds = 20
     for seed in range(seeds):
@@ -307,7 +307,7 @@ def test_evaluations_that_fail_are_not_taken_as_safe():
     limit = Limit(scene, above=2.5)
     lost, both = norm.sf(1.5), norm.sf(2.5) * norm.cdf(1.5)
     for found in (
-        around(limit, centres(limit, searches(limit)), 4000, 1),
+        around(limit, centres(limit, search_all(limit)), 4000, 1),
         subset(limit, 4000, 1),
     ):
         print(found)
@@ -338,7 +338,7 @@ def test_samples_around_a_point_that_is_not_the_nearest_say_so():
     scene = bowl(0.6)
     limit = Limit(scene, above=4.0)
     with pytest.raises(LumpedError):  # only the saddle between both points
-        points_of(limit, searches(limit, starts=1))
-    found = around(limit, centres(limit, searches(limit, starts=1)), 2000, 0)
+        points_of(limit, search_all(limit, searches=1))
+    found = around(limit, centres(limit, search_all(limit, searches=1)), 2000, 0)
     print(found.remarks)
     assert "nearer than the design point at 4" in found.remarks[0]

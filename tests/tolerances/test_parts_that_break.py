@@ -81,4 +81,4 @@ def test_polynomials_with_gradients_tell_the_runs_that_break(part, damage):
 
 def test_there_is_no_derivative(part, damage):
     with pytest.raises(SolverError, match=r"reaches the ultimate strength.*Lower the load"):
-        lp.gradient(part, of=[damage], to=["mean"], until=PERIODS, parameters={"mean": 120.0})
+        lp.gradient(part, of=[damage], by=["mean"], until=PERIODS, parameters={"mean": 120.0})

@@ -78,7 +78,7 @@ def normals(means=MEANS, stds=STDS):
 
 def test_a_speed_that_is_linear_in_normal_torques(pull):
     found = lp.reliability(
-        pull, fun.final("a.w"), above="12 rad/s", over=normals(), until=1.0, to=["a.J"]
+        pull, fun.final("a.w"), above="12 rad/s", over=normals(), until=1.0, by=["a.J"]
     )
     # the sum of torques over 2 kg.m2, after 1 s
     mean, std = MEANS.sum() / 2, np.linalg.norm(STDS) / 2
@@ -271,7 +271,7 @@ def test_a_run_is_made_level_by_level(pull):
 
 def test_what_is_printed_and_drawn(pull, swing):
     common = {"over": normals(), "above": 12.0, "until": 1.0}
-    first = lp.reliability(pull, fun.final("a.w"), to=["a.J"], **common)
+    first = lp.reliability(pull, fun.final("a.w"), by=["a.J"], **common)
     text = repr(first)
     share = 100 * STDS**2 / (STDS @ STDS)
     for name, part in zip(TORQUES, share, strict=True):
@@ -301,12 +301,12 @@ def test_what_is_printed_and_drawn(pull, swing):
     [
         ({"runs": 500}, OptionError, "runs = 500 is for samples"),
         ({"search": "importance", "runs": 5}, OptionError, "at least 100"),
-        ({"search": "subset", "starts": 3}, OptionError, "search='subset' has none"),
-        ({"search": "subset", "to": ["a.J"]}, OptionError, "to = is for derivatives"),
-        ({"starts": 0}, OptionError, "starts = 0"),
+        ({"search": "subset", "searches": 3}, OptionError, "search='subset' has none"),
+        ({"search": "subset", "by": ["a.J"]}, OptionError, "by = is for derivatives"),
+        ({"searches": 0}, OptionError, "searches = 0"),
         ({"seed": -1}, OptionError, "seed = -1"),
-        ({"to": ["t.tau"]}, OptionError, "t.tau scatters"),
-        ({"to": ["nothing"]}, UnknownNameError, "nothing"),
+        ({"by": ["t.tau"]}, OptionError, "t.tau scatters"),
+        ({"by": ["nothing"]}, UnknownNameError, "nothing"),
         ({"until": None}, OptionError, "give until="),
         ({"above": None}, OptionError, "above= or as below="),
         ({"over": {"t.tau": [1.0, 2.0]}}, OptionError, "a distribution of each parameter"),

@@ -123,8 +123,8 @@ def test_the_ranking_in_the_small_is_that_of_the_derivatives(driven):
     own = system.parameter_values()
     names = ("a.J", "s.c", "b.J", "s.d")
     over = {name: lp.normal(own[name], 1e-3 * own[name]) for name in names}
-    of = fun.at(0.8, "s.tau")
-    gradient = lp.gradient(system, of=[of], to=names, until=1.0, start=start)
+    of = fun.at_time(0.8, "s.tau")
+    gradient = lp.gradient(system, of=[of], by=names, until=1.0, start=start)
     expected = gradient.relative[0] ** 2 / (gradient.relative[0] ** 2).sum()
     run = lp.scatter(system, over=over, of=of, until=1.0, start=start, runs=3000, sampling="latin")
     expanded = lp.scatter(system, over=over, of=of, until=1.0, start=start, search="derivatives")

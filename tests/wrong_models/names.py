@@ -73,7 +73,7 @@ def result_is_a_parameter():
 @wrong(UnknownNameError, "line.first.torque", "line.first.twist.tau")
 def output_misspelt_in_assemble():
     """An output's name is misspelt in assemble."""
-    lp.assemble(Hoist(), outputs=["line.first.torque"])
+    lp.assemble(Hoist(), of=["line.first.torque"])
 
 
 @wrong(UnknownNameError, "brake.d", 'brakes["left"].d')

@@ -14,7 +14,7 @@ from lumped.errors import OptionError, SolverError
 from lumped.numerics.nearest_points import FURTHEST, Search, searched
 from lumped.tolerances.failure.limit import Array, Limit
 
-__all__ = ["DesignPoint", "form", "is_same", "joined", "nothing_found", "points_of", "searches"]
+__all__ = ["DesignPoint", "form", "is_same", "joined", "nothing_found", "points_of", "search_all"]
 
 _NEAR = (1e-2, 1e-4)
 """Distances from a design point at which the normal is compared with itself."""
@@ -71,7 +71,7 @@ class DesignPoint:
         return -excess_by / self.steepness
 
 
-def form(limit: Limit, begin: Array | None = None, starts: int = 4) -> tuple[DesignPoint, ...]:
+def form(limit: Limit, begin: Array | None = None, searches: int = 4) -> tuple[DesignPoint, ...]:
     """Design points, the nearest to the median first.
 
     Parameters
@@ -81,7 +81,7 @@ def form(limit: Limit, begin: Array | None = None, starts: int = 4) -> tuple[Des
     begin : ndarray, shape (d,), optional
         Where the first search begins in standard normal space, such as at the point of a similar
         design; default is the median.
-    starts : int
+    searches : int
         Number of searches. The second begins opposite the point that the first has found, the
         others at right angles to it, in pairs.
 
@@ -93,7 +93,7 @@ def form(limit: Limit, begin: Array | None = None, starts: int = 4) -> tuple[Des
     OptionError
         If the functional depends on none of the parameters.
     """
-    return points_of(limit, searches(limit, begin, starts))
+    return points_of(limit, search_all(limit, begin, searches))
 
 
 def points_of(limit: Limit, every: Sequence[Search]) -> tuple[DesignPoint, ...]:
@@ -114,7 +114,7 @@ def points_of(limit: Limit, every: Sequence[Search]) -> tuple[DesignPoint, ...]:
     if not points:
         raise SolverError(
             f"{limit.head}: at {saddle} the limit bends around the median more than a sphere, so "
-            "combinations beside this one are more likely, and none was found. Take more starts, "
+            "combinations beside this one are more likely, and none was found. Take more searches, "
             "or search='subset'."
         )
     return tuple(points)
@@ -125,12 +125,12 @@ def is_same(u: Array, other: Array) -> bool:
     return bool(np.linalg.norm(u - other) < _SAME * (1 + np.linalg.norm(u)))
 
 
-def searches(limit: Limit, begin: Array | None = None, starts: int = 4) -> list[Search]:
+def search_all(limit: Limit, begin: Array | None = None, searches: int = 4) -> list[Search]:
     """Searches for design points, each at its end; arguments as for `form`."""
     first = np.zeros(limit.count) if begin is None else begin
     every = searched(limit.slopes, [first])
-    if starts > 1:
-        every += searched(limit.slopes, _others(every[0], starts - 1))
+    if searches > 1:
+        every += searched(limit.slopes, _others(every[0], searches - 1))
     return every
 
 

@@ -158,7 +158,7 @@ class Reliability(RichHtml):
         name : str
             The parameter.
         of : {"mean", "deviation", "value"}
-            See `Influence`; "value" for those in `to`.
+            See `Influence`; "value" for those in `by`.
 
         Raises
         ------

@@ -73,7 +73,7 @@ def drive_parts(modes: Modes) -> DriveParts:
     Raises
     ------
     UnknownNameError
-        If a flange was left out of the system by ``outputs=``.
+        If a flange was left out of the system by ``of=``.
     """
     found = DriveParts({}, {}, [], [])
     heavy = heavy_shafts(modes.system, modes.point)

@@ -31,7 +31,7 @@ class Holzer(RichHtml):
 
     Attributes
     ----------
-    name, over : str
+    name, shaft : str
         The model, and the angle of the reference shaft.
     parts : tuple of InertialPart or ElasticPart
         In the order of the table: from the free ends to the last inertia.
@@ -54,7 +54,7 @@ class Holzer(RichHtml):
     """
 
     name: str
-    over: str
+    shaft: str
     parts: tuple[Part, ...]
     mode: int
     hertz: float
@@ -139,7 +139,7 @@ class Holzer(RichHtml):
         choice = chosen(units, ("frequency", "tau"))
         frequency, to_show = frequency_unit(choice), display("tau", "N.m", choice)
         title = f"{self.name}: mode {self.mode + 1}, {number(frequency.value(self.hertz))} "
-        title += f"{frequency.unit}, referred to {self.over}"
+        title += f"{frequency.unit}, referred to {self.shaft}"
         heaviest: dict[int, tuple[float, str, float]] = {}
         shafts = []
         for part, angle, torque in zip(self.parts, self.angles, self.torques, strict=True):
@@ -152,7 +152,7 @@ class Holzer(RichHtml):
         return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
-        where = f"referred to {self.over}" if self.is_referred else "each part on its own shaft"
+        where = f"referred to {self.shaft}" if self.is_referred else "each part on its own shaft"
         frequency = frequency_unit()
         head = f"{self.name}: mode {self.mode + 1}, {number(frequency.value(self.hertz), 9)} "
         head += f"{frequency.unit}, {where}\n"

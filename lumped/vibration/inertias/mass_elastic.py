@@ -34,7 +34,7 @@ class MassElastic(RichHtml):
 
     Attributes
     ----------
-    name, over : str
+    name, shaft : str
         The model, and the angle of the reference shaft.
     parts : tuple of InertialPart or ElasticPart
         A branch precedes the inertia that it joins.
@@ -44,7 +44,7 @@ class MassElastic(RichHtml):
     """
 
     name: str
-    over: str
+    shaft: str
     parts: tuple[Part, ...]
     left_out: tuple[str, ...]
 
@@ -102,7 +102,7 @@ class MassElastic(RichHtml):
         last = self.inertias[-1]
         return Holzer(
             self.name,
-            self.over,
+            self.shaft,
             self.parts,
             mode,
             float(w[mode] / (2 * np.pi)),
@@ -166,7 +166,7 @@ class MassElastic(RichHtml):
                 cells = "", own, "", referred
             rows.append((part.name, number(part.ratio), *cells))
         head = f"{self.name}: {len(self.inertias)} inertias and {len(self.shafts)} stiffnesses, "
-        head += f"referred to {self.over}"
+        head += f"referred to {self.shaft}"
         if self.left_out:
             head += f"\nleft out: {listed(self.left_out)}"
         columns = (
@@ -177,7 +177,7 @@ class MassElastic(RichHtml):
 
 
 @checked
-def mass_elastic(modes: Modes, *, over: Name) -> MassElastic:
+def mass_elastic(modes: Modes, *, shaft: Name) -> MassElastic:
     """Inertias and stiffnesses of a drive with branches and gears, referred to one of its shafts.
 
     Components are known by what they do to small motions about the operating point of the modes: an
@@ -189,7 +189,7 @@ def mass_elastic(modes: Modes, *, over: Name) -> MassElastic:
     ----------
     modes : Modes
         From `lumped.modes`.
-    over : name
+    shaft : name
         Angle of the reference shaft, rad.
 
     Returns
@@ -201,9 +201,9 @@ def mass_elastic(modes: Modes, *, over: Name) -> MassElastic:
     OptionError
         If the drive has no inertia or no stiffness, or no ratio joins its shafts.
     """
-    name = modes.system.key(over)
+    name = modes.system.key(shaft)
     found = drive_parts(modes)
-    ratios = _ratios(modes, found, over)
+    ratios = _ratios(modes, found, shaft)
     station = _stations(found, ratios)
     left = list(found.other)
     inertias, shafts = [], []
@@ -227,13 +227,13 @@ def mass_elastic(modes: Modes, *, over: Name) -> MassElastic:
     return MassElastic(modes.system.name, name, tuple(_in_order(inertias, shafts)), tuple(left))
 
 
-def _ratios(modes: Modes, found: DriveParts, over: Name) -> dict[int, float]:
+def _ratios(modes: Modes, found: DriveParts, shaft: Name) -> dict[int, float]:
     """Ratio of each angle to the reference, by its node; those that are not joined are missing."""
     tree, reduced = modes.system.structure.tree, modes.system.structure.reduced
-    unknown = tree.unknown(over)
+    unknown = tree.unknown(shaft)
     begin = reduced.node(unknown)
     if begin is None:
-        raise OptionError(f"{modes.system.name}: {over} was left out of the system.")
+        raise OptionError(f"{modes.system.name}: {shaft} was left out of the system.")
     links: dict[int, list[tuple[int, float, str]]] = {}
     joints = [(a, b, ratio, path) for path, a, b, ratio in found.gears]
     joints += [
@@ -256,7 +256,7 @@ def _ratios(modes: Modes, found: DriveParts, over: Name) -> dict[int, float]:
                 raise OptionError(
                     f"{modes.system.name}: {path} closes a loop of shafts whose ratios do not "
                     f"agree ({ratios[other]:.9g} and {value:.9g}), so that nothing can be referred "
-                    f"to {over}."
+                    f"to {shaft}."
                 )
     return ratios
 

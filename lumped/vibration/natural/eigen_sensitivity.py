@@ -46,7 +46,7 @@ class EigenSensitivity(RichHtml):
     ----------
     modes : Modes
         What was derived.
-    parameters : tuple of str
+    by : tuple of str
         Names.
     eigenvalues : ndarray of complex, shape (k, p)
         Derivatives of the eigenvalues, 1/s for each unit of the parameter.
@@ -62,7 +62,7 @@ class EigenSensitivity(RichHtml):
     """
 
     modes: Modes
-    parameters: tuple[str, ...]
+    by: tuple[str, ...]
     eigenvalues: Complex
     decays: Real
     moving: bool
@@ -87,7 +87,7 @@ class EigenSensitivity(RichHtml):
     @property
     def _values(self) -> Real:
         known = self.modes.point.parameters
-        found: Real = np.array([known[name] for name in self.parameters])
+        found: Real = np.array([known[name] for name in self.by])
         return found
 
     @checked
@@ -109,7 +109,7 @@ class EigenSensitivity(RichHtml):
                 "Take `split` for one parameter, or change one a little to part the modes."
             )
         what = f"frequency of mode {mode}"
-        return ranked(what, self.modes.hertz[mode], self.parameters, self.relative[mode])
+        return ranked(what, self.modes.hertz[mode], self.by, self.relative[mode])
 
     @checked
     def split(self, mode: int, parameter: Name) -> Complex:
@@ -185,7 +185,7 @@ class EigenSensitivity(RichHtml):
             text = "repeated: no derivatives of its own"
             if np.isfinite(shares).all():
                 order = np.argsort(-np.abs(shares))[:4].tolist()
-                text = "; ".join(f"{self.parameters[j]} {shares[j]:+.4f}" for j in order)
+                text = "; ".join(f"{self.by[j]} {shares[j]:+.4f}" for j in order)
             rows.append(("decay", f"{decay:.6g} 1/s", text))
         return f"{head}\n" + table(
             ("mode", f"natural frequency, {frequency.unit}", "largest"), rows
@@ -203,7 +203,7 @@ def _contraction(system: System) -> ca.Function:
 
 
 @checked
-def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> EigenSensitivity:
+def eigen_sensitivity(modes: Modes, *, by: Iterable[Name] | None = None) -> EigenSensitivity:
     """Exact derivatives of eigenvalues by parameters.
 
     ``dl/dp = y^H (dA/dp) x`` with right and left eigenvectors, ``y^H x == 1`` (Fox and Kapoor,
@@ -217,7 +217,7 @@ def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> Eige
     ----------
     modes : Modes
         From `lumped.modes`.
-    to : iterable of names, optional
+    by : iterable of names, optional
         Parameters; default is all that can be changed.
 
     Returns
@@ -241,7 +241,7 @@ def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> Eige
     values: Complex = np.append(modes.eigenvalues, modes.decays)
     if not len(values):
         raise OptionError(f"{system.name}: no oscillating mode and no decay to derive.")
-    names, places = places_to(point, to)
+    names, places = places_to(point, by)
     right = np.hstack([modes.vectors, modes.decay_vectors])
     left = np.hstack([left_vectors(modes), left_vectors(modes, decays=True)])
     function = _contraction(system)
@@ -276,7 +276,7 @@ def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> Eige
             f"{system.name}: the derivative of eigenvalue {values[alone[row]]:.6g} by "
             f"{names[place]} = "
             f"{point.theta[places[place]]:g} is not finite. Change this value, or leave it out of "
-            "`to`."
+            "`by`."
         )
     return EigenSensitivity(
         modes,

@@ -173,7 +173,7 @@ def modal_energies(modes: Modes) -> ModalEnergies:
     OptionError
         If there is no oscillating mode, or the modes are those of a mean over turns.
     UnknownNameError
-        If a flange was left out of the system by ``outputs=``.
+        If a flange was left out of the system by ``of=``.
     """
     modes.refuse_mean("modal_energies")
     system = modes.system

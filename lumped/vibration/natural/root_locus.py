@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -142,9 +142,8 @@ class RootLocus(RichHtml):
 @checked
 def root_locus(
     system: System,
-    parameter: Name,
     *,
-    values: ArrayLike,
+    along: Mapping[Name, ArrayLike],
     at: Callable[[float], OperatingPoint] | None = None,
 ) -> RootLocus:
     """Eigenvalues of the linearised drive over a parameter, each mode followed by its shape.
@@ -157,10 +156,8 @@ def root_locus(
     ----------
     system : System
         From `assemble`.
-    parameter : name
-        What varies.
-    values : array_like, shape (k,)
-        Its values, ascending or descending.
+    along : mapping of name to array_like, shape (k,)
+        What varies. Its values ascend or descend.
     at : callable, optional
         Gives the operating point for a value, such as
         ``lambda c: equilibrium(system, {"shaft.c": c})``; default is the start point.
@@ -178,6 +175,9 @@ def root_locus(
     SolverError
         If the linearisation is not finite.
     """
+    if len(along) != 1:
+        raise OptionError(f"root_locus: along = {dict(along)}: one parameter and its values.")
+    ((parameter, values),) = along.items()
     name = system.key(parameter)
     grid = np.asarray(values, dtype=float).ravel()
     steps = np.diff(grid)

@@ -39,7 +39,7 @@ class ShapeSensitivity(RichHtml):
         What was derived.
     of, to : tuple of str
         Quantities and parameters.
-    values : ndarray of complex, shape (k, len(of), len(to))
+    derivatives : ndarray of complex, shape (k, len(of), len(by))
         Derivatives of amplitudes, the largest angle (position) of the mode being 1; nan where an
         eigenvalue repeats.
     moving : bool
@@ -50,32 +50,32 @@ class ShapeSensitivity(RichHtml):
 
     modes: Modes
     of: tuple[str, ...]
-    to: tuple[str, ...]
-    values: Complex
+    by: tuple[str, ...]
+    derivatives: Complex
     moving: bool
     residual: float
 
     def __getitem__(self, pair: tuple[Name, Name]) -> Complex:
         places = []
-        for name, known in zip(pair, (self.of, self.to), strict=True):
+        for name, known in zip(pair, (self.of, self.by), strict=True):
             key = self.modes.system.key(name)
             if key not in known:
                 raise UnknownNameError(f"'{key}' was not asked for. {nearest(key, known)}")
             places.append(known.index(key))
-        found: Complex = self.values[:, places[0], places[1]]
+        found: Complex = self.derivatives[:, places[0], places[1]]
         return found
 
     def __repr__(self) -> str:
         theta = self.modes.point.parameters
         rows, frequency = [], frequency_unit()
         for k, hertz in enumerate(self.modes.hertz[:12]):
-            change = self.values[k] * [theta[name] for name in self.to]
+            change = self.derivatives[k] * [theta[name] for name in self.by]
             order = np.argsort(-np.abs(change), axis=None)[:4]
             text = "repeated: no derivatives"
             if np.isfinite(change).all():
                 pairs = [np.unravel_index(i, change.shape) for i in order]
                 text = "; ".join(
-                    f"{self.of[i]} by {self.to[j]} {abs(change[i, j]):.4f}" for i, j in pairs
+                    f"{self.of[i]} by {self.by[j]} {abs(change[i, j]):.4f}" for i, j in pairs
                 )
             rows.append((str(k + 1), number(frequency.value(hertz), 9), text))
         head = (
@@ -89,7 +89,7 @@ class ShapeSensitivity(RichHtml):
 
 @checked
 def shape_sensitivity(
-    modes: Modes, *, of: Iterable[Name], to: Iterable[Name] | None = None
+    modes: Modes, *, of: Iterable[Name], by: Iterable[Name] | None = None
 ) -> ShapeSensitivity:
     """Exact derivatives of mode shapes by parameters.
 
@@ -103,7 +103,7 @@ def shape_sensitivity(
         From `lumped.modes`.
     of : iterable of names
         Quantities, such as angles, speeds and torques.
-    to : iterable of names, optional
+    by : iterable of names, optional
         Parameters; default is all that can be changed.
 
     Returns
@@ -126,8 +126,8 @@ def shape_sensitivity(
         raise OptionError("shape_sensitivity: name at least one quantity in `of`.")
     if not (len(modes.eigenvalues) and modes.angles):
         raise OptionError(f"{system.name}: no oscillating mode of an angle or position to derive.")
-    slopes = eigen_sensitivity(modes, to=to)
-    places = system.places(slopes.parameters)
+    slopes = eigen_sensitivity(modes, by=by)
+    places = system.places(slopes.by)
     moved = moved_point(point, places) if slopes.moving else None
     moved = moved or still_point(point, places)
     reduced, unknowns = (
@@ -172,7 +172,7 @@ def shape_sensitivity(
         signs = reduced.aliases.signs[np.array(unknowns)[alive]][:, None]
         here = slice(len(alive))
         values[k, alive] = signs * (da[here] / s - a[here] * ds / s**2)
-    return ShapeSensitivity(modes, wanted, slopes.parameters, values, slopes.moving, worst)
+    return ShapeSensitivity(modes, wanted, slopes.by, values, slopes.moving, worst)
 
 
 def _bordered(

@@ -18,7 +18,7 @@ _MOST = 3
 
 
 @checked
-def expression(system: System, name: Name) -> ca.SX:
+def expression(system: System, of: Name) -> ca.SX:
     """A quantity as a CasADi expression of symbols that carry the names of the model.
 
     The symbols are states, parameters and ``time``; ``casadi.symvar`` lists them,
@@ -28,7 +28,7 @@ def expression(system: System, name: Name) -> ca.SX:
     ----------
     system : System
         From `assemble`.
-    name : str or reference
+    of : str or reference
         A quantity, or the derivative of a state as ``der(name)``.
 
     Returns
@@ -43,9 +43,9 @@ def expression(system: System, name: Name) -> ca.SX:
         If it depends on modes (what sticks, which branch holds) or is found by iteration; then it
         has no formula of its own.
     """
-    inner = name[4:-1] if isinstance(name, str) and name.startswith("der(") else None
+    inner = of[4:-1] if isinstance(of, str) and of.startswith("der(") else None
     if inner is None:
-        found = system.expressions([name])
+        found = system.expressions([of])
     else:
         states = system.state_names
         if inner not in states:
@@ -54,7 +54,7 @@ def expression(system: System, name: Name) -> ca.SX:
     settings = system.inputs[3]
     if ca.depends_on(found, settings):
         raise OptionError(
-            f"{system.name}: {name} depends on modes or on implicit quantities and has no formula "
+            f"{system.name}: {of} depends on modes or on implicit quantities and has no formula "
             "of its own. Use system.function, which takes them as arguments."
         )
     return _named(system, found)

@@ -47,23 +47,23 @@ def found_amplitudes(
     SolverError
         If none are found.
     """
-    over, orders, count = equations.over, equations.orders, len(laws.places)
+    steady, orders, count = equations.steady, equations.orders, len(laws.places)
     if not count:
-        return np.zeros((len(over.speeds), 0)), 0.0
+        return np.zeros((len(steady.speeds), 0)), 0.0
 
     def follows(amplitudes: Real, at: Integer) -> Real:
         y = equations.solved(amplitudes, at).y[:, :, first : first + count]
-        each = [Synthesis("law", "1", over.speeds[at], orders, y[:, :, i]) for i in range(count)]
+        each = [Synthesis("law", "1", steady.speeds[at], orders, y[:, :, i]) for i in range(count)]
         return np.column_stack([b.sum if law_measure(b) == "sum" else b.half_range for b in each])
 
-    found, missed = settled_amplitudes(follows, np.zeros((len(over.speeds), count)))
+    found, missed = settled_amplitudes(follows, np.zeros((len(steady.speeds), count)))
     worst = int(missed.argmax())
     if missed[worst] > SETTLED:
         told = ", ".join(
             f"{name} = {value:.6g}" for name, value in zip(laws.names, found[worst], strict=True)
         )
         raise SolverError(
-            f"{over.system.name}: at {over.speeds[worst]:.9g} rad/s no amplitude was found at "
+            f"{steady.system.name}: at {steady.speeds[worst]:.9g} rad/s no amplitude was found at "
             f"which laws agree with the vibration: after {told} they still differ by "
             f"{missed[worst]:.1e} of it. Let the rows over the amplitude change less steeply, or "
             "leave this speed out."

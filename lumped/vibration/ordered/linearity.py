@@ -43,7 +43,7 @@ class Linearity:
     ----------
     speed : float
         Speed of the shaft, rad/s.
-    output : str
+    of : str
         The quantity.
     order : float
         The order that changes most.
@@ -58,7 +58,7 @@ class Linearity:
     """
 
     speed: float
-    output: str
+    of: str
     order: float
     share: float
     states: tuple[str, ...]
@@ -70,7 +70,7 @@ class Linearity:
         parts, speed = [], speed_unit()
         if self.share > _TOLD:
             parts.append(
-                f"not linear: order {self.order:g} of {self.output} is wrong by about "
+                f"not linear: order {self.order:g} of {self.of} is wrong by about "
                 f"{min(self.share, 9.99):.0%} at {speed.value(self.speed):.5g} {speed.unit}, as "
                 f"{' and '.join(self.states)} vibrate{'s' * (len(self.states) == 1)} too far"
             )
@@ -84,10 +84,10 @@ class Linearity:
 
 
 class _Missing(NamedTuple):
-    """Share, output and order of what is missing at a speed, and what is released there."""
+    """Share, quantity and order of what is missing at a speed, and what is released there."""
 
     share: float
-    output: int
+    of: int
     order: int
     released: list[str]
 
@@ -135,11 +135,11 @@ def linearity(
     assert worst is not None
     along, found = worst
     return Linearity(
-        float(along.over.speeds[0]),
-        small.outputs[found.output],
+        float(along.steady.speeds[0]),
+        small.outputs[found.of],
         float(orders[found.order]),
         found.share,
-        along.causes(found.output, found.order) if found.share > _TOLD else (),
+        along.causes(found.of, found.order) if found.share > _TOLD else (),
         released,
     )
 
@@ -150,31 +150,31 @@ class _Along:
     def __init__(
         self,
         small: SmallVibrations,
-        over: Rotation,
+        steady: Rotation,
         solved: OrderSolution,
         inputs: Complex,
         orders: Real,
         cycle: int,
     ) -> None:
-        self.small, self.over, self.orders, self.solved = small, over, orders, solved
+        self.small, self.steady, self.orders, self.solved = small, steady, orders, solved
         samples = int(np.clip(_POINTS * cycle * orders.max(), _FEWEST, _MOST))
         self.angle = 2 * np.pi * cycle * np.arange(samples) / samples
-        self.mean = over.x[0] + self.angle[:, None] * over.turning
+        self.mean = steady.x[0] + self.angle[:, None] * steady.turning
         waves = np.exp(1j * self.angle[:, None] * orders)
         self.vibration: Real = (waves @ solved.x[0]).real
-        self.slopes: Real = (waves @ (1j * orders[:, None] * over.speeds[0] * solved.x[0])).real
+        self.slopes: Real = (waves @ (1j * orders[:, None] * steady.speeds[0] * solved.x[0])).real
         self.inputs: Real = (waves @ inputs).real
         self.waves = waves.conj() * (2 / samples)
-        self.settings = settled(over.system, self.mean, over.theta[0], over.settings[0])
+        self.settings = settled(steady.system, self.mean, steady.theta[0], steady.settings[0])
         self.rates, self.outputs, _ = self._at(self.mean)
-        base = small(over.x, over.theta[0], over.settings, over.points[0].time)
-        turned = small(self.mean, over.theta[0], self.settings, over.points[0].time)
-        self.numbers = [part.mean(axis=0) for part in (turned if over.turns_matter else base)[2:]]
+        base = small(steady.x, steady.theta[0], steady.settings, steady.points[0].time)
+        turned = small(self.mean, steady.theta[0], self.settings, steady.points[0].time)
+        self.numbers = [part.mean(axis=0) for part in (turned if steady.turns_matter else base)[2:]]
 
     def _at(self, x: Real) -> tuple[Real, Real, Real]:
-        over = self.over
-        settings = settled(over.system, x, over.theta[0], over.settings[0])
-        found = self.small(x, over.theta[0], settings, over.points[0].time)
+        steady = self.steady
+        settings = settled(steady.system, x, steady.theta[0], steady.settings[0])
+        found = self.small(x, steady.theta[0], settings, steady.points[0].time)
         return found.rates, found.outputs, found.M
 
     def _left_out(self, vibration: Real, slopes: Real) -> Complex:
@@ -200,7 +200,7 @@ class _Along:
         matrix = np.zeros((len(self.orders), n, n), dtype=complex)
         rows, columns = self.small.patterns[0]
         matrix[:, rows, columns] = -matrices[0]
-        w = self.orders[:, None, None] * self.over.speeds[0]
+        w = self.orders[:, None, None] * self.steady.speeds[0]
         matrix += 1j * w * masses.in_states(matrices[4])
         moved = np.linalg.solve(matrix, missing[..., None])[..., 0]
         found: Complex = self.waves.T @ outputs
@@ -223,18 +223,18 @@ class _Along:
             alone, slope = np.zeros_like(self.vibration), np.zeros_like(self.slopes)
             alone[:, i], slope[:, i] = self.vibration[:, i], self.slopes[:, i]
             parts.append(float(np.abs(self._left_out(alone, slope)[order, output])))
-        names = self.over.system.state_names
+        names = self.steady.system.state_names
         largest = max(parts)
         return tuple(names[i] for i in np.argsort(parts)[::-1][:2] if parts[i] > 0.3 * largest)
 
     def _released(self) -> list[str]:
         """Components whose holds do not last along the vibration."""
-        switching = self.over.system.switching
+        switching = self.steady.system.switching
         if not switching.names:
             return []
-        margins, rows = _margins(self.over.system, self.small.inputs)
-        time = np.full(len(self.angle), self.over.points[0].time)
-        theta = self.over.theta[0]
+        margins, rows = _margins(self.steady.system, self.small.inputs)
+        time = np.full(len(self.angle), self.steady.points[0].time)
+        theta = self.steady.theta[0]
         mean = np.hstack([self.mean, np.zeros_like(self.inputs)])
         vibration = np.hstack([self.vibration, self.inputs])
         moved = margins(mean + vibration, theta, time, self.settings)

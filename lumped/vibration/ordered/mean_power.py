@@ -31,7 +31,7 @@ class _Curvature(NamedTuple):
 
 
 def mean_power(
-    over: Rotation,
+    steady: Rotation,
     orders: Real,
     key: str,
     states: Complex,
@@ -53,24 +53,25 @@ def mean_power(
     amplitudes : ndarray, shape (k, m)
         Those at which laws hold.
     """
-    system = over.system
+    system = steady.system
     inputs = tuple(excitations)
-    known = _known(system).of((key, inputs), lambda: _curvature(system, key, inputs, over.turning))
-    count, time = len(orders), over.points[0].time
+    turning = steady.turning
+    known = _known(system).of((key, inputs), lambda: _curvature(system, key, inputs, turning))
+    count, time = len(orders), steady.points[0].time
     driven = np.zeros((*states.shape[:2], len(inputs)), dtype=complex)
     for i, harmonics in enumerate(excitations.values()):
         for order, amplitude in harmonics.items():
             driven[:, orders == order, i] = amplitude[:, None]
     z = np.concatenate([states, driven], axis=2)
     found = np.empty(states.shape[:2])
-    for k, speed in enumerate(over.speeds):
-        samples = samples_of(over) if known.turns else 1
-        _, x, settings = over.along(k, samples)
+    for k, speed in enumerate(steady.speeds):
+        samples = samples_of(steady) if known.turns else 1
+        _, x, settings = steady.along(k, samples)
         w = np.repeat(orders * speed, samples)[:, None]
         own = np.tile(amplitudes[k], (len(w), 1))
         points = np.hstack([np.tile(x, (count, 1)), w, own])
         numbers = known.numbers(
-            points, over.theta[k], np.full(len(w), time), np.tile(settings, (count, 1))
+            points, steady.theta[k], np.full(len(w), time), np.tile(settings, (count, 1))
         )
         numbers = numbers.reshape(count, samples, -1).mean(axis=1)
         pairs = (z[k][:, known.rows].conj() * z[k][:, known.columns]).real

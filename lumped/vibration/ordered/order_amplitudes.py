@@ -28,7 +28,7 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True, eq=False)
 class OrderAmplitudes(ByName, RichHtml):
-    """Complex amplitudes of quantities; ``found[output]`` has the shape (speeds, orders).
+    """Complex amplitudes of quantities; ``found[name]`` has the shape (speeds, orders).
 
     A quantity vibrates as ``sum Re(amplitude exp(j order angle))``, with the angle of the shaft
     from which orders count.
@@ -41,24 +41,24 @@ class OrderAmplitudes(ByName, RichHtml):
         Speeds of the shaft from which orders count, rad/s.
     orders : ndarray, shape (o,)
         Periods for each turn, ascending.
-    outputs : tuple of str
+    of : tuple of str
         Names.
-    values : ndarray of complex, shape (k, o, outputs)
+    values : ndarray of complex, shape (k, o, len(of))
         Amplitudes.
-    means : ndarray, shape (k, outputs)
+    means : ndarray, shape (k, len(of))
         Means over the turns.
     """
 
     system: System
     speeds: Real
     orders: Real
-    outputs: tuple[str, ...]
+    of: tuple[str, ...]
     values: Complex
     means: Real
 
     @checked
-    def __getitem__(self, output: Name) -> Complex:
-        found: Complex = self.values[:, :, self._place(output)]
+    def __getitem__(self, of: Name) -> Complex:
+        found: Complex = self.values[:, :, self._place(of)]
         return found
 
     @property
@@ -67,13 +67,13 @@ class OrderAmplitudes(ByName, RichHtml):
         return self.speeds * 30 / np.pi
 
     @checked
-    def mean(self, output: Name) -> Real:
+    def mean(self, of: Name) -> Real:
         """Mean of a quantity over the turns, shape (k,)."""
-        found: Real = self.means[:, self._place(output)]
+        found: Real = self.means[:, self._place(of)]
         return found
 
     @checked
-    def magnitude(self, output: Name, order: float) -> Real:
+    def magnitude(self, of: Name, order: float) -> Real:
         """Amplitude of one order, shape (k,).
 
         Raises
@@ -81,21 +81,21 @@ class OrderAmplitudes(ByName, RichHtml):
         OptionError
             If the order was not computed.
         """
-        found: Real = np.abs(self[output][:, self._order(order)])
+        found: Real = np.abs(self[of][:, self._order(order)])
         return found
 
     @checked
-    def phase(self, output: Name, order: float) -> Real:
+    def phase(self, of: Name, order: float) -> Real:
         """Phase of one order against the angle of the shaft, rad, shape (k,)."""
-        return np.angle(self[output][:, self._order(order)])
+        return np.angle(self[of][:, self._order(order)])
 
     @checked
-    def synthesis(self, output: Name, *, orders: Iterable[float] | None = None) -> Synthesis:
+    def synthesis(self, of: Name, *, orders: Iterable[float] | None = None) -> Synthesis:
         """All orders together over a cycle.
 
         Parameters
         ----------
-        output : name
+        of : name
             The quantity.
         orders : iterable of float, optional
             Orders that take part; default is all.
@@ -107,30 +107,30 @@ class OrderAmplitudes(ByName, RichHtml):
         """
         chosen = range(len(self.orders)) if orders is None else [self._order(o) for o in orders]
         places = sorted(set(chosen))
-        key = self.outputs[self._place(output)]
+        key = self.of[self._place(of)]
         return Synthesis(
             key,
             self.system.quantity(key).unit,
             self.speeds,
             self.orders[places],
-            self[output][:, places],
+            self[of][:, places],
         )
 
     @checked
     def plot(
         self,
-        outputs: Iterable[Name] | None = None,
+        of: Iterable[Name] | None = None,
         *,
         most: int = 6,
         units: Units = None,
         backend: Backend = "matplotlib",
         ax: Any = None,
     ) -> Any:
-        """Largest orders and their synthesis over the speed, a panel for each output.
+        """Largest orders and their synthesis over the speed, a panel for each quantity.
 
         Parameters
         ----------
-        outputs : iterable of names, optional
+        of : iterable of names, optional
             Outputs to draw; default is all.
         most : int
             Orders to draw in each panel, the largest.
@@ -147,19 +147,19 @@ class OrderAmplitudes(ByName, RichHtml):
         UnknownNameError
             If a name does not exist.
         """
-        wanted = self.outputs if outputs is None else [self.system.key(name) for name in outputs]
+        wanted = self.of if of is None else [self.system.key(name) for name in of]
         if not wanted:
-            raise OptionError(f"{self.system.name}: name at least one output to draw.")
+            raise OptionError(f"{self.system.name}: name at least one quantity to draw.")
         choice = chosen(units, ("speed", *self.system.names()))
         drawn = {}
-        for output in wanted:
-            to_show = display(output, self.system.quantity(output).unit, choice, is_change=True)
-            size = to_show.value(np.abs(self[output]))
+        for of in wanted:
+            to_show = display(of, self.system.quantity(of).unit, choice, is_change=True)
+            size = to_show.value(np.abs(self[of]))
             order = np.argsort(-size.max(axis=0), kind="stable")[:most]
             curves = {f"order {self.orders[o]:g}": size[:, o] for o in sorted(order.tolist())}
             if len(self.orders) > 1:
-                curves["half range"] = to_show.value(self.synthesis(output).half_range)
-            drawn[output] = to_show.unit, curves
+                curves["half range"] = to_show.value(self.synthesis(of).half_range)
+            drawn[of] = to_show.unit, curves
         left = len(self.orders) - most
         note = f"{left} smaller: choose with most=" if left > 0 else ""
         picture = order_response_picture(
@@ -168,15 +168,15 @@ class OrderAmplitudes(ByName, RichHtml):
         return draw(picture, backend, ax)
 
     def _names(self) -> tuple[str, ...]:
-        return self.outputs
+        return self.of
 
-    def _place(self, output: Name) -> int:
-        key = self.system.key(output)
-        if key not in self.outputs:
+    def _place(self, of: Name) -> int:
+        key = self.system.key(of)
+        if key not in self.of:
             raise UnknownNameError(
-                f"'{key}' is no output of this response. {nearest(key, self.outputs)}"
+                f"'{key}' is not observed in this response. {nearest(key, self.of)}"
             )
-        return self.outputs.index(key)
+        return self.of.index(key)
 
     def _order(self, order: float) -> int:
         found = np.flatnonzero(np.isclose(self.orders, order, rtol=1e-12, atol=0))
@@ -189,18 +189,18 @@ class OrderAmplitudes(ByName, RichHtml):
         return int(found[0])
 
     def largest_orders(self) -> str:
-        """A table of the largest order and the synthesis of each output."""
+        """A table of the largest order and the synthesis of each quantity."""
         rows, speed = [], speed_unit()
-        for output in self.outputs:
-            size, both = np.abs(self[output]), self.synthesis(output)
+        for of in self.of:
+            size, both = np.abs(self[of]), self.synthesis(of)
             k, o = np.unravel_index(int(size.argmax()), size.shape)
             top = int(both.half_range.argmax())
             *sizes, unit = amounts(
-                *(output, self.system.quantity(output).unit, size[k, o], both.half_range[top]),
+                *(of, self.system.quantity(of).unit, size[k, o], both.half_range[top]),
                 is_change=True,
             )
             at = [number(speed.value(self.speeds[i])) for i in (k, top)]
-            rows.append((output, unit, f"{self.orders[o]:g}", at[0], sizes[0], at[1], sizes[1]))
+            rows.append((of, unit, f"{self.orders[o]:g}", at[0], sizes[0], at[1], sizes[1]))
         columns = (
             *("quantity", "unit", "largest order", f"at, {speed.unit}", "amplitude"),
             *(f"worst at, {speed.unit}", "half range"),

@@ -47,7 +47,7 @@ def orders(
     run: Trajectory,
     of: Name,
     *,
-    over: Name,
+    shaft: Name,
     least: float = 0.01,
     most: int = 40,
     turns: int = 1,
@@ -63,7 +63,7 @@ def orders(
         With a grid fine enough for the highest order: some 40 points for each of its periods.
     of : name
         The quantity, such as the torque at the crank.
-    over : name
+    shaft : name
         The angle of the shaft, rad; it must rise or fall throughout.
     least : float
         Smallest amplitude that is kept, as a share of the largest.
@@ -87,16 +87,16 @@ def orders(
     if isinstance(turns, bool) or not isinstance(turns, int) or turns < 1:
         raise OptionError(f"orders: turns = {turns!r}: a whole number of turns is needed.")
     system = run.system
-    angle, value, rising = rising_angle(run, of, over, "orders")
+    angle, value, rising = rising_angle(run, of, shaft, "orders")
     whole = "a full turn is" if turns == 1 else f"{turns} full turns are"
     window = 2 * np.pi * turns
     begin = angle[-1] - window
     if begin < angle[0] - 1e-9:
-        raise OptionError(f"orders: {over} covers {angle[-1] - angle[0]:.4g} rad; {whole} needed.")
+        raise OptionError(f"orders: {shaft} covers {angle[-1] - angle[0]:.4g} rad; {whole} needed.")
     inside = rising & (angle > begin)
     if inside.sum() < 8 * most * turns:
         raise OptionError(
-            f"orders: {inside.sum() / turns:g} points a turn of {over} are too few for the order "
+            f"orders: {inside.sum() / turns:g} points a turn of {shaft} are too few for the order "
             f"{most} of {system.key(of)}; run with a grid of at least {8 * most} points a turn."
         )
     known = angle[rising], value[rising]
@@ -109,7 +109,7 @@ def orders(
     if missed > _REPEATS * np.ptp(y):
         raise OptionError(
             f"orders: {system.key(of)} does not repeat after {turns} turn{'s' * (turns > 1)} of "
-            f"{over}: it differs by {missed:.3g} {system.quantity(of).unit}, "
+            f"{shaft}: it differs by {missed:.3g} {system.quantity(of).unit}, "
             f"{missed / np.ptp(y):.0%} of its range. Where it repeats after more turns, as that of "
             f"a four-stroke engine after 2, give turns={turns + 1}; else let the run settle first."
         )
@@ -132,7 +132,7 @@ def orders(
     )
 
 
-def rising_angle(run: Trajectory, of: Name, over: Name, what: str) -> tuple[Real, Real, Boolean]:
+def rising_angle(run: Trajectory, of: Name, shaft: Name, what: str) -> tuple[Real, Real, Boolean]:
     """An angle that rises, a quantity, and the points at which the angle rises on.
 
     Raises
@@ -140,15 +140,15 @@ def rising_angle(run: Trajectory, of: Name, over: Name, what: str) -> tuple[Real
     OptionError
         If the angle turns back.
     """
-    angle, value = run[over] * np.sign(run[over][-1] - run[over][0]), run[of]
+    angle, value = run[shaft] * np.sign(run[shaft][-1] - run[shaft][0]), run[of]
     step = np.diff(angle)
     if (step < 0).any():
-        raise OptionError(f"{what}: {over} turns back; orders count over a steady turn.")
+        raise OptionError(f"{what}: {shaft} turns back; orders count over a steady turn.")
     return angle, value, np.append(step > 0, True)
 
 
 @checked
-def turns(modes: Modes, of: Name, *, over: Name) -> float:
+def turns(modes: Modes, of: Name, *, shaft: Name) -> float:
     """Turns of a shaft for each turn of another, by the gears between them.
 
     Its unbalance or eccentricity excites with this order, twice for an oval roll, and a mesh of its
@@ -158,7 +158,7 @@ def turns(modes: Modes, of: Name, *, over: Name) -> float:
     ----------
     modes : Modes
         From `lumped.modes`; the drive must be free to turn.
-    of, over : name
+    of, shaft : name
         Angles of the shaft, and of that from which orders count, rad.
 
     Returns
@@ -171,13 +171,13 @@ def turns(modes: Modes, of: Name, *, over: Name) -> float:
     OptionError
         If no rigid-body mode turns both, or several turn them in different ratios.
     """
-    own, led = modes.rigid_shape(over), modes.rigid_shape(of)
+    own, led = modes.rigid_shape(shaft), modes.rigid_shape(of)
     turning = np.abs(own) > 1e-9
     ratios = led[turning] / own[turning]
     size = np.abs(ratios).max(initial=0.0)
     if not size > 1e-9 or np.ptp(ratios) > 1e-9 * size:
         raise OptionError(
-            f"turns: {of} does not turn with {over} in a fixed ratio, as they are not joined, are "
+            f"turns: {of} does not turn with {shaft} in a fixed ratio, as they are not joined, are "
             "held, or meet in a differential. Give the order as a number."
         )
     return float(abs(ratios[0]))
@@ -185,7 +185,7 @@ def turns(modes: Modes, of: Name, *, over: Name) -> float:
 
 @checked
 def mesh_orders(
-    modes: Modes, teeth: Mapping[Name, int], *, over: Name, harmonics: int = 1
+    modes: Modes, teeth: Mapping[Name, int], *, shaft: Name, harmonics: int = 1
 ) -> dict[str, float]:
     """Orders with which gear meshes excite: teeth times the turns of their shafts.
 
@@ -195,7 +195,7 @@ def mesh_orders(
         From `lumped.modes`; the drive must be free to turn.
     teeth : mapping of name to int
         Angle of the shaft of one wheel of each mesh, rad, and the teeth of this wheel.
-    over : name
+    shaft : name
         Angle of the shaft from which orders count, rad.
     harmonics : int
         Multiples of the mesh frequency, from 1.
@@ -218,7 +218,7 @@ def mesh_orders(
         key = modes.system.key(name)
         if isinstance(z, bool) or not isinstance(z, int) or z < 1:
             raise OptionError(f"mesh_orders: {key} has {z!r} teeth; a whole number is needed.")
-        order = z * turns(modes, name, over=over)
+        order = z * turns(modes, name, shaft=shaft)
         for k in range(1, harmonics + 1):
             found[f"{k} x {key}, {z} teeth" if k > 1 else f"{key}, {z} teeth"] = k * order
     return found

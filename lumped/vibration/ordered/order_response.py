@@ -37,11 +37,11 @@ Amplitude = complex | ArrayLike | Callable[[Real], ArrayLike]
 
 @dataclass(frozen=True, eq=False)
 class OrderResponse(OrderAmplitudes):
-    """Steady vibration over the speed; ``response[output]`` has the shape (speeds, orders).
+    """Steady vibration over the speed; ``response[name]`` has the shape (speeds, orders).
 
     Attributes
     ----------
-    system, speeds, orders, outputs, values, means
+    system, speeds, orders, of, values, means
         As in `OrderAmplitudes`.
     rotation : Rotation
         Steady rotation about which it vibrates.
@@ -69,7 +69,7 @@ class OrderResponse(OrderAmplitudes):
     def small(self) -> SmallVibrations:
         """The equations of small vibrations that were solved; outputs, then those of laws."""
         more = amplitude_laws(self.system).quantities
-        return small_vibrations(self.system, tuple(self.excitations), self.outputs + more)
+        return small_vibrations(self.system, tuple(self.excitations), self.of + more)
 
     @property
     def _laws_at(self) -> Real:
@@ -89,18 +89,18 @@ class OrderResponse(OrderAmplitudes):
 
     def solution_at(self, k: int) -> tuple[Rotation, OrderSolution, Complex]:
         """Steady rotation, solution, and amplitudes of the inputs, (o, inputs), at one speed."""
-        over = self.rotation.at(k)
+        steady = self.rotation.at(k)
         wanted = {
             name: {order: amplitude[k : k + 1] for order, amplitude in harmonics.items()}
             for name, harmonics in self.excitations.items()
         }
-        equations = OrderEquations(self.small, over, self.orders, wanted, self.damping_ratio)
+        equations = OrderEquations(self.small, steady, self.orders, wanted, self.damping_ratio)
         solved = equations.solved(self._laws_at[k : k + 1])
         inputs = np.zeros((len(self.orders), len(wanted)), dtype=complex)
         for i, harmonics in enumerate(wanted.values()):
             for order, amplitude in harmonics.items():
                 inputs[self.orders == order, i] = amplitude
-        return over, solved, inputs
+        return steady, solved, inputs
 
     def turning(
         self, speeds: Real, parameters: Changes | None = None, at: OperatingPoint | None = None
@@ -122,17 +122,17 @@ class OrderResponse(OrderAmplitudes):
                 )
             (at,) = old.points
         own = (parameters or old.points[0].parameters) if at is None else None
-        return rotation(self.system, old.over, speeds, old.turns, at, own, old.balancing)
+        return rotation(self.system, old.shaft, speeds, old.turns, at, own, old.balancing)
 
     def again(self, parameters: Changes, at: OperatingPoint | None = None) -> OrderResponse:
         """The same with other parameters, or at an operating point that has them."""
-        over = self.turning(self.speeds, parameters, at)
+        steady = self.turning(self.speeds, parameters, at)
         inputs = tuple(self.excitations)
         return _responded(
             self.system,
             inputs,
-            self.outputs,
-            over,
+            self.of,
+            steady,
             self.orders,
             self.excitations,
             self.damping_ratio,
@@ -191,7 +191,7 @@ def order_response(
     speeds: ArrayLike,
     of: Iterable[Name],
     orders: Iterable[float] | None = None,
-    over: Name | None = None,
+    shaft: Name | None = None,
     turns: int = 1,
     excitations: Mapping[Name, Mapping[float, Amplitude]] | None = None,
     at: OperatingPoint | Callable[[float], OperatingPoint] | None = None,
@@ -203,7 +203,7 @@ def order_response(
 
     The drive is linearised about steady rotation and excited by what does not turn steadily then:
     torques that follow from the angle of the shaft (gas and mass forces of cylinders, propeller
-    blades, meshes), with all their orders, if its angle is named in `over`; and by `excitations`.
+    blades, meshes), with all their orders, if its angle is named in `shaft`; and by `excitations`.
     The matrices are means over the turns, so that inertias and stiffnesses that vary with the angle
     count with their means and their excitation (first order in the variation; `lumped.periodic`
     takes them as they are).
@@ -224,8 +224,8 @@ def order_response(
         Quantities to observe.
     orders : iterable of float, optional
         Periods for each turn of the shaft; default is those of `excitations`, or up to 12 with
-        `over`.
-    over : name, optional
+        `shaft`.
+    shaft : name, optional
         The angle of that shaft, rad. Torques that depend on it excite.
     turns : int
         Turns of it after which everything repeats: 2 for a four-stroke engine, which has half
@@ -236,7 +236,7 @@ def order_response(
         ``Re(amplitude exp(j order angle))``.
     at : OperatingPoint or callable, optional
         Where to linearise, or a function of the speed that gives it. By default all parts turn
-        together with the shaft of `over`, and twists keep their start values.
+        together with `shaft`, and twists keep their start values.
     free : name, optional
         Parameter, such as the torque of the load, that lets mean torques balance at each speed; all
         states follow from the balance. Needed where stiffness or damping depends on the mean
@@ -268,10 +268,10 @@ def order_response(
     """
     grid = _ascending(speeds)
     wanted = _excitations(system, excitations or {}, grid)
-    if not wanted and over is None:
+    if not wanted and shaft is None:
         raise OptionError(
             "order_response: nothing excites; name the angle of the shaft whose torques excite, "
-            "over=, or give excitations={'load.tau': {2: 100.0}}."
+            "shaft=, or give excitations={'load.tau': {2: 100.0}}."
         )
     if at is not None and parameters:
         raise OptionError(
@@ -287,7 +287,7 @@ def order_response(
     if not outputs:
         raise OptionError("order_response: name at least one quantity to observe, of=[...].")
     refuse_rates(system, inputs)
-    found = rotation(system, over, grid, turns, at, parameters, free)
+    found = rotation(system, shaft, grid, turns, at, parameters, free)
     chosen = _orders(orders, wanted, found)
     return _responded(found.system, inputs, outputs, found, chosen, wanted, damping_ratio)
 
@@ -296,7 +296,7 @@ def _responded(
     system: System,
     inputs: tuple[str, ...],
     outputs: tuple[str, ...],
-    over: Rotation,
+    steady: Rotation,
     orders: Real,
     wanted: Excitations,
     damping_ratio: float,
@@ -304,22 +304,22 @@ def _responded(
     """The vibration about a steady rotation."""
     watched, laws = tuple(held.formula for held in ranges(system)), amplitude_laws(system)
     small = small_vibrations(system, inputs, outputs + laws.quantities + watched)
-    equations = OrderEquations(small, over, orders, wanted, damping_ratio)
+    equations = OrderEquations(small, steady, orders, wanted, damping_ratio)
     count = len(outputs)
     at, unsettled = found_amplitudes(equations, laws, count)
     solved = equations.solved(at)
     first = count + len(laws.quantities)
     refuse_vibration_outside(
-        small, over, orders, solved.means[:, first:], solved.y[:, :, first:], at
+        small, steady, orders, solved.means[:, first:], solved.y[:, :, first:], at
     )
     return OrderResponse(
         system,
-        over.speeds,
+        steady.speeds,
         orders,
         outputs,
         solved.y[:, :, :count],
         solved.means[:, :count],
-        over,
+        steady,
         solved.residual,
         damping_ratio,
         wanted,
@@ -375,27 +375,27 @@ def _excitations(
     return found
 
 
-def _orders(orders: Iterable[float] | None, wanted: Excitations, over: Rotation) -> Real:
+def _orders(orders: Iterable[float] | None, wanted: Excitations, steady: Rotation) -> Real:
     """Orders to compute, ascending."""
     given = {order for harmonics in wanted.values() for order in harmonics}
     if orders is None:
-        if over.turns_matter:
-            given |= {i / over.turns for i in range(1, 12 * over.turns + 1)}
+        if steady.turns_matter:
+            given |= {i / steady.turns for i in range(1, 12 * steady.turns + 1)}
         if not given:
             raise OptionError(
-                f"{over.system.name}: nothing excites: no torque depends on {over.over}. Add parts "
-                "whose torque does, such as cylinders or blades, or give excitations=."
+                f"{steady.system.name}: nothing excites: no torque depends on {steady.shaft}. Add "
+                "parts whose torque does, such as cylinders or blades, or give excitations=."
             )
         return np.array(sorted(given))
     chosen = np.array(sorted({float(order) for order in orders}))
     if not len(chosen) or not (np.isfinite(chosen).all() and (chosen > 0).all()):
         raise OptionError("order_response: orders must be positive periods for each turn.")
-    if over.turns_matter:
-        cycles = chosen * over.turns
+    if steady.turns_matter:
+        cycles = chosen * steady.turns
         for order in chosen[np.abs(cycles - np.rint(cycles)) > 1e-9].tolist():
             if order not in given:
                 raise OptionError(
                     f"order_response: order {order:g} is no whole number of periods in "
-                    f"{over.turns} turn{'s' * (over.turns > 1)} of {over.over}; give turns=."
+                    f"{steady.turns} turn{'s' * (steady.turns > 1)} of {steady.shaft}; give turns=."
                 )
     return chosen

@@ -44,7 +44,7 @@ class OrderSensitivity(ByName, RichHtml):
 
     Attributes
     ----------
-    output, measure : str
+    of, measure : str
         What was derived.
     unit : str
         Its unit.
@@ -52,43 +52,41 @@ class OrderSensitivity(ByName, RichHtml):
         Where, rad/s.
     value : float
         The measure there.
-    parameters : tuple of str
+    by : tuple of str
         Names.
-    values : ndarray, shape (p,)
+    derivatives : ndarray, shape (p,)
         Derivatives, for each unit of the parameter.
     relative : ndarray, shape (p,)
         Relative change of the measure for a relative change of the parameter.
     """
 
-    output: str
+    of: str
     measure: str
     unit: str
     speed: float
     value: float
-    parameters: tuple[str, ...]
-    values: Real
+    by: tuple[str, ...]
+    derivatives: Real
     relative: Real
 
     @checked
     def __getitem__(self, parameter: str) -> float:
-        if parameter not in self.parameters:
-            raise UnknownNameError(
-                f"'{parameter}' was not varied. {nearest(parameter, self.parameters)}"
-            )
-        return float(self.values[self.parameters.index(parameter)])
+        if parameter not in self.by:
+            raise UnknownNameError(f"'{parameter}' was not varied. {nearest(parameter, self.by)}")
+        return float(self.derivatives[self.by.index(parameter)])
 
     def _names(self) -> tuple[str, ...]:
-        return self.parameters
+        return self.by
 
     def __repr__(self) -> str:
-        to_show, speed = display(self.output, self.unit, is_change=True), speed_unit()
+        to_show, speed = display(self.of, self.unit, is_change=True), speed_unit()
         head = (
-            f"{self.measure} of {self.output} at {speed.value(self.speed):.6g} {speed.unit}: "
-            f"{to_show.value(self.value):.6g} {to_show.unit}; by {len(self.parameters)} parameters"
+            f"{self.measure} of {self.of} at {speed.value(self.speed):.6g} {speed.unit}: "
+            f"{to_show.value(self.value):.6g} {to_show.unit}; by {len(self.by)} parameters"
         )
         order = np.argsort(-np.abs(self.relative), kind="stable")[:20].tolist()
         rows = [
-            (self.parameters[i], number(to_show.value(self.values[i])), f"{self.relative[i]:+.4f}")
+            (self.by[i], number(to_show.value(self.derivatives[i])), f"{self.relative[i]:+.4f}")
             for i in order
         ]
         columns = ("parameter", f"derivative, {to_show.unit} for each unit", "relative")
@@ -98,11 +96,11 @@ class OrderSensitivity(ByName, RichHtml):
 @checked
 def order_sensitivity(
     response: OrderResponse,
-    output: Name,
+    of: Name,
     *,
     measure: Literal["maximum", "half range", "sum"] | float = "half range",
     speed: float | None = None,
-    to: Iterable[Name] | None = None,
+    by: Iterable[Name] | None = None,
 ) -> OrderSensitivity:
     """Exact derivatives of a vibration by parameters.
 
@@ -114,13 +112,13 @@ def order_sensitivity(
     ----------
     response : OrderResponse
         From `order_response`.
-    output : name
-        One of its outputs.
+    of : name
+        A quantity that it observes.
     measure : {"maximum", "half range", "sum"} or float
         Of the synthesis, or the order whose amplitude is meant.
     speed : float, optional
         One of the speeds of the response, rad/s; default is where the measure is largest.
-    to : iterable of names, optional
+    by : iterable of names, optional
         Parameters; default is all that can be changed.
 
     Returns
@@ -135,11 +133,11 @@ def order_sensitivity(
         If a name does not exist.
     """
     refuse_ratio(response, "order_sensitivity")
-    row = response._place(output)
-    key = response.outputs[row]
+    row = response._place(of)
+    key = response.of[row]
     sizes = sizes_of(response, key, measure)
     k = int(sizes.argmax()) if speed is None else response.number_of(speed, "order_sensitivity")
-    names, places = varied_places(response, to)
+    names, places = varied_places(response, by)
     slope = slope_of(response, key, k, measure)[places]
     value, theta = float(sizes[k]), response.rotation.theta[k, places]
     return OrderSensitivity(
@@ -155,7 +153,7 @@ def order_sensitivity(
 
 
 def varied_places(
-    response: OrderResponse, to: Iterable[Name] | None
+    response: OrderResponse, by: Iterable[Name] | None
 ) -> tuple[list[str], list[int]]:
     """Names and places of parameters by which to derive; default is all that do not follow.
 
@@ -164,15 +162,15 @@ def varied_places(
     OptionError
         If one balances the mean torques.
     """
-    names, places = places_to(response.rotation.points[0], to)
+    names, places = places_to(response.rotation.points[0], by)
     balancing = response.rotation.balancing
-    if to is None and balancing is not None:
+    if by is None and balancing is not None:
         places.pop(names.index(balancing))
         names.remove(balancing)
     if balancing in names:
         raise OptionError(
             f"{response.system.name}: {balancing} is free and follows from the "
-            "others; leave it out of `to`."
+            "others; leave it out of `by`."
         )
     return names, places
 
@@ -186,12 +184,12 @@ def refuse_ratio(response: OrderResponse, caller: str) -> None:
         )
 
 
-def sizes_of(response: OrderResponse, output: str, measure: str | float) -> Real:
+def sizes_of(response: OrderResponse, of: str, measure: str | float) -> Real:
     """The measure at each speed."""
     if isinstance(measure, str):
-        both = response.synthesis(output)
+        both = response.synthesis(of)
         return {"maximum": both.maximum, "half range": both.half_range, "sum": both.sum}[measure]
-    return response.magnitude(output, measure)
+    return response.magnitude(of, measure)
 
 
 def _weights(both: Synthesis, k: int, measure: str | float) -> Complex:
@@ -217,15 +215,15 @@ def _weights(both: Synthesis, k: int, measure: str | float) -> Complex:
     return found
 
 
-def slope_of(response: OrderResponse, output: str, k: int, measure: str | float) -> Real:
+def slope_of(response: OrderResponse, of: str, k: int, measure: str | float) -> Real:
     """Derivatives of the measure at a speed by all parameters, shape (p,).
 
     Where laws hold at amplitudes A that follow from the vibration, ``A = h(A, p)``, the measure
     ``m(A, p)`` changes by ``m_p + m_A (1 - h_A)^-1 h_p``.
     """
     at_speed = _AtSpeed(response, k)
-    weights = _weights(response.synthesis(output), k, measure)
-    slope, by_amplitude = at_speed.slopes(response._place(output), weights)
+    weights = _weights(response.synthesis(of), k, measure)
+    slope, by_amplitude = at_speed.slopes(response._place(of), weights)
     if not len(by_amplitude):
         return slope
     rows = [at_speed.law_slopes(i) for i in range(len(by_amplitude))]
@@ -239,23 +237,23 @@ class _AtSpeed:
 
     def __init__(self, response: OrderResponse, k: int) -> None:
         self.small, self.orders = response.small, response.orders
-        self.over, self.solved, self.u = response.solution_at(k)
+        self.steady, self.solved, self.u = response.solution_at(k)
         self.amplitudes = response._laws_at[k : k + 1]
-        self.first = len(response.outputs)
+        self.first = len(response.of)
 
     def law_slopes(self, number: int) -> tuple[Real, Real]:
         """Derivatives of the amplitude that counts for a law."""
         row = self.first + number
-        both = Synthesis("law", "1", self.over.speeds, self.orders, self.solved.y[:, :, row])
+        both = Synthesis("law", "1", self.steady.speeds, self.orders, self.solved.y[:, :, row])
         return self.slopes(row, _weights(both, 0, law_measure(both)))
 
     def slopes(self, row: int, weights: Complex) -> tuple[Real, Real]:
-        """Derivatives of what is owed to the amplitudes of an output.
+        """Derivatives of what is owed to the amplitudes of a quantity.
 
         By all parameters, shape (p,), and by the amplitudes of laws, (m,).
         """
-        small, orders, over, x = self.small, self.orders, self.over, self.solved.x[0]
-        n, count, w = over.x.shape[1], len(orders), orders * over.speeds[0]
+        small, orders, steady, x = self.small, self.orders, self.steady, self.solved.x[0]
+        n, count, w = steady.x.shape[1], len(orders), orders * steady.speeds[0]
         adjoint = _adjoint(small, self.solved.matrices, w, row, n)
         left = weights[:, None] * adjoint
         direct = np.zeros((count, len(small.outputs)), dtype=complex)
@@ -269,36 +267,36 @@ class _AtSpeed:
                 strict=True,
             )
         ]
-        samples = samples_of(over, orders)
-        angle = 2 * np.pi * over.turns * np.arange(samples) / samples
+        samples = samples_of(steady, orders)
+        angle = 2 * np.pi * steady.turns * np.arange(samples) / samples
         turning = np.zeros((samples, count), dtype=complex)
-        if over.turns_matter:
-            whole = np.abs(orders * over.turns - np.rint(orders * over.turns)) <= 1e-9
+        if steady.turns_matter:
+            whole = np.abs(orders * steady.turns - np.rint(orders * steady.turns)) <= 1e-9
             turning[:, whole] = np.exp(-1j * angle[:, None] * orders[whole]) * (2 / samples)
         own = [(turning @ left).real, (turning @ direct).real]
-        slope_x, slope = swept(small, over, own, [part.sum(axis=0) for part in by_order])
+        slope_x, slope = swept(small, steady, own, [part.sum(axis=0) for part in by_order])
         by_amplitude = np.zeros(self.amplitudes.shape[1])
         if small.places:
             still = [np.zeros((count, n)), np.zeros((count, len(small.outputs)))]
-            again = [np.repeat(part, count, axis=0) for part in (over.x, over.settings)]
-            theta, time = over.theta[0], over.points[0].time
+            again = [np.repeat(part, count, axis=0) for part in (steady.x, steady.settings)]
+            theta, time = steady.theta[0], steady.points[0].time
             at = small.at(w, np.repeat(self.amplitudes, count, axis=0))
             for sign, vibration in ((1.0, at), (-1.0, None)):
                 part = Parts(*still, *(sign * numbers for numbers in by_order))
                 more = small.slopes(part, again[0], theta, again[1], time, vibration)
                 slope_x, slope = slope_x + more[0].sum(axis=0), slope + more[1].sum(axis=0)
                 by_amplitude = by_amplitude + more[2].sum(axis=0)
-        return slope + moved_by(over, slope_x), by_amplitude
+        return slope + moved_by(steady, slope_x), by_amplitude
 
 
 def swept(
-    small: SmallVibrations, over: Rotation, own: list[Real], means: list[Real]
+    small: SmallVibrations, steady: Rotation, own: list[Real], means: list[Real]
 ) -> tuple[Real, Real]:
     """One reverse sweep over the turns: derivatives by states and by parameters.
 
     Parameters
     ----------
-    over : Rotation
+    steady : Rotation
         At one speed.
     own : list of ndarray, shapes (samples, n) and (samples, q)
         Weights of rates and outputs at each of the samples.
@@ -306,10 +304,11 @@ def swept(
         Weights of the means of the numbers of A, B, C, D and M.
     """
     samples = len(own[0])
-    _, points, settings = over.along(0, samples)
+    _, points, settings = steady.along(0, samples)
     averaged = [np.tile(part / samples, (samples, 1)) for part in means]
     weights = Parts(*own, *averaged)
-    by_x, by_theta, _ = small.slopes(weights, points, over.theta[0], settings, over.points[0].time)
+    time = steady.points[0].time
+    by_x, by_theta, _ = small.slopes(weights, points, steady.theta[0], settings, time)
     return by_x.sum(axis=0), by_theta.sum(axis=0)
 
 

@@ -65,7 +65,7 @@ class OrderEquations:
     ----------
     small : SmallVibrations
         What vibrations do.
-    over : Rotation
+    steady : Rotation
         The rotation.
     orders : ndarray, shape (o,)
         Periods for each turn.
@@ -78,18 +78,18 @@ class OrderEquations:
     def __init__(
         self,
         small: SmallVibrations,
-        over: Rotation,
+        steady: Rotation,
         orders: Real,
         wanted: Excitations,
         damping_ratio: float = 0.0,
     ) -> None:
-        self.small, self.over, self.orders = small, over, orders
+        self.small, self.steady, self.orders = small, steady, orders
         self._wanted, self._damping_ratio = wanted, damping_ratio
-        self._rates, self._outputs, self._means, self._matrices = harmonics(small, over, orders)
+        self._rates, self._outputs, self._means, self._matrices = harmonics(small, steady, orders)
         self._stated: list[Real] = []
         if small.places:
-            _refuse_unknown_masses(small, over, orders[-1] * over.speeds[0])
-            stated = small(over.x, over.theta, over.settings, over.points[0].time)
+            _refuse_unknown_masses(small, steady, orders[-1] * steady.speeds[0])
+            stated = small(steady.x, steady.theta, steady.settings, steady.points[0].time)
             self._stated = list(stated[2:])
 
     def solved(self, amplitudes: Real, at: Integer | None = None) -> OrderSolution:
@@ -109,14 +109,14 @@ class OrderEquations:
         SolverError
             If a vibration is unbounded, or grows by itself.
         """
-        every = np.arange(len(self.over.speeds)) if at is None else at
-        small, over, orders = self.small, self.over.part(every), self.orders
-        system, speeds = over.system, over.speeds
+        every = np.arange(len(self.steady.speeds)) if at is None else at
+        small, steady, orders = self.small, self.steady.part(every), self.orders
+        system, speeds = steady.system, steady.speeds
         rates, outputs = self._rates[every], self._outputs[every]
         n, shape = rates.shape[2], (len(speeds), len(orders))
         (b_rows, b_columns), (d_rows, d_columns) = small.patterns[1], small.patterns[3]
         w = orders[None, :] * speeds[:, None]
-        matrices = self._by_laws(over, every, w, amplitudes)
+        matrices = self._by_laws(steady, every, w, amplitudes)
         A, B, C, D, M = matrices
         for i, given in enumerate(self._wanted.values()):
             for order, wanted in given.items():
@@ -138,7 +138,7 @@ class OrderEquations:
             more, block = _modal_damping(system, rows, columns, A, self._damping_ratio)
             rows, columns = np.append(rows, more[0]), np.append(columns, more[1])
             A = np.concatenate([A, block], axis=2)
-        _refuse_growth(over, rows, columns, A[:, 0])
+        _refuse_growth(steady, rows, columns, A[:, 0])
         found, worst = _solved(
             system, rows, columns, A.reshape(-1, A.shape[2]), w.ravel(), rates.reshape(-1, n)
         )
@@ -157,7 +157,7 @@ class OrderEquations:
             outputs[:, :, i] += C[:, :, number] * found[:, :, j]
         return OrderSolution(outputs, found, self._means[every], matrices, worst)
 
-    def _by_laws(self, over: Rotation, every: Integer, w: Real, amplitudes: Real) -> list[Real]:
+    def _by_laws(self, steady: Rotation, every: Integer, w: Real, amplitudes: Real) -> list[Real]:
         """Numbers of the matrices at frequencies and amplitudes, shapes (k, o, numbers)."""
         count = w.shape[1]
         found = [np.repeat(part[every, None, :], count, axis=1) for part in self._matrices]
@@ -165,21 +165,21 @@ class OrderEquations:
             return found
         x, theta, settings, own = (
             np.repeat(part, count, axis=0)
-            for part in (over.x, over.theta, over.settings, amplitudes)
+            for part in (steady.x, steady.theta, steady.settings, amplitudes)
         )
         vibration = self.small.at(w.ravel(), own)
-        there = self.small(x, theta, settings, over.points[0].time, vibration)
+        there = self.small(x, theta, settings, steady.points[0].time, vibration)
         for held, part, base in zip(found, there[2:], self._stated, strict=True):
             held += part.reshape(held.shape) - base[every, None, :]
         return found
 
 
-def _refuse_unknown_masses(small: SmallVibrations, over: Rotation, w: float) -> None:
+def _refuse_unknown_masses(small: SmallVibrations, steady: Rotation, w: float) -> None:
     """Refuse laws of the frequency that change torques of the turns: a mass is not in M."""
-    if not (len(small.masses.rows) and over.turns_matter):
+    if not (len(small.masses.rows) and steady.turns_matter):
         return
-    _, x, settings = over.along(0, _LOOKS)
-    theta, time = over.theta[0], over.points[0].time
+    _, x, settings = steady.along(0, _LOOKS)
+    theta, time = steady.theta[0], steady.points[0].time
     stated = np.tile(theta[small.laws.places], (_LOOKS, 1))
     held, there = (
         small(x, theta, settings, time, vibration).rates[:, small.masses.own]
@@ -187,11 +187,11 @@ def _refuse_unknown_masses(small: SmallVibrations, over: Rotation, w: float) -> 
     )
     missed = np.ptp(there - held, axis=0)
     if (missed > _UNKNOWN * np.abs(held).max()).any():
-        name = over.system.state_names[small.masses.own[int(missed.argmax())]]
+        name = steady.system.state_names[small.masses.own[int(missed.argmax())]]
         raise OptionError(
-            f"{over.system.name}: a component moves with {name} whose mass or inertia is not known "
-            "beside those that depend on the frequency; give it a method `stored` with its kinetic "
-            "energy."
+            f"{steady.system.name}: a component moves with {name} whose mass or inertia is not "
+            "known beside those that depend on the frequency; give it a method `stored` with its "
+            "kinetic energy."
         )
 
 
@@ -232,9 +232,9 @@ def _matrix(rows: Integer, columns: Integer, numbers: Real, n: int) -> Real:
     return found
 
 
-def _refuse_growth(over: Rotation, rows: Integer, columns: Integer, A: Real) -> None:
+def _refuse_growth(steady: Rotation, rows: Integer, columns: Integer, A: Real) -> None:
     """Refuse a rotation about which vibrations grow; looked at at a few speeds."""
-    n = over.x.shape[1]
+    n = steady.x.shape[1]
     if n > _MOST_SOLVED:
         return
     for k in sorted({0, len(A) // 2, len(A) - 1}):
@@ -244,7 +244,7 @@ def _refuse_growth(over: Rotation, rows: Integer, columns: Integer, A: Real) -> 
         if grows.max(initial=0.0) > 1e-7 * np.abs(values).max(initial=0.0):
             worst = values[int(np.argmax(grows))]
             raise SolverError(
-                f"{over.system.name}: at {over.speeds[k]:g} rad/s a vibration of "
+                f"{steady.system.name}: at {steady.speeds[k]:g} rad/s a vibration of "
                 f"{abs(worst.imag) / (2 * np.pi):.4g} Hz grows as exp({worst.real:.4g} t), so no "
                 "steady vibration is ever reached. Add damping or control."
             )

@@ -47,7 +47,7 @@ class OrderTracks(RichHtml):
 
     Attributes
     ----------
-    name, of, over, unit : str
+    name, of, shaft, unit : str
         The model, the quantity, the angle over which orders count, and the unit of the quantity.
     times, angles, speeds : ndarray, shape (k,)
         Middle of each window: time, s, angle, rad, and mean speed there, rad/s.
@@ -63,7 +63,7 @@ class OrderTracks(RichHtml):
 
     name: str
     of: str
-    over: str
+    shaft: str
     unit: str
     times: Real
     angles: Real
@@ -189,7 +189,7 @@ class OrderTracks(RichHtml):
         low, high = speed.value(self.speeds.min()), speed.value(self.speeds.max())
         head = (
             f"{self.name}: {self.of} in {len(self.times)} windows of {self.turns} turns of "
-            f"{self.over} (Hann), overlap {self.overlap:.0%}, {low:.5g} to {high:.5g} {speed.unit}"
+            f"{self.shaft} (Hann), overlap {self.overlap:.0%}, {low:.5g} to {high:.5g} {speed.unit}"
         )
         rows = []
         for order in self.largest():
@@ -206,7 +206,7 @@ def order_tracks(
     run: Trajectory,
     of: Name,
     *,
-    over: Name,
+    shaft: Name,
     most: float = 12.0,
     turns: int = 8,
     overlap: float = 0.75,
@@ -224,7 +224,7 @@ def order_tracks(
         With ten points or more for each period of the highest order.
     of : name
         The quantity.
-    over : name
+    shaft : name
         The angle of the shaft from which orders count, rad; it must rise or fall throughout.
     most : float
         Highest order. What vibrates with more than fifteen times this order is taken for a lower
@@ -254,18 +254,18 @@ def order_tracks(
         raise OptionError(f"order_tracks: overlap = {overlap:g} must be at least 0 and below 1.")
     if not most * turns >= 2:
         raise OptionError(f"order_tracks: most = {most:g}: give the highest order, such as 12.")
-    angle, value, rising = rising_angle(run, of, over, "order_tracks")
+    angle, value, rising = rising_angle(run, of, shaft, "order_tracks")
     angle, value, t = angle[rising], value[rising], run.t[rising]
     length = 2 * np.pi * turns
     if len(angle) < 4 or angle[-1] - angle[0] < length:
         raise OptionError(
-            f"order_tracks: {over} makes {(angle[-1] - angle[0]) / (2 * np.pi):.4g} turns; a "
+            f"order_tracks: {shaft} makes {(angle[-1] - angle[0]) / (2 * np.pi):.4g} turns; a "
             f"window has {turns}. Run longer, or give fewer turns=."
         )
     coarse = float(np.diff(angle).max())
     if coarse * most * _POINTS > 2 * np.pi * (1 + 1e-6):
         raise OptionError(
-            f"order_tracks: {2 * np.pi / coarse:.4g} points a turn of {over} are too few for the "
+            f"order_tracks: {2 * np.pi / coarse:.4g} points a turn of {shaft} are too few for the "
             f"order {most:g}; run with a grid of at least {_POINTS * most:g} points a turn at the "
             "highest speed, or lower most=."
         )
@@ -285,7 +285,7 @@ def order_tracks(
     return OrderTracks(
         system.name,
         system.key(of),
-        system.key(over),
+        system.key(shaft),
         system.quantity(of).unit,
         clock(middle),
         middle,

@@ -19,7 +19,7 @@ Complex = NDArray[np.complex128]
 
 def refuse_vibration_outside(
     small: SmallVibrations,
-    over: Rotation,
+    steady: Rotation,
     orders: Real,
     means: Real,
     amplitudes: Complex,
@@ -42,29 +42,29 @@ def refuse_vibration_outside(
     ------
     SolverError
     """
-    found = ranges(over.system)
+    found = ranges(steady.system)
     if not found:
         return
     for i, held in enumerate(found):
-        high, low = _extremes(over.speeds, orders, amplitudes[:, :, i])
+        high, low = _extremes(steady.speeds, orders, amplitudes[:, :, i])
         for part, what in ((0.0, "in the mean"), (high, "with the vibration"), (low, "")):
             values = means[:, i] + part
             for k in np.flatnonzero(held.outside(values))[:1]:
-                where = f"{what or 'with the vibration'} at {over.speeds[k]:.6g} rad/s"
+                where = f"{what or 'with the vibration'} at {steady.speeds[k]:.6g} rad/s"
                 raise held.refused(float(values[k]), where)
     if not small.places:
         return
-    time = over.points[0].time
-    ends = [(0, orders[0]), (len(over.speeds) - 1, orders[-1])]
+    time = steady.points[0].time
+    ends = [(0, orders[0]), (len(steady.speeds) - 1, orders[-1])]
     places = [(int(k), orders[0], "with the vibration at") for k in at.argmax(axis=0)]
     places += [(k, order, f"for order {order:g} at") for k, order in ends]
     for k, order, which in places:
-        w = small.at(order * over.speeds[k : k + 1], at[k : k + 1])
-        point = over.x[k : k + 1], over.theta[k], over.settings[k : k + 1]
+        w = small.at(order * steady.speeds[k : k + 1], at[k : k + 1])
+        point = steady.x[k : k + 1], steady.theta[k], steady.settings[k : k + 1]
         values = small(*point, time, w).outputs[0, -len(found) :]
         for held, value in zip(found, values, strict=True):
             if held.outside(np.array([value]))[0]:
-                where = f"{which} {over.speeds[k]:.6g} rad/s"
+                where = f"{which} {steady.speeds[k]:.6g} rad/s"
                 raise held.refused(float(value), where)
 
 

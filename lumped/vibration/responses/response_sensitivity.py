@@ -34,17 +34,17 @@ class ResponseSensitivity(RichHtml):
     ----------
     response : FrequencyResponse
         What was derived.
-    parameters : tuple of str
+    by : tuple of str
         Names.
-    values : ndarray of complex, shape (k, outputs, inputs, p)
+    derivatives : ndarray of complex, shape (k, outputs, inputs, p)
         Derivatives, for each unit of the parameter.
     moving : bool
         The operating point is an equilibrium that moves with the parameters. If False, it is held.
     """
 
     response: FrequencyResponse
-    parameters: tuple[str, ...]
-    values: Complex
+    by: tuple[str, ...]
+    derivatives: Complex
     moving: bool
 
     @checked
@@ -52,9 +52,9 @@ class ResponseSensitivity(RichHtml):
         output, given, parameter = names
         row, column = self.response._places(output, given)
         key = self.response.system.key(parameter)
-        if key not in self.parameters:
-            raise UnknownNameError(f"'{key}' was not varied. {nearest(key, self.parameters)}")
-        found: Complex = self.values[:, row, column, self.parameters.index(key)]
+        if key not in self.by:
+            raise UnknownNameError(f"'{key}' was not varied. {nearest(key, self.by)}")
+        found: Complex = self.derivatives[:, row, column, self.by.index(key)]
         return found
 
     @checked
@@ -67,12 +67,12 @@ class ResponseSensitivity(RichHtml):
     def _magnitudes(self, k: int, row: int, column: int) -> Real:
         """Derivatives of a magnitude at one frequency, shape (p,)."""
         amplitude = self.response.values[k, row, column]
-        along: Real = (np.conj(amplitude) * self.values[k, row, column]).real / abs(amplitude)
+        along: Real = (np.conj(amplitude) * self.derivatives[k, row, column]).real / abs(amplitude)
         return along
 
     def __repr__(self) -> str:
         point, known = self.response.point, self.response.point.parameters
-        theta = np.array([known[name] for name in self.parameters])
+        theta = np.array([known[name] for name in self.by])
         rows, frequency = [], frequency_unit()
         for i, output in enumerate(self.response.outputs):
             for j, given in enumerate(self.response.inputs):
@@ -80,13 +80,13 @@ class ResponseSensitivity(RichHtml):
                 k = int(curve.argmax())
                 shares = self._magnitudes(k, i, j) * theta / curve[k] if curve[k] else theta * 0
                 order = np.argsort(-np.abs(shares))[:4].tolist()
-                text = "; ".join(f"{self.parameters[n]} {shares[n]:+.4f}" for n in order)
+                text = "; ".join(f"{self.by[n]} {shares[n]:+.4f}" for n in order)
                 rows.append(
                     (f"{output} / {given}", number(frequency.value(self.response.hertz[k])), text)
                 )
         where = "moves with the parameters" if self.moving else "held, or without effect"
         head = (
-            f"{point.system.name}: response by {len(self.parameters)} parameters, relative; "
+            f"{point.system.name}: response by {len(self.by)} parameters, relative; "
             f"operating point: {where}; {len(self.response.hertz)} factorisations, residual "
             f"{self.response.residual:.1e}"
         )
@@ -96,7 +96,7 @@ class ResponseSensitivity(RichHtml):
 
 @checked
 def response_sensitivity(
-    response: FrequencyResponse, *, to: Iterable[Name] | None = None
+    response: FrequencyResponse, *, by: Iterable[Name] | None = None
 ) -> ResponseSensitivity:
     """Exact derivatives of a frequency response by parameters.
 
@@ -109,7 +109,7 @@ def response_sensitivity(
     ----------
     response : FrequencyResponse
         From `frequency_response`.
-    to : iterable of names, optional
+    by : iterable of names, optional
         Parameters; default is all that can be changed.
 
     Returns
@@ -119,16 +119,16 @@ def response_sensitivity(
     Raises
     ------
     OptionError
-        If `to` is empty.
+        If `by` is empty.
     UnknownNameError
         If a parameter does not exist.
     SolverError
         If a derivative has two sides, as the point is exactly where a law changes its piece.
     """
     system, point = response.system, response.point
-    names, places = places_to(point, to)
+    names, places = places_to(point, by)
     if not names:
-        raise OptionError("response_sensitivity: nothing to vary; name parameters in `to`.")
+        raise OptionError("response_sensitivity: nothing to vary; name parameters in `by`.")
     n, m, q = len(system.state_names), len(response.inputs), len(response.outputs)
     left, right = _vectors(response, n, m, q)
     x, theta, _, _ = system.inputs

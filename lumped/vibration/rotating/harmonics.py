@@ -19,7 +19,7 @@ _ROUNDING = 1e-13
 
 
 def harmonics(
-    small: SmallVibrations, over: Rotation, orders: Real
+    small: SmallVibrations, steady: Rotation, orders: Real
 ) -> tuple[Complex, Complex, Real, list[Real]]:
     """Harmonics of rates and outputs, means of outputs, and of the numbers of the matrices.
 
@@ -32,22 +32,22 @@ def harmonics(
     means : ndarray, shape (k, q)
     matrices : list of ndarray, shapes (k, numbers)
     """
-    count, time = len(over.speeds), over.points[0].time
-    n, q = over.x.shape[1], len(small.outputs)
-    if not over.turns_matter:
+    count, time = len(steady.speeds), steady.points[0].time
+    n, q = steady.x.shape[1], len(small.outputs)
+    if not steady.turns_matter:
         none = np.zeros((count, len(orders), n + q), dtype=complex)
-        parts = _all_at_once(small, over)
+        parts = _all_at_once(small, steady)
         return none[..., :n], none[..., n:], parts.outputs, list(parts[2:])
-    cycles = orders * over.turns
+    cycles = orders * steady.turns
     numbers = np.rint(cycles).astype(int)
     whole = np.abs(cycles - numbers) <= 1e-9
-    samples = samples_of(over, orders)
+    samples = samples_of(steady, orders)
 
     def row(k: int) -> tuple[Real, Real]:
         """Harmonics of rates and outputs, and all means; and the sizes of the parts of each."""
-        angle, x, settings = over.along(k, samples)
-        parts = small(x, over.theta[k], settings, time)
-        growth = angle[:, None] * _growth(small, over, k, parts.outputs[0])
+        angle, x, settings = steady.along(k, samples)
+        parts = small(x, steady.theta[k], settings, time)
+        growth = angle[:, None] * _growth(small, steady, k, parts.outputs[0])
         parts = parts._replace(outputs=parts.outputs - growth)
         moving = np.hstack(parts[:2])
         size = np.abs(moving).max(axis=0, initial=0.0)
@@ -58,10 +58,10 @@ def harmonics(
         sizes = [np.tile(np.repeat(size, 2), len(orders)), np.abs(still).max(axis=0, initial=0.0)]
         return np.append(spectrum.view(float), still.mean(axis=0)), np.concatenate(sizes)
 
-    if len(over.points) == count or (over.settings != over.settings[0]).any():
+    if len(steady.points) == count or (steady.settings != steady.settings[0]).any():
         rows = np.array([row(k)[0] for k in range(count)])
     else:
-        rows = few_of_many(row, over.speeds)
+        rows = few_of_many(row, steady.speeds)
     end = 2 * len(orders) * (n + q)
     spectra = np.ascontiguousarray(rows[:, :end]).view(complex).reshape(count, len(orders), n + q)
     ends = end + np.cumsum([q, *(len(r) for r, _ in small.patterns)])
@@ -69,13 +69,13 @@ def harmonics(
     return spectra[..., :n], spectra[..., n:], means, matrices
 
 
-def mean_matrix(small: SmallVibrations, over: Rotation, orders: Real) -> tuple[Real, Real]:
+def mean_matrix(small: SmallVibrations, steady: Rotation, orders: Real) -> tuple[Real, Real]:
     """The state matrix at the first speed by means over the turns, and the mean numbers of M.
 
     It is ``mean(M)^-1 mean(A)``, A in torques: shape (n, n).
     """
-    _, x, settings = over.along(0, samples_of(over, orders))
-    parts = small(x, over.theta[0], settings, over.points[0].time)
+    _, x, settings = steady.along(0, samples_of(steady, orders))
+    parts = small(x, steady.theta[0], settings, steady.points[0].time)
     numbers = parts.A
     mean = numbers.mean(axis=0)
     mean[np.abs(mean) <= _ROUNDING * np.abs(numbers).max(axis=0, initial=0.0)] = 0.0
@@ -83,22 +83,22 @@ def mean_matrix(small: SmallVibrations, over: Rotation, orders: Real) -> tuple[R
     pattern, mean = small.masses.divided_matrix(M, small.patterns[0], mean)
     matrix: Real = np.zeros((x.shape[1], x.shape[1]))
     matrix[pattern] = mean
-    if over.turns_matter:
+    if steady.turns_matter:
         # rates are the same after the turns; a mean over some angles misses that at kinks
-        way = over.turning
+        way = steady.turning
         matrix -= np.outer(matrix @ way, way) / (way @ way)
     return matrix, M
 
 
-def _growth(small: SmallVibrations, over: Rotation, k: int, begin: Real) -> Real:
+def _growth(small: SmallVibrations, steady: Rotation, k: int, begin: Real) -> Real:
     """By what outputs, such as angles, grow with the angle of the shaft, shape (q,)."""
-    cycle = 2 * np.pi * over.turns
-    x = over.x[k : k + 1] + cycle * over.turning
-    m = settled(over.system, x, over.theta[k], over.settings[k])
-    found: Real = (small(x, over.theta[k], m, over.points[0].time).outputs[0] - begin) / cycle
+    cycle = 2 * np.pi * steady.turns
+    x = steady.x[k : k + 1] + cycle * steady.turning
+    m = settled(steady.system, x, steady.theta[k], steady.settings[k])
+    found: Real = (small(x, steady.theta[k], m, steady.points[0].time).outputs[0] - begin) / cycle
     return found
 
 
-def _all_at_once(small: SmallVibrations, over: Rotation) -> Parts:
+def _all_at_once(small: SmallVibrations, steady: Rotation) -> Parts:
     """Everything at all speeds where nothing depends on the angle."""
-    return small(over.x, over.theta, over.settings, over.points[0].time)
+    return small(steady.x, steady.theta, steady.settings, steady.points[0].time)

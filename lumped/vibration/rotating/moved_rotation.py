@@ -15,7 +15,7 @@ __all__ = ["moved_by", "moved_by_speed"]
 Real = NDArray[np.float64]
 
 
-def moved_by(over: Rotation, slope: Real) -> Real:
+def moved_by(steady: Rotation, slope: Real) -> Real:
     """Derivatives by all parameters of what has a slope by the states, shape (p,).
 
     The adjoint of what determines the states: the balance of mean torques, or that all parts turn
@@ -23,33 +23,33 @@ def moved_by(over: Rotation, slope: Real) -> Real:
 
     Parameters
     ----------
-    over : Rotation
+    steady : Rotation
         At one speed.
     slope : ndarray, shape (n,)
         Derivatives by the states where the shaft's angle is that of the operating point.
     """
-    count = over.theta.shape[1]
+    count = steady.theta.shape[1]
     if not slope.any():
         return np.zeros(count)
-    if over.over is None or over.is_given:
-        moved = moved_point(over.points[0], list(range(count)))
+    if steady.shaft is None or steady.is_given:
+        moved = moved_point(steady.points[0], list(range(count)))
         return np.zeros(count) if moved is None else slope @ moved.states
-    small, (x, settings), adjoint = _adjoint(over, slope)
+    small, (x, settings), adjoint = _adjoint(steady, slope)
     n, samples = x.shape[1], len(x)
     weights = np.tile(adjoint / samples, (samples, 1))
     zeros = [np.zeros((samples, len(rows))) for rows, _ in small.patterns]
     _, by_theta, _ = small.slopes(
         Parts(weights[:, :n], weights[:, n:], *zeros),
         x,
-        over.theta[0],
+        steady.theta[0],
         settings,
-        over.points[0].time,
+        steady.points[0].time,
     )
     found: Real = -by_theta.sum(axis=0)
     return found
 
 
-def moved_by_speed(over: Rotation, slope: Real) -> float:
+def moved_by_speed(steady: Rotation, slope: Real) -> float:
     """Derivative by the speed of the shaft of what has a slope by the states, s/rad.
 
     Given operating points hold at all speeds.
@@ -59,26 +59,26 @@ def moved_by_speed(over: Rotation, slope: Real) -> float:
     over, slope
         As in `moved_by`.
     """
-    if over.over is None or over.is_given or not slope.any():
+    if steady.shaft is None or steady.is_given or not slope.any():
         return 0.0
-    _, _, adjoint = _adjoint(over, slope)
-    return float(adjoint[:-1] @ over.turning + adjoint[-1])
+    _, _, adjoint = _adjoint(steady, slope)
+    return float(adjoint[:-1] @ steady.turning + adjoint[-1])
 
 
-def _adjoint(over: Rotation, slope: Real) -> tuple[SmallVibrations, tuple[Real, Real], Real]:
+def _adjoint(steady: Rotation, slope: Real) -> tuple[SmallVibrations, tuple[Real, Real], Real]:
     """Equations, states and settings over the turns, and a multiplier of each mean equation.
 
     The equations are the mean rates, less those of steady rotation, and the speed of the shaft,
     less the speed that is given; shape (n + 1,).
     """
-    assert over.over is not None
-    system, free = over.system, over.balancing
+    assert steady.shaft is not None
+    system, free = steady.system, steady.balancing
     small = small_vibrations(
-        system, () if free is None else (free,), (speed_of(system, over.over),)
+        system, () if free is None else (free,), (speed_of(system, steady.shaft),)
     )
-    samples = 1 if free is None else samples_of(over)
-    _, x, settings = over.along(0, samples)
-    parts = small(x, over.theta[0], settings, over.points[0].time)
+    samples = 1 if free is None else samples_of(steady)
+    _, x, settings = steady.along(0, samples)
+    parts = small(x, steady.theta[0], settings, steady.points[0].time)
     n, inputs = x.shape[1], len(small.inputs)
     matrix = np.zeros((n + 1, n + inputs))
     corners = ((0, 0), (0, n), (n, 0), (n, n))
@@ -87,13 +87,13 @@ def _adjoint(over: Rotation, slope: Real) -> tuple[SmallVibrations, tuple[Real, 
     ):
         matrix[rows + top, columns + left] = numbers.mean(axis=0)
     relative = np.isin(system.structure.states, relative_positions(system))
-    turning = over.turning != 0
+    turning = steady.turning != 0
     if free is None:
         equations = np.append(np.flatnonzero(relative), n)
         unknown = np.flatnonzero(~relative & ~turning)
     else:
-        equations = np.append(np.flatnonzero(~over.idle), n)
-        unknown = np.append(np.flatnonzero(~turning & ~over.idle), n)
+        equations = np.append(np.flatnonzero(~steady.idle), n)
+        unknown = np.append(np.flatnonzero(~turning & ~steady.idle), n)
     wanted = np.append(slope, np.zeros(inputs))[unknown]
     own = matrix[np.ix_(equations, unknown)]
     size = np.maximum(np.abs(own).max(axis=1), 1e-300)

@@ -46,7 +46,7 @@ class Rotation:
     ----------
     system : System
         What turns.
-    over : str or None
+    shaft : str or None
         Angle of the shaft whose speed is given; None if none is.
     speeds : ndarray, shape (k,)
         Speeds of that shaft, rad/s.
@@ -69,7 +69,7 @@ class Rotation:
     """
 
     system: System
-    over: str | None
+    shaft: str | None
     speeds: Real
     x: Real
     theta: Real
@@ -120,10 +120,10 @@ class Rotation:
         return angle, x, settled(self.system, x, self.theta[k], self.settings[k])
 
 
-def samples_of(over: Rotation, orders: ArrayLike = 1.0) -> int:
+def samples_of(steady: Rotation, orders: ArrayLike = 1.0) -> int:
     """Points of all turns at which what follows from the angle is taken."""
-    samples = _SAMPLES * over.turns if over.turns_matter else 1
-    while over.turns_matter and samples < 8 * over.turns * np.max(orders):
+    samples = _SAMPLES * steady.turns if steady.turns_matter else 1
+    while steady.turns_matter and samples < 8 * steady.turns * np.max(orders):
         samples *= 2
     return samples
 
@@ -160,7 +160,7 @@ def _sides(system: System) -> ManyPoints:
     return ManyPoints(ca.Function("sides", system.inputs, [ca.densify(found)]))
 
 
-def speed_of(system: System, over: Name) -> str:
+def speed_of(system: System, shaft: Name) -> str:
     """Name of the speed that belongs to an angle.
 
     Raises
@@ -169,20 +169,20 @@ def speed_of(system: System, over: Name) -> str:
         If no quantity is its rate.
     """
     structure = system.structure
-    node = structure.reduced.node(structure.tree.unknown(over))
+    node = structure.reduced.node(structure.tree.unknown(shaft))
     if node is not None and node + 1 in structure.members:
         aliases, unknown = structure.reduced.aliases, structure.members[node + 1]
-        if aliases.signs[unknown] == aliases.signs[structure.tree.unknown(over)]:
+        if aliases.signs[unknown] == aliases.signs[structure.tree.unknown(shaft)]:
             return structure.tree.unknown_name(unknown)
     raise OptionError(
-        f"{system.name}: over={system.key(over)!r} is no angle whose speed is a quantity of the "
+        f"{system.name}: shaft={system.key(shaft)!r} is no angle whose speed is a quantity of the "
         "model. Name the angle of an inertia, such as 'crank.phi'."
     )
 
 
 def rotation(
     system: System,
-    over: Name | None,
+    shaft: Name | None,
     speeds: Real,
     turns: int,
     at: OperatingPoint | Callable[[float], OperatingPoint] | None,
@@ -198,7 +198,7 @@ def rotation(
     SolverError
         If there is no such rotation.
     """
-    key = None if over is None else system.key(over)
+    key = None if shaft is None else system.key(shaft)
     if callable(at):
         points = tuple(point_at("order_response", system, at, float(w)) for w in speeds)
     elif at is not None or key is None:
@@ -227,10 +227,10 @@ def rotation(
 
 
 def _together(
-    system: System, over: str, speeds: Real, parameters: Changes | None
+    system: System, shaft: str, speeds: Real, parameters: Changes | None
 ) -> tuple[OperatingPoint, ...]:
     """Points at three speeds at which all parts move together."""
-    name = speed_of(system, over)
+    name = speed_of(system, shaft)
     wanted = np.unique([speeds[0], 0.5 * (speeds[0] + speeds[-1]), speeds[-1]])
     return tuple(
         start_point(system, parameters=parameters, start={name: float(w)}, together=True)
@@ -262,7 +262,7 @@ def _on_lines(system: System, speeds: Real, points: tuple[OperatingPoint, ...]) 
     return found
 
 
-def _turning(point: OperatingPoint, x: Real, over: str, turns: int) -> Real:
+def _turning(point: OperatingPoint, x: Real, shaft: str, turns: int) -> Real:
     """By what each state grows with the angle of the shaft.
 
     Raises
@@ -272,11 +272,11 @@ def _turning(point: OperatingPoint, x: Real, over: str, turns: int) -> Real:
     """
     system = point.system
     own = np.zeros(len(x))
-    node = system.structure.reduced.node(system.structure.tree.unknown(over))
+    node = system.structure.reduced.node(system.structure.tree.unknown(shaft))
     if node is None or not system.structure.available([node], cyclic=True)[0]:
         return own
     states = system.inputs[0]
-    slopes = ca.jacobian(system.expressions([over]), states)
+    slopes = ca.jacobian(system.expressions([shaft]), states)
     ratios = np.asarray(
         ca.Function("ratios", system.inputs, [ca.densify(slopes)])(
             x, point.theta, point.time, point.settings
@@ -299,7 +299,7 @@ def _turning(point: OperatingPoint, x: Real, over: str, turns: int) -> Real:
     if not ratios.any():
         return own
     raise OptionError(
-        f"{system.name}: the drive is another after {turns} turn{'s' * (turns > 1)} of {over}: "
+        f"{system.name}: the drive is another after {turns} turn{'s' * (turns > 1)} of {shaft}: "
         f"rates differ by {missed:.3g} of the largest. Give turns=, the turns after which "
         "everything repeats (2 for a four-stroke engine); with shafts whose ratio is no simple "
         "fraction, give excitations= instead."
@@ -331,15 +331,15 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
     SolverError
         If there is no balance at a speed.
     """
-    system, over = rotation.system, rotation.over
-    if over is None:
+    system, shaft = rotation.system, rotation.shaft
+    if shaft is None:
         raise OptionError(
             f"{system.name}: free={system.key(free)!r} is determined by the speed of a shaft; name "
-            "its angle, over=."
+            "its angle, shaft=."
         )
     name = system.key(free)
     (place,) = system.places([name])
-    speed = speed_of(system, over)
+    speed = speed_of(system, shaft)
     parts = small_vibrations(system, (name,), (speed,))
     states = np.flatnonzero((rotation.turning == 0) & ~rotation.idle)
     n, samples = len(rotation.turning), samples_of(rotation)

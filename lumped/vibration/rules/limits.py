@@ -125,14 +125,14 @@ def _columns(rows: Sequence[Sequence[float]] | str, what: str) -> tuple[Real, Re
 
 
 @checked
-def torque_reversal(response: OrderAmplitudes, torque: Name, *, share: float = 1.0) -> Limit:
+def torque_reversal(response: OrderAmplitudes, of: Name, *, share: float = 1.0) -> Limit:
     """Limit against hammering: the torque of a mesh must not change its sign.
 
     Parameters
     ----------
     response : OrderResponse or OrbitRange
         That has the means.
-    torque : name
+    of : name
         The torque; its vibration must stay below its mean.
     share : float
         Of the mean that is permitted.
@@ -147,9 +147,9 @@ def torque_reversal(response: OrderAmplitudes, torque: Name, *, share: float = 1
         If the torque was not computed.
     """
     ascending = np.argsort(response.speeds)
-    known, mean = response.speeds[ascending], share * np.abs(response.mean(torque))[ascending]
+    known, mean = response.speeds[ascending], share * np.abs(response.mean(of))[ascending]
     return Limit(
-        torque,
+        of,
         lambda speeds: np.maximum(np.interp(speeds, known, mean), 1e-300),
         name="torque reversal",
         measure="maximum",

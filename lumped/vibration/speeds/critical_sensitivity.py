@@ -23,7 +23,7 @@ _TOUCHES = 1e-9
 
 @checked
 def critical_sensitivity(
-    response: OrderResponse, critical: CriticalSpeed, *, to: Iterable[Name] | None = None
+    response: OrderResponse, critical: CriticalSpeed, *, by: Iterable[Name] | None = None
 ) -> OrderSensitivity:
     """Exact derivatives of a critical speed by parameters.
 
@@ -36,7 +36,7 @@ def critical_sensitivity(
         From `order_response`.
     critical : CriticalSpeed
         One of ``mean_campbell(response).critical``.
-    to : iterable of names, optional
+    by : iterable of names, optional
         Parameters; default is all that can be changed.
 
     Returns
@@ -55,8 +55,8 @@ def critical_sensitivity(
     """
     refuse_ratio(response, "critical_sensitivity")
     speed, order = critical.speed, critical.order
-    over = response.turning(np.array([speed]))
-    spectrum = MeanSpectrum(response.small, over, response.orders)
+    steady = response.turning(np.array([speed]))
+    spectrum = MeanSpectrum(response.small, steady, response.orders)
     name = f"mode {critical.mode + 1}, {critical.label or f'order {order:g}'}"
     away = np.abs(2 * np.pi * spectrum.hertz / (order * speed) - 1)
     if away.min(initial=np.inf) > _MEETS:
@@ -71,7 +71,7 @@ def critical_sensitivity(
             f"{response.system.name}: {name} only touches at {speed:.9g} rad/s, where the critical "
             "speed has no derivative. Change a parameter a little."
         )
-    names, places = varied_places(response, to)
+    names, places = varied_places(response, by)
     slope = 2 * np.pi * spectrum.hertz_by(mode)[places] / steeper
     return OrderSensitivity(
         name,
@@ -81,5 +81,5 @@ def critical_sensitivity(
         speed,
         tuple(names),
         slope,
-        slope * over.theta[0, places] / speed,
+        slope * steady.theta[0, places] / speed,
     )

@@ -102,11 +102,11 @@ def modes_at(response: OrderResponse) -> Callable[[float], Modes]:
         return replace(own, x=x, theta=theta, search=None, kept=None, residual=None, lost=())
 
     def found(speed: float) -> Modes:
-        if rotation.over is None:
+        if rotation.shaft is None:
             return modes(system, at=given(speed))
         return mean_modes(
             system,
-            over=rotation.over,
+            shaft=rotation.shaft,
             speed=speed,
             turns=rotation.turns,
             at=given(speed) if rotation.is_given else None,

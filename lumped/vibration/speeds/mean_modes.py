@@ -25,7 +25,7 @@ __all__ = ["mean_modes"]
 def mean_modes(
     system: System,
     *,
-    over: Name,
+    shaft: Name,
     speed: float,
     turns: int = 1,
     at: OperatingPoint | Callable[[float], OperatingPoint] | None = None,
@@ -51,7 +51,7 @@ def mean_modes(
     ----------
     system : System
         From `assemble`.
-    over : name
+    shaft : name
         Angle of the shaft, rad.
     speed : float
         Its speed, rad/s.
@@ -77,7 +77,7 @@ def mean_modes(
         raise OptionError(f"mean_modes: turns = {turns!r}: a whole number of turns is needed.")
     if at is not None and parameters:
         raise OptionError("mean_modes: give the parameters when making the operating point `at`.")
-    turning = rotation(system, over, np.array([speed]), turns, at, parameters, free)
+    turning = rotation(system, shaft, np.array([speed]), turns, at, parameters, free)
     first = turning.points[0]
     point = replace(first, x=turning.x[0], theta=turning.theta[0], settings=turning.settings[0])
     matrix, _ = mean_matrix(small_vibrations(turning.system, (), ()), turning, np.ones(1))

@@ -35,7 +35,7 @@ class MeanSpectrum:
     ----------
     small : SmallVibrations
         Equations of small vibrations.
-    over : Rotation
+    steady : Rotation
         At one speed.
     orders : ndarray
         Orders of which the samples over the turns must know.
@@ -46,10 +46,10 @@ class MeanSpectrum:
         One of each conjugate pair, the slowest first, 1/s.
     """
 
-    def __init__(self, small: SmallVibrations, over: Rotation, orders: Real) -> None:
-        self._small, self._over = small, over
-        self._shapes = samples_of(over, orders), over.x.shape[1]
-        matrix, self._masses = mean_matrix(small, over, orders)
+    def __init__(self, small: SmallVibrations, steady: Rotation, orders: Real) -> None:
+        self._small, self._steady = small, steady
+        self._shapes = samples_of(steady, orders), steady.x.shape[1]
+        matrix, self._masses = mean_matrix(small, steady, orders)
         values, self._left, self._right = scipy.linalg.eig(matrix, left=True, right=True)
         fastest = np.abs(values).max(initial=0.0)
         chosen = np.flatnonzero(values.imag > _VIBRATES * np.abs(values))
@@ -80,7 +80,7 @@ class MeanSpectrum:
 
     def hertz_by_speed(self, mode: int) -> float:
         """Derivative of a natural frequency by the speed of the shaft, Hz s/rad."""
-        return moved_by_speed(self._over, self._swept(mode, self._of_hertz(mode))[0])
+        return moved_by_speed(self._steady, self._swept(mode, self._of_hertz(mode))[0])
 
     def _of_hertz(self, mode: int) -> complex:
         """What the change of an eigenvalue counts in that of the frequency."""
@@ -91,7 +91,7 @@ class MeanSpectrum:
     def _slope(self, mode: int, weight: complex) -> Real:
         """Derivatives of the real part of an eigenvalue times a weight."""
         by_x, slope = self._swept(mode, weight)
-        total: Real = slope + moved_by(self._over, by_x)
+        total: Real = slope + moved_by(self._steady, by_x)
         return total
 
     def _swept(self, mode: int, weight: complex) -> tuple[Real, Real]:
@@ -113,4 +113,4 @@ class MeanSpectrum:
         means = [own, *(np.zeros(len(pattern[0])) for pattern in small.patterns[1:4])]
         means.append((-weight * value * left[masses.rows] * right[masses.columns] / size).real)
         still = [np.zeros((samples, n)), np.zeros((samples, len(small.outputs)))]
-        return swept(small, self._over, still, means)
+        return swept(small, self._steady, still, means)

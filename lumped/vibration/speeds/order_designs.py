@@ -36,8 +36,8 @@ class OrderDesigns:
 
     def __init__(self, first: OrderResponse, analysis: str) -> None:
         refuse_ratio(first, analysis)
-        over = first.rotation
-        if over.is_given and len(over.points) > 1:
+        steady = first.rotation
+        if steady.is_given and len(steady.points) > 1:
             raise OptionError(
                 f"{analysis}: operating points that are given at each speed, at=, do not follow "
                 "the parameters; let a parameter balance the mean torques, order_response(free=...)"

@@ -151,7 +151,7 @@ def stepped(k, T_i, T_s, J, until):
 def test_derivatives_by_gains_and_sampling_time_are_those_of_the_difference_equations():
     rated = {"controller.k": 20.0, "controller.T_i": 0.4, "controller.T_s": 0.05, "body.J": 2.0}
     found = lp.sensitivity(
-        lp.assemble(Loop()), of=["body.w"], to=list(rated), until=0.52, rtol=1e-10
+        lp.assemble(Loop()), of=["body.w"], by=list(rated), until=0.52, rtol=1e-10
     )
     for i, name in enumerate(rated):
         moved = [value + 1e-20j * (i == j) for j, value in enumerate(rated.values())]

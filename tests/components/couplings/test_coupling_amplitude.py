@@ -211,7 +211,7 @@ def test_derivatives_of_a_response_equal_differences(measure):
     options = {
         "speeds": [50.0, 58.0],
         "of": ["coupling.phi_rel"],
-        "over": "engine.phi",
+        "shaft": "engine.phi",
         "free": "brake.tau",
         "excitations": {"gas.tau": {1: 40.0, 2: 150.0}},
     }

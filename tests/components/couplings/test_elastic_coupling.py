@@ -85,7 +85,7 @@ def test_a_progressive_coupling_vibrates_as_its_table_says(way, psi):
         torques = {"motor.tau": mean, "brake.tau": -mean}
         return lp.equilibrium(system, parameters=torques, start={"engine.w": w})
 
-    mean = {"at": at} if way == "at" else {"over": "engine.phi", "free": "brake.tau"}
+    mean = {"at": at} if way == "at" else {"shaft": "engine.phi", "free": "brake.tau"}
     response = lp.vibration.order_response(
         system,
         speeds=speeds,
@@ -277,7 +277,7 @@ def test_derivatives_of_a_response_equal_differences():
     options = {
         "speeds": [60.0, 70.0],
         "of": ["coupling.tau"],
-        "over": "engine.phi",
+        "shaft": "engine.phi",
         "free": "brake.tau",
         "orders": [2],
         "excitations": {"gas.tau": {2: 60.0}},
@@ -359,7 +359,7 @@ def test_limits_of_the_catalogue_are_judged():
         drive(),
         speeds=np.linspace(25.0, 60.0, 30),
         of=["coupling.tau"],
-        over="engine.phi",
+        shaft="engine.phi",
         free="brake.tau",
         orders=[1, 2],
         excitations={"gas.tau": {1: 30.0, 2: 200.0}},

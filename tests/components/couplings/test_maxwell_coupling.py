@@ -118,7 +118,7 @@ def test_a_run_has_the_complex_stiffness_and_loses_psi_of_its_elastic_energy(w):
     twist, torque = (orbit.harmonics(f"coupling.{name}", 1)[1] for name in ("phi_rel", "tau"))
     expected = C * law(model.coupling.fit().branches, [w])[0]
     error = abs(torque / twist / expected - 1)
-    loss = orbit.work("coupling.tau", "coupling.w_rel")
+    loss = orbit.work(("coupling.tau", "coupling.w_rel"))
     psi = abs(loss) / (0.5 * expected.real * abs(twist) ** 2)
     other = abs(psi / (2 * np.pi * expected.imag / expected.real) - 1)
     heat = abs(orbit.mean("coupling.power") * 2 * np.pi / w / loss - 1)

@@ -461,7 +461,7 @@ def test_peaks_under_a_stroke_load_have_derivatives_by_all_parameters():
     )
     to = ["wheel.J", "stone.forward", "stone.p"]
     of = lp.functionals.final("shaft.tau")
-    found = lp.gradient(system, of=[of], to=to, until=0.4, rtol=1e-11)
+    found = lp.gradient(system, of=[of], by=to, until=0.4, rtol=1e-11)
     for name in to:
         value = system.parameters[name]
         ends = [

@@ -82,7 +82,7 @@ def audited(request):
 
 def test_the_loss_follows_the_table_while_the_gear_turns(audited):
     table, run = audited
-    w, tau, mode = run["gear.w"], run["gear.flange_a.tau"], run["gear.mode"]
+    w, tau, mode = run["gear.w"], run["gear.flange_a.tau"], run["gear.position"]
     turns = mode != 0
     received = run["gear.tau_loss"][turns]
     expected = law(table, w, tau, mode)[turns]
@@ -93,7 +93,7 @@ def test_the_loss_follows_the_table_while_the_gear_turns(audited):
 
 def test_it_stands_still_exactly_and_within_its_limits(audited):
     table, run = audited
-    stuck = run["gear.mode"] == 0
+    stuck = run["gear.position"] == 0
     w, tau, loss = (run[f"gear.{n}"][stuck] for n in ("w", "flange_a.tau", "tau_loss"))
     assert not w.any()
     assert (loss <= law(table, w, tau, 1) + 1e-8).all()
@@ -197,7 +197,7 @@ def test_an_efficiency_of_one_makes_an_ideal_gear():
     for system, changed in ((lp.assemble(Pair()), {"gear.eta": 1.0}), (lp.assemble(table), {})):
         run = lp.simulate(system, until=1.0, parameters=changed)
         assert run["motor.w"] == pytest.approx(expected, rel=1e-9, abs=1e-9)
-        assert (run["gear.mode"] == 2).all()
+        assert (run["gear.position"] == 2).all()
         assert not run.events
 
 

@@ -329,7 +329,7 @@ def test_a_frequency_has_the_exact_derivative_by_a_diameter():
 
     modes = lp.modes(lp.assemble(model(Solid(d=d, L=L))))
     name = "shaft.sections[0].d"
-    sensitivity = lp.vibration.eigen_sensitivity(modes, to=[name])
+    sensitivity = lp.vibration.eigen_sensitivity(modes, by=[name])
     c, J_bar = np.pi / 32 * G * d**4 / L, np.pi / 32 * RHO * L * d**4
     w = np.sqrt(c / (J + J_bar / 2))
     expected = w / d * 2 * (1 - (J_bar / 2) / (J + J_bar / 2)) / (2 * np.pi)
@@ -372,7 +372,7 @@ def test_a_run_keeps_its_energy_and_shows_the_peak_of_the_stress():
     system = lp.assemble(held(Solid(d=0.1, L=1.0), tau=T))
     run = lp.simulate(system, until=0.01, rtol=1e-10, certify=True)
     stress, d = "shaft.sections[0].stress", "shaft.sections[0].d"
-    found = lp.gradient(system, of=[lp.functionals.peak(stress)], to=[d], until=0.01, rtol=1e-10)
+    found = lp.gradient(system, of=[lp.functionals.peak(stress)], by=[d], until=0.01, rtol=1e-10)
     expected = 2 * 16 * T / (np.pi * 0.1**3)
     assert run[stress].max() == pytest.approx(expected, rel=1e-4)
     assert found.values[0] == pytest.approx(expected, rel=1e-7)

@@ -25,7 +25,7 @@ def ball(p):
 @case
 def ball_impacts(p):
     of = {
-        "h_before": fun.at(0.5, "h"),
+        "h_before": fun.at_time(0.5, "h"),
         "h_after": fun.final("h"),
         "v_after": fun.final("v"),
         **{f"t_impact_{k + 1}": fun.instant("Body", number=k) for k in range(3)},
@@ -48,7 +48,7 @@ def ball_accumulation(p):
 
 @case
 def reported_sum_over_samples(p):
-    return Case(ball(p), 2.0, {"sum_h2": fun.at([0.25 * k for k in range(9)], "h", "h")})
+    return Case(ball(p), 2.0, {"sum_h2": fun.at_time([0.25 * k for k in range(9)], "h", "h")})
 
 
 def oscillator_with_stop(p):
@@ -155,7 +155,7 @@ def elastic_stop(p):
         # what is left in the spring when it leaves is lost too
         "loss": (
             lambda v0, v, m: 0.5 * m * (v0**2 - v**2),
-            [fun.at(0.0, "v"), fun.final("v"), "m"],
+            [fun.at_time(0.0, "v"), fun.final("v"), "m"],
         ),
     }
     return Case(system, 1.2, of)

@@ -49,7 +49,7 @@ def force_step_breaks_loose(p):
 
     system = one(equations, d, x=held(), v=held(), f=free(), power=free())
     of = {
-        "x_mid": fun.at(1.45, "x"),
+        "x_mid": fun.at_time(1.45, "x"),
         "t_stop_1": fun.instant("Body", "stuck", number=0),
         "x_end": fun.final("x"),
         "t_stop_2": fun.instant("Body", "stuck", number=1),

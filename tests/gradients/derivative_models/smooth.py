@@ -101,7 +101,7 @@ def steady_start(p):
         "torque_end": fun.final("tau"),
         # damped, so the file means the first maximum, before the drive slows down
         "torque_peak": fun.highest("tau", between=(0.0, 0.1)),
-        "torque_start": fun.at(0.0, "tau"),
-        "w_start": fun.at(0.0, "w2"),
+        "torque_start": fun.at_time(0.0, "tau"),
+        "w_start": fun.at_time(0.0, "w2"),
     }
     return Case(system, 0.8, of)

@@ -31,7 +31,7 @@ def pair(static, kinetic):
 def test_a_coupling_that_can_hold_turns_both_sides_at_one_speed(start):
     system = lp.assemble(pair(1.5 * NEEDED, 1.2 * NEEDED))
     point = lp.equilibrium(system, start=start)
-    received = [point[name] for name in ("a.w", "b.w", "coupling.tau", "coupling.mode")]
+    received = [point[name] for name in ("a.w", "b.w", "coupling.tau", "coupling.position")]
     common = (D_A * W_A + D_B * W_B) / (D_A + D_B)
     expected = [common, common, -NEEDED, 0.0]
     assert received == pytest.approx(expected, rel=1e-9)
@@ -42,7 +42,7 @@ def test_a_coupling_that_is_too_weak_slips_steadily(start):
     kinetic = 0.5 * NEEDED
     system = lp.assemble(pair(0.6 * NEEDED, kinetic))
     point = lp.equilibrium(system, start=start)
-    received = [point[name] for name in ("a.w", "b.w", "coupling.tau", "coupling.mode")]
+    received = [point[name] for name in ("a.w", "b.w", "coupling.tau", "coupling.position")]
     expected = [W_A - kinetic / D_A, W_B + kinetic / D_B, -kinetic, -1.0]
     assert received == pytest.approx(expected, rel=1e-9)
 

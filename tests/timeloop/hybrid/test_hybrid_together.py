@@ -64,7 +64,7 @@ class Noted(lp.Component):
 
 @pytest.mark.parametrize("outputs", [None, ["body.w"]])
 def test_a_jump_may_change_states_that_nobody_needs(outputs):
-    run = lp.simulate(lp.assemble(Noted(), outputs=outputs), until=7.0)
+    run = lp.simulate(lp.assemble(Noted(), of=outputs), until=7.0)
     received = [e.time for e in run.events]
     np.testing.assert_allclose(received, [2.0, 4.0, 6.0], rtol=1e-12)
     np.testing.assert_allclose(run["body.w"][-1], 3.5, rtol=1e-12)

@@ -49,8 +49,8 @@ TABLE = {
 }
 
 
-def referred(system, over="propeller.phi"):
-    return lp.vibration.mass_elastic(lp.modes(system), over=over)
+def referred(system, shaft="propeller.phi"):
+    return lp.vibration.mass_elastic(lp.modes(system), shaft=shaft)
 
 
 @pytest.mark.parametrize("damped", [False, True])
@@ -123,7 +123,7 @@ def test_torques_follow_from_holzers_recursion_along_a_crankshaft():
 def test_amplitudes_without_damping_are_those_of_the_modes():
     system = marine(damped=False)
     modes = lp.modes(system)
-    found = lp.vibration.mass_elastic(modes, over="propeller.phi")
+    found = lp.vibration.mass_elastic(modes, shaft="propeller.phi")
     assert found.hertz == pytest.approx(modes.hertz, rel=1e-12)
     for mode in range(len(modes.hertz)):
         holzer = found.holzer(mode)
@@ -302,8 +302,8 @@ def test_cylinders_count_with_the_mean_of_their_inertia(masses):
             ],
         )
     )
-    modes = lp.vibration.mean_modes(system, over="wheel.phi", speed=150.0, turns=2)
-    found = lp.vibration.mass_elastic(modes, over="wheel.phi")
+    modes = lp.vibration.mean_modes(system, shaft="wheel.phi", speed=150.0, turns=2)
+    found = lp.vibration.mass_elastic(modes, shaft="wheel.phi")
     a = 2 * np.pi * np.arange(4096) / 4096
     tilt = np.arcsin(r / length * np.sin(a))
     mean = m * np.mean((r * np.sin(a + tilt) / np.cos(tilt)) ** 2)

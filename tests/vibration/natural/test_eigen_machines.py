@@ -72,7 +72,7 @@ def test_the_machines_agree_with_differences_of_sixth_order(scene, oscillating):
     print(modes, modes.decays)
     assert len(modes.eigenvalues) == oscillating
     assert len(modes.decays)
-    found = lp.vibration.eigen_sensitivity(modes, to=to)
+    found = lp.vibration.eigen_sensitivity(modes, by=to)
     values = np.append(modes.eigenvalues, modes.decays)
     received = np.vstack([found.eigenvalues, found.decays]) * [point.parameters[n] for n in to]
     expected = np.column_stack([by_differences(point, name, values) for name in to])

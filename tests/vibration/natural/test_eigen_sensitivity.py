@@ -9,12 +9,12 @@ from lumped.errors import OptionError, UnknownNameError
 
 
 def derived(model, *, to=None, **options):
-    return lp.vibration.eigen_sensitivity(lp.modes(lp.assemble(model), **options), to=to)
+    return lp.vibration.eigen_sensitivity(lp.modes(lp.assemble(model), **options), by=to)
 
 
 def test_two_inertias_have_the_derivatives_of_the_closed_form(two_mass):
     received = derived(two_mass)
-    found = dict(zip(received.parameters, received.hertz[0], strict=True))
+    found = dict(zip(received.by, received.hertz[0], strict=True))
     a, b, c = 2.0, 1.0, 300.0
     f = np.sqrt(c * (1 / a + 1 / b)) / (2 * np.pi)
     expected = {
@@ -69,7 +69,7 @@ def test_a_damped_geared_drive_agrees_with_the_theorem_on_mass_and_stiffness():
     twist[np.arange(n - 1), np.arange(1, n)] = ratio
     M, K, D = np.diag(J), twist.T @ np.diag(c) @ twist, twist.T @ np.diag(d) @ twist
     D[-1, -1] += 0.7
-    column = {name: i for i, name in enumerate(received.parameters)}
+    column = {name: i for i, name in enumerate(received.by)}
     worst = 0.0
     for k, value in enumerate(received.modes.eigenvalues):
         v = np.linalg.svd(value**2 * M + value * D + K)[2][-1].conj()
@@ -103,8 +103,8 @@ def test_stiffnesses_share_a_half_and_inertias_a_half_taken_away():
         ],
     )
     received = derived(model, near=0.0, count=6)
-    stiff = np.array([name.endswith(".c") for name in received.parameters])
-    heavy = np.array([name.endswith(".J") for name in received.parameters])
+    stiff = np.array([name.endswith(".c") for name in received.by])
+    heavy = np.array([name.endswith(".J") for name in received.by])
     assert received.relative[:, stiff].sum(axis=1) == pytest.approx([0.5] * 6, rel=1e-9)
     assert received.relative[:, heavy].sum(axis=1) == pytest.approx([-0.5] * 6, rel=1e-9)
     assert (received.relative[:, stiff] >= 0).all()
@@ -131,7 +131,7 @@ def test_an_equilibrium_moves_with_the_parameters():
     """J w^2 = sqrt(weight^2 - torque^2)."""
     system = lp.assemble(lp.compose(p=Pendulum()))
     modes = lp.modes(system, at=lp.equilibrium(system))
-    received = lp.vibration.eigen_sensitivity(modes, to=["p.J", "p.weight", "p.torque"])
+    received = lp.vibration.eigen_sensitivity(modes, by=["p.J", "p.weight", "p.torque"])
     lever = np.sqrt(30.0**2 - 18.0**2)
     f = np.sqrt(lever / 2.0) / (2 * np.pi)
     expected = [-f / 4.0, f / 2 * 30.0 / lever**2, -f / 2 * 18.0 / lever**2]
@@ -143,7 +143,7 @@ def test_an_equilibrium_moves_with_the_parameters():
 def test_a_point_that_is_no_equilibrium_is_held():
     system = lp.assemble(lp.compose(p=Pendulum()))
     modes = lp.modes(system, at=lp.start_point(system, start={"p.phi": 1.0}))
-    received = lp.vibration.eigen_sensitivity(modes, to=["p.weight", "p.torque"])
+    received = lp.vibration.eigen_sensitivity(modes, by=["p.weight", "p.torque"])
     f = np.sqrt(15.0 * np.cos(1.0)) / (2 * np.pi)
     assert received.hertz[0] == pytest.approx([f / 60.0, 0.0], rel=1e-10, abs=1e-15)
     assert not received.moving
@@ -225,7 +225,7 @@ def test_beside_critical_damping_decays_have_the_derivatives_of_the_closed_form(
 def test_bad_input_is_refused(two_mass):
     modes = lp.modes(lp.assemble(two_mass))
     with pytest.raises(UnknownNameError, match=r"shaft\.c"):
-        lp.vibration.eigen_sensitivity(modes, to=["shaft.C"])
+        lp.vibration.eigen_sensitivity(modes, by=["shaft.C"])
     with pytest.raises(OptionError, match="mode 5 of 1"):
         lp.vibration.eigen_sensitivity(modes).ranked(5)
     with pytest.raises(OptionError, match="no oscillating mode"):

@@ -88,7 +88,7 @@ def test_shares_are_twice_the_relative_sensitivities():
         body = name.startswith("body")
         parameter = f"{name}.J" if body else f"{name.removesuffix('.shaft')}.c"
         shares = -energies.kinetic[:, i] if body else energies.elastic[:, i]
-        column = sensitivity.parameters.index(parameter)
+        column = sensitivity.by.index(parameter)
         expected = 2 * sensitivity.relative[:, column]
         assert shares == pytest.approx(expected, rel=1e-7, abs=2e-9)
 

@@ -21,7 +21,7 @@ def oscillator(d=0.0):
 
 def test_a_damped_oscillator_follows_its_circle_and_splits_on_the_axis():
     d = np.linspace(0.0, 60.0, 25)  # critical at 40
-    locus = lp.vibration.root_locus(oscillator(), "shaft.d", values=d)
+    locus = lp.vibration.root_locus(oscillator(), along={"shaft.d": d})
     expected = np.sort_complex(np.array([np.roots([2.0, value, 200.0]) for value in d]))
     received = np.sort_complex(locus.eigenvalues)
     error = np.abs(received - expected).max(axis=1)
@@ -52,7 +52,7 @@ def two_drives():
 
 def test_modes_are_followed_through_a_crossing():
     """The coupling is so weak that over the grid each keeps its shape; counting would swap them."""
-    locus = lp.vibration.root_locus(two_drives(), "one.c", values=np.linspace(100.0, 900.0, 12))
+    locus = lp.vibration.root_locus(two_drives(), along={"one.c": np.linspace(100.0, 900.0, 12)})
     upper = np.flatnonzero(locus.eigenvalues[0].imag > 0)
     slow, fast = upper[np.argsort(locus.hertz[0, upper])]
     expected = np.sqrt(np.linspace(100.0, 900.0, 12)) / (2 * np.pi)
@@ -67,8 +67,7 @@ def test_veering_modes_exchange_their_shapes_without_crossing():
     c = np.linspace(100.0, 900.0, 9)
     locus = lp.vibration.root_locus(
         system,
-        "one.c",
-        values=c,
+        along={"one.c": c},
         at=lambda value: lp.start_point(system, parameters={"one.c": value, "coupling.c": 150.0}),
     )
     upper = np.flatnonzero(locus.eigenvalues[0].imag > 0)
@@ -91,7 +90,7 @@ def test_an_unstable_side_is_told():
             connections=lambda m: lp.chain(m.ground, m.shaft, m.body, m.load),
         )
     )
-    locus = lp.vibration.root_locus(system, "load.tau_nominal", values=[1.0, 0.5, -0.5, -1.0])
+    locus = lp.vibration.root_locus(system, along={"load.tau_nominal": [1.0, 0.5, -0.5, -1.0]})
     assert locus.unstable.tolist() == [True, True, False, False]
     assert locus.eigenvalues.real[:, 0] == pytest.approx([0.25, 0.125, -0.125, -0.25], rel=1e-12)
     assert "evaluations" in repr(locus)
@@ -100,8 +99,8 @@ def test_an_unstable_side_is_told():
 
 def test_bad_input_is_refused():
     with pytest.raises(OptionError, match="at least two values"):
-        lp.vibration.root_locus(oscillator(), "shaft.d", values=[1.0])
+        lp.vibration.root_locus(oscillator(), along={"shaft.d": [1.0]})
     with pytest.raises(OptionError, match="ascending or descending"):
-        lp.vibration.root_locus(oscillator(), "shaft.d", values=[1.0, 3.0, 2.0])
+        lp.vibration.root_locus(oscillator(), along={"shaft.d": [1.0, 3.0, 2.0]})
     with pytest.raises(ParameterError, match=r"body\.J"):
-        lp.vibration.root_locus(oscillator(), "body.J", values=[1.0, 0.0])
+        lp.vibration.root_locus(oscillator(), along={"body.J": [1.0, 0.0]})

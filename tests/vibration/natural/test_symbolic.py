@@ -54,7 +54,7 @@ def test_formulas_agree_with_the_eigenvalues_and_their_derivatives(bodies, groun
     for k, formula in enumerate(formulas):
         for symbol in ca.symvar(formula):
             derivative = value(ca.gradient(formula, symbol), system) / (2 * np.pi)
-            expected = sensitivity.hertz[k, sensitivity.parameters.index(symbol.name())]
+            expected = sensitivity.hertz[k, sensitivity.by.index(symbol.name())]
             assert derivative == pytest.approx(expected, rel=1e-9, abs=1e-13)
 
 

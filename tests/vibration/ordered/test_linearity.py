@@ -41,7 +41,7 @@ def test_what_a_cubic_spring_leaves_out_is_its_first_harmonic():
     print(f"{found.share:.4f} at {found.speed:g} rad/s, {found.share / wanted[k] - 1:.1e}")
     assert found.speed == speeds[k]
     assert found.share == pytest.approx(wanted[k], rel=1e-9)
-    assert (found.output, found.order) == ("disc.phi", 1.0)
+    assert (found.of, found.order) == ("disc.phi", 1.0)
     assert f"wrong by about {wanted[k]:.0%}" in repr(response)
     assert found.states == ("spring.phi_rel",)
 

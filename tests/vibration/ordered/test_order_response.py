@@ -45,7 +45,7 @@ def test_a_marine_turbine_vibrates_as_published():
         damping_ratio=0.00398,
     )
     wanted = table["propeller_shaft_Nm"], table["lp_intermediate_shaft_Nm"]
-    for name, torque in zip(response.outputs, wanted, strict=True):
+    for name, torque in zip(response.of, wanted, strict=True):
         error = worst(response.magnitude(name, 5), torque)
         print(f"{name}: {error:.1e}")
         assert error < 2e-9
@@ -110,7 +110,7 @@ def test_a_six_cylinder_engine_vibrates_under_given_harmonics():
 
 def test_orders_at_many_speeds_are_those_at_each():
     system = lp.assemble(Crankshaft())
-    options = {"of": ["shaft_1.tau_c", "shaft_8.tau"], "over": "flywheel.phi", "turns": 2}
+    options = {"of": ["shaft_1.tau_c", "shaft_8.tau"], "shaft": "flywheel.phi", "turns": 2}
     speeds = np.linspace(60.0, 300.0, 400)
     many = lp.vibration.order_response(system, speeds=speeds, **options)
     for k in (0, 1, 57, 203, 398):
@@ -126,7 +126,7 @@ def test_an_angle_that_turns_vibrates_as_its_speed():
         lp.assemble(Crankshaft()),
         speeds=[150.0],
         of=["pulley.phi", "pulley.w"],
-        over="flywheel.phi",
+        shaft="flywheel.phi",
         turns=2,
     )
     angle, speed = response["pulley.phi"][0], response["pulley.w"][0]
@@ -267,7 +267,7 @@ SPEEDS = np.linspace(20.0, 150.0, 6)
 OPTIONS = {
     "speeds": SPEEDS,
     "of": ["coupling.tau"],
-    "over": "crank.phi",
+    "shaft": "crank.phi",
     "turns": 2,
     "orders": [0.5, 2, 3, 4],
 }
@@ -311,7 +311,7 @@ def test_a_mean_that_bends_with_the_speed_is_that_at_each_speed():
             lp.assemble(model),
             speeds=speeds,
             of=["coupling.tau"],
-            over="motor.phi",
+            shaft="motor.phi",
             free="torque.tau",
             orders=[1],
             excitations={"torque.tau": {1: 10.0}},
@@ -432,8 +432,8 @@ def test_orders_without_a_common_cycle_have_a_sum_only():
         ({"turns": 1, "orders": [2]}, OptionError, "Give turns="),
         ({"of": []}, OptionError, "at least one quantity"),
         ({"of": ["coupling.taw"]}, UnknownNameError, "coupling.tau"),
-        ({"over": None}, OptionError, "nothing excites"),
-        ({"over": "coupling.phi_rel"}, OptionError, "coupling.phi_rel"),
+        ({"shaft": None}, OptionError, "nothing excites"),
+        ({"shaft": "coupling.phi_rel"}, OptionError, "coupling.phi_rel"),
         ({"free": "coupling.phi_rel0"}, SolverError, "do not balance"),
         ({"free": "drive.g"}, OptionError, "changes no rate"),
         ({"excitations": {"load.tau": {}}}, OptionError, "amplitudes by orders"),
@@ -485,7 +485,7 @@ def test_mean_torques_balance_beside_angles_on_which_nothing_depends():
         system,
         speeds=speeds,
         of=["rotor.w"],
-        over="rotor.phi",
+        shaft="rotor.phi",
         excitations={"shake.tau": {1: 3.0}},
         free="drive.tau",
     )
@@ -493,7 +493,7 @@ def test_mean_torques_balance_beside_angles_on_which_nothing_depends():
         0.1 * speeds
     )
     assert response["rotor.w"][:, 0] == pytest.approx(3.0 / (0.1 + 2j * speeds))
-    slope = lp.vibration.order_sensitivity(response, "rotor.w", measure=1, to=["rotor.J"])
+    slope = lp.vibration.order_sensitivity(response, "rotor.w", measure=1, by=["rotor.J"])
     w = slope.speed
     wanted = -3.0 * 2.0 * w**2 / abs(0.1 + 2j * w) ** 3
     assert slope["rotor.J"] == pytest.approx(wanted, rel=1e-9)
@@ -508,7 +508,7 @@ def test_a_shaft_whose_angle_acts_on_nothing_is_named():
     )
     with pytest.raises(OptionError, match=r"no torque depends on motor\.phi"):
         lp.vibration.order_response(
-            lp.assemble(model), speeds=[9.0], of=["shaft.tau"], over="motor.phi"
+            lp.assemble(model), speeds=[9.0], of=["shaft.tau"], shaft="motor.phi"
         )
 
 

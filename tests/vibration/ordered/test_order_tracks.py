@@ -36,7 +36,7 @@ def run_up(sense=1.0, grid=60000, until=20.0):
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_amplitudes_and_phases_of_a_run_up_are_those_of_the_torque(sense):
     run = run_up(sense)
-    found = lp.vibration.order_tracks(run, "engine.flange.tau", over="rotor.phi")
+    found = lp.vibration.order_tracks(run, "engine.flange.tau", shaft="rotor.phi")
     assert found.speeds[-1] > 3 * found.speeds[0]
     worst = 0.0
     for order, (size, phase) in SIZES.items():
@@ -54,7 +54,7 @@ def test_amplitudes_and_phases_of_a_run_up_are_those_of_the_torque(sense):
 
 def test_the_map_has_each_order_at_its_place():
     found = lp.vibration.order_tracks(
-        run_up(), "engine.flange.tau", over="rotor.phi", turns=4, overlap=0.5
+        run_up(), "engine.flange.tau", shaft="rotor.phi", turns=4, overlap=0.5
     )
     assert np.diff(found.orders) == pytest.approx(0.25)
     for order in (0.5, 1.5, 4.0):
@@ -98,7 +98,7 @@ def test_a_slow_passage_through_a_resonance_has_the_steady_amplitudes():
     system = lp.assemble(model, keep=["rotor.phi"])
     run = lp.simulate(system, until=120.0, grid=120 * 1000, rtol=1e-9)
     found = lp.vibration.order_tracks(
-        run, "shaft.tau", over="rotor.phi", most=4.0, turns=6, overlap=0.5
+        run, "shaft.tau", shaft="rotor.phi", most=4.0, turns=6, overlap=0.5
     )
     received = np.abs(found.track(2.0))
     later = found.times > 3.0  # what began at rest has faded
@@ -106,7 +106,7 @@ def test_a_slow_passage_through_a_resonance_has_the_steady_amplitudes():
         lp.assemble(model, keep=["rotor.phi"]),
         speeds=found.speeds[later],
         of=["shaft.tau"],
-        over="rotor.phi",
+        shaft="rotor.phi",
         orders=[2.0],
         parameters={"drive.tau": 0.0},
     )
@@ -128,7 +128,7 @@ def test_what_cannot_be_tracked_is_named():
         )
 
     run = run_up(until=4.0, grid=8000)
-    angle = {"over": "rotor.phi"}
+    angle = {"shaft": "rotor.phi"}
     with pytest.raises(OptionError, match=r"makes 2\d\.\d+ turns; a window has 50"):
         tracks(turns=50, **angle)
     with pytest.raises(OptionError, match="at least 3 turns"):
@@ -140,7 +140,7 @@ def test_what_cannot_be_tracked_is_named():
     with pytest.raises(OptionError, match="highest order"):
         tracks(most=0.2, **angle)
     with pytest.raises(OptionError, match="turns back"):
-        tracks(over="engine.flange.tau")
+        tracks(shaft="engine.flange.tau")
     found = tracks(**angle)
     for order in (0.1, 13.0):
         with pytest.raises(OptionError, match=r"must lie between 0\.25, two periods"):

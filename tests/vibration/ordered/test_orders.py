@@ -24,7 +24,7 @@ def test_orders_of_a_slider_crank_are_those_of_its_exact_torque(speed):
     system = crank(speed)
     run = lp.simulate(system, until=1.7 * 2 * np.pi / 7.0, grid=6000, rtol=1e-10)
     found = lp.vibration.orders(
-        run, "crank.flange.tau", over="crank.flange.phi", least=1e-4, most=8
+        run, "crank.flange.tau", shaft="crank.flange.phi", least=1e-4, most=8
     )
     # torque of the mass at constant speed from closed forms, harmonics by the discrete transform
     q = np.arange(4096) * 2 * np.pi / 4096
@@ -68,30 +68,30 @@ def test_half_orders_count_over_two_turns(w, turns):
     system = lp.assemble(model, keep=["a.phi", "h.flange.tau"])
     for until in (0.6, 5.0):
         run = lp.simulate(system, until=until, grid=int(6000 * until), rtol=1e-9)
-        found = lp.vibration.orders(run, "h.flange.tau", over="a.phi", turns=turns)
+        found = lp.vibration.orders(run, "h.flange.tau", shaft="a.phi", turns=turns)
         assert [order.order for order in found] == [0.5, 1.5]
         sizes = [order.amplitude for order in found]
         assert sizes == pytest.approx([5.0, 3.0], rel=1e-3)
         phases = [order.phase for order in found]
         assert phases == pytest.approx([-np.pi / 2 * np.sign(w)] * 2, abs=2e-3)
         with pytest.raises(OptionError, match=r"tau does not repeat after 1 turn .*turns=2"):
-            lp.vibration.orders(run, "h.flange.tau", over="a.phi")
+            lp.vibration.orders(run, "h.flange.tau", shaft="a.phi")
 
 
 def test_bad_input_is_refused():
     run = lp.simulate(crank(), until=0.5, grid=2000)
     with pytest.raises(OptionError, match="full turn"):
-        lp.vibration.orders(run, "crank.flange.tau", over="crank.flange.phi")
+        lp.vibration.orders(run, "crank.flange.tau", shaft="crank.flange.phi")
     run = lp.simulate(crank(), until=1.0, grid=100)
     for turns in (0, 1.5, True):
         with pytest.raises(OptionError, match="whole number"):
-            lp.vibration.orders(run, "crank.flange.tau", over="crank.flange.phi", turns=turns)
+            lp.vibration.orders(run, "crank.flange.tau", shaft="crank.flange.phi", turns=turns)
     with pytest.raises(OptionError, match="2 full turns are needed"):
-        lp.vibration.orders(run, "crank.flange.tau", over="crank.flange.phi", turns=2)
+        lp.vibration.orders(run, "crank.flange.tau", shaft="crank.flange.phi", turns=2)
     with pytest.raises(OptionError, match="too few"):
-        lp.vibration.orders(run, "crank.flange.tau", over="crank.flange.phi")
+        lp.vibration.orders(run, "crank.flange.tau", shaft="crank.flange.phi")
     with pytest.raises(OptionError, match="turns back"):
-        lp.vibration.orders(lp.simulate(crank(), until=1.0), "crank.flange.tau", over="crank.s")
+        lp.vibration.orders(lp.simulate(crank(), until=1.0), "crank.flange.tau", shaft="crank.s")
 
 
 def test_turns_are_the_product_of_the_ratios():
@@ -106,17 +106,19 @@ def test_turns_are_the_product_of_the_ratios():
         connections=lambda m: lp.chain(m.motor, m.shaft, m.first, m.second, m.belt, m.drum),
     )
     modes = lp.modes(lp.assemble(model))
-    assert lp.vibration.turns(modes, "drum.phi", over="motor.phi") == pytest.approx(0.1, rel=1e-12)
-    assert lp.vibration.turns(modes, "motor.phi", over="drum.phi") == pytest.approx(10.0, rel=1e-12)
-    assert lp.vibration.turns(modes, "first.flange_b.phi", over="motor.phi") == pytest.approx(
+    assert lp.vibration.turns(modes, "drum.phi", shaft="motor.phi") == pytest.approx(0.1, rel=1e-12)
+    assert lp.vibration.turns(modes, "motor.phi", shaft="drum.phi") == pytest.approx(
+        10.0, rel=1e-12
+    )
+    assert lp.vibration.turns(modes, "first.flange_b.phi", shaft="motor.phi") == pytest.approx(
         0.4, rel=1e-12
     )
     # 21 teeth on the motor: 210 for each turn of the drum
-    order = 21 * lp.vibration.turns(modes, "motor.phi", over="drum.phi")
+    order = 21 * lp.vibration.turns(modes, "motor.phi", shaft="drum.phi")
     (critical,) = lp.vibration.critical_speeds(modes, [order])[:1]
     assert critical.speed * order == pytest.approx(2 * np.pi * modes.hertz[0])
     with pytest.raises(OptionError, match=r"lone\.phi does not turn with motor\.phi"):
-        lp.vibration.turns(modes, "lone.phi", over="motor.phi")
+        lp.vibration.turns(modes, "lone.phi", shaft="motor.phi")
 
 
 def test_mesh_orders_are_teeth_times_turns():
@@ -132,7 +134,7 @@ def test_mesh_orders_are_teeth_times_turns():
     )
     modes = lp.modes(lp.assemble(model))
     teeth = {"motor.phi": 17, "middle.phi": 21, "drum.phi": 63}
-    received = lp.vibration.mesh_orders(modes, teeth, over="motor.phi", harmonics=2)
+    received = lp.vibration.mesh_orders(modes, teeth, shaft="motor.phi", harmonics=2)
     assert list(received)[:2] == ["motor.phi, 17 teeth", "2 x motor.phi, 17 teeth"]
     assert list(received.values()) == pytest.approx([17, 34, 21 / 4, 21 / 2, 63 / 12, 63 / 6])
     critical = lp.vibration.critical_speeds(modes, received)
@@ -140,6 +142,6 @@ def test_mesh_orders_are_teeth_times_turns():
     assert critical[0].speed * 34 == pytest.approx(2 * np.pi * modes.hertz[0])
     for wrong in (0, 2.5, True):
         with pytest.raises(OptionError, match="whole number is needed"):
-            lp.vibration.mesh_orders(modes, {"motor.phi": wrong}, over="motor.phi")
+            lp.vibration.mesh_orders(modes, {"motor.phi": wrong}, shaft="motor.phi")
     with pytest.raises(OptionError, match="harmonics = 0"):
-        lp.vibration.mesh_orders(modes, teeth, over="motor.phi", harmonics=0)
+        lp.vibration.mesh_orders(modes, teeth, shaft="motor.phi", harmonics=0)

@@ -206,7 +206,7 @@ def loaded_angle(w, d=D, eta=0.02):
 def test_torques_of_the_model_excite_a_continuous_shaft_as_the_wave_equation_says():
     speeds = np.array([150.0, 420.0, 700.0])
     response = lp.vibration.order_response(
-        harmonic_drive(), over="disc.phi", speeds=speeds, of=["load.w"], orders=[1, 3]
+        harmonic_drive(), shaft="disc.phi", speeds=speeds, of=["load.w"], orders=[1, 3]
     )
     for order, torque in ((1, 40.0), (3, 25.0)):
         w = order * speeds
@@ -215,11 +215,11 @@ def test_torques_of_the_model_excite_a_continuous_shaft_as_the_wave_equation_say
         ]
         close(response.magnitude("load.w", order), expected, 1e-9)
     slope = lp.vibration.order_sensitivity(
-        response, "load.w", measure=3.0, speed=420.0, to=["shaft.sections[0].d"]
+        response, "load.w", measure=3.0, speed=420.0, by=["shaft.sections[0].d"]
     )
     w, h = 3 * 420.0, 1e-6
     sides = [abs(loaded_angle(w, D + step)) * 25.0 * w for step in (h, -h)]
-    assert slope.values[0] == pytest.approx((sides[0] - sides[1]) / (2 * h), rel=1e-6)
+    assert slope.derivatives[0] == pytest.approx((sides[0] - sides[1]) / (2 * h), rel=1e-6)
 
 
 def test_runs_and_operating_points_have_lumps():

@@ -300,7 +300,7 @@ def test_a_response_has_the_derivatives_of_its_closed_form():
         system, inputs=["load.tau"], outputs=["b.w", "a.w"], hertz=hertz
     )
     to = ["a.J", "b.J", "shaft.c", "shaft.d"]
-    found = lp.vibration.response_sensitivity(response, to=to)
+    found = lp.vibration.response_sensitivity(response, by=to)
     s = 2j * np.pi * hertz
 
     def closed(J_a, J_b, c, d):
@@ -324,7 +324,7 @@ def test_a_response_has_the_derivatives_of_its_closed_form():
     with pytest.raises(UnknownNameError):
         found["b.w", "load.tau", "load.tau"]
     with pytest.raises(OptionError):
-        lp.vibration.response_sensitivity(response, to=[])
+        lp.vibration.response_sensitivity(response, by=[])
 
 
 class Outflow(lp.Component):
@@ -345,7 +345,7 @@ def test_the_operating_point_of_a_response_moves():
     response = lp.frequency_response(
         system, inputs=["u"], outputs=["x"], hertz=hertz, at=lp.equilibrium(system)
     )
-    found = lp.vibration.response_sensitivity(response, to=["k", "u"])
+    found = lp.vibration.response_sensitivity(response, by=["k", "u"])
     pole = 2 * np.sqrt(0.5 * 0.8)
     slope = -1 / (2j * np.pi * hertz + pole) ** 2
     assert found.moving

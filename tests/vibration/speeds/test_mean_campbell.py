@@ -103,7 +103,7 @@ def test_derivatives_of_a_critical_speed_equal_differences_of_independent_ones(r
     # a stiffness that grows with the speed makes them larger than at a constant state
     assert slopes["coupling.cubic"] > 0
     assert "critical speed of mode 1, order 1.5" in repr(slopes)
-    assert "motor.tau" not in slopes.parameters
+    assert "motor.tau" not in slopes.by
 
 
 def test_slips_are_named(response):
@@ -112,7 +112,7 @@ def test_slips_are_named(response):
     with pytest.raises(OptionError, match="no critical speed of mode 1"):
         lp.vibration.critical_sensitivity(response, other)
     with pytest.raises(OptionError, match="free and follows"):
-        lp.vibration.critical_sensitivity(response, found, to=["motor.tau"])
+        lp.vibration.critical_sensitivity(response, found, by=["motor.tau"])
     with pytest.raises(OptionError, match="two ascending speeds"):
         lp.vibration.mean_campbell(response, between=(50.0, 40.0))
     with pytest.raises(OptionError, match="positive"):

@@ -44,7 +44,7 @@ ANGLES = 2 * np.pi * np.arange(4096) / 4096
 
 def test_an_excitation_by_masses_leaves_the_mean_inertia():
     system = chain(Cylinder(**SIZE, pressure=TABLE, masses="excitation"))
-    modes = lp.vibration.mean_modes(system, over="wheel.phi", speed=150.0, turns=2)
+    modes = lp.vibration.mean_modes(system, shaft="wheel.phi", speed=150.0, turns=2)
     w, damping = two_masses(0.05 + 4.0 * np.mean(lever(ANGLES) ** 2))
     assert modes.hertz[0] * 2 * np.pi == pytest.approx(w, rel=1e-12)
     assert modes.damping[0] == pytest.approx(damping, rel=1e-10)
@@ -72,7 +72,7 @@ def test_an_exact_inertia_counts_with_its_mean(speed):
         (CrankSlider(r=0.05, L=0.18, m=4.0), np.mean(4.0 * lever(ANGLES) ** 2)),
         (CrankSlider(**rod), np.mean(crank_inertia(ANGLES, **rod))),
     ):
-        modes = lp.vibration.mean_modes(chain(part), over="wheel.phi", speed=speed)
+        modes = lp.vibration.mean_modes(chain(part), shaft="wheel.phi", speed=speed)
         w, damping = two_masses(0.05 + mean)
         print(f"{modes.hertz[0] * 2 * np.pi / w - 1:.1e}")
         assert modes.hertz[0] * 2 * np.pi == pytest.approx(w, rel=1e-12)
@@ -82,7 +82,7 @@ def test_an_exact_inertia_counts_with_its_mean(speed):
 
 def test_masses_vibrate_alike_whether_their_variation_is_in_the_inertia_or_an_excitation():
     """To first order of the variation it is a torque, which an inertia at its mean resists."""
-    given = {"over": "wheel.phi", "speeds": np.linspace(50.0, 700.0, 5), "turns": 2}
+    given = {"shaft": "wheel.phi", "speeds": np.linspace(50.0, 700.0, 5), "turns": 2}
     found = []
     for masses in ("exact", "excitation"):
         system = chain(Cylinder(**SIZE, pressure=TABLE, masses=masses))
@@ -131,7 +131,7 @@ def test_the_mean_inertia_stands_in_for_the_true_one_to_second_order_of_its_vari
                 *lp.chain(x.crank, x.shaft, x.wheel),
             ],
         )
-        modes = lp.vibration.mean_modes(lp.assemble(wall), over="wheel.phi", speed=speed)
+        modes = lp.vibration.mean_modes(lp.assemble(wall), shaft="wheel.phi", speed=speed)
         errors.append(true(m) / (2 * np.pi * modes.hertz[0]) - 1)
     print(errors)
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
@@ -153,7 +153,7 @@ def test_the_six_cylinders_have_their_constant_inertias():
 
 def test_analyses_of_a_point_refuse_modes_of_a_mean():
     system = chain(Cylinder(**SIZE))
-    modes = lp.vibration.mean_modes(system, over="wheel.phi", speed=100.0)
+    modes = lp.vibration.mean_modes(system, shaft="wheel.phi", speed=100.0)
     for analysis in (lp.vibration.modal_energies, lp.vibration.eigen_sensitivity):
         with pytest.raises(OptionError, match="mean over turns"):
             analysis(modes)
@@ -172,7 +172,7 @@ def test_analyses_of_a_point_refuse_modes_of_a_mean():
 )
 def test_slips_of_mean_modes_are_named(change, match):
     system = chain(Cylinder(**SIZE, pressure=TABLE))
-    options = {"over": "wheel.phi", "speed": 100.0, "turns": 2, **change}
+    options = {"shaft": "wheel.phi", "speed": 100.0, "turns": 2, **change}
     with pytest.raises(OptionError, match=match):
         lp.vibration.mean_modes(system, **options)
 
@@ -193,7 +193,7 @@ def test_vector_sums_of_a_rigid_shape_are_those_of_the_firing_order():
         ],
     )
     modes = lp.vibration.mean_modes(
-        lp.assemble(model), over="load.phi", speed=100.0, parameters={"engine.m": 0.0}
+        lp.assemble(model), shaft="load.phi", speed=100.0, parameters={"engine.m": 0.0}
     )
     phases = {f"engine.throw[{i}].phi": p for i, p in enumerate(model.engine.phases)}
     sums = lp.vibration.vector_sums(modes, phases, orders=np.arange(1, 13) / 2)
