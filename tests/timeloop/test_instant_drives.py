@@ -5,9 +5,10 @@
 
 import numpy as np
 import pytest
+from dense_drives import InstantDrive
 from hybrid_reference import BACKWARD, FORWARD, OFF, STICK, Contact, Drive, Line, Load, steady
 from instant_checks import Law, Part, check
-from instant_drives import in_both_orders
+from instant_drives import in_both_orders, simulated
 from instant_problems import least_accelerations, nearest
 from pressed_reference import Pressed, PressedDrive
 from scipy.linalg import expm
@@ -173,3 +174,11 @@ def test_friction_takes_its_share_of_an_impact_that_presses_it(mu, expected):
     assert "speeds" in wrong[0]
     rates = law.rates(0.0, np.zeros(2), np.array([1.0, 0.0]))
     assert rates == pytest.approx([-mu * 9.81, 0.0], abs=1e-10)
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_contacts_of_one_row_share_an_impact_in_either_order(backwards):
+    run = simulated(InstantDrive(505015), backwards)
+    loss = {e.component: e.loss for e in run.events if e.time == 0.0}
+    assert loss["wheel11"] == pytest.approx(loss["wheel12"], rel=1e-7)
+    assert loss["wheel11"] > 1.0

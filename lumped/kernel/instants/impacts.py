@@ -157,6 +157,7 @@ def _find_impulses(run: Run, seen: Look) -> bool:
     """Find the places of all holds in an impact; whether there is a solution."""
     plant, instant, problem = run.plant, run.instant, run.instant.problem
     begin_rounds(instant.place_rounds)
+    may_join = run.may_be_redundant
     for _ in range(40 + 20 * plant.holds):
         _push(run, seen)
         largest, fastest = 0.0, 0.0
@@ -165,9 +166,27 @@ def _find_impulses(run: Run, seen: Look) -> bool:
             fastest = max(fastest, abs(seen.speed[h]))
         for h in range(plant.holds):
             problem.next_place[h] = _right_place(run, h, largest, fastest)
-        if not change_places(instant, plant.holds):
+        if change_places(instant, plant.holds):
+            continue
+        if not may_join or not _join(run, ROUNDING * (1.0 + fastest)):
             return _is_obeyed(run, fastest)
+        may_join = False
     return False
+
+
+@kernel
+def _join(run: Run, room: float) -> bool:
+    """Let contacts that close, and that others have stopped, share the impulses; any there are.
+
+    Else the first of two that are redundant would take all.
+    """
+    instant, problem, joins = run.instant, run.instant.problem, False
+    for h in range(run.plant.holds):
+        is_idle = problem.place[h] == AT_UPPER or problem.place[h] == AT_LOWER
+        if is_idle and instant.is_closing[h] and abs(problem.motion[h]) <= room:
+            problem.place[h] = WITHIN
+            joins = True
+    return joins
 
 
 @kernel
