@@ -18,8 +18,8 @@ import time
 from pathlib import Path
 
 import benchmarks
-from benchmarks import _front_page, summary
 from benchmarks.harness import RESULTS
+from benchmarks.report import front_page, summary
 
 VERSIONS = ("casadi", "numpy", "scipy", "llvmlite")
 
@@ -83,7 +83,7 @@ def main(wanted: list[str]) -> None:
     write_page(questions)
     root = Path(__file__).parents[1]
     summary.write(root / "docs" / "benchmarks.md")
-    _front_page.write(root / "README.md")
+    front_page.write(root / "README.md")
 
 
 if __name__ == "__main__":

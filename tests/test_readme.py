@@ -68,9 +68,9 @@ def test_the_table_of_machines_is_what_they_print_and_compute(machine_rows):
 
 def test_the_rows_on_performance_are_those_of_one_run_of_the_benchmark(monkeypatch):
     monkeypatch.syspath_prepend(ROOT)
-    from benchmarks import _front_page
+    from benchmarks.report import front_page
 
-    assert _front_page.table() in README, "python -m benchmarks writes them"
+    assert front_page.table() in README, "python -m benchmarks writes them"
 
 
 def test_the_winch_slips_and_locks_as_friction_torques_say():

@@ -5,7 +5,7 @@ All rows are of one run of `run_peers`, so of one version, with the set-up besid
 
 from pathlib import Path
 
-from benchmarks.summary import Row, rows
+from benchmarks.report.summary import Row, rows
 
 BEGIN, END = "<!-- peers -->\n", "<!-- end of peers -->\n"
 BASELINES = (

@@ -1,0 +1,1 @@
+"""What the README and the page of benchmarks say of the results."""
