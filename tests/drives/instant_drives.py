@@ -22,7 +22,8 @@ import numpy as np
 from dense_drives import InstantDrive, RoughDrive
 from hybrid_drives import END
 from hybrid_verdicts import SlowError, alarm
-from instant_checks import Finding, Part, check
+from instant_checks import check
+from instant_laws import Finding, Part
 
 import lumped as lp
 from lumped.errors import LumpedError, ModelWarning

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from dense_drives import InstantDrive
 from hybrid_reference import BACKWARD, FORWARD, OFF, STICK, Contact, Drive, Line, Load, steady
-from instant_checks import Law, Part, check
+from instant_checks import check
 from instant_drives import in_both_orders, simulated
+from instant_laws import Law, Part
 from instant_problems import least_accelerations, nearest
 from pressed_reference import Pressed, PressedDrive
 from scipy.linalg import expm
