@@ -63,9 +63,9 @@ from lumped.points.start import start_point as start_point
 from lumped.simulation.inverse import inverse as inverse
 from lumped.simulation.simulate import simulate as simulate
 from lumped.support.display_units import display_units as display_units
-from lumped.timeloop.results.result import OperatingPoint as OperatingPoint
-from lumped.timeloop.results.result import Trajectory as Trajectory
+from lumped.timeloop.results.operating_point import OperatingPoint as OperatingPoint
 from lumped.timeloop.results.result_files import load as load
+from lumped.timeloop.results.trajectory import Trajectory as Trajectory
 from lumped.tolerances.probability import probability as probability
 from lumped.tolerances.reliability import reliability as reliability
 from lumped.tolerances.scatter import scatter as scatter

@@ -25,8 +25,8 @@ from lumped.language.component import Component
 from lumped.life.duty_cycle import DutyCycle
 from lumped.points.equilibrium_sensitivity import EquilibriumSensitivity
 from lumped.support.display_units import time_unit
-from lumped.timeloop.results.result import Trajectory
 from lumped.timeloop.results.result_files import Saved
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.tolerances.scatter import Scatter
 from lumped.vibration.inertias.holzer import Holzer
 from lumped.vibration.natural.eigen_sensitivity import EigenSensitivity

@@ -14,7 +14,7 @@ from lumped.errors import OptionError
 from lumped.explorer.sliders import Slider
 from lumped.explorer.study import Moment, Study, effects_on_run
 from lumped.support.text_table import number
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.responses.response import FrequencyResponse

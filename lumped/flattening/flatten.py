@@ -10,8 +10,9 @@ import casadi as ca
 import numpy as np
 
 from lumped.errors import EquationError, SingularModelError, shown, told_by
+from lumped.flattening.bound_values import collect, start_values
 from lumped.flattening.connection_sets import Joints, join
-from lumped.flattening.parameters import Parameters, collect, start_values
+from lumped.flattening.parameters import Parameters
 from lumped.flattening.template import ENCLOSING, Template, template_key
 from lumped.flattening.template_cache import template_of
 from lumped.flattening.tree import Instance, Tree

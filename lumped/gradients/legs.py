@@ -18,7 +18,7 @@ from lumped.gradients.steps import steps_of
 from lumped.points.start import run_start
 from lumped.simulation.simulate import interruptible, run_on
 from lumped.timeloop.results.recorder import Recorder, SparingRecorder
-from lumped.timeloop.results.result import Piece, Trajectory
+from lumped.timeloop.results.trajectory import Piece, Trajectory
 from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["Leg", "legs_of", "recorded"]

@@ -33,8 +33,8 @@ from lumped.timeloop.plants.executable import executable, span
 from lumped.timeloop.plants.kept_run import remember
 from lumped.timeloop.plants.taylor_series import TaylorSeries
 from lumped.timeloop.programs import programs_of
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.recorder import scale
-from lumped.timeloop.results.result import OperatingPoint
 from lumped.timeloop.run import nominals
 from lumped.timeloop.run_options import RunPlan
 from lumped.timeloop.settings import just_after

@@ -23,7 +23,7 @@ from lumped.support.units import amount
 from lumped.timeloop.holds import Holds
 from lumped.timeloop.positions import settled
 from lumped.timeloop.programs import refuse_programs
-from lumped.timeloop.results.result import Kept, OperatingPoint
+from lumped.timeloop.results.operating_point import Kept, OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
 from lumped.timeloop.settings import just_after, settings_at
 

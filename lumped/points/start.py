@@ -17,7 +17,7 @@ from lumped.support.arguments import checked
 from lumped.timeloop.instants import modes_at
 from lumped.timeloop.positions import begin
 from lumped.timeloop.results.event import Change
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
 from lumped.timeloop.settings import just_after
 

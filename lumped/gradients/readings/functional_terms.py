@@ -35,7 +35,7 @@ from lumped.gradients.steps import Steps
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["SmoothParts"]
 

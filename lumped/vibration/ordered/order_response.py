@@ -14,7 +14,7 @@ from lumped.errors import OptionError
 from lumped.points.situation import situation
 from lumped.support.arguments import checked
 from lumped.support.display_units import speed_unit
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import ranges
 from lumped.vibration.ordered.law_amplitudes import found_amplitudes
 from lumped.vibration.ordered.linearity import Linearity, linearity

@@ -15,7 +15,7 @@ from lumped.numerics.few_of_many import few_of_many
 from lumped.points.start import point_at, start_point
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.rotating.small_vibrations import small_vibrations
 
 __all__ = ["Rotation", "rotation", "samples_of", "settled", "speed_of"]

@@ -20,7 +20,7 @@ from lumped.support.display_units import Units, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.support.units import converted, has_unit
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.speeds.campbell import BarredRange, Campbell, CriticalSpeed

@@ -12,7 +12,7 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.natural.modes import Modes, modes_of
 from lumped.vibration.rotating.harmonics import mean_matrix
 from lumped.vibration.rotating.rotation import rotation
