@@ -7,7 +7,7 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.flattening.flatten import Group
-from lumped.flattening.template import Residual
+from lumped.flattening.residual import Residual
 
 __all__ = ["initial_residuals"]
 

@@ -11,7 +11,7 @@ import scipy
 
 from lumped.compiler.system import System
 from lumped.errors import StartError
-from lumped.flattening.template import CONSTANT
+from lumped.flattening.residual import CONSTANT
 from lumped.points.target_values import Matrix, target_values
 from lumped.reduction.state_selection import RANK, select_dependent
 from lumped.support.made_once import made_once

@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterable
 import casadi as ca
 import numpy as np
 
+from lumped.flattening.residual import CONSTANT
 from lumped.flattening.tape import Tape, TapeTerm
-from lumped.flattening.template import CONSTANT
 from lumped.reduction.block_errors import singular_block, unheld
 from lumped.reduction.elimination import Entry, SingularBlockError, solve
 from lumped.reduction.incidence import Occurrence

@@ -8,7 +8,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from lumped.compiler.switching import Condition, is_even
+from lumped.compiler.condition import Condition, is_even
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.language.lowering import has_steps

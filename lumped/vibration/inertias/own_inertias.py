@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lumped.compiler.system import System
 from lumped.flattening.flatten import Group
-from lumped.flattening.template import VARYING, Residual
+from lumped.flattening.residual import VARYING, Residual
 from lumped.timeloop.results.operating_point import OperatingPoint
 
 __all__ = ["HeavyShaft", "heavy_shafts", "mean_inertias"]
