@@ -15,7 +15,7 @@ from lumped.kernel.watch import Watch
 from lumped.support.made_once import made_once
 from lumped.timeloop.cycle_count import count_record
 from lumped.timeloop.plants.counted_function import CountedFunction
-from lumped.timeloop.plants.executable import enclosed
+from lumped.timeloop.plants.parts import enclosed
 from lumped.timeloop.step_bounds import heights, kinks
 
 __all__ = ["Signs", "highest_points", "range_of", "turning_points_in"]

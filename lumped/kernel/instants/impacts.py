@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from lumped.code.words import kernel
 from lumped.flattening.hold_modes import BACKWARD, DEMAND, FORWARD, STUCK
+from lumped.kernel.instant_search import Look
 from lumped.kernel.instants.holds import (
     ROUNDING,
     STANDSTILL,
@@ -37,7 +38,7 @@ from lumped.kernel.instants.problem import (
 from lumped.kernel.instants.yielding import weigh, yield_from
 from lumped.kernel.plant import FREE
 from lumped.kernel.rounds import begin_rounds
-from lumped.kernel.run import Look, Run
+from lumped.kernel.run import Run
 
 __all__ = ["HAS_COLLIDED", "LOWEST", "NO_ANSWER", "collide", "halt"]
 
