@@ -34,7 +34,7 @@ from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.ordered.order_sensitivity import OrderSensitivity
 from lumped.vibration.responses.response import FrequencyResponse
-from lumped.vibration.rules.limits import Verdict
+from lumped.vibration.rules.verdict import Verdict
 
 __all__ = ["html"]
 

@@ -17,7 +17,8 @@ from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.inertias.mass_elastic import MassElastic, mass_elastic
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
-from lumped.vibration.rules.limits import Limit, Verdict, separation, verdict
+from lumped.vibration.rules.limits import Limit
+from lumped.vibration.rules.verdict import Verdict, separation, verdict
 from lumped.vibration.speeds.campbell import Campbell, CriticalSpeed
 from lumped.vibration.speeds.mean_campbell import mean_campbell, modes_at
 

@@ -18,7 +18,7 @@ from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.responses.response import FrequencyResponse
-from lumped.vibration.rules.limits import verdict
+from lumped.vibration.rules.verdict import verdict
 from lumped.vibration.speeds.campbell import Campbell
 
 __all__ = ["Shown", "View", "told_parameters", "told_value", "value_texts", "views"]

@@ -13,7 +13,7 @@ from lumped.compiler.system import System
 from lumped.gradients.legs import Leg
 from lumped.gradients.stretches import stretches
 from lumped.support.made_once import made_once
-from lumped.timeloop.instants import Clock, clocks
+from lumped.timeloop.clocks import Clock, clocks
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.trajectory import Trajectory
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
-from lumped.timeloop.instants import clocks
+from lumped.timeloop.clocks import clocks
 from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["Discretisation", "along", "dt_of", "followed_by", "held_instants", "smooth"]
