@@ -13,7 +13,7 @@ from lumped.compiler.condition import Condition, sorted_conditions
 from lumped.compiler.formulas import of_formula
 from lumped.errors import SingularModelError
 from lumped.flattening import hold_modes
-from lumped.flattening.flatten import Group
+from lumped.flattening.flat_model import Group
 from lumped.flattening.lowered_switches import Jump, Relation
 from lumped.flattening.template import Template
 from lumped.language.pieces import Pieces

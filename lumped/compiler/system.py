@@ -13,7 +13,8 @@ import scipy
 from lumped.compiler.report import Report, report_on, shortened
 from lumped.compiler.structure import Name, Structure
 from lumped.errors import UnknownNameError
-from lumped.flattening.flatten import FlatModel, flatten
+from lumped.flattening.flat_model import FlatModel
+from lumped.flattening.flatten import flatten
 from lumped.flattening.hold_modes import DEMAND, STUCK
 from lumped.flattening.measures import watching
 from lumped.language.component import Component

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.flattening.flatten import Group
+from lumped.flattening.flat_model import Group
 from lumped.flattening.residual import Residual
 
 __all__ = ["initial_residuals"]

@@ -9,7 +9,7 @@ import numpy as np
 
 from lumped.code.operations import Operations, operations_of
 from lumped.functionals.damage_law import DamageLaw
-from lumped.gradients.step_code import Span
+from lumped.gradients.spans import Span
 from lumped.gradients.steps import Steps
 from lumped.kernel.watch import Watch
 from lumped.support.made_once import made_once

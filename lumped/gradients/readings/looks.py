@@ -12,7 +12,7 @@ from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.legs import Leg
 from lumped.gradients.readings.samples import values_at
-from lumped.gradients.step_code import Span
+from lumped.gradients.spans import Span
 from lumped.gradients.steps import Steps
 from lumped.gradients.stretches import stretches
 from lumped.numerics.bracketed_roots import bracketed_roots

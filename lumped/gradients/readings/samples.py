@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from lumped.gradients.legs import Leg
-from lumped.gradients.step_code import FRACTIONS, Span
+from lumped.gradients.spans import Span
+from lumped.gradients.step_code import FRACTIONS
 from lumped.gradients.steps import Steps
 from lumped.gradients.stretches import stretches
 from lumped.timeloop.plants.many_points import ManyPoints

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.compiler.system import System
-from lumped.flattening.flatten import Group
+from lumped.flattening.flat_model import Group
 from lumped.flattening.residual import VARYING, Residual
 from lumped.timeloop.results.operating_point import OperatingPoint
 

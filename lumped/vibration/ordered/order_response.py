@@ -24,7 +24,8 @@ from lumped.vibration.ordered.order_solution import Excitations, OrderEquations,
 from lumped.vibration.ordered.validity import refuse_vibration_outside
 from lumped.vibration.responses.response import refuse_rates
 from lumped.vibration.rotating.amplitude_laws import amplitude_laws
-from lumped.vibration.rotating.rotation import Rotation, rotation
+from lumped.vibration.rotating.find_rotation import rotation
+from lumped.vibration.rotating.rotation import Rotation
 from lumped.vibration.rotating.small_vibrations import SmallVibrations, small_vibrations
 
 __all__ = ["OrderResponse", "order_response"]
