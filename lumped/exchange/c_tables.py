@@ -112,7 +112,7 @@ def model_files(
         functions["margin_rate"] = operations_of(system.margin_rates)
     for name in ("rates", "look", "margin", "margin_rate", "following"):
         if name not in functions:
-            functions[name] = operations_of_each(name, system, [])
+            functions[name] = _operations(name, system, [])
     sizes = _sizes(interface, len(timed)) | {
         "MAY_CHOOSE": int(method == "auto" and "jacobian" in functions),
         "IS_IMPLICIT": int(method == "implicit" and "jacobian" in functions),
@@ -163,7 +163,7 @@ def _loop_files() -> dict[str, str]:
     }
 
 
-def operations_of_each(name: str, system: System, results: Sequence[ca.SX]) -> Operations:
+def _operations(name: str, system: System, results: Sequence[ca.SX]) -> Operations:
     """A function with the inputs of a system."""
     return operations_of(ca.Function(name, system.inputs, [ca.densify(r) for r in results]))
 
@@ -185,10 +185,10 @@ def _own_functions(interface: Interface) -> dict[str, Operations]:
         "targets", [all_states, p, time, m], [ca.densify(form.miss), ca.vec(ca.densify(jacobian))]
     )
     return {
-        "outputs": operations_of_each("outputs", system, [interface.output_expressions]),
-        "clocks": operations_of_each("clocks", system, [places, speeds]),
-        "bound": operations_of_each("bound", system, [_bound(system)]),
-        "start": operations_of_each("start", system, [form.states]),
+        "outputs": _operations("outputs", system, [interface.output_expressions]),
+        "clocks": _operations("clocks", system, [places, speeds]),
+        "bound": _operations("bound", system, [_bound(system)]),
+        "start": _operations("start", system, [form.states]),
         "targets": operations_of(targets),
     }
 

@@ -128,16 +128,8 @@ class OrderResponse(OrderAmplitudes):
     def again(self, parameters: Changes, at: OperatingPoint | None = None) -> OrderResponse:
         """The same with other parameters, or at an operating point that has them."""
         steady = self.turning(self.speeds, parameters, at)
-        inputs = tuple(self.excitations)
-        return _responded(
-            self.system,
-            inputs,
-            self.of,
-            steady,
-            self.orders,
-            self.excitations,
-            self.damping_ratio,
-        )
+        wanted = self.orders, self.excitations, self.damping_ratio
+        return _responded(self.system, tuple(self.excitations), self.of, steady, *wanted)
 
     @checked
     def mean_power(self, quantity: Name) -> Real:
