@@ -127,10 +127,9 @@ class System(Shared, RichHtml):
     @made_once
     def rates(self) -> ca.SX:
         """Derivatives of the states as an expression; common parts are shared."""
-        structure = self.structure
+        structure, holds = self.structure, self.switching
         rates = ca.SX(structure.all_rates)
         place = {node: i for i, node in enumerate(structure.states)}
-        holds = self.switching
         for h, node in enumerate(holds.speeds):
             if node in place:
                 # a speed that is held stays exactly what it is
