@@ -36,7 +36,6 @@ from lumped.language.connection import compose as compose
 from lumped.language.connection import connect as connect
 from lumped.language.expression import Equation as Equation
 from lumped.language.expression import Expr as Expr
-from lumped.language.expression import der as der
 from lumped.language.expression import time as time
 from lumped.language.port import Connection as Connection
 from lumped.language.port import Flange as Flange
@@ -53,6 +52,7 @@ from lumped.language.quantity import param as param
 from lumped.language.quantity import var as var
 from lumped.language.switch import hold as hold
 from lumped.language.switch import when as when
+from lumped.language.time_derivative import der as der
 from lumped.live.live_page import live_page as live_page
 from lumped.optimisation.identify import identify as identify
 from lumped.optimisation.optimise import optimise as optimise
@@ -63,9 +63,9 @@ from lumped.points.start import start_point as start_point
 from lumped.simulation.inverse import inverse as inverse
 from lumped.simulation.simulate import simulate as simulate
 from lumped.support.display_units import display_units as display_units
-from lumped.timeloop.results.result import OperatingPoint as OperatingPoint
-from lumped.timeloop.results.result import Trajectory as Trajectory
+from lumped.timeloop.results.operating_point import OperatingPoint as OperatingPoint
 from lumped.timeloop.results.result_files import load as load
+from lumped.timeloop.results.trajectory import Trajectory as Trajectory
 from lumped.tolerances.probability import probability as probability
 from lumped.tolerances.reliability import reliability as reliability
 from lumped.tolerances.scatter import scatter as scatter

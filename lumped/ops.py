@@ -10,8 +10,8 @@ import numpy as np
 import scipy
 
 from lumped.errors import EquationError, shown
+from lumped.language.arithmetic import Arithmetic
 from lumped.language.expression import (
-    Arithmetic,
     Compare,
     Datum,
     Expr,
@@ -22,7 +22,6 @@ from lumped.language.expression import (
     Time,
     Where,
     as_expr,
-    call,
     time,
     walk,
 )
@@ -60,84 +59,92 @@ pi = 3.141592653589793
 """Ratio of a circle's circumference to its diameter."""
 
 
+def _call(op: str, *operands: Arithmetic[T] | float) -> T:
+    """A function applied to operands, in the arithmetic to which they belong."""
+    kinds = [type(each) for each in operands if isinstance(each, Arithmetic)]
+    own = next((kind for kind in kinds if not issubclass(kind, Expr)), Expr)
+    found: T = own.apply(op, operands)  # type: ignore[assignment]
+    return found
+
+
 def sin(x: Arithmetic[T] | float) -> T:
     """Sine; `x` in rad."""
-    return call("sin", x)
+    return _call("sin", x)
 
 
 def cos(x: Arithmetic[T] | float) -> T:
     """Cosine; `x` in rad."""
-    return call("cos", x)
+    return _call("cos", x)
 
 
 def tan(x: Arithmetic[T] | float) -> T:
     """Tangent; `x` in rad."""
-    return call("tan", x)
+    return _call("tan", x)
 
 
 def asin(x: Arithmetic[T] | float) -> T:
     """Inverse sine in rad, between -pi/2 and pi/2."""
-    return call("asin", x)
+    return _call("asin", x)
 
 
 def acos(x: Arithmetic[T] | float) -> T:
     """Inverse cosine in rad, between 0 and pi."""
-    return call("acos", x)
+    return _call("acos", x)
 
 
 def atan(x: Arithmetic[T] | float) -> T:
     """Inverse tangent in rad, between -pi/2 and pi/2."""
-    return call("atan", x)
+    return _call("atan", x)
 
 
 def atan2(y: Arithmetic[T] | float, x: Arithmetic[T] | float) -> T:
     """Angle of the point (x, y) in rad, between -pi and pi."""
-    return call("atan2", y, x)
+    return _call("atan2", y, x)
 
 
 def sinh(x: Arithmetic[T] | float) -> T:
     """Hyperbolic sine."""
-    return call("sinh", x)
+    return _call("sinh", x)
 
 
 def cosh(x: Arithmetic[T] | float) -> T:
     """Hyperbolic cosine."""
-    return call("cosh", x)
+    return _call("cosh", x)
 
 
 def tanh(x: Arithmetic[T] | float) -> T:
     """Hyperbolic tangent."""
-    return call("tanh", x)
+    return _call("tanh", x)
 
 
 def sqrt(x: Arithmetic[T] | float) -> T:
     """Square root."""
-    return call("sqrt", x)
+    return _call("sqrt", x)
 
 
 def exp(x: Arithmetic[T] | float) -> T:
     """Exponential."""
-    return call("exp", x)
+    return _call("exp", x)
 
 
 def log(x: Arithmetic[T] | float) -> T:
     """Natural logarithm."""
-    return call("log", x)
+    return _call("log", x)
 
 
 def sign(x: Arithmetic[T] | float) -> T:
     """Sign: -1, 0 or 1; a run stops where it changes."""
-    return call("sign", x)
+    return _call("sign", x)
 
 
 def minimum(x: Arithmetic[T] | float, y: Arithmetic[T] | float) -> T:
     """The smaller of two; a run stops where the other one becomes it."""
-    return call("min", x, y)
+    return _call("min", x, y)
 
 
 def maximum(x: Arithmetic[T] | float, y: Arithmetic[T] | float) -> T:
     """The larger of two; a run stops where the other one becomes it."""
-    return call("max", x, y)
+    return _call("max", x, y)
 
 
 def where(condition: Compare, yes: Number, no: Number) -> Expr:

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
     from lumped.compiler.system import System
     from lumped.models.about import About, Measure
-    from lumped.timeloop.results.result import OperatingPoint, Trajectory
+    from lumped.timeloop.results.operating_point import OperatingPoint
+    from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["MACHINES", "MARKS", "Machine", "Row", "compare", "machine", "unpublished"]
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import casadi as ca
 
+from lumped.code.llvm_words import literal
 from lumped.code.operations import (
     FORMULAS,
     OWN,
@@ -26,7 +27,6 @@ from lumped.code.operations import (
     places_handed,
     places_read,
 )
-from lumped.code.to_llvm import literal
 
 __all__ = ["Body", "assembly"]
 

@@ -9,11 +9,8 @@ is multiplied stands side by side, if need be more than once.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import NamedTuple, TypeVar
-
 from lumped.code.emit_llvm import Body
-from lumped.code.operations import RESULT, Operations, places_read
+from lumped.code.operations import RESULT, Operations
 from lumped.code.taylor import (
     CHOSEN,
     COPIED,
@@ -24,7 +21,6 @@ from lumped.code.taylor import (
     OF_TIME,
     PRODUCT,
     QUOTIENT,
-    ROOT,
     SCALED,
     SUM,
     TWICE,
@@ -33,32 +29,17 @@ from lumped.code.taylor import (
     Series,
     series_of,
 )
+from lumped.code.taylor_places import TOGETHER, Factor, Group, Pair, Places, factors_of
 
 __all__ = ["series_assembly"]
 
-_CHUNK = 200
-"""Operations in one LLVM function: the time to compile grows faster than linearly in them."""
-_TOGETHER, _MOST_VECTORS, _FEW = 4, 8, 6
-"""Sums in a vector, vectors in one loop, and sums that are better taken one by one: a vector waits
-until the numbers in it, which were written one by one, are in the cache."""
+_MOST_VECTORS = 8
+"""Vectors in one loop."""
 _MOST_ON_STACK = 16384
 _ARGUMENTS = "ptr noalias %x, ptr noalias %p, {} %t, ptr noalias %m, ptr noalias %out"
 _OWN = "ptr noalias %h, ptr noalias %c"
 
 Row = tuple[int, int, int, int]
-_T = TypeVar("_T")
-Factor = tuple[bool, int]
-"""A factor in a sum: a value, or (with True) its coefficients times their orders."""
-Pair = tuple[Factor, Factor]
-
-
-class _Group(NamedTuple):
-    """Sums that are taken together, and the columns of their factors."""
-
-    pairs: list[Pair]
-    left: list[int]
-    right: list[int]
-    is_vector: bool
 
 
 def series_assembly(
@@ -74,7 +55,7 @@ def series_assembly(
         If what varies goes through an operation without Taylor coefficients.
     """
     series = series_of(function)
-    places = _Places(series, lanes)
+    places = Places(series, lanes)
     needed: set[str] = set()
     time = "double" if lanes == 1 else "ptr"
     given = _ARGUMENTS.format(time)
@@ -109,100 +90,11 @@ def series_assembly(
     return "\n".join([*parts, *sorted(needed)])
 
 
-def _chunks(rows: list[_T]) -> list[list[_T]]:
-    return [rows[k : k + _CHUNK] for k in range(0, max(len(rows), 1), _CHUNK)]
-
-
-def _factors(r: Recurrence) -> Pair | None:
-    """What is multiplied in the sum of a recurrence, if it has one."""
-    if r.kind == PRODUCT:
-        return (False, r.a), (False, r.b)
-    if r.kind == QUOTIENT:
-        return (False, r.b), (False, r.value)
-    if r.kind == ROOT:
-        return (False, r.value), (False, r.value)
-    if r.kind == INTEGRAL:
-        return (True, r.a), (False, r.b)
-    return None
-
-
-class _Places:
-    """Where values are kept between orders and between chunks.
-
-    Attributes
-    ----------
-    first_chunks, later_chunks : list
-        Operations for order zero, and recurrences, in parts.
-    kept : dict
-        Columns of each coefficient that is kept, of `width` in all; each order has a row.
-    groups : list
-        Sums of each part of the recurrences.
-    fixed : dict of int to int
-        Place of each value that is needed as it is at order zero only.
-    """
-
-    def __init__(self, series: Series, lanes: int) -> None:
-        self.first_chunks, self.later_chunks = _chunks(series.first), _chunks(series.later)
-        self.varying = {r.value for r in series.later if r.kind != WRITTEN}
-        self.kept: dict[Factor, list[int]] = {}
-        self.groups: list[list[_Group]] = []
-        self.fixed: dict[int, int] = {}
-        self.width = 0
-        for chunk in self.later_chunks:
-            pairs = list(dict.fromkeys(f for r in chunk if (f := _factors(r)) is not None))
-            are_vectors = lanes == 1 and len(pairs) >= _FEW
-            parts = [pairs[k : k + _TOGETHER] for k in range(0, len(pairs), _TOGETHER)]
-            self.groups.append([self._group(part, are_vectors) for part in parts])
-            own = set()
-            for r in chunk:
-                if r.kind == SCALED or r.kind == CHOSEN:
-                    self._fix(r.b)
-                if r.factor >= 0:
-                    self._fix(r.factor)
-                for value in _read(r):
-                    if value not in own:
-                        self._keep((False, value))
-                own |= {r.value} if r.kind != WRITTEN else set()
-        made: set[int] = set()
-        for rows in self.first_chunks:
-            own = {row[1] for row in rows if row[0] != RESULT}
-            for row in rows:
-                for value in places_read(row[0], *row[2:]):
-                    if value in made:
-                        self._keep((False, value)) if value in self.varying else self._fix(value)
-            made |= own
-        self.width = max(self.width, 1)
-
-    def _group(self, pairs: list[Pair], is_vector: bool) -> _Group:
-        sides = pairs + ([pairs[-1]] * (_TOGETHER - len(pairs)) if is_vector else [])
-        left = [self._keep(a, again=is_vector) for a, _ in sides]
-        right = [self._keep(b, again=is_vector) for _, b in sides]
-        return _Group(pairs, left, right, is_vector)
-
-    def _keep(self, factor: Factor, again: bool = False) -> int:
-        """A column of a coefficient, a new one if it is to be kept once more."""
-        columns = self.kept.setdefault(factor, [])
-        if again or not columns:
-            columns.append(self.width)
-            self.width += 1
-        return columns[-1]
-
-    def _fix(self, value: int) -> None:
-        self.fixed.setdefault(value, len(self.fixed))
-
-
-def _read(r: Recurrence) -> Iterable[int]:
-    """Values whose coefficients of the same order a recurrence needs."""
-    if r.kind in (SUM, DIFFERENCE, PRODUCT, QUOTIENT):
-        return [v for v in (r.a, r.b) if v >= 0]
-    return [r.a] if r.a >= 0 and r.kind not in (OF_STATE, OF_TIME) else []
-
-
 class _First(Body):
     """Order zero."""
 
     def __init__(
-        self, series: Series, places: _Places, needed: set[str], lanes: int, width: int
+        self, series: Series, places: Places, needed: set[str], lanes: int, width: int
     ) -> None:
         super().__init__(series.constants, needed, lanes)
         self._places, self._width = places, width
@@ -236,13 +128,13 @@ class _First(Body):
 class _Later(Body):
     """Order k, from one on."""
 
-    def __init__(self, places: _Places, needed: set[str], lanes: int, width: int) -> None:
+    def __init__(self, places: Places, needed: set[str], lanes: int, width: int) -> None:
         super().__init__([], needed, lanes)
         self._places, self._width = places, width
         self._block = "entry"
         self._held: dict[int, str] = {}
 
-    def lines_of(self, rows: list[Recurrence], groups: list[_Group]) -> list[str]:
+    def lines_of(self, rows: list[Recurrence], groups: list[Group]) -> list[str]:
         """Instructions of a chunk."""
         kind, one, zero = self._number, self._constant(1.0), self._constant(0.0)
         order = self._put("uitofp i64 %k to double")
@@ -265,7 +157,7 @@ class _Later(Body):
             elif r.kind == OF_TIME:
                 is_first = self._put("icmp eq i64 %k, 1")
                 found = self._put(f"select i1 {is_first}, {kind} {one}, {kind} {zero}")
-            elif (factors := _factors(r)) is not None:
+            elif (factors := factors_of(r)) is not None:
                 found = self._by_sum(r, sums[factors])
             else:
                 found = self._linear(r)
@@ -350,10 +242,10 @@ class _Later(Body):
         zeros = f"<{self._lanes} x i32> zeroinitializer"
         return self._put(f"shufflevector {kind} {one}, {kind} undef, {zeros}")
 
-    def _sums(self, groups: list[_Group]) -> dict[Pair, str]:
+    def _sums(self, groups: list[Group]) -> dict[Pair, str]:
         """Sums over the orders between zero and k, of one factor's rising, the other's falling."""
         found: dict[Pair, str] = {}
-        vector = f"<{_TOGETHER} x double>"
+        vector = f"<{TOGETHER} x double>"
         # of lanes, more sums than these would not stay in registers
         count = _MOST_VECTORS if self._lanes == 1 else 1
         for k in range(0, len(groups), count):

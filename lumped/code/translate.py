@@ -10,10 +10,8 @@ rounding. `to_llvm` and `to_c` write the result.
 from __future__ import annotations
 
 import ast
-import textwrap
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
-from functools import cache
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
 from lumped.code import words
@@ -30,8 +28,6 @@ _ORDER = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", 
 _ELEMENT = {"ints": "int", "numbers": "float", "wides": "wide"}
 _WIDE = {"float": "wide", "numbers": "wides", "bool": "truths"}
 """Kinds in a function whose numbers are wide."""
-
-
 _BY_ADDRESS = {words.call: "void", words.call_wide: "void", words.enter: "int"}
 """Words that call machine code at an address, and what it gives."""
 
@@ -51,13 +47,6 @@ class Value(NamedTuple):
 
     text: str
     kind: Any
-
-
-@cache
-def _definition(source: str) -> ast.FunctionDef:
-    tree = ast.parse(textwrap.dedent(source)).body[0]
-    assert isinstance(tree, ast.FunctionDef)
-    return tree
 
 
 def reached(kernels: Iterable[Kernel], write: Callable[[Kernel], Written]) -> list[Written]:
@@ -94,7 +83,7 @@ class Writer(ABC):
         self.kernel = kernel
         self.called: list[Kernel] = []
         self.variables: dict[str, Any] = {}
-        self._tree = _definition(kernel.source)
+        self._tree = kernel.tree
         self.arguments = [(a.arg, self.annotated(a.annotation)) for a in self._tree.args.args]
         self.result = self.annotated(self._tree.returns)
 
@@ -251,9 +240,8 @@ class Writer(ABC):
         if isinstance(node.slice, ast.Slice):
             if node.slice.lower is None or node.slice.upper or node.slice.step:
                 raise self.unknown(node)
-            return self.moved(
-                self.value(node.value), self.converted(self.value(node.slice.lower), "int")
-            )
+            base, begin = self.value(node.value), self.value(node.slice.lower)
+            return self.moved(base, self.converted(begin, "int"))
         return self.element(*self._element(node))
 
     def _binary(self, node: ast.BinOp) -> Value:
@@ -337,10 +325,7 @@ class Writer(ABC):
             kinds = [value.kind for value in values]
             kind = "wide" if "wide" in kinds else "float" if "float" in kinds else "int"
             return self.extreme(word is min, *(self.converted(v, kind) for v in values))
-        if word is abs:
-            wide = values[0].kind == "wide"
-            return self.library("fabs", [self.converted(values[0], "wide" if wide else "float")])
-        name = getattr(word, "c_name", None)
+        name = "fabs" if word is abs else getattr(word, "c_name", None)
         if name is None:
             raise self.unknown(node)
         kind = "wide" if any(v.kind == "wide" for v in values) else "float"

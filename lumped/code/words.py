@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import ctypes
 import ctypes.util
+import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
@@ -153,6 +154,11 @@ class Kernel:
     is_wide: bool = False
 
     @property
+    def tree(self) -> ast.FunctionDef:
+        """Its text, parsed."""
+        return _parsed(self.source)
+
+    @property
     def widened(self) -> Kernel:
         """The same for wide numbers."""
         return replace(self, name=f"{self.name}.wide", is_wide=True)
@@ -168,6 +174,13 @@ def kernel(function: Written) -> Written:
     source = _sources(function.__code__.co_filename)[function.__code__.co_firstlineno]
     made: Any = Kernel(name, source, function.__globals__, function)
     return made
+
+
+@cache
+def _parsed(source: str) -> ast.FunctionDef:
+    tree = ast.parse(textwrap.dedent(source)).body[0]
+    assert isinstance(tree, ast.FunctionDef)
+    return tree
 
 
 @cache

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from lumped.flattening.flatten import Group
+from lumped.flattening.flat_model import Group
 from lumped.reduction.evaluation import Values
 
 __all__ = ["derivative", "of_formula"]

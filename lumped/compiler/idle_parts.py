@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import scipy
 
-from lumped.flattening.flatten import FlatModel, Group
+from lumped.flattening.flat_model import FlatModel, Group
 from lumped.flattening.tree import Instance
 from lumped.language.declared import ports_of
 from lumped.language.expression import Ref

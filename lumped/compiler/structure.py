@@ -10,7 +10,7 @@ import numpy as np
 
 from lumped.compiler.formulas import of_formula
 from lumped.compiler.switching import Switching
-from lumped.flattening.flatten import FlatModel
+from lumped.flattening.flat_model import FlatModel
 from lumped.flattening.measures import measure
 from lumped.flattening.parameters import Parameters
 from lumped.language.expression import Expr

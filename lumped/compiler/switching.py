@@ -1,34 +1,28 @@
-"""What decides modes: functions of time, conditions on states, holds, changes of states.
-
-The one place that decides what becomes of a kink. A condition that depends on the time and on
-parameters only changes at instants that are known before the run (`timed`); any other has a margin
-that a run watches.
-"""
+"""What decides modes: functions of time, conditions on states, holds, changes of states."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, reduce
-from operator import or_
+from functools import cached_property
 from typing import TypeVar
 
 import casadi as ca
 import numpy as np
 
+from lumped.compiler.condition import Condition, sorted_conditions
 from lumped.compiler.formulas import of_formula
 from lumped.errors import SingularModelError
 from lumped.flattening import hold_modes
-from lumped.flattening.flatten import Group
-from lumped.flattening.template import Jump, Relation, Template
-from lumped.language.lowering import has_steps
+from lumped.flattening.flat_model import Group
+from lumped.flattening.lowered_switches import Jump, Relation
+from lumped.flattening.template import Template
 from lumped.language.pieces import Pieces
 from lumped.language.program import Program
 from lumped.reduction.evaluation import Values
 from lumped.reduction.incidence import Occurrence
-from lumped.support.follow_operations import follow_operations
 from lumped.support.made_once import Shared, made_once
 
-__all__ = ["Condition", "Switching", "is_even"]
+__all__ = ["Switching"]
 
 _T = TypeVar("_T")
 
@@ -70,63 +64,6 @@ class _Jumps:
     def filled(self, held: list[_T], other: _T) -> list[_T]:
         """What belongs to the nodes, for all of its values."""
         return held + [other] * (self.width - len(held))
-
-
-@dataclass(frozen=True, eq=False)
-class Condition:
-    """A relation of an instance.
-
-    Attributes
-    ----------
-    name : str
-        Its component.
-    mode : int
-        Its mode, or the first of the settings of its piece.
-    greater, less : SX
-        Its sides, as expressions of states, parameters, time and modes.
-    relation : Relation
-        What it is an instance of.
-    active : SX, optional
-        1 while it matters, as it stands in a branch that another condition chooses.
-    """
-
-    name: str
-    mode: int
-    greater: ca.SX
-    less: ca.SX
-    relation: Relation
-    active: ca.SX | None
-
-    @property
-    def pieces(self) -> Pieces | None:
-        """Those of a piecewise polynomial."""
-        return self.relation.pieces
-
-    @property
-    def argument(self) -> ca.SX:
-        """What passes zero, or the borders of the pieces."""
-        return self.greater if self.pieces is not None else self.greater - self.less
-
-    @property
-    def modes(self) -> range:
-        """All its modes."""
-        return range(self.mode, self.mode + (1 if self.pieces is None else self.pieces.width))
-
-    def texts(self, numbers: np.ndarray) -> list[str]:
-        """What modes, 1 or 0, or numbers of pieces say in words."""
-        left, right = self.relation.sides
-        if self.pieces is None:
-            yes, no = (">", "<=") if self.relation.strict else (">=", "<")
-            words = self.relation.words or (f"{left} {yes} {right}", f"{left} {no} {right}")
-            return [words[0 if holds else 1] for holds in (numbers > 0.5).tolist()]
-        last = np.inf if self.pieces.period is not None else self.pieces.count - 1
-        begins, ends = self.pieces.begin(numbers), self.pieces.begin(numbers + 1)
-        found = []
-        for number, begin, end in zip(numbers, begins, ends, strict=True):
-            parts = [f"{left} >= {begin:.6g}"] if number > 0 or np.isinf(last) else []
-            parts += [f"{left} < {end:.6g}"] if number < last else []
-            found.append(" and ".join(parts))
-        return found
 
 
 class Switching(Shared):
@@ -227,7 +164,9 @@ class Switching(Shared):
                     self.jumps.append(self._jump(group, i, jump, name, mode, len(new_values)))
                     new_values += ca.vertsplit(own[place : place + len(jump.values)])
                     place += len(jump.values)
-        self.timed, self.conditions = self._sorted(found_conditions, foresee)
+        self.timed, self.needs, self.conditions = sorted_conditions(
+            found_conditions, values, foresee=foresee
+        )
         self.relation_modes = np.array([c.mode for c in self.conditions], dtype=int)
         self.strict = np.array([c.relation.strict for c in self.conditions], dtype=bool)
         sides = [self._guarded(c) for c in self.conditions]
@@ -239,15 +178,8 @@ class Switching(Shared):
         self.has_upper, self.has_lower, self.has_forward, self.has_backward, self.has_gap = flags
         self.is_pressed = pressed & self.has_upper & self.has_lower
         table = ca.vertcat(ca.SX(0, 7), *quantities)
-        (
-            self.speed,
-            self.acceleration,
-            self.reaction,
-            self.upper,
-            self.lower,
-            self.gap,
-            self.restitution,
-        ) = ca.horzsplit(table)
+        self.speed, self.acceleration, self.reaction, *rest = ca.horzsplit(table)
+        self.upper, self.lower, self.gap, self.restitution = rest
         self.values = ca.vertcat(ca.SX(0, 1), *new_values)
 
     def __bool__(self) -> bool:
@@ -271,31 +203,6 @@ class Switching(Shared):
             return greater, less
         as_is = 2 * self._values.modes[condition.mode] - 1
         return ca.if_else(active, greater, as_is), ca.if_else(active, less, 0)
-
-    def _sorted(
-        self, found: list[Condition], foresee: bool
-    ) -> tuple[list[Condition], list[Condition]]:
-        """Those that depend on the time alone, in the order of their needs, and the others."""
-        self.needs: list[list[int]] = []
-        if not found:
-            return [], []
-        owner = {mode: k for k, condition in enumerate(found) for mode in condition.modes}
-        v = self._values
-        inputs = [v.states, v.guesses, v.modes, self.flat.parameters.theta, v.time]
-        needs = _needs(ca.Function("sides", inputs, [c.argument for c in found]), owner)
-        if not foresee:
-            for k, condition in enumerate(found):
-                if needs[k] is not None and not is_even(condition.argument, v.time):
-                    needs[k] = None
-        timed: dict[int, int] = {}
-        count = -1
-        while count < len(timed):
-            count = len(timed)
-            for k, need in enumerate(needs):
-                if k not in timed and need is not None and need <= timed.keys():
-                    timed[k] = len(timed)
-        self.needs = [sorted(timed[i] for i in needs[k] or ()) for k in timed]
-        return [found[k] for k in timed], [c for k, c in enumerate(found) if k not in timed]
 
     def _instances(self, group: Group, expressions: ca.SX) -> ca.SX:
         """Expressions of a template for all its instances, one column each."""
@@ -424,10 +331,9 @@ class Switching(Shared):
 
     def needed(self) -> ca.SX:
         """All that must be computable to decide on modes."""
-        finite = [self.greater, self.less, self.speed, self.acceleration, self.reaction]
-        for limit in (self.upper, self.lower, self.gap, self.restitution):
-            finite.append(limit)
-        return ca.vertcat(*finite, self.values)
+        motion = self.speed, self.acceleration, self.reaction
+        limits = self.upper, self.lower, self.gap, self.restitution
+        return ca.vertcat(self.greater, self.less, *motion, *limits, self.values)
 
     @property
     @made_once
@@ -473,31 +379,6 @@ class Switching(Shared):
                 add(sliding + free, ca.if_else(compliance > 0, 1e-9, 1e-13), "slide", h)
         empty, self.rows = ca.SX(0, 1), rows
         return ca.vertcat(empty, *found), ca.vertcat(empty, *tolerances)
-
-
-def is_even(argument: ca.SX, time: ca.SX) -> bool:
-    """Whether an expression is linear in the time between changes of modes."""
-    slope = ca.jacobian(argument, time)
-    return not ca.depends_on(slope, time) and not has_steps(argument, time)
-
-
-def _needs(sides: ca.Function, owner: dict[int, int]) -> list[set[int] | None]:
-    """Conditions that each condition depends on; None if it depends on states or holds too.
-
-    A function of steps has no derivative, so dependence is followed through the operations.
-    """
-    states = 1
-
-    def given(which: int, entry: int) -> int:
-        if which == 2:
-            return 2 << owner[entry] if entry in owner else states
-        return states if which < 2 else 0
-
-    found = follow_operations(sides, given, lambda _: 0, lambda _, read: reduce(or_, read))
-    return [
-        None if bits & states else {k - 1 for k in range(1, bits.bit_length()) if bits >> k & 1}
-        for bits in (reduce(or_, entries, 0) for entries in found)
-    ]
 
 
 def _wanted(template: Template) -> list[ca.SX]:

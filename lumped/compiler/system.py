@@ -13,7 +13,8 @@ import scipy
 from lumped.compiler.report import Report, report_on, shortened
 from lumped.compiler.structure import Name, Structure
 from lumped.errors import UnknownNameError
-from lumped.flattening.flatten import FlatModel, flatten
+from lumped.flattening.flat_model import FlatModel
+from lumped.flattening.flatten import flatten
 from lumped.flattening.hold_modes import DEMAND, STUCK
 from lumped.flattening.measures import watching
 from lumped.language.component import Component
@@ -109,14 +110,12 @@ class System(Shared, RichHtml):
 
     def __repr__(self) -> str:
         counts = self.report()
-        lines = [
-            f"{self.name}: {counts['equations']} equations -> {counts['states']} states"
-            f" (index {counts['index']} -> 1, {counts['after alias elimination']} equations after "
-            f"alias elimination)",
-            "states:   " + shortened(self.state_names),
-            "left out: " + (shortened([repr(x) for x in self.left_out], "; ") or "nothing"),
-        ]
-        return "\n".join(lines)
+        return (
+            f"{self.name}: {counts['equations']} equations -> {counts['states']} states "
+            f"(index {counts['index']} -> 1, {counts['after alias elimination']} equations after "
+            f"alias elimination)\nstates:   {shortened(self.state_names)}\nleft out: "
+            + (shortened([repr(x) for x in self.left_out], "; ") or "nothing")
+        )
 
     def report(self) -> Report:
         """What the reduction did: counts, states and why they are, blocks, times."""
@@ -128,17 +127,14 @@ class System(Shared, RichHtml):
     @made_once
     def rates(self) -> ca.SX:
         """Derivatives of the states as an expression; common parts are shared."""
-        structure = self.structure
+        structure, holds = self.structure, self.switching
         rates = ca.SX(structure.all_rates)
         place = {node: i for i, node in enumerate(structure.states)}
-        holds = self.switching
         for h, node in enumerate(holds.speeds):
             if node in place:
                 # a speed that is held stays exactly what it is
-                first = int(holds.first_modes[h])
-                held = (STUCK, DEMAND)
-                stuck, demand = (structure.values.modes[first + i] for i in held)
-                i = place[node]
+                first, i = int(holds.first_modes[h]), place[node]
+                stuck, demand = (structure.values.modes[first + i] for i in (STUCK, DEMAND))
                 rates[i] = ca.if_else(stuck, holds.speed_signs[h] * demand, rates[i])
         return ca.cse(structure.without(rates, np.setdiff1d(structure.rate_uses, structure.in_use)))
 
@@ -188,11 +184,8 @@ class System(Shared, RichHtml):
     def jacobian(self) -> ca.Function:
         """Sparse Jacobian and time derivative of the right-hand side: (x, p, t, m)."""
         x, _, t, _ = self.inputs
-        return ca.Function(
-            "jacobian",
-            self.inputs,
-            [ca.jacobian(self.rates, x), ca.densify(ca.jacobian(self.rates, t))],
-        )
+        slopes = [ca.jacobian(self.rates, x), ca.densify(ca.jacobian(self.rates, t))]
+        return ca.Function("jacobian", self.inputs, slopes)
 
     @property
     @made_once
@@ -277,10 +270,8 @@ class System(Shared, RichHtml):
         """
         structure = self.structure
         rows, columns, largest = samples(structure.all_rates, structure.values)
-        order = np.array(
-            [structure.reduced.class_and_order(n)[1] for n in structure.states], dtype=int
-        )
-        rounding = (largest <= 1e-13) & (order[rows] == 0)
+        orders = [structure.reduced.class_and_order(n)[1] for n in structure.states]
+        rounding = (largest <= 1e-13) & (np.array(orders, dtype=int)[rows] == 0)
         width = len(structure.reduced.states)
         own_rows, own = self.jacobian.sparsity_out(0).get_triplet()
         places = np.array(own_rows, dtype=int) * width + np.array(structure.in_use, dtype=int)[own]
@@ -310,14 +301,11 @@ class System(Shared, RichHtml):
 
         Positions and speeds change places together.
         """
-        structure = self.structure
+        structure, reduced = self.structure, self.structure.reduced
         ranks = dict(structure.ranks)
         for node, rank in ((follower, RANK["always"]), (leader, RANK["never"])):
-            number, _ = structure.reduced.class_and_order(node)
-            first, highest = (
-                int(structure.reduced.first[number]),
-                int(structure.reduced.highest[number]),
-            )
+            number, _ = reduced.class_and_order(node)
+            first, highest = int(reduced.first[number]), int(reduced.highest[number])
             ranks.update(dict.fromkeys(range(first, first + highest), rank))
         own, key = (tuple(sorted(r.items())) for r in (structure.ranks, ranks))
         with process_lock:
@@ -382,17 +370,10 @@ class System(Shared, RichHtml):
     def parameter_values(self, changes: Changes | None = None) -> dict[str, float]:
         """All parameters, those that follow from others too, with some changed.
 
-        Parameters
-        ----------
-        changes : mapping of name to float, optional
-            Parameters to change.
-
         Raises
         ------
-        UnknownNameError
-            If a parameter does not exist or is bound to others.
-        ParameterError
-            If a value is out of range.
+        UnknownNameError, ParameterError
+            As `theta`.
         """
         p = self.structure.parameters
         return dict(zip(p.names, map(float, p.all(self.theta(changes))), strict=True))

@@ -16,7 +16,7 @@ from lumped.language.expression import Expr, Ref, as_expr
 from lumped.language.lowering import lower
 from lumped.language.quantity import Param
 from lumped.support.arguments import checked
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["animate", "moving_lines"]
 

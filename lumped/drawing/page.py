@@ -19,7 +19,7 @@ from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen
 from lumped.support.text_table import amounts, number
 from lumped.support.whole_files import write_text
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,7 +11,8 @@ from typing import Protocol
 from lumped.simulation.sizing import Sizing
 from lumped.support.display_units import Units, display, time_unit
 from lumped.support.text_table import amounts, number
-from lumped.timeloop.results.result import Event, Trajectory
+from lumped.timeloop.results.event import Event
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["Told", "comparison", "energy", "events", "sizes", "table"]
 

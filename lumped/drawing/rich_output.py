@@ -25,8 +25,8 @@ from lumped.language.component import Component
 from lumped.life.duty_cycle import DutyCycle
 from lumped.points.equilibrium_sensitivity import EquilibriumSensitivity
 from lumped.support.display_units import time_unit
-from lumped.timeloop.results.result import Trajectory
 from lumped.timeloop.results.result_files import Saved
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.tolerances.scatter import Scatter
 from lumped.vibration.inertias.holzer import Holzer
 from lumped.vibration.natural.eigen_sensitivity import EigenSensitivity
@@ -34,7 +34,7 @@ from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.ordered.order_sensitivity import OrderSensitivity
 from lumped.vibration.responses.response import FrequencyResponse
-from lumped.vibration.rules.limits import Verdict
+from lumped.vibration.rules.verdict import Verdict
 
 __all__ = ["html"]
 

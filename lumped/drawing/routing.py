@@ -234,8 +234,7 @@ def _ordered(runs: _Plan, ports: list[Terminal], placed: Placed) -> Item | None:
     if len(ready) == len(count):
         return None
     blocked = set(count) - set(ready)
-    found = (item for run in blocked for other, item in after[run] if other in blocked and item)
-    return next(found)
+    return next(item for run in blocked for other, item in after[run] if other in blocked and item)
 
 
 class _Zones:
@@ -256,8 +255,7 @@ class _Zones:
         for net in plan.nets:
             shared = above[net.ends[0][0]]
             for item, _, _ in net.ends[1:]:
-                other = above[item]
-                same = sum(a is b for a, b in zip(shared, other, strict=False))
+                same = sum(a is b for a, b in zip(shared, above[item], strict=False))
                 shared = shared[:same]
             self.common.append(shared)
         self.borders: tuple[dict[int, set[float]], ...] = (defaultdict(set), defaultdict(set))
@@ -330,8 +328,7 @@ def _assign(runs: list[_Run]) -> None:
         lane = max((b.lane + 1 for b in run.before if b.zone == run.zone), default=0)
         while lane < len(lanes) and any(lo <= high and low <= hi for lo, hi in lanes[lane]):
             lane += 1
-        while len(lanes) <= lane:
-            lanes.append([])
+        lanes.extend([] for _ in range(lane + 1 - len(lanes)))
         lanes[lane].append((low, high))
         run.lane = lane
         for other in after[run]:
@@ -376,15 +373,12 @@ def _drawn(
             facing[port.net].append(point)
     for net, points in facing.items():
         wires[net].append((points[0], points[1]))
-    crossings = [
-        (run, other, channel, row)
-        for (channel, net), run in columns.items()
-        for row in {int(m) // 2 for m in run.marks if m == int(m) and int(m) % 2 == 0}
-        if (other := rows.get((row, net))) is not None
-    ]
-    for run, other, channel, row in crossings:
-        on[run].add(y.lane(row, other))
-        on[other].add(x.lane(channel, run))
+    for (channel, net), run in columns.items():
+        for row in {int(m) // 2 for m in run.marks if m == int(m) and int(m) % 2 == 0}:
+            other = rows.get((row, net))
+            if other is not None:
+                on[run].add(y.lane(row, other))
+                on[other].add(x.lane(channel, run))
     for n, left, right, mark in runs.passes:
         row = int(mark) // 2
         height = y.centres[row] - LABEL / 2 + (mark - 2 * row - 1) * CELL[1]
@@ -395,17 +389,12 @@ def _drawn(
     for group, axis in ((columns, x), (rows, y)):
         for (channel, net), run in group.items():
             at = axis.lane(channel, run)
-            marks = sorted(on[run])
-            for a, b in itertools.pairwise(marks):
+            for a, b in itertools.pairwise(sorted(on[run])):
                 wires[net].append(((at, a), (at, b)) if axis is x else ((a, at), (b, at)))
     corners = []
     for frame, first, last in placed.frames:
         low, high = zones.depth[id(frame)] - 0.5, 0.5 - zones.depth[id(frame)]
-        corners.append(
-            (
-                frame,
-                (x.borders[first[0], low], y.borders[first[1], low]),
-                (x.borders[last[0] + 1, high], y.borders[last[1] + 1, high]),
-            )
-        )
+        begin = x.borders[first[0], low], y.borders[first[1], low]
+        end = x.borders[last[0] + 1, high], y.borders[last[1] + 1, high]
+        corners.append((frame, begin, end))
     return Routed(centres, places, wires, corners, (x.size, y.size))

@@ -15,7 +15,8 @@ from lumped.compiler.system import System
 from lumped.drawing.netlist import SIGNAL, Item, Netlist, netlist
 from lumped.drawing.placing import WIDEST, place
 from lumped.drawing.routing import CELL, Point, Routed, route, text_place
-from lumped.drawing.symbols import GROUND, SYMBOLS, Symbol
+from lumped.drawing.strokes import Symbol
+from lumped.drawing.symbols import GROUND, SYMBOLS
 from lumped.drawing.terminals import Terminal
 from lumped.errors import OptionError
 from lumped.language.component import Component

@@ -12,9 +12,10 @@ from matplotlib.figure import Figure
 
 from lumped.drawing.torsional_study import MOST_ORDERS, Study
 from lumped.support.display_units import Units, display, time_unit
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.ordered.order_response import OrderResponse
-from lumped.vibration.rules.limits import Measure, measured
+from lumped.vibration.rules.limits import Measure
+from lumped.vibration.rules.verdict import measured
 
 __all__ = [
     "_WIDTH",

@@ -13,7 +13,7 @@ from lumped.drawing.torsional_study import Limits, study
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units
 from lumped.support.whole_files import write_text
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.speeds.campbell import Campbell

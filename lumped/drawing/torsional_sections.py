@@ -20,15 +20,11 @@ from lumped.drawing.torsional_figures import (
     run_figures,
     synthesis_figure,
 )
-from lumped.drawing.torsional_modes import (
-    holzer_tables,
-    mass_elastic_table,
-    natural_frequencies,
-)
+from lumped.drawing.torsional_modes import holzer_tables, mass_elastic_table, natural_frequencies
 from lumped.drawing.torsional_study import Study
 from lumped.support.display_units import display, time_unit
 from lumped.support.text_table import number
-from lumped.vibration.rules.limits import Result
+from lumped.vibration.rules.verdict import Result
 
 __all__ = ["lead", "sections"]
 

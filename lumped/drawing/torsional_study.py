@@ -11,20 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, UnknownNameError, nearest
-from lumped.support.display_units import (
-    Shown,
-    Units,
-    chosen,
-    display,
-    frequency_unit,
-    speed_unit,
-)
+from lumped.support.display_units import Shown, Units, chosen, display, frequency_unit, speed_unit
 from lumped.support.units import plain
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.inertias.mass_elastic import MassElastic, mass_elastic
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
-from lumped.vibration.rules.limits import Limit, Verdict, separation, verdict
+from lumped.vibration.rules.limits import Limit
+from lumped.vibration.rules.verdict import Verdict, separation, verdict
 from lumped.vibration.speeds.campbell import Campbell, CriticalSpeed
 from lumped.vibration.speeds.mean_campbell import mean_campbell, modes_at
 

@@ -17,7 +17,7 @@ from lumped.functionals import Functional
 from lumped.kernel.run import FULL
 from lumped.many_runs.native_runs import Batch
 from lumped.timeloop.results.fingerprint import fingerprint
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["EnsembleFile", "heading"]

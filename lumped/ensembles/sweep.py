@@ -26,7 +26,7 @@ from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
 from lumped.support.progress import Progress
 from lumped.timeloop.plants.executable import executable
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import Grid, RunOptions, run_plan
 
 __all__ = ["sweep"]

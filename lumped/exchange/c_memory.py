@@ -10,9 +10,10 @@ from lumped.code.operations import Operations
 from lumped.code.records import Field, Record
 from lumped.kernel.cycles import Count
 from lumped.kernel.enclosed import Enclosed
+from lumped.kernel.instant_search import InstantSearch
 from lumped.kernel.plant import Function, Plant
 from lumped.kernel.roots import Bracket
-from lumped.kernel.run import InstantSearch, Matrix, Pattern, Run, RunOutput
+from lumped.kernel.run import Matrix, Pattern, Run, RunOutput
 from lumped.kernel.watch import Watch
 
 __all__ = ["Memory"]

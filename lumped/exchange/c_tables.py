@@ -30,9 +30,9 @@ from lumped.kernel.run import Pattern
 from lumped.kernel.steps import is_unfit
 from lumped.many_runs.run_records import watch_of
 from lumped.many_runs.watched import Watched
+from lumped.timeloop.clocks import clocks
 from lumped.timeloop.guards import followers, levers
-from lumped.timeloop.instants import clocks
-from lumped.timeloop.plants.executable import enclosed_of, enclosed_sizes, parts_of
+from lumped.timeloop.plants.parts import enclosed_of, enclosed_sizes, parts_of
 from lumped.timeloop.run import nominals
 
 __all__ = ["model_files"]

@@ -21,8 +21,8 @@ from lumped.exchange.interface import Interface, refuse_doubles, uneven_clocks
 from lumped.exchange.platforms import libraries, platforms_of
 from lumped.support.arguments import checked
 from lumped.support.whole_files import whole_file
+from lumped.timeloop.clocks import Clock
 from lumped.timeloop.guards import may_be_unfit
-from lumped.timeloop.instants import Clock
 
 __all__ = ["ExportedFMU", "export_fmu"]
 

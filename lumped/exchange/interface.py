@@ -14,9 +14,9 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.language.quantity import Bound
 from lumped.points.start import StartForm, fixed_start, start_form, start_point
-from lumped.timeloop.instants import Clock, clocks
+from lumped.timeloop.clocks import Clock, clocks
 from lumped.timeloop.programs import refuse_programs
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run import nominals
 from lumped.vibration.responses.response import needing_rates
 

@@ -30,7 +30,7 @@ from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.support.whole_files import whole_file
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.responses.response import FrequencyResponse
 

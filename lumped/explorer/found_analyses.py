@@ -13,10 +13,11 @@ from lumped.errors import LumpedError
 from lumped.explorer.study import Analysis, Moment, Study, Values
 from lumped.points.start import start_point
 from lumped.support.made_once import Recent
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.ordered.order_response import OrderResponse, order_response
+from lumped.vibration.rotating.find_rotation import rotation
 from lumped.vibration.rotating.harmonics import harmonics
-from lumped.vibration.rotating.rotation import rotation, speed_of
+from lumped.vibration.rotating.rotation import speed_of
 from lumped.vibration.rotating.small_vibrations import small_vibrations
 from lumped.vibration.speeds.campbell import Campbell, campbell
 from lumped.vibration.speeds.mean_campbell import mean_campbell

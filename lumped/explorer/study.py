@@ -13,7 +13,8 @@ from lumped.errors import LumpedError, OptionError
 from lumped.explorer.sliders import Slider, slider
 from lumped.points.start import start_point
 from lumped.simulation.simulate import simulate
-from lumped.timeloop.results.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity
 from lumped.vibration.natural.modes import Modes, modes
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes

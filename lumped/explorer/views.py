@@ -14,11 +14,11 @@ from lumped.errors import OptionError
 from lumped.explorer.sliders import Slider
 from lumped.explorer.study import Moment, Study, effects_on_run
 from lumped.support.text_table import number
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.responses.response import FrequencyResponse
-from lumped.vibration.rules.limits import verdict
+from lumped.vibration.rules.verdict import verdict
 from lumped.vibration.speeds.campbell import Campbell
 
 __all__ = ["Shown", "View", "told_parameters", "told_value", "value_texts", "views"]

@@ -7,7 +7,8 @@ from dataclasses import replace
 from importlib.util import find_spec
 
 from lumped.errors import EquationError, UnitError
-from lumped.flattening.flatten import FlatModel, Group, numbered
+from lumped.flattening.flat_model import FlatModel, Group
+from lumped.flattening.flatten import numbered
 from lumped.flattening.template import Measure
 from lumped.flattening.template_cache import template_of
 from lumped.flattening.tree import Tree

@@ -1,4 +1,4 @@
-"""Parameters and start values of a model: collected, bound to each other, checked."""
+"""Parameters of a model, and what is out of range in one set of values or in many."""
 
 from __future__ import annotations
 
@@ -10,23 +10,12 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from lumped.errors import (
-    EquationError,
-    OptionError,
-    ParameterError,
-    UnknownNameError,
-    nearest,
-    told_by,
-)
-from lumped.flattening.tree import Instance, Tree
-from lumped.language.declared import quantities_of, values_of
-from lumped.language.expression import Expr, Ref, as_expr, walk
-from lumped.language.lowering import lower
-from lumped.language.quantity import GREATER, Input, Param, Var, beyond, param, within
+from lumped.errors import OptionError, ParameterError, UnknownNameError, nearest
+from lumped.language.quantity import GREATER, Param, beyond, within
 from lumped.support.array_function import ArrayFunction
 from lumped.support.units import amount, plain
 
-__all__ = ["Parameters", "collect", "start_values"]
+__all__ = ["Parameters", "refuse_faults"]
 
 _RUNS = 10_000
 """Runs whose parameters are looked at together; the more, the more memory."""
@@ -258,7 +247,7 @@ class Parameters:
         """
         found = self._ruled_function(theta)[0]
         faults = self._faults(found[None], self._every_rule)
-        _refuse(model, [text for _, text, _ in faults])
+        refuse_faults(model, [text for _, text, _ in faults])
 
     def outside(
         self, theta: np.ndarray, places: list[int], values: np.ndarray
@@ -360,186 +349,8 @@ class Parameters:
         return f"{self.names[number]} = {amount(value, quantity.unit)} ({quantity.text}) {why}"
 
 
-def _refuse(model: str, faults: list[str]) -> None:
+def refuse_faults(model: str, faults: list[str]) -> None:
+    """Refuse the parameters of a model, with all that is wrong in one error."""
     if faults:
         count = "1 parameter fault" if len(faults) == 1 else f"{len(faults)} parameter faults"
         raise ParameterError(f"{model}: {count}:\n  " + "\n  ".join(faults))
-
-
-def collect(tree: Tree) -> Parameters:
-    """Number the parameters of a model and bind those given as expressions.
-
-    Raises
-    ------
-    ParameterError
-        Missing values, values out of range and circles, all with their paths.
-    """
-    expressions: dict[int, tuple[Expr, Instance]] = {}
-    numbers: dict[int, float] = {}
-    declared: list[Param] = []
-    names: list[str] = []
-    limited: list[tuple[int, Instance]] = []
-    faults: dict[int, str] = {}
-    for node in tree.instances:
-        given = values_of(node.component)
-        for local, quantity in node.layout.declared.items():
-            number = len(declared)
-            declared.append(quantity)
-            names.append(node.name(local))
-            if quantity.exceeds is not None:
-                limited.append((number, node))
-            value, scope = quantity.default, node
-            if local in given:
-                value = given[local]
-                scope = tree.instances[max(node.parent, 0)]
-            elif callable(value):
-                with told_by(node.label, f"the default of '{local}'"):
-                    value = value(node.component)
-            if value is None:
-                faults[number] = f"{names[-1]} ({quantity.text}, {quantity.unit}) has no value"
-            elif isinstance(value, Expr):
-                expressions[number] = (value, scope)
-            else:
-                numbers[number] = float(value)
-    for node in tree.instances:
-        for local, signal in quantities_of(node.component).items():
-            number_given = values_of(node.component).get(local)
-            if node.name(local) in tree.freed:
-                continue
-            if isinstance(signal, Input) and isinstance(number_given, float):
-                tree.input_parameters[node.name(local)] = len(declared)
-                numbers[len(declared)] = number_given
-                declared.append(param(signal.unit, signal.text))
-                names.append(node.name(local))
-    free = list(numbers)
-    theta = ca.SX.sym("p", len(free))
-    values = ca.SX.zeros(len(declared))
-    if free:
-        values[free] = theta
-    defaults = np.array([numbers[i] for i in free])
-    result = Parameters(free, theta, defaults, values, declared, names, [])
-    for i, v in numbers.items():
-        fault = result.fault(i, v)
-        if fault:
-            faults[i] = fault
-    _refuse(type(tree.model).__name__, [faults[i] for i in sorted(faults)])
-    _bind(tree, expressions, values, names)
-    for number, node in limited:
-        quantity = declared[number]
-        least = quantity.exceeds
-        if callable(least):
-            least = least(node.component)
-        least = as_expr(least)
-        low = lower(least, lambda leaf, s=node: values[_source(tree, leaf, s)])  # type: ignore[misc]
-        result.ordered.append((number, low, *_in_words(least, quantity, node)))
-    if expressions or limited:
-        result.check(result.defaults, type(tree.model).__name__)
-    return result
-
-
-def _bind(
-    tree: Tree,
-    expressions: dict[int, tuple[Expr, Instance]],
-    values: ca.SX,
-    names: list[str],
-) -> None:
-    """Lower the bound parameters in an order in which each finds what it needs."""
-    done: set[int] = set()
-
-    def source(leaf: Expr, scope: Instance) -> int:
-        return _source(tree, leaf, scope)
-
-    for start in expressions:
-        stack = [start]
-        waiting_for: set[int] = set()
-        while stack:
-            number = stack[-1]
-            if number in done:
-                stack.pop()
-                continue
-            expression, scope = expressions[number]
-            needs = [source(leaf, scope) for leaf in _leaves(expression)]
-            waiting = [n for n in needs if n in expressions and n not in done]
-            if not waiting:
-                try:
-                    lowered = lower(expression, lambda leaf, s=scope: values[source(leaf, s)])  # type: ignore[misc]
-                except EquationError as error:
-                    raise EquationError(f"{names[number]}: {error}") from None
-                values[number] = lowered
-                done.add(number)
-                stack.pop()
-                waiting_for.discard(number)
-                continue
-            waiting_for.add(number)
-            for n in dict.fromkeys(waiting):
-                if n in waiting_for:
-                    raise ParameterError(
-                        f"{names[number]} and {names[n]} are bound to each other in a circle. "
-                        "Give one of them a number."
-                    )
-                stack.append(n)
-
-
-def _in_words(least: Expr, quantity: Param, node: Instance) -> tuple[str, tuple[str, str]]:
-    """What a lower limit is called, its unit, and what stands behind that."""
-    if isinstance(least, Param):
-        return node.name(least.name), (least.unit, f" ({least.text})")
-    return repr(least), (quantity.unit, "")
-
-
-def _leaves(expression: Expr) -> list[Expr]:
-    return [node for node in walk(expression) if isinstance(node, Param | Ref)]
-
-
-def _source(tree: Tree, leaf: Expr, scope: Instance) -> int:
-    """Number of the parameter that a leaf of a binding means, seen from `scope`."""
-    node: Instance | None = scope
-    if isinstance(leaf, Ref) and isinstance(leaf.quantity, Param):
-        node, name = tree.find(leaf.owner, scope), leaf.name
-    elif isinstance(leaf, Param):
-        node, name = _declaring(tree, leaf, scope), leaf.name
-    else:
-        raise EquationError(
-            f"{scope.label}: '{leaf!r}' is not a parameter; parameters and start values are bound "
-            "to numbers and parameters only."
-        )
-    if node is None or name not in node.layout.parameters:
-        raise EquationError(
-            f"{scope.label}: a part is bound to the parameter '{name}', which "
-            f"{scope.label} does not have."
-        )
-    return node.first_parameter + node.layout.parameters[name]
-
-
-def _declaring(tree: Tree, leaf: Param, scope: Instance) -> Instance:
-    """The component around a part that declares a parameter, `scope` if none has this very one."""
-    node = scope
-    while node.layout.declared.get(leaf.name) is not leaf:
-        if node.parent < 0:
-            return scope
-        node = tree.instances[node.parent]
-    return node
-
-
-def start_values(tree: Tree, parameters: Parameters) -> tuple[dict[int, ca.SX], dict[int, ca.SX]]:
-    """Start values given to instances, and those declared by classes where not zero."""
-    given: dict[int, ca.SX] = {}
-    starts: dict[int, ca.SX] = {}
-
-    def value(number: object, scope: Instance) -> ca.SX:
-        if not isinstance(number, Expr):
-            return ca.SX(float(number))  # type: ignore[arg-type]
-        return lower(number, lambda leaf: parameters.values[_source(tree, leaf, scope)])
-
-    for node in tree.instances:
-        values = values_of(node.component)
-        parent = tree.instances[max(node.parent, 0)]
-        for local, i in node.layout.unknowns.items():
-            quantity = node.layout.quantities[i]
-            if not isinstance(quantity, Var):
-                continue
-            if local in values:
-                given[node.first_unknown + i] = value(values[local], parent)
-            elif isinstance(quantity.start, Expr) or quantity.start != 0.0:
-                starts[node.first_unknown + i] = value(quantity.start, node)
-    return given, starts

@@ -9,41 +9,26 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Hashable, Iterable
-from dataclasses import dataclass, field
-from functools import cached_property, partial
+from dataclasses import dataclass
+from functools import partial
 
 import casadi as ca
 import numpy as np
 
 from lumped.errors import EquationError
 from lumped.flattening import hold_modes
+from lumped.flattening.lowered_switches import Jump, Relation, Stick
+from lumped.flattening.residual import CONSTANT, PARAMETRIC, VARYING, Residual
 from lumped.language.component import Component
 from lumped.language.connection import label
 from lumped.language.declared import fields_of, has_parts, quantities_of
 from lumped.language.derivatives import along, partials
 from lumped.language.expression import Compare, Expr, Piecewise, Ref, text
 from lumped.language.lowering import Branches, Plain, has_steps, lower
-from lumped.language.pieces import Pieces
-from lumped.language.program import Program
 from lumped.language.quantity import Param
 from lumped.language.switch import Hold, Single, When
 
-__all__ = [
-    "CONSTANT",
-    "ENCLOSING",
-    "PARAMETRIC",
-    "VARYING",
-    "Jump",
-    "Measure",
-    "Relation",
-    "Residual",
-    "Stick",
-    "Template",
-    "template_key",
-]
-
-CONSTANT, PARAMETRIC, VARYING = 0, 1, 2
-"""Kinds of a coefficient: a number, a function of parameters, anything else."""
+__all__ = ["ENCLOSING", "Measure", "Template", "template_key"]
 
 ENCLOSING = ".."
 """Path, in a template, of the component in which the one with the equations is a part."""
@@ -58,164 +43,6 @@ def template_key(component: Component) -> Hashable:
     except TypeError:
         return id(component)
     return id(component) if has_parts(cls) else (cls, choices)
-
-
-@dataclass(frozen=True, eq=False)
-class Residual:
-    """One equation (or a time derivative of it) as an expression that is zero.
-
-    Attributes
-    ----------
-    template : Template
-        Where it belongs.
-    expression : SX
-        Left minus right side.
-    locals, orders : ndarray of int, shape (n,)
-        Local unknown and order of derivative of each symbol in it.
-    kinds : ndarray of int, shape (n,)
-        Kind of the partial derivative by each symbol: number, parametric or varying.
-    values : ndarray, shape (n,)
-        The partial derivative where it is a number, else nan.
-    affine : ndarray of bool, shape (n, n)
-        ``affine[i, j]``: the partial derivative by symbol i does not depend on symbol j.
-    """
-
-    template: Template
-    expression: ca.SX
-    locals: np.ndarray
-    orders: np.ndarray
-    symbols: ca.SX
-    partials: ca.SX
-    kinds: np.ndarray
-    values: np.ndarray
-    affine: np.ndarray
-    _solved: dict[int, ca.Function] = field(default_factory=dict)
-
-    @cached_property
-    def coefficients(self) -> ca.Function:
-        """Partial derivatives by all symbols: (symbols, parameters, time, modes) -> (n,)."""
-        return ca.Function("coefficients", self._inputs(), [self.partials])
-
-    @cached_property
-    def value(self) -> ca.Function:
-        """The residual: (symbols, parameters, time, modes) -> (1,)."""
-        return ca.Function("value", self._inputs(), [self.expression])
-
-    @cached_property
-    def homogeneous(self) -> bool:
-        """The equation is a sum of numbers times symbols and nothing else."""
-        return bool((self.kinds == CONSTANT).all()) and self.proportional
-
-    @cached_property
-    def proportional(self) -> bool:
-        """The equation is a sum of numbers or parameters times symbols and nothing else."""
-        if (self.kinds == VARYING).any():
-            return False
-        n = len(self.kinds)
-        rest = (
-            ca.substitute(self.expression, self.symbols, ca.SX.zeros(n)) if n else self.expression
-        )
-        return bool(ca.simplify(rest).is_zero())
-
-    def solved_for(self, i: int) -> ca.Function:
-        """Symbol i from the others: (symbols, parameters, time, modes) -> (1,)."""
-        if i not in self._solved:
-            rest = ca.substitute(self.expression, self.symbols[i], 0)
-            self._solved[i] = ca.Function("solved", self._inputs(), [-rest / self.partials[i]])
-        return self._solved[i]
-
-    def _inputs(self) -> list[ca.SX]:
-        return self.template.inputs(list(zip(self.locals, self.orders, strict=True)))
-
-
-@dataclass(frozen=True, eq=False)
-class Relation:
-    """What chooses among expressions.
-
-    Attributes
-    ----------
-    mode : int
-        Its mode, which is 1 while ``greater >= less`` (or ``>`` if `strict`), else 0; or the first
-        of the settings of a piece.
-    greater, less : SX
-        Sides; or the argument of a piecewise polynomial and the begin of the piece it is in.
-    sides : (str, str)
-        Both as written.
-    words : (str, str), optional
-        What it is called while it holds and while it does not.
-    pieces : Pieces, optional
-        Of a piecewise polynomial.
-    """
-
-    mode: int
-    greater: ca.SX
-    less: ca.SX
-    strict: bool
-    sides: tuple[str, str]
-    words: tuple[str, str] | None = None
-    pieces: Pieces | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Stick:
-    """A lowered `Hold`.
-
-    Attributes
-    ----------
-    equation : int
-        Number of the equation that determines the reaction.
-    first : int
-        First of its modes (see `hold_modes`).
-    engaged : int or None
-        Mode of the condition under which it acts.
-    speed, acceleration, reaction : (int, int)
-        Local unknown and order of derivative.
-    upper, lower, gap, restitution : SX
-        Infinite limits, and gaps that do not exist, are nan.
-    given : tuple of bool
-        Whether there are `upper`, `lower`, `forward`, `backward` and `gap`, and whether impulses
-        press it.
-    """
-
-    equation: int
-    first: int
-    engaged: int | None
-    speed: tuple[int, int]
-    acceleration: tuple[int, int]
-    reaction: tuple[int, int]
-    upper: ca.SX
-    lower: ca.SX
-    gap: ca.SX
-    restitution: ca.SX
-    given: tuple[bool, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Jump:
-    """A lowered `When`.
-
-    Attributes
-    ----------
-    mode : int
-        Mode of its condition.
-    targets : list of int
-        Local unknowns that change.
-    values : list of SX
-        Their new values, then those that a program is told.
-    condition : str
-        The condition in words.
-    program : Program or None
-        What is asked.
-    answers : list of int
-        Local unknowns that take its answers.
-    """
-
-    mode: int
-    targets: list[int]
-    values: list[ca.SX]
-    condition: str
-    program: Program | None
-    answers: list[int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -496,7 +323,7 @@ class Template:
             else:
                 affine[i] = ~np.array(ca.which_depends(entry, symbols), dtype=bool)
         return Residual(
-            template=self,
+            inputs=partial(self.inputs, keys),
             expression=expression,
             locals=np.array([k[0] for k in keys], dtype=int),
             orders=np.array([k[1] for k in keys], dtype=int),

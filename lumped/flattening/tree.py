@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from lumped.errors import DeclarationError, UnknownNameError, nearest
-from lumped.language.component import Component, path_of, steps
+from lumped.language.component import Component, path_of
 from lumped.language.declared import (
     origins_of,
     parts_of,
@@ -15,6 +15,7 @@ from lumped.language.declared import (
     quantities_of,
     values_of,
 )
+from lumped.language.dotted_path import steps
 from lumped.language.expression import Expr, Ref
 from lumped.language.formula import Formula
 from lumped.language.port import Port

@@ -1,9 +1,9 @@
 """Numbers that sum up a run, its modes or its vibration, as expressions of readings."""
 
 from lumped.functionals.condition import Condition
+from lumped.functionals.damage_law import Curve
 from lumped.functionals.functional import Functional
 from lumped.functionals.of_runs import (
-    Curve,
     at_event,
     at_time,
     count,

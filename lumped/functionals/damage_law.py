@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from lumped.kernel.cycles import FKM, GERBER, GOODMAN, NO_MEAN, SMITH_WATSON_TOPPER, WALKER
 
-__all__ = ["DamageLaw", "MeanStress"]
+__all__ = ["Curve", "DamageLaw", "MeanStress"]
 
 _RULES = {
     NO_MEAN: "no effect of means",
@@ -61,3 +61,11 @@ class DamageLaw(NamedTuple):
         amplitude, share, _ = self.rows[0]
         text = f"{1 / share:.6g} cycles at {amplitude:.6g}, slope {slopes}"
         return text if self.mean_stress.kind == NO_MEAN else f"{text}, {self.mean_stress}"
+
+
+class Curve(Protocol):
+    """How much damage a cycle does, as an S-N curve says it."""
+
+    def law(self, mean_stress: MeanStress | None, scale: float) -> DamageLaw:
+        """The numbers of the curve."""
+        ...

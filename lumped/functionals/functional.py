@@ -13,15 +13,8 @@ from lumped.compiler.system import System
 from lumped.errors import EquationError, OptionError, SolverError, shown
 from lumped.functionals.condition import Bounded
 from lumped.functionals.readings import OfQuantities, Reading
-from lumped.language.expression import (
-    Arithmetic,
-    Call,
-    Compare,
-    Expr,
-    as_expr,
-    text_of_node,
-    walk,
-)
+from lumped.language.arithmetic import Arithmetic
+from lumped.language.expression import Call, Compare, Expr, as_expr, text_of_node, walk
 from lumped.language.formula import content_of_expression, unit_of_node
 from lumped.language.lowering import Kinks, Plain, lower
 

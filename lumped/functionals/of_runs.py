@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Literal, Protocol
+from typing import Literal
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.flattening.tree import key_of
-from lumped.functionals.damage_law import DamageLaw, MeanStress
+from lumped.functionals.damage_law import Curve, MeanStress
 from lumped.functionals.functional import Functional
 from lumped.functionals.readings import (
     AtEvent,
@@ -25,7 +25,6 @@ from lumped.ops import sqrt
 from lumped.support.arguments import checked
 
 __all__ = [
-    "Curve",
     "at_event",
     "at_time",
     "count",
@@ -341,14 +340,6 @@ def impulse(component: str, *, number: int | None = 0) -> Functional:
     Functional
     """
     return Functional.of(Occurrence("impulse", component, number=number))
-
-
-class Curve(Protocol):
-    """How much damage a cycle does, as an S-N curve says it."""
-
-    def law(self, mean_stress: MeanStress | None, scale: float) -> DamageLaw:
-        """The numbers of the curve."""
-        ...
 
 
 @checked

@@ -10,7 +10,7 @@ from lumped.gradients.instant_values import margin_sizes
 from lumped.gradients.jumps import Crossing
 from lumped.gradients.legs import Leg
 from lumped.gradients.saltation import saltation_of
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["AdjointPoint", "crossings_of"]
 

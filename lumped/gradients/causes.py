@@ -18,7 +18,7 @@ from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.holds import Holds
 from lumped.timeloop.results.event import Event
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["TURNING", "Cause", "Causes", "Stop"]
 

@@ -15,7 +15,7 @@ from lumped.gradients.state_changes import exchange_fault
 from lumped.gradients.steps import Steps
 from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.plants.executable import Executable, smooth_executable
-from lumped.timeloop.results.result import Piece, Trajectory
+from lumped.timeloop.results.trajectory import Piece, Trajectory
 from lumped.timeloop.run import nominals
 from lumped.timeloop.smooth_part import Method, smooth_part
 

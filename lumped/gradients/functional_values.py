@@ -23,7 +23,7 @@ from lumped.gradients.steps import steps_of
 from lumped.gradients.sweep import Seeds, Swept, placed
 from lumped.gradients.touches import refuse_touches
 from lumped.gradients.varied import END
-from lumped.timeloop.results.result import Piece, Trajectory
+from lumped.timeloop.results.trajectory import Piece, Trajectory
 
 __all__ = ["END", "Summed", "check", "refuse"]
 

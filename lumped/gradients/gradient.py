@@ -17,13 +17,7 @@ from lumped.functionals.functional import readings_of
 from lumped.gradients.functional_values import END, Summed, check, refuse
 from lumped.gradients.legs import recorded
 from lumped.gradients.readings.chained import Chained, differ
-from lumped.gradients.varied import (
-    slopes_at_start,
-    sources,
-    tightened,
-    varied_name,
-    varied_values,
-)
+from lumped.gradients.varied import slopes_at_start, sources, tightened, varied_name, varied_values
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
 from lumped.points.start import run_start
@@ -34,7 +28,8 @@ from lumped.support.display_units import Units, chosen
 from lumped.support.ranking import ranked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
-from lumped.timeloop.results.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
 
 __all__ = ["Gradient", "gradient", "gradient_of"]

@@ -13,9 +13,9 @@ from lumped.compiler.system import System
 from lumped.gradients.legs import Leg
 from lumped.gradients.stretches import stretches
 from lumped.support.made_once import made_once
-from lumped.timeloop.instants import Clock, clocks
+from lumped.timeloop.clocks import Clock, clocks
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["InstantLooks", "InstantValues", "looks_of", "margin_sizes", "rates_along"]
 

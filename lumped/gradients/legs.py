@@ -12,13 +12,13 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.jumps import Side
+from lumped.gradients.spans import Span
 from lumped.gradients.state_changes import exchange_fault
-from lumped.gradients.step_code import Span
 from lumped.gradients.steps import steps_of
 from lumped.points.start import run_start
 from lumped.simulation.simulate import interruptible, run_on
 from lumped.timeloop.results.recorder import Recorder, SparingRecorder
-from lumped.timeloop.results.result import Piece, Trajectory
+from lumped.timeloop.results.trajectory import Piece, Trajectory
 from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["Leg", "legs_of", "recorded"]

@@ -17,7 +17,7 @@ from lumped.gradients.legs import Leg
 from lumped.gradients.steps import Steps
 from lumped.gradients.sweep import OnTheWay, Seeds, Swept, sweep
 from lumped.gradients.varied import TIGHTER
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["Resolved", "resolved"]
 

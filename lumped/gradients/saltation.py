@@ -17,7 +17,7 @@ from lumped.gradients.legs import Leg
 from lumped.gradients.state_changes import Changes
 from lumped.support.made_once import made_once
 from lumped.timeloop.results.event import Event
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["Saltation", "saltation_of"]
 

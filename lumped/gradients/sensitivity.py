@@ -36,7 +36,8 @@ from lumped.support.display_units import display
 from lumped.support.ranking import ranked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
-from lumped.timeloop.results.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunOptions, run_plan
 
 __all__ = ["MovedInstant", "Sensitivity", "Varied", "sensitivity"]

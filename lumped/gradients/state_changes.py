@@ -12,7 +12,7 @@ from lumped.compiler.system import System
 from lumped.flattening import hold_modes
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import Shared, made_once
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["Act", "Blow", "Change", "Changes", "Entries", "exchange_fault"]
 

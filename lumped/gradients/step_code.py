@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -12,6 +10,7 @@ import numpy as np
 from lumped.code.operations import Operations, operations_of
 from lumped.code.records import Record
 from lumped.errors import SolverError
+from lumped.gradients.spans import Back, Jump, Pulse, Span
 from lumped.kernel import engine
 from lumped.kernel.enclosures.curves import POINT
 from lumped.kernel.plant import Function
@@ -24,7 +23,7 @@ from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.plants.counted_function import CountedFunction
 from lumped.timeloop.plants.executable import Executable, smooth_executable
 
-__all__ = ["FRACTIONS", "Back", "Jump", "Pulse", "Span", "StepCode"]
+__all__ = ["FRACTIONS", "StepCode"]
 
 FRACTIONS = tuple(i / LOOKS for i in range(1, LOOKS + 1))
 """Of each step, at which it is looked into."""
@@ -34,125 +33,6 @@ _STAGES = 13
 
 _WIDTHS = (2, 4, 6, 8)
 """Columns that are carried back side by side."""
-
-
-@dataclass(frozen=True, eq=False)
-class Span:
-    """Steps one after the other.
-
-    Attributes
-    ----------
-    theta : ndarray
-        Parameters.
-    t, x, m : ndarray, shapes (k + 1,), (k + 1, n), (k + 1, settings)
-        Ends of the steps: times, s, states, settings of the step that begins there.
-    is_implicit : ndarray, shape (k,)
-        Whether each step is one of the implicit method.
-    changes : sequence of int
-        From which ends no step leads to the next, as the run changes there.
-    """
-
-    theta: np.ndarray
-    t: np.ndarray
-    x: np.ndarray
-    m: np.ndarray
-    is_implicit: np.ndarray
-    changes: Sequence[int] = ()
-
-    @property
-    def is_step(self) -> np.ndarray:
-        """Whether a step leads from each end to the next, shape (k,)."""
-        found = np.ones(len(self.t) - 1, dtype=np.int64)
-        found[list(self.changes)] = 0
-        return found
-
-    @property
-    def needs_matrix(self) -> bool:
-        """Whether a step of the implicit method is among them."""
-        return bool((self.is_implicit & (self.is_step > 0)).any())
-
-    def part(self, begin: int, end: int) -> Span:
-        """Those from one end of a step to another."""
-        own = slice(begin, end + 1)
-        changes = [k - begin for k in self.changes if begin <= k < end]
-        implicit = self.is_implicit[begin:end]
-        return Span(self.theta, self.t[own], self.x[own], self.m[own], implicit, changes)
-
-    @classmethod
-    def joined(cls, spans: Sequence[Span]) -> Span:
-        """The steps of several, one after the other, with changes between them."""
-        first = spans[0]
-        if len(spans) == 1:
-            return first
-        t, x, m = (np.concatenate([getattr(span, v) for span in spans]) for v in ("t", "x", "m"))
-        ends = np.cumsum([len(span.t) for span in spans]).tolist()
-        implicit = np.concatenate([np.append(span.is_implicit, False) for span in spans])[:-1]
-        return Span(first.theta, t, x, m, implicit, [end - 1 for end in ends[:-1]])
-
-
-class Jump(NamedTuple):
-    """What a change between two steps does to derivatives (see `EventDerivatives`).
-
-    Attributes
-    ----------
-    step : int
-        In place of which step it stands.
-    states, parameters : tuple of ndarray
-        Rows, columns and values of the entries of both matrices.
-    drift, instant : ndarray, shapes (n,) and (n + p,)
-        What a later instant adds to the states; its derivatives.
-    late : ndarray, shape (k,)
-        Derivatives of the results by the instant.
-    """
-
-    step: int
-    states: tuple[np.ndarray, np.ndarray, np.ndarray]
-    parameters: tuple[np.ndarray, np.ndarray, np.ndarray]
-    drift: np.ndarray
-    instant: np.ndarray
-    late: np.ndarray
-
-
-class Pulse(NamedTuple):
-    """What a result owes to the states, and integrals, at one end of a step.
-
-    Attributes
-    ----------
-    end, column : int
-        Which end, and which result.
-    owed : ndarray, shape (n + q,)
-        Its derivatives.
-    """
-
-    end: int
-    column: int
-    owed: np.ndarray
-
-
-class Back(NamedTuple):
-    """What a sweep back over some steps finds.
-
-    Attributes
-    ----------
-    adjoint : ndarray, shape (n + q, k)
-        Derivatives of the results by the states at the begin, and by integrals.
-    by_parameters : ndarray, shape (p, k)
-        By the parameters.
-    largest, lost : ndarray, shape (n + q, k)
-        Largest size of the adjoint so far, and the sizes of the errors of all steps, together.
-    errors : ndarray, shape (steps, k)
-        Error of each result by each step, relative to what it owes to the states by then.
-    parts, part_errors : ndarray, shape (steps, q)
-        Integrals over each step, and their errors.
-    """
-
-    adjoint: np.ndarray
-    by_parameters: np.ndarray
-    largest: np.ndarray
-    lost: np.ndarray
-    errors: np.ndarray
-    parts: np.ndarray
-    part_errors: np.ndarray
 
 
 class StepCode(Shared):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lumped.gradients.legs import Leg
-from lumped.gradients.step_code import Span
+from lumped.gradients.spans import Span
 
 __all__ = ["Stretch", "stretches"]
 

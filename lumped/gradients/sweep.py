@@ -15,10 +15,10 @@ from lumped.errors import SolverError
 from lumped.gradients.adjoint import AdjointPoint
 from lumped.gradients.jumps import Crossing, EventDerivatives
 from lumped.gradients.legs import Leg
-from lumped.gradients.step_code import Back, Jump, Pulse, Span
+from lumped.gradients.spans import Back, Jump, Pulse, Span
 from lumped.gradients.steps import Steps
 from lumped.gradients.stretches import Stretch, stretches
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["OnTheWay", "Seeds", "Swept", "placed", "sweep"]
 

@@ -18,7 +18,7 @@ from lumped.numerics.bracketed_roots import bracketed_roots
 from lumped.support.made_once import made_once
 from lumped.timeloop.holds import turned
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["refuse_touches"]
 

@@ -10,7 +10,8 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
 from lumped.points.start import by_name, start_slopes
 from lumped.timeloop.programs import refuse_programs
-from lumped.timeloop.results.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = [
     "END",

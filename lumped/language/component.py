@@ -3,26 +3,25 @@
 from __future__ import annotations
 
 import inspect
-import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextvars import ContextVar
-from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transform
+from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform
 
 import numpy as np
 
 from lumped.errors import DeclarationError, UnknownNameError, nearest, shown, told_by
+from lumped.language.declaration_checks import refuse_shared, refuse_slips
+from lumped.language.dotted_path import member, replaced, split_key, steps
 from lumped.language.expression import Equation, Expr
+from lumped.language.pickling import rebuilt, reduced
 from lumped.language.port import Connection, Port
 from lumped.language.quantity import Input, Output, Quantity, Var
 from lumped.language.signature import DocumentationSlot, SignatureSlot
 from lumped.language.switch import Item
 from lumped.support.arguments import checked
-from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
 from lumped.support.units import plain
 
-__all__ = ["Component", "Made", "Outline", "is_part", "path_of", "steps"]
+__all__ = ["Component", "Made", "Outline", "is_part", "path_of"]
 
 Outline = tuple[str, Sequence[tuple[Expr | float, Expr | float]]]
 """A name, and points in a plane."""
@@ -135,7 +134,7 @@ class Component(RichHtml):
                 tables[2].update(base._parts)
                 tables[3].update(base._fields)
         cls._quantities, cls._ports, cls._parts, cls._fields = tables
-        _refuse_slips(cls)
+        refuse_slips(cls, Component)
         for name, value in list(vars(cls).items()):
             if name.startswith("_"):
                 continue
@@ -149,7 +148,7 @@ class Component(RichHtml):
                 setattr(cls, name, _PartSlot(name, value))
             elif home is cls._fields:
                 setattr(cls, name, _FieldSlot(name, value))
-        _refuse_shared(cls.__name__, cls._parts)
+        refuse_shared(cls.__name__, _given(cls._parts))
         cls.__doc__ = DocumentationSlot(cls.__doc__)  # type: ignore[assignment]
 
     def __init__(self, *positional: Any, **values: Any) -> None:
@@ -160,15 +159,13 @@ class Component(RichHtml):
                 f"{kind}({shown(positional[0])}): give values by their names, such as "
                 f"{kind}({first}=...)."
             )
-        given: dict[str, Any] = {}
-        for name, value in values.items():
-            given[name] = self._checked(name, value)
+        given = {name: self._checked(name, value) for name, value in values.items()}
         object.__setattr__(self, "_values", given)
         object.__setattr__(self, "_place", None)
         object.__setattr__(self, "_bound", {})
         if any(name in self._parts for name in given):
             held = {name: given.get(name, default) for name, default in self._parts.items()}
-            _refuse_shared(type(self).__name__, held)
+            refuse_shared(type(self).__name__, _given(held))
 
     __signature__ = SignatureSlot(__init__)
 
@@ -227,17 +224,17 @@ class Component(RichHtml):
             if rest:
                 below.setdefault(head, {})[rest] = value
             elif "[" in head:
-                slot, key = _split(head)
+                slot, key = split_key(head)
                 held = self._held(slot, values)
                 if not isinstance(held, Mapping):
-                    _member(held, key, slot)
-                values[slot] = _replaced(held, key, value)
+                    member(held, key, slot)
+                values[slot] = replaced(held, key, value)
             else:
                 values[head] = value
         for head, inner in below.items():
-            slot, key = _split(head)
+            slot, key = split_key(head)
             held = self._held(slot, values)
-            values[slot] = _replaced(held, key, _member(held, key, slot).with_(inner))
+            values[slot] = replaced(held, key, member(held, key, slot).with_(inner))
         return type(self)(**values)
 
     def _held(self, slot: str, values: Mapping[str, Any]) -> Any:
@@ -280,16 +277,7 @@ class Component(RichHtml):
         return self
 
     def __reduce_ex__(self, protocol: Any) -> tuple[Any, ...]:
-        if _whole.get() or _importable(type(self)):
-            return _rebuilt, (type(self), self._values, self._place)
-        cloudpickle = extra(
-            "cloudpickle", "cluster", f"To pickle {type(self).__name__}, which cannot be imported,"
-        )
-        token = _whole.set(True)
-        try:
-            return cloudpickle.loads, (cloudpickle.dumps(self),)
-        finally:
-            _whole.reset(token)
+        return reduced(self, self._values, self._place)
 
     def __repr__(self) -> str:
         inner = ", ".join(f"{k}={v!r}" for k, v in self._values.items())
@@ -336,7 +324,7 @@ class Component(RichHtml):
         raise UnknownNameError(f"{kind} has no '{name}'. {nearest(name, known)}")
 
     def _copy_at(self, parent: Component, name: str) -> Self:
-        return _rebuilt(type(self), self._values, (parent, name))
+        return rebuilt(type(self), self._values, (parent, name))
 
     def _part(self, name: str) -> Any:
         bound = self._bound.get(name)
@@ -361,33 +349,6 @@ class Component(RichHtml):
                     yield part._place[1], part
 
 
-_METHODS = ("connections", "equations", "initial_equations")
-_ALIKE = 0.88
-"""Likeness of names above which one counts as the other misspelt."""
-
-_C = TypeVar("_C", bound=Component)
-
-_whole: ContextVar[bool] = ContextVar("whole", default=False)
-"""Whether a model is being pickled with its classes, so that its parts need not add theirs."""
-
-
-def _importable(cls: type) -> bool:
-    """Whether another process finds a class by its name."""
-    found: Any = None if cls.__module__ == "__main__" else sys.modules.get(cls.__module__)
-    for name in cls.__qualname__.split("."):
-        found = getattr(found, name, None)
-    return found is cls
-
-
-def _rebuilt(cls: type[_C], values: dict[str, Any], place: Any) -> _C:
-    """An instance from values already checked."""
-    made = object.__new__(cls)
-    object.__setattr__(made, "_values", values)
-    object.__setattr__(made, "_place", place)
-    object.__setattr__(made, "_bound", {})
-    return made
-
-
 def _table_of(
     tables: tuple[dict[str, Any], ...], name: str, value: Any, annotations: Mapping[str, Any]
 ) -> dict[str, Any] | None:
@@ -402,38 +363,9 @@ def _table_of(
     return tables[3] if name in annotations or name in tables[3] else None
 
 
-def _refuse_slips(cls: type[Component]) -> None:
-    """Refuse declarations that Python accepts but that must be mistakes."""
-    own = vars(cls)
-    for name in own.get("__annotations__", {}):
-        if name not in own and not name.startswith("_"):
-            raise DeclarationError(
-                f"{cls.__name__}.{name} is annotated but has no value; write for example "
-                f"{name}: Param = param(unit, text), or give a structural field its default."
-            )
-    for name in own:
-        meant = get_close_matches(name, _METHODS, 1, _ALIKE)
-        if meant and name not in _METHODS and inspect.isroutine(own[name]):
-            raise DeclarationError(
-                f"{cls.__name__}.{name}: is the method '{meant[0]}' meant? Write it so, or choose "
-                "a name less alike."
-            )
-    for name, value in own.items():
-        if isinstance(value, type) and issubclass(value, Component | Port | Quantity):
-            raise DeclarationError(
-                f"{cls.__name__}.{name} is the class {value.__name__} itself; "
-                f"write {value.__name__}(...), with parentheses."
-            )
-        if isinstance(value, Component | Port | Quantity) and name.startswith("_"):
-            raise DeclarationError(
-                f"{cls.__name__}.{name}: names that begin with an underscore are not seen as parts "
-                "of a component; choose another."
-            )
-        if isinstance(value, Component | Port | Quantity) and hasattr(Component, name):
-            raise DeclarationError(
-                f"{cls.__name__}.{name}: '{name}' is a name that components use themselves; "
-                "choose another."
-            )
+def _given(parts: Mapping[str, Any]) -> dict[str, Any]:
+    """Parts that no function makes."""
+    return {name: held for name, held in parts.items() if not isinstance(held, Made)}
 
 
 def _frozen(value: Any) -> Any:
@@ -458,69 +390,6 @@ def is_part(value: object) -> bool:
     )
 
 
-def _refuse_shared(kind: str, parts: Mapping[str, Any]) -> None:
-    seen: dict[int, str] = {}
-    for name, held in parts.items():
-        if isinstance(held, Made):
-            continue
-        if isinstance(held, Component):
-            members: Iterable[tuple[str, Component]] = [(name, held)]
-        elif isinstance(held, Mapping):
-            _refuse_keys(kind, name, held)
-            members = [(f'{name}["{k}"]', c) for k, c in held.items()]
-        else:
-            members = [(f"{name}[{i}]", c) for i, c in enumerate(held)]
-        for place, part in members:
-            if id(part) in seen:
-                raise DeclarationError(
-                    f"{kind}: '{seen[id(part)]}' and '{place}' are the same "
-                    f"{type(part).__name__} object. A component stands in one place of a "
-                    f"parent; write {type(part).__name__}(...) once for each."
-                )
-            seen[id(part)] = place
-
-
-def _refuse_keys(kind: str, name: str, held: Iterable[str]) -> None:
-    """Refuse keys that cannot stand in the name of a quantity, in a file or in a program."""
-    for key in held:
-        if not key or not key.isprintable() or set(key) & set("\"'[]\\"):
-            raise DeclarationError(
-                f"{kind}: a part of '{name}' is called {key!r}. A key needs at least one letter, "
-                "and no quotation mark, square bracket, backslash, line break or other control "
-                "character."
-            )
-
-
-def _split(head: str) -> tuple[str, str | None]:
-    if not head.endswith("]"):
-        return head, None
-    slot, _, key = head[:-1].partition("[")
-    return slot, key.strip("\"'")
-
-
-def _member(held: Any, key: str | None, slot: str) -> Component:
-    if isinstance(held, Component):
-        if key is not None:
-            raise UnknownNameError(f"'{slot}' is one part; write {slot} without [{key}].")
-        return held
-    members = held if isinstance(held, Mapping) else {str(i): p for i, p in enumerate(held)}
-    if key is None or key not in members:
-        what = "holds several parts" if key is None else f"has no member [{key}]"
-        raise UnknownNameError(f"'{slot}' {what}. Known: {', '.join(f'[{k}]' for k in members)}.")
-    part: Component = members[key]
-    return part
-
-
-def _replaced(held: Any, key: str | None, value: Any) -> Any:
-    if key is None:
-        return value
-    if isinstance(held, Mapping):
-        return {**held, key: value}
-    members = list(held)
-    members[int(key)] = value
-    return members
-
-
 def path_of(component: Component) -> str:
     """Dotted path of a component from the top of its tree."""
     names: list[str] = []
@@ -528,16 +397,3 @@ def path_of(component: Component) -> str:
         component, name = component._place
         names.append(name)
     return ".".join(reversed(names))
-
-
-def steps(path: str) -> list[str]:
-    """Parts of a dotted path; dots inside ["..."] do not count."""
-    found, current, depth = [], "", 0
-    for letter in path:
-        depth += (letter == "[") - (letter == "]")
-        if letter == "." and depth == 0:
-            found.append(current)
-            current = ""
-        else:
-            current += letter
-    return [*found, current] if path else []

@@ -8,96 +8,21 @@ scalar symbols costs 15 microseconds; error texts print the trees, too.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Generic, NoReturn, Self, TypeVar, Union
+from typing import TYPE_CHECKING, Any, NoReturn, Union
 
 from lumped.errors import EquationError, shown
+from lumped.language.arithmetic import Arithmetic
 from lumped.language.pieces import Pieces
 
 if TYPE_CHECKING:
     from lumped.language.quantity import Quantity
 
 __all__ = [
-    "Arithmetic",
-    "Call",
-    "Compare",
-    "ConstantExpression",
-    "Equation",
-    "Expr",
-    "Partial",
-    "Piecewise",
-    "Ref",
-    "Smooth",
-    "der",
-    "time",
+    *("Call", "Compare", "ConstantExpression", "Equation", "Expr", "Partial", "Piecewise"),
+    *("Ref", "Smooth", "time"),
 ]
 
 Number = Union["Expr", float, int]
-T = TypeVar("T")
-
-
-class Arithmetic(Generic[T]):
-    """Operators ``+ - * / **``, for expressions of quantities and of what sums up a run."""
-
-    __slots__ = ()
-
-    @classmethod
-    def operand(cls, value: object) -> T:
-        """An operand from one or a number."""
-        raise NotImplementedError
-
-    @classmethod
-    def apply(cls, op: str, operands: tuple[object, ...]) -> T:
-        """An operator or function applied to operands."""
-        raise NotImplementedError
-
-    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **_: Any) -> Any:
-        """Let operators of numpy numbers use those of this class; refuse numpy's functions."""
-        operator = _UFUNCS.get(ufunc.__name__)
-        if operator is None or len(inputs) != 2:
-            raise EquationError(
-                f"numpy.{ufunc.__name__} cannot be applied to '{self}': it is a symbol. Use the "
-                "functions of lumped.ops (sin, cos, atan2, sqrt, ...)."
-            )
-        return getattr(self.operand(inputs[0]), operator)(inputs[1])
-
-    def __add__(self, other: T | float) -> T:
-        return self.apply("+", (self, other))
-
-    def __radd__(self, other: T | float) -> T:
-        return self.apply("+", (other, self))
-
-    def __sub__(self, other: T | float) -> T:
-        return self.apply("-", (self, other))
-
-    def __rsub__(self, other: T | float) -> T:
-        return self.apply("-", (other, self))
-
-    def __mul__(self, other: T | float) -> T:
-        return self.apply("*", (self, other))
-
-    def __rmul__(self, other: T | float) -> T:
-        return self.apply("*", (other, self))
-
-    def __truediv__(self, other: T | float) -> T:
-        return self.apply("/", (self, other))
-
-    def __rtruediv__(self, other: T | float) -> T:
-        return self.apply("/", (other, self))
-
-    def __pow__(self, other: T | float) -> T:
-        return self.apply("**", (self, other))
-
-    def __rpow__(self, other: T | float) -> T:
-        return self.apply("**", (other, self))
-
-    def __neg__(self) -> T:
-        return self.apply("neg", (self,))
-
-    def __pos__(self) -> Self:
-        return self
-
-    def __abs__(self) -> T:
-        return self.apply("abs", (self,))
 
 
 class Expr(Arithmetic["Expr"]):
@@ -173,20 +98,6 @@ class Expr(Arithmetic["Expr"]):
 
     def __repr__(self) -> str:
         return text(self)
-
-
-_UFUNCS = {
-    "add": "__add__",
-    "subtract": "__sub__",
-    "multiply": "__mul__",
-    "divide": "__truediv__",
-    "power": "__pow__",
-    "equal": "__eq__",
-    "greater": "__gt__",
-    "greater_equal": "__ge__",
-    "less": "__lt__",
-    "less_equal": "__le__",
-}
 
 
 class ConstantExpression(Expr):
@@ -399,31 +310,6 @@ time = Time()
 """The time in seconds, as a symbol."""
 
 
-def der(of: Expr) -> Expr:
-    """Time derivative of an expression.
-
-    Parameters
-    ----------
-    of : expression
-        Expression to differentiate.
-
-    Returns
-    -------
-    Expr
-
-    Raises
-    ------
-    EquationError
-        If `of` is not an expression of the model.
-    """
-    if not isinstance(of, Expr):
-        raise EquationError(f"der({of!r}): only quantities of the model have a time derivative.")
-    kinds = {leaf.quantity.kind for leaf in walk(of) if isinstance(leaf, Ref)}
-    if kinds == {"parameter"} and not any(isinstance(leaf, Time) for leaf in walk(of)):
-        raise EquationError(f"der({of!r}): a parameter is constant; its derivative is zero.")
-    return Der(of)
-
-
 def as_expr(value: object) -> Expr:
     """An expression from an expression or a number."""
     if isinstance(value, Expr):
@@ -442,14 +328,6 @@ def as_expr(value: object) -> Expr:
             "nan stands in an expression; only finite numbers have a meaning there."
         )
     return ConstantExpression(number)
-
-
-def call(op: str, *operands: Arithmetic[T] | float) -> T:
-    """A function applied to operands, in the arithmetic to which they belong."""
-    kinds = [type(each) for each in operands if isinstance(each, Arithmetic)]
-    own = next((kind for kind in kinds if not issubclass(kind, Expr)), Expr)
-    found: T = own.apply(op, operands)  # type: ignore[assignment]
-    return found
 
 
 def walk(root: Expr, closed: type[Expr] | None = None) -> Iterator[Expr]:
@@ -474,15 +352,7 @@ _RANK = {"+": 1, "-": 1, "*": 2, "/": 2, "neg": 3, "**": 4}
 
 
 def text(root: Expr, name: Callable[[Ref], str] | None = None) -> str:
-    """The expression as a user would write it.
-
-    Parameters
-    ----------
-    root : Expr
-        Expression to print.
-    name : callable, optional
-        Gives the printed name of a reference; default is its name inside its component.
-    """
+    """The expression as a user would write it, with names of references from a function."""
     name = name or (lambda ref: ref.name)
     done: dict[int, tuple[str, int]] = {}
     for node in walk(root):

@@ -13,7 +13,8 @@ from lumped.errors import OptionError, shown
 from lumped.life.turning_points import turning_points
 from lumped.simulation.simulate import simulate
 from lumped.support.units import in_seconds
-from lumped.timeloop.results.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["LoadCase", "Loaded", "loaded"]
 

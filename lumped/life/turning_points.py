@@ -15,7 +15,7 @@ from lumped.gradients.readings import turning_points as between_steps
 from lumped.gradients.steps import steps_of
 from lumped.support.arguments import checked
 from lumped.timeloop.cycle_count import count_cycles
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["turning_points"]
 

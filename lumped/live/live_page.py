@@ -33,7 +33,8 @@ from lumped.support.text_table import number
 from lumped.support.units import in_seconds
 from lumped.support.whole_files import write_text
 from lumped.timeloop.holds import hold_words
-from lumped.timeloop.results.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["live_page"]
 

@@ -10,7 +10,7 @@ from lumped.exchange.c_compiler import Linked, compiled, zig_compiler
 from lumped.exchange.c_tables import model_files
 from lumped.exchange.interface import Interface
 from lumped.many_runs.watched import Watched
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 
 __all__ = ["run_code"]
 

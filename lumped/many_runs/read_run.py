@@ -11,7 +11,7 @@ from lumped.functionals import Functional
 from lumped.kernel.run import DONE
 from lumped.many_runs.native_runs import NativeRuns
 from lumped.points.start import run_start
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["read_run"]

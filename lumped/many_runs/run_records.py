@@ -24,17 +24,18 @@ from lumped.kernel.watch import Watch
 from lumped.many_runs.watched import POSITIONS, Watched
 from lumped.points.direct_start import DirectStart, direct_start
 from lumped.points.start import by_name, run_start
-from lumped.points.start_search import given_values
+from lumped.points.start_values import given_values
 from lumped.points.targets import TOLERANCE
+from lumped.timeloop.clocks import clocks, modes_at
 from lumped.timeloop.holds import hold_words
-from lumped.timeloop.instants import Instants, clocks, instants, modes_at
+from lumped.timeloop.instants import Instants, instants
 from lumped.timeloop.moved_clocks import moved_clocks
 from lumped.timeloop.plants.executable import executable, span
 from lumped.timeloop.plants.kept_run import remember
 from lumped.timeloop.plants.taylor_series import TaylorSeries
 from lumped.timeloop.programs import programs_of
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.recorder import scale
-from lumped.timeloop.results.result import OperatingPoint
 from lumped.timeloop.run import nominals
 from lumped.timeloop.run_options import RunPlan
 from lumped.timeloop.settings import just_after

@@ -29,7 +29,7 @@ from lumped.functionals.readings import (
 from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE, Watch
 from lumped.timeloop.cycle_count import count_record
 from lumped.timeloop.holds import hold_words
-from lumped.timeloop.plants.executable import enclosed
+from lumped.timeloop.plants.parts import enclosed
 from lumped.timeloop.results.validity import Held, ranges
 from lumped.timeloop.step_bounds import heights, kinks
 

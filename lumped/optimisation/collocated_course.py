@@ -15,7 +15,8 @@ from lumped.orbits.guesses import drifting, needs_time
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.points.start import start_slopes
 from lumped.simulation.simulate import simulate
-from lumped.timeloop.results.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["Repeating", "collocated", "of_orbit", "repeating", "simulated"]
 

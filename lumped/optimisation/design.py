@@ -15,7 +15,7 @@ from lumped.numerics.nlp import Solution
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.support.units import amount
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.tolerances.of_designs import CheckedAim, CheckedProbability
 from lumped.tolerances.probability import Probability
 from lumped.tolerances.robust_aims import RobustAim

@@ -24,7 +24,7 @@ from lumped.optimisation.discretisation import (
     smooth,
 )
 from lumped.optimisation.terms import Term, measured, number_of, refuse_side, term
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["DesignProblem"]
 

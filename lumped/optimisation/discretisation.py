@@ -10,17 +10,10 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
-from lumped.timeloop.instants import clocks
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.clocks import clocks
+from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = [
-    "Discretisation",
-    "along",
-    "dt_of",
-    "followed_by",
-    "held_instants",
-    "smooth",
-]
+__all__ = ["Discretisation", "along", "dt_of", "followed_by", "held_instants", "smooth"]
 
 _CLOSED = 1e-9
 

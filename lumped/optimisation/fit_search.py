@@ -24,7 +24,7 @@ from lumped.points.start import by_name, run_start
 from lumped.simulation.sampled_runs import places_of, sampled
 from lumped.support.made_once import made_once
 from lumped.support.units import plain
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_options import RunOptions, run_plan
 
 __all__ = ["Curves", "FitSearch"]

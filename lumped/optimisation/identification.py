@@ -14,7 +14,7 @@ from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display, time_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["Identification"]
 

@@ -21,7 +21,7 @@ from lumped.optimisation.terms import number_of, term
 from lumped.support.arguments import checked
 from lumped.support.text_table import amounts, table
 from lumped.support.units import in_seconds
-from lumped.timeloop.results.result import Named, OperatingPoint
+from lumped.timeloop.results.operating_point import Named, OperatingPoint
 
 __all__ = ["Motion", "motion"]
 

@@ -17,7 +17,7 @@ from lumped.optimisation.optimise_runs import best_runs
 from lumped.optimisation.tasks import Objective, task_of
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.support.arguments import checked
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunOptions, RunPlan, plan_of
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse

@@ -15,7 +15,7 @@ from lumped.optimisation.first_designs import first_designs
 from lumped.optimisation.search import DesignSearch
 from lumped.points.start import run_start
 from lumped.simulation.simulate import recorder, run_on
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["RunSearch", "best_runs"]

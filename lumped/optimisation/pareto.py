@@ -25,7 +25,7 @@ from lumped.support.display_units import Units, chosen, display
 from lumped.support.progress import Progress
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunOptions, RunPlan, plan_of
 from lumped.tolerances.probability import Probability
 from lumped.vibration.natural.modes import Modes

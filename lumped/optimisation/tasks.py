@@ -12,7 +12,7 @@ from lumped.functionals import Condition
 from lumped.functionals.functional import refuse_other
 from lumped.optimisation.design import Bounds, Key, Scattered, Task, key_unit
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.tolerances.probability import Probability
 from lumped.tolerances.robust_aims import RobustAim
 from lumped.vibration.natural.modes import Modes

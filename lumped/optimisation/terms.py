@@ -17,7 +17,7 @@ from lumped.language.lowering import OPERATIONS
 from lumped.numerics.nlp import Programme
 from lumped.optimisation.discretisation import Discretisation
 from lumped.orbits.smooth_curves import curves, extreme, integral
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["Term", "measured", "number_of", "refuse_side", "term"]
 

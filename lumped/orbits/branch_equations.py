@@ -19,7 +19,8 @@ from lumped.orbits.shooting import (
     slopes_of,
 )
 from lumped.simulation.simulate import simulate
-from lumped.timeloop.results.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = [
     "CLOSELY",

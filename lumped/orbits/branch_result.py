@@ -23,7 +23,7 @@ from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, chosen, display
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["Branch", "BranchPoint", "Range"]
 

@@ -16,7 +16,7 @@ from lumped.orbits.shooting import Guess
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 
 __all__ = ["Flywheel", "flywheel"]
 

@@ -12,8 +12,9 @@ from lumped.errors import OptionError, SolverError
 from lumped.orbits.shooting import Guess, OrbitProblem, refuse_rest, sizes
 from lumped.simulation.simulate import simulate
 from lumped.support.units import plain
-from lumped.timeloop.instants import clocks
-from lumped.timeloop.results.result import OperatingPoint, Piece, Trajectory
+from lumped.timeloop.clocks import clocks
+from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.timeloop.results.trajectory import Piece, Trajectory
 from lumped.vibration.ordered.order_response import OrderResponse
 
 __all__ = ["advances", "after_cycles", "after_response", "after_time", "drifting", "needs_time"]

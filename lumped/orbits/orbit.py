@@ -16,7 +16,8 @@ from lumped.orbits.smooth_curves import Curve, Extreme, curves, extreme, integra
 from lumped.support.arguments import checked
 from lumped.support.display_units import frequency_unit, time_unit
 from lumped.support.text_table import amounts, table
-from lumped.timeloop.results.result import Named, Trajectory
+from lumped.timeloop.results.operating_point import Named
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["PeriodicOrbit"]
 

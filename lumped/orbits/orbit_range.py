@@ -19,7 +19,7 @@ from lumped.orbits.shooting import Guess, OrbitProblem
 from lumped.points.start import search_start
 from lumped.support.arguments import checked
 from lumped.support.display_units import speed_unit
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.ordered.order_response import OrderResponse
 

@@ -18,7 +18,7 @@ from lumped.orbits.smooth_curves import Extreme
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["OrbitSensitivity", "orbit_sensitivity", "with_period_held"]
 

@@ -24,7 +24,8 @@ from lumped.points.start import search_start
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.units import in_seconds
-from lumped.timeloop.results.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.ordered.order_response import OrderResponse
 
 __all__ = ["again", "at_guess", "of_speed", "periodic", "result_of", "turning_problem"]

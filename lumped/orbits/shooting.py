@@ -19,7 +19,8 @@ from lumped.simulation.simulate import simulate
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.executable import evaluated
 from lumped.timeloop.programs import refuse_programs
-from lumped.timeloop.results.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run import nominals
 
 __all__ = [

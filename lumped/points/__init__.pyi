@@ -4,4 +4,4 @@ from lumped.points.equilibrium_sensitivity import equilibrium_sensitivity as equ
 from lumped.points.linearise import Linearisation as Linearisation
 from lumped.points.linearise import linearise as linearise
 from lumped.points.start import start_point as start_point
-from lumped.timeloop.results.result import OperatingPoint as OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint as OperatingPoint

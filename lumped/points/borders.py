@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lumped.flattening.hold_modes import FORWARD
 from lumped.timeloop.holds import hold_words, turned
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 
 __all__ = ["at_borders", "bent", "border_text", "differ", "is_law", "sides"]
 

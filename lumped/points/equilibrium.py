@@ -12,18 +12,17 @@ import scipy
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError, StartError
+from lumped.points.equilibrium_demands import Demands, computable_rows, order_of
 from lumped.points.equilibrium_search import EquilibriumSearch
-from lumped.points.initial_equations import initial_residuals
 from lumped.points.position_search import agreed
 from lumped.points.start import free_places, start_point
 from lumped.points.steady_directions import unsteady_part
-from lumped.reduction.pruning import uses
 from lumped.support.arguments import checked
 from lumped.support.units import amount
 from lumped.timeloop.holds import Holds
 from lumped.timeloop.positions import settled
 from lumped.timeloop.programs import refuse_programs
-from lumped.timeloop.results.result import Kept, OperatingPoint
+from lumped.timeloop.results.operating_point import Kept, OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
 from lumped.timeloop.settings import just_after, settings_at
 
@@ -31,8 +30,6 @@ __all__ = ["equilibrium"]
 
 _MOST = 10
 """Times that what sticks, slides or switches is chosen anew, and four for each that may."""
-_SAME = 1e-9
-"""Relative difference below which a value counts as kept."""
 
 
 @checked
@@ -96,7 +93,7 @@ def equilibrium(
     begin = start_point(system, parameters=parameters, start=start, time=time)
     if rest:
         _refuse_speeds(system, start)
-    demands = _Demands(begin, start or {}, rest)
+    demands = Demands(begin, start or {}, rest)
     fault: SolverError | None = None
     again = None
     if system.structure.lost_states:
@@ -139,88 +136,10 @@ def _again(
     )
 
 
-class _Demands:
-    """Given start values and initial equations, which an equilibrium keeps if it can.
-
-    Parameters
-    ----------
-    begin : OperatingPoint
-        Where they hold.
-    start : mapping of name to float
-        Start values that were set; those come before all others.
-    rest : bool
-        Speeds do not count.
-
-    Attributes
-    ----------
-    asked, declared : list of int
-        Nodes of start values that were set, and of those given to instances.
-    """
-
-    def __init__(self, begin: OperatingPoint, start: Changes, rest: bool) -> None:
-        self.begin, system = begin, begin.system
-        self.start = {system.key(name): value for name, value in start.items()}
-        values = system.structure.values
-        implicit, seen = {*values.implicit}, set[int]()
-        groups = []
-        for unknowns in (
-            [system.structure.tree.unknown(n) for n in start],
-            system.structure.flat.given,
-        ):
-            found = {system.structure.reduced.node(u): u for u in unknowns}
-            mine = {n: u for n, u in found.items() if n is not None and n not in implicit | seen}
-            seen |= set(mine)
-            if rest:
-                mine = {n: u for n, u in mine.items() if not _order(system, n)}
-            groups.append({n: u for n, u in mine.items() if _computable(system, values.of([n]))[0]})
-        self.asked, self.declared = (list(group) for group in groups)
-        self._unknowns = groups[0] | groups[1]
-        equations, self._places = initial_residuals(system)
-        kept = _computable(system, equations)
-        self._equations = np.flatnonzero(kept).tolist()
-        self.equations: ca.SX = equations[self._equations] if kept.any() else ca.SX(0, 1)
-
-    def values(self, nodes: list[int], point: OperatingPoint) -> np.ndarray:
-        """Values of nodes at a point."""
-        return _evaluated(point, self.begin.system.structure.values.of(nodes))
-
-    def kept(self, point: OperatingPoint) -> tuple[list[int], list[int]]:
-        """Nodes that have their values at a point still, and initial equations that hold."""
-        nodes = self.asked + self.declared
-        wanted, now = (self.values(nodes, p) for p in (self.begin, point))
-        same = np.abs(now - wanted) <= _SAME * (1.0 + np.abs(wanted))
-        held = np.abs(_evaluated(point, self.equations)) <= _SAME * self._sizes(point)
-        return [n for n, k in zip(nodes, same, strict=True) if k], np.flatnonzero(held).tolist()
-
-    def _sizes(self, point: OperatingPoint) -> np.ndarray:
-        """Sizes of the terms of the initial equations."""
-        slopes = ca.jacobian(self.equations, point.system.inputs[0])
-        found = _evaluated(point, slopes).reshape(slopes.shape, order="F")
-        sizes: np.ndarray = 1.0 + np.abs(found) @ np.abs(point.x)
-        return sizes
-
-    def lost(self, point: OperatingPoint) -> tuple[str, ...]:
-        """What does not hold at a point, in words."""
-        system, (nodes, equations) = point.system, self.kept(point)
-        found = []
-        for node in self.asked + self.declared:
-            if node not in nodes:
-                unknown = self._unknowns[node]
-                sign = float(system.structure.reduced.aliases.signs[unknown])
-                value = sign * float(self.values([node], self.begin)[0])
-                unit = system.structure.tree.quantity(unknown).unit
-                found.append(f"{system.structure.tree.unknown_name(unknown)} = {value:.6g} {unit}")
-        for k, place in enumerate(self._equations):
-            if k not in equations:
-                text = system.structure.flat.initial_text(*self._places[place])
-                found.append(f"the initial equation {text}")
-        return tuple(found)
-
-
 class _Equilibrium:
     """The search for an equilibrium and the positions that hold there."""
 
-    def __init__(self, demands: _Demands, places: list[int], rest: bool, tolerance: float) -> None:
+    def __init__(self, demands: Demands, places: list[int], rest: bool, tolerance: float) -> None:
         self._demands, self._first, self._system = demands, demands.begin, demands.begin.system
         self._places, self._rest, self._tolerance = places, rest, tolerance
         self._on_the_way = False
@@ -265,7 +184,7 @@ class _Equilibrium:
         """The equilibrium nearest to the start in the positions of one, keeping some of it."""
         system = self._system
         wanted = dict(zip(nodes, self._demands.values(nodes, self._first), strict=True))
-        speeds = np.array([_order(system, n) > 0 for n in system.structure.states], dtype=bool)
+        speeds = np.array([order_of(system, n) > 0 for n in system.structure.states], dtype=bool)
         closed = np.where(speeds, self._first.x, point.x)
         for begin in (self._first.x, closed, point.x):
             x = begin.copy()
@@ -310,12 +229,14 @@ class _Equilibrium:
         still = np.array([node in stuck for node in system.structure.states], dtype=bool)
         fixed = np.array([node in nodes for node in system.structure.states], dtype=bool)
         if rest:
-            still |= np.array([_order(system, n) > 0 for n in system.structure.states], dtype=bool)
+            still |= np.array(
+                [order_of(system, n) > 0 for n in system.structure.states], dtype=bool
+            )
         every = scipy.sparse.eye_array(len(still), format="csc")
         change = every if rest else unsteady_part(begin)
         kept = [n for n in nodes if n not in system.structure.states and n not in stuck]
         zero = [n for n in sorted(stuck) if n not in system.structure.states]
-        zero = [n for n in zero if _computable(system, system.structure.values.of([n]))[0]]
+        zero = [n for n in zero if computable_rows(system, system.structure.values.of([n]))[0]]
         closed = _closed(begin)
         nothing = np.zeros(len(zero) + closed.numel() + len(equations))
         wanted = [self._demands.values(kept, self._first), nothing]
@@ -379,31 +300,11 @@ def _key(point: OperatingPoint) -> np.ndarray:
     return np.append(positions, point.x).astype(np.float32)
 
 
-def _evaluated(point: OperatingPoint, expression: ca.SX) -> np.ndarray:
-    system = point.system
-    function = ca.Function(
-        "at", system.inputs, [ca.densify(system.structure.in_states(expression))]
-    )
-    return np.asarray(function(point.x, point.theta, point.time, point.settings)).ravel(order="F")
-
-
-def _computable(system: System, expression: ca.SX) -> np.ndarray:
-    """Which rows depend on states in use only."""
-    used = uses(expression, system.structure.values).tocoo()
-    found = np.ones(expression.numel(), dtype=bool)
-    found[used.row[~np.isin(used.col, system.structure.in_use)]] = False
-    return found
-
-
 def _closed(point: OperatingPoint) -> ca.SX:
     """Gaps that are closed, and stay so."""
     s = point.system.switching
     numbers = np.flatnonzero(s.has_gap & (point.settings[s.first_modes] > 0.5)).tolist()
     return s.gap[numbers] if numbers else ca.SX(0, 1)
-
-
-def _order(system: System, node: int) -> int:
-    return system.structure.reduced.class_and_order(node)[1]
 
 
 def _settled(point: OperatingPoint) -> OperatingPoint:
@@ -438,7 +339,7 @@ def _stuck(point: OperatingPoint) -> set[int]:
 def _refuse_speeds(system: System, start: Changes | None) -> None:
     for name, value in (start or {}).items():
         node = system.structure.reduced.node(system.structure.tree.unknown(name))
-        if node is not None and _order(system, node) > 0 and value:
+        if node is not None and order_of(system, node) > 0 and value:
             raise StartError(
                 f"{system.key(name)} = {amount(value, system.quantity(name).unit)}: nothing "
                 "moves at rest. Leave out this start value, or rest=True."

@@ -12,7 +12,7 @@ from lumped.errors import SolverError, StartError
 from lumped.numerics.damping import damped
 from lumped.points.linearise import growth
 from lumped.points.pseudo_time import settled
-from lumped.timeloop.results.result import Convergence, OperatingPoint
+from lumped.timeloop.results.operating_point import Convergence, OperatingPoint
 from lumped.timeloop.settings import just_after, settings_at
 
 __all__ = ["EquilibriumSearch"]

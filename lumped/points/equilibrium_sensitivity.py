@@ -21,7 +21,7 @@ from lumped.support.display_units import Units, chosen
 from lumped.support.ranking import ranked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 
 __all__ = ["EquilibriumSensitivity", "equilibrium_sensitivity"]
 

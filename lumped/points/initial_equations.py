@@ -6,8 +6,8 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.flattening.flatten import Group
-from lumped.flattening.template import Residual
+from lumped.flattening.flat_model import Group
+from lumped.flattening.residual import Residual
 
 __all__ = ["initial_residuals"]
 

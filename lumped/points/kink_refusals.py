@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lumped.errors import SolverError
 from lumped.points.borders import at_borders, bent, border_text, differ, is_law, sides
 from lumped.points.moved_equilibrium import MovedPoint
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 
 __all__ = ["refuse_kinks"]
 

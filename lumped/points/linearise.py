@@ -20,7 +20,7 @@ from lumped.support.arguments import checked
 from lumped.support.made_once import made_once
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 
 __all__ = ["Linearisation", "Matrices", "growth", "linear_matrices", "linearise"]
 

@@ -17,7 +17,7 @@ from lumped.points.initial_equations import initial_residuals
 from lumped.points.steady_directions import unsteady_part
 from lumped.points.vibrating_states import stuck
 from lumped.support.text_table import listed
-from lumped.timeloop.results.result import Kept, OperatingPoint
+from lumped.timeloop.results.operating_point import Kept, OperatingPoint
 
 __all__ = ["MovedPoint", "held_still", "moved_point", "places_to", "point_matters", "still_point"]
 

@@ -10,7 +10,7 @@ import scipy
 
 from lumped.compiler.system import System
 from lumped.timeloop.plants.executable import evaluated
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.settings import followed
 
 __all__ = ["Settled", "settled"]

@@ -13,7 +13,7 @@ from lumped.support.made_once import made_once
 from lumped.support.text_table import listed
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.programs import programs_of
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 
 __all__ = ["one_sided", "situation"]
 

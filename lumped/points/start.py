@@ -12,12 +12,13 @@ import numpy as np
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError, StartError, shown
 from lumped.points.direct_start import direct_slopes, direct_start
-from lumped.points.start_search import StartSearch, given_values
+from lumped.points.start_search import StartSearch
+from lumped.points.start_values import given_values
 from lumped.support.arguments import checked
-from lumped.timeloop.instants import modes_at
+from lumped.timeloop.clocks import modes_at
 from lumped.timeloop.positions import begin
 from lumped.timeloop.results.event import Change
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
 from lumped.timeloop.settings import just_after
 

@@ -6,31 +6,32 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import NamedTuple
 
-import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import Changes, System
 from lumped.errors import SolverError, StartError
 from lumped.flattening.hold_modes import BACKWARD, FORWARD, STUCK
-from lumped.language.port import Flange, LinearFlange
 from lumped.language.quantity import beyond
 from lumped.points.position_search import agreed, borders
+from lumped.points.start_values import (
+    given_values,
+    numbers_of_start_values,
+    relative_positions,
+    slopes_of_start_values,
+)
 from lumped.points.targets import Targets
-from lumped.support.array_function import ArrayFunction
-from lumped.support.made_once import made_once
-from lumped.support.units import amount, plain
+from lumped.support.units import amount
+from lumped.timeloop.clocks import clocks, modes_at
 from lumped.timeloop.holds import Holds
-from lumped.timeloop.instants import clocks, modes_at
 from lumped.timeloop.positions import calm_positions
 from lumped.timeloop.settings import closed_with, just_after
 
-__all__ = ["ROUNDING", "StartSearch", "given_values", "relative_positions"]
+__all__ = ["ROUNDING", "StartSearch"]
 
 ROUNDING = 1e-3
 """Of the speed that counts as standstill: what a search leaves of a speed that is zero."""
 _MOST = 60
 """Times that positions are found anew."""
-_POSITIONS = (Flange.potential.unit, LinearFlange.potential.unit)
 
 
 class _Trial(NamedTuple):
@@ -88,7 +89,7 @@ class StartSearch:
         self._resting = relative_positions(system) if together else []
         self.reduced = system.structure.reduced
         self.position = {n: i for i, n in enumerate(self.reduced.states)}
-        given, self.starts = self._evaluated()
+        given, self.starts = numbers_of_start_values(system, theta)
         changed = given_values(system, start)
         self.given, self.changed = given | changed, set(changed)
         for unknown, number in self.given.items():
@@ -103,16 +104,6 @@ class StartSearch:
             node = self.reduced.node(unknown)
             if node in self.position:
                 self.x[self.position[node]] = self._signed(unknown, value)
-
-    def _evaluated(self) -> tuple[dict[int, float], dict[int, float]]:
-        """Start values given to instances, and those of declarations."""
-        flat = self.system.structure.flat
-        numbers = _start_values(self.system)(self.theta)[0].tolist()
-        count = len(flat.starts)
-        return (
-            dict(zip(flat.given, numbers[count:], strict=True)),
-            dict(zip(flat.starts, numbers[:count], strict=True)),
-        )
 
     def _signed(self, unknown: int, value: float) -> float:
         return value * float(self.reduced.aliases.signs[unknown])
@@ -236,7 +227,7 @@ class StartSearch:
                 fault = fault or error
                 continue
             if found is not None:
-                return self._stopped(found)
+                return self._still(found, stuck=True)
         raise fault or self._disagreement(self.search.residual(first.x, first.theta)[1])
 
     def _begins(self, first: _Trial) -> Iterator[_Trial]:
@@ -303,15 +294,18 @@ class StartSearch:
             x, theta = self.search.meet(first.x, first.theta)
         return _Trial(x, theta, trial.modes)
 
-    def _still(self, trial: _Trial) -> _Trial:
-        """The trial with speeds of holds that are rounding made zero."""
+    def _still(self, trial: _Trial, *, stuck: bool = False) -> _Trial:
+        """The trial with speeds of holds that are rounding made zero, or all such that stick."""
         if not self.system.switching:
             return trial
         x, used = trial.x.copy(), trial.x[self.system.structure.in_use]
         holds = Holds(self.system, trial.theta)
-        modes, guesses = np.split(self._closed(trial), [len(trial.modes)])
-        speed = holds.look(self.time, used, modes, guesses).v
-        self._stop(holds, used, np.abs(speed) <= holds.rounding(used) * ROUNDING)
+        guesses = self._closed(trial)[len(trial.modes) :]
+        speed = np.abs(holds.look(self.time, used, trial.modes, guesses).v)
+        still = speed <= holds.rounding(used) * (1.0 if stuck else ROUNDING)
+        if stuck:
+            still &= holds.parts(trial.modes)[STUCK]
+        self._stop(holds, used, still)
         x[self.system.structure.in_use] = used
         return trial._replace(x=x)
 
@@ -348,17 +342,6 @@ class StartSearch:
         given = [i for i, n in enumerate(self.system.structure.states) if n in self.fixed]
         used[given] = before[given]
 
-    def _stopped(self, trial: _Trial) -> _Trial:
-        """The trial without rounding in the speeds of what sticks."""
-        x, used = trial.x.copy(), trial.x[self.system.structure.in_use]
-        holds = Holds(self.system, trial.theta)
-        guesses = self._closed(trial)[len(trial.modes) :]
-        speed = holds.look(self.time, used, trial.modes, guesses).v
-        stuck = holds.parts(trial.modes)[STUCK]
-        self._stop(holds, used, stuck & (np.abs(speed) <= holds.rounding(used)))
-        x[self.system.structure.in_use] = used
-        return trial._replace(x=x)
-
     def _disagreement(self, missed: str) -> StartError:
         return StartError(
             f"{self.system.name}: {missed or 'what is demanded'} cannot hold at the start: the "
@@ -371,7 +354,7 @@ class StartSearch:
     ) -> np.ndarray:
         """Derivatives of the states found (see `start_slopes`)."""
         flat, signs = self.system.structure.flat, self.reduced.aliases.signs
-        found = _start_slopes(self.system)(self.theta).sparse() @ seed
+        found = slopes_of_start_values(self.system)(self.theta).sparse() @ seed
         none = np.zeros(seed.shape[1])
         values = zip((*flat.starts, *flat.given), found, strict=True)
         rows = {**dict(values), **dict.fromkeys(self.changed, none)}
@@ -407,61 +390,6 @@ class StartSearch:
             return f"{tree.unknown_name(~unknown)} at rest (together=True)"
         unit = tree.quantity(unknown).unit
         return f"{tree.unknown_name(unknown)} = {amount(self.given[unknown], unit)}"
-
-
-def given_values(system: System, start: Changes) -> dict[int, float]:
-    """Start values that are set, by unknowns.
-
-    Raises
-    ------
-    StartError
-        If one is no number in the unit of its quantity.
-    """
-    tree = system.structure.tree
-    found: dict[int, float] = {}
-    for name, value in start.items():
-        unknown = tree.unknown(name)
-        unit = tree.quantity(unknown).unit
-        found[unknown] = plain(value, unit, f"{system.key(name)} =", StartError)
-    return found
-
-
-def _start_column(system: System) -> ca.SX:
-    """Start values of declarations, then those given to instances."""
-    flat = system.structure.flat
-    return ca.vertcat(ca.SX(0, 1), *flat.starts.values(), *flat.given.values())
-
-
-@made_once
-def _start_values(system: System) -> ArrayFunction:
-    theta = system.structure.parameters.theta
-    return ArrayFunction(ca.Function("starts", [theta], [ca.densify(_start_column(system))]))
-
-
-@made_once
-def _start_slopes(system: System) -> ca.Function:
-    theta = system.structure.parameters.theta
-    return ca.Function("slopes", [theta], [ca.jacobian(_start_column(system), theta)])
-
-
-def relative_positions(system: System) -> list[int]:
-    """States that are positions of parts relative to each other, such as twists and gaps."""
-    tree, reduced = system.structure.tree, system.structure.reduced
-    absolute = {
-        reduced.node(part.first_unknown + i)
-        for part in tree.instances
-        for i, quantity in enumerate(part.layout.quantities)
-        if quantity.kind == "potential"
-    }
-    relative = (
-        n for n in system.structure.states if n not in absolute and n not in system.structure.cyclic
-    )
-    return [
-        n
-        for n in relative
-        if n in system.structure.members
-        and tree.quantity(system.structure.members[n]).unit in _POSITIONS
-    ]
 
 
 def _between(begin: _Trial, end: _Trial, share: float) -> _Trial:

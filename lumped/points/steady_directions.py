@@ -10,7 +10,7 @@ import scipy
 
 from lumped.compiler.system import System
 from lumped.support.made_once import made_once
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 
 __all__ = ["unsteady_part"]
 

@@ -11,7 +11,7 @@ import scipy
 
 from lumped.compiler.system import System
 from lumped.errors import StartError
-from lumped.flattening.template import CONSTANT
+from lumped.flattening.residual import CONSTANT
 from lumped.points.target_values import Matrix, target_values
 from lumped.reduction.state_selection import RANK, select_dependent
 from lumped.support.made_once import made_once
@@ -180,9 +180,8 @@ class Targets:
     @staticmethod
     def _missed(miss: np.ndarray, goal: np.ndarray, matrix: Matrix, z: np.ndarray) -> np.ndarray:
         allowed = TOLERANCE * np.maximum(1.0, np.abs(goal))
-        missed: np.ndarray = ~(
-            np.abs(miss) <= np.maximum(allowed, _ROUNDING * abs(matrix) @ abs(z))
-        )
+        rounding = _ROUNDING * abs(matrix) @ abs(z)
+        missed: np.ndarray = ~(np.abs(miss) <= np.maximum(allowed, rounding))
         return missed
 
     def _directly(self, begin: np.ndarray) -> np.ndarray | None:
@@ -326,9 +325,8 @@ class Targets:
         rows = np.setdiff1d(np.arange(matrix.shape[0]), row)
         movable = matrix[:, np.setdiff1d(np.arange(matrix.shape[1]), list(self.fixed))].T
         wanted = movable[:, [row]].toarray().ravel()
-        share = np.abs(
-            scipy.sparse.linalg.lsqr(movable[:, rows], wanted, atol=1e-12, btol=1e-12)[0]
-        )
+        solved = scipy.sparse.linalg.lsqr(movable[:, rows], wanted, atol=1e-12, btol=1e-12)
+        share = np.abs(solved[0])
         found: list[int] = rows[share > 1e-6 * share.max(initial=0.0)].tolist()
         return found
 

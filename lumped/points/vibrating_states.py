@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
 
 __all__ = ["finite", "moving", "stuck"]

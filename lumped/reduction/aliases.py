@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.flattening.flatten import FlatModel
+from lumped.flattening.flat_model import FlatModel
 
 __all__ = ["Aliases", "eliminate_aliases"]
 

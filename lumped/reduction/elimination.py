@@ -21,8 +21,8 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from lumped.flattening.residual import VARYING
 from lumped.flattening.tape import Tape, TapeTerm
-from lumped.flattening.template import VARYING
 
 __all__ = ["Entry", "SingularBlockError", "solve"]
 

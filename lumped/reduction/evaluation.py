@@ -14,9 +14,10 @@ from collections.abc import Callable, Iterable
 import casadi as ca
 import numpy as np
 
+from lumped.flattening.residual import CONSTANT
 from lumped.flattening.tape import Tape, TapeTerm
-from lumped.flattening.template import CONSTANT
 from lumped.reduction.block_errors import singular_block, unheld
+from lumped.reduction.block_kinds import equations_of, nodes_of, solved_blocks
 from lumped.reduction.elimination import Entry, SingularBlockError, solve
 from lumped.reduction.incidence import Occurrence
 from lumped.reduction.reduce import Block, Reduced
@@ -65,7 +66,7 @@ class Values:
         self._number = np.zeros(count + 1)
         reactions = reduced.incidence.reactions()
         self._reactions = {row: reduced.node(unknown) for row, unknown in reactions.items()}
-        self._joint, self._loops = self._solved_blocks()
+        self._joint, self._loops = solved_blocks(reduced, self._reactions)
         self._wave: list[int] = []
         for block in reduced.blocks:
             after = (self._wave[b] + (b in self._joint) for b in block.needs)
@@ -96,7 +97,7 @@ class Values:
 
     def arguments(self, seen: Occurrence) -> list[ca.SX]:
         """Arguments of a template's functions, one column per instance but for the time."""
-        nodes = self._nodes(seen)
+        nodes = nodes_of(self.reduced, seen)
         with process_lock:
             self.of(sorted({int(n) for n in nodes.ravel() if n < self.reduced.first[-1]}))
             return self._arguments(seen, nodes)
@@ -125,33 +126,6 @@ class Values:
                 if b in self._loops:
                     self._newton(blocks[b])
             self._done[wave] = True
-
-    def _solved_blocks(self) -> tuple[set[int], set[int]]:
-        """Blocks that are no formulas, and those of them not linear in their unknowns."""
-        blocks, incidence = self.reduced.blocks, self.reduced.incidence
-        owner = np.repeat(np.arange(len(blocks)), [len(block.nodes) for block in blocks])
-        joint = {b for b, block in enumerate(blocks) if len(block.nodes) > 1}
-        loops: set[int] = set()
-        block_of = np.append(self.reduced.block_of, -1)
-        rows, orders = _columns(blocks)
-        joint.update(owner[np.isin(rows, list(self._reactions))].tolist())
-        for places, seen in incidence.alike(rows, orders):
-            inside = block_of[self._nodes(seen)] == owner[places][:, None]
-            several = np.flatnonzero(inside.sum(axis=1) > 1)
-            joint.update(owner[places[several]].tolist())
-            affine = seen.residual.affine
-            for k in range(len(places)) if not affine.all() else ():
-                here = np.flatnonzero(inside[k])
-                if not affine[np.ix_(here, here)].all():
-                    loops.add(int(owner[places[k]]))
-        return joint | loops, loops
-
-    def _nodes(self, seen: Occurrence) -> np.ndarray:
-        first = self.reduced.first
-        nodes: np.ndarray = np.where(
-            seen.classes >= 0, first[seen.classes] + seen.orders, first[-1]
-        )
-        return nodes
 
     def _arguments(self, seen: Occurrence, nodes: np.ndarray) -> list[ca.SX]:
         """The same, if the nodes are computed."""
@@ -190,8 +164,9 @@ class Values:
             return
         incidence = self.reduced.incidence
         targets = np.array([block.nodes[0] for block in blocks])
-        rows, orders = _columns(blocks)
-        alike = [(p, seen, self._nodes(seen)) for p, seen in incidence.alike(rows, orders)]
+        rows, orders = equations_of(blocks)
+        found = incidence.alike(rows, orders)
+        alike = [(places, seen, nodes_of(self.reduced, seen)) for places, seen in found]
         sums = np.flatnonzero(rows >= incidence.first_sum)
         terms = self._sum_nodes(rows[sums], orders[sums])
         used = np.concatenate([terms[1], *(nodes.ravel() for _, _, nodes in alike)])
@@ -205,11 +180,11 @@ class Values:
         for places, seen, nodes in alike:
             self._solve_templates(meaning, places, seen, nodes, targets[places])
         self._solve_sums(meaning, sums, targets[sums], *terms)
-        (found,), _ = ca.substitute_inplace([symbols], [meaning], [])
+        (solved,), _ = ca.substitute_inplace([symbols], [meaning], [])
         rest = [self.flat.parameters.theta, self.time, self.modes]
         if len(known):
             self._sx[known.tolist()] = values
-        function = ca.Function("formulas", [given, *rest], [found])
+        function = ca.Function("formulas", [given, *rest], [solved])
         self._sx[targets.tolist()] = function(values, *rest)
         point = [self._number[known], self.flat.parameters.defaults, _TIME, self._mode_numbers]
         numbers = np.asarray(function(*point)).ravel()
@@ -310,12 +285,8 @@ class Values:
         improve = ca.Function("improve", inputs, [self._sx[nodes]])
         guesses = self._number[self.implicit]
         places = [self._place[node] for node in nodes]
-        rest = (
-            self._number[self.reduced.states],
-            self.flat.parameters.defaults,
-            _TIME,
-            self._mode_numbers,
-        )
+        theta = self.flat.parameters.defaults
+        rest = self._number[self.reduced.states], theta, _TIME, self._mode_numbers
         for _ in range(100):
             found = np.asarray(improve(guesses, *rest)).ravel()
             if not np.isfinite(found).all():
@@ -329,7 +300,7 @@ class Values:
         """What to add to the present values of nodes so that linearised equations hold."""
         incidence, tape = self.reduced.incidence, Tape()
         column = {node: j for block in blocks for j, node in enumerate(block.nodes)}
-        numbers, orders = _columns(blocks)
+        numbers, orders = equations_of(blocks)
         rows: list[dict[int, Entry]] = [{} for _ in numbers]
         right: list[tuple[TapeTerm, float]] = [(tape.zero, 0.0) for _ in numbers]
         for places, seen in incidence.alike(numbers, orders):
@@ -395,7 +366,7 @@ class Values:
         right: list[tuple[TapeTerm, float]],
     ) -> None:
         """The same for several instances of one template equation, in one call."""
-        nodes, residual = self._nodes(seen), seen.residual
+        nodes, residual = nodes_of(self.reduced, seen), seen.residual
         m, n = nodes.shape
         symbols, numbers = self._arguments(seen, nodes), self._numbers(seen, nodes)
         coefficients, value = residual.coefficients, residual.value
@@ -406,23 +377,10 @@ class Values:
         kinds = residual.kinds.tolist()
         for k, i in enumerate(places.tolist()):
             right[i] = (rests[k], float(rest_sizes[k]))
-            own = zip(
-                nodes[k].tolist(),
-                partials[k * n : k * n + n],
-                kinds,
-                sizes[k].tolist(),
-                strict=True,
-            )
-            for node, partial, kind, size in own:
+            own = nodes[k].tolist(), partials[k * n : k * n + n], kinds, sizes[k].tolist()
+            for node, partial, kind, size in zip(*own, strict=True):
                 if node in column:
                     _add(rows[i], column[node], Entry(partial, kind, size))
-
-
-def _columns(blocks: list[Block]) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers of the equations of blocks, and how often each is differentiated."""
-    pairs = [pair for block in blocks for pair in block.equations]
-    numbers, orders = np.array(pairs, dtype=int).reshape(-1, 2).T
-    return numbers, orders
 
 
 def _picked(vector: ca.SX, indices: np.ndarray) -> ca.SX:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.flattening.flatten import FlatModel, Group
-from lumped.flattening.template import CONSTANT, Residual
+from lumped.flattening.flat_model import FlatModel, Group
+from lumped.flattening.residual import CONSTANT, Residual
 from lumped.reduction.aliases import Aliases
 
 __all__ = ["Entries", "Incidence", "Occurrence"]

@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from lumped.errors import SingularModelError
-from lumped.flattening.flatten import FlatModel
+from lumped.flattening.flat_model import FlatModel
 from lumped.reduction.diagnosis import listed, lock, some
 from lumped.reduction.pruning import LeftOut
 from lumped.reduction.reduce import Block, Reduced

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from lumped.errors import SingularModelError
-from lumped.flattening.flatten import FlatModel
+from lumped.flattening.flat_model import FlatModel
 from lumped.reduction.aliases import Aliases, eliminate_aliases
 from lumped.reduction.diagnosis import class_names, combined, equation_text, listed
 from lumped.reduction.incidence import GenericPoint, Incidence

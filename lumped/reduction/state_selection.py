@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.flattening.template import VARYING
+from lumped.flattening.residual import VARYING
 from lumped.reduction.incidence import Entries
 
 __all__ = ["Selection", "select_dependent"]

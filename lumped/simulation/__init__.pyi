@@ -6,10 +6,10 @@ from lumped.simulation.sizing import sizing as sizing
 from lumped.simulation.work_precision import WorkPrecision as WorkPrecision
 from lumped.simulation.work_precision import WorkRow as WorkRow
 from lumped.simulation.work_precision import work_precision as work_precision
-from lumped.timeloop.results.result import Event as Event
-from lumped.timeloop.results.result import Statistics as Statistics
-from lumped.timeloop.results.result import Trajectory as Trajectory
-from lumped.timeloop.results.result import Used as Used
+from lumped.timeloop.results.event import Event as Event
 from lumped.timeloop.results.result_files import Saved as Saved
 from lumped.timeloop.results.result_files import load as load
+from lumped.timeloop.results.statistics import Statistics as Statistics
+from lumped.timeloop.results.statistics import Used as Used
+from lumped.timeloop.results.trajectory import Trajectory as Trajectory
 from lumped.timeloop.run_options import RunOptions as RunOptions

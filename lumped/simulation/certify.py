@@ -12,7 +12,7 @@ from lumped.simulation.energy_audit import EnergyAudit
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["Certificate", "certified"]
 

@@ -10,7 +10,8 @@ import numpy as np
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
 from lumped.support.rich_html import RichHtml
-from lumped.timeloop.results.result import Event, Trajectory
+from lumped.timeloop.results.event import Event
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["Comparison", "Deviation", "between", "compared", "observed"]
 

@@ -26,7 +26,7 @@ from lumped.reduction.pruning import uses
 from lumped.support.display_units import display
 from lumped.support.made_once import made_once
 from lumped.support.text_table import number
-from lumped.timeloop.results.result import Piece, Trajectory
+from lumped.timeloop.results.trajectory import Piece, Trajectory
 
 __all__ = ["EnergyAudit", "audited", "stored_energy"]
 

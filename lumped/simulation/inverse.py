@@ -16,7 +16,7 @@ from lumped.language.expression import Expr, as_expr
 from lumped.language.quantity import Input
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import Grid, RunOptions
 
 __all__ = ["inverse"]

@@ -9,7 +9,7 @@ import numpy as np
 from lumped.errors import OptionError
 from lumped.timeloop.instants import instants
 from lumped.timeloop.linear_form import linear_form
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_in_closed_form import closed
 
 __all__ = ["closed_form_pays"]

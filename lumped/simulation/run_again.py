@@ -13,8 +13,9 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import Interrupted, SolverError, doubt
 from lumped.timeloop.results.left_out_states import PointOfRun
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.recorder import Recorder
-from lumped.timeloop.results.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_by_steps import RunBySteps
 from lumped.timeloop.run_in_closed_form import RunInClosedForm

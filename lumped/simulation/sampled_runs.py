@@ -8,7 +8,7 @@ from lumped.compiler.system import System
 from lumped.points.start import run_start
 from lumped.simulation.run_again import run_from
 from lumped.timeloop.results.recorder import Recorder
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["places_of", "sampled"]

@@ -19,8 +19,10 @@ from lumped.simulation.energy_audit import audited
 from lumped.simulation.method_choice import closed_form_pays
 from lumped.simulation.run_again import again_from, run_from
 from lumped.support.arguments import checked
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.recorder import Recorder, output_times
-from lumped.timeloop.results.result import OperatingPoint, Statistics, Trajectory
+from lumped.timeloop.results.statistics import Statistics
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.results.validity import refuse_run_outside
 from lumped.timeloop.run_options import Grid, RunOptions, RunPlan, run_plan
 

@@ -21,7 +21,7 @@ from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.linear_form import linear_form
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import Method, RunOptions, run_plan
 
 __all__ = ["WorkPrecision", "WorkRow", "work_precision"]

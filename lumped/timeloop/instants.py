@@ -1,21 +1,18 @@
-"""Instants at which functions of time change their piece, found before a run, and all of them."""
+"""Instants at which functions of time change their piece, all found before a run."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
-import casadi as ca
 import numpy as np
 
-from lumped.compiler.switching import Condition, is_even
 from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.language.lowering import has_steps
-from lumped.numerics.interval_bounds import INFINITE, interval_bounds
+from lumped.numerics.interval_bounds import INFINITE
 from lumped.support.made_once import Recent, made_once
+from lumped.timeloop.clocks import Clock, clock_parameters, clocks, plain_clocks
 
-__all__ = ["Clock", "Instants", "clocks", "instants", "modes_at"]
+__all__ = ["Instants", "instants"]
 
 _MOST = 300_000
 """Parts of a run that are looked at together in the search for the changes of one condition."""
@@ -27,148 +24,6 @@ _HALVINGS = 64
 
 _INSIDE = (0.5, 0.31, 0.83)
 """Where a part without changes is looked at; two of three points do not touch a border."""
-
-
-@dataclass(frozen=True, eq=False)
-class Clock:
-    """A condition that depends on the time and on parameters only.
-
-    Attributes
-    ----------
-    condition : Condition
-        The condition.
-    needs : list of int
-        Numbers of the clocks that it needs.
-    inputs : list of SX
-        Symbols of the time, of the modes that it needs, and of the parameters.
-    slope : SX
-        Derivative of the argument by the time.
-    """
-
-    condition: Condition
-    needs: list[int]
-    inputs: list[ca.SX]
-    slope: ca.SX
-
-    @cached_property
-    def value(self) -> ca.Function:
-        """(time, modes that it needs, parameters) -> argument and its slope."""
-        outputs = [ca.densify(self.condition.argument), ca.densify(self.slope)]
-        return ca.Function("clock", self.inputs, outputs)
-
-    @cached_property
-    def bounds(self) -> ca.Function:
-        """(begin, end, modes that it needs, parameters) -> bounds of the argument, of its slope."""
-        return interval_bounds(self.value)
-
-    @cached_property
-    def even(self) -> bool:
-        """The argument is linear in the time, so one slope tells all of its changes."""
-        return is_even(self.condition.argument, self.inputs[0])
-
-    @cached_property
-    def steps(self) -> bool:
-        """The argument holds functions of steps, which have no slope where they jump."""
-        return has_steps(self.condition.argument, self.inputs[0])
-
-    @cached_property
-    def moves(self) -> bool:
-        """The time stands in the argument."""
-        return bool(ca.depends_on(self.condition.argument, self.inputs[0]))
-
-    def number(self, place: np.ndarray) -> np.ndarray:
-        """Which piece an argument is in; 1 or 0 for a relation that holds or not."""
-        pieces = self.condition.pieces
-        if pieces is not None:
-            return pieces.number(place)
-        holds = place > 0 if self.condition.relation.strict else place >= 0
-        return holds.astype(int)
-
-    def border(self, number: np.ndarray) -> np.ndarray:
-        """Where the piece begins."""
-        pieces = self.condition.pieces
-        return np.zeros(len(number)) if pieces is None else pieces.begin(number)
-
-    def settings(self, number: np.ndarray) -> np.ndarray:
-        """Modes in a piece, shape (..., width)."""
-        pieces = self.condition.pieces
-        return number[..., None].astype(float) if pieces is None else pieces.settings(number)
-
-
-@made_once
-def clocks(system: System) -> list[Clock]:
-    """All of a system, each after those that it needs."""
-    s, v = system.switching, system.structure.values
-    found: list[Clock] = []
-    for condition, needs in zip(s.timed, s.needs, strict=True):
-        modes = [mode for i in needs for mode in s.timed[i].modes]
-        inputs = [v.time, v.modes[modes] if modes else ca.SX(0, 1), system.inputs[1]]
-        slope = ca.jacobian(condition.argument, v.time)
-        found.append(Clock(condition, needs, inputs, slope))
-    return found
-
-
-@made_once
-def _latest(system: System) -> tuple[np.ndarray, Recent[np.ndarray], Recent[Instants]]:
-    """Places of the parameters on which clocks depend; modes and instants found last."""
-    arguments = ca.vertcat(ca.SX(0, 1), *(clock.condition.argument for clock in clocks(system)))
-    _, columns = ca.jacobian_sparsity(arguments, system.inputs[1]).get_triplet()
-    return np.unique(np.array(columns, dtype=int)), Recent(1), Recent(1)
-
-
-def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
-    """Modes at a time, or just after it where it is an instant of change.
-
-    Modes that depend on more than the time are zero.
-    """
-    places, latest, _ = _latest(system)
-    key = theta[places].tobytes(), time
-    return latest.of(key, lambda: _modes_at(system, theta, time)).copy()
-
-
-def _modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
-    modes = np.zeros(system.structure.mode_count)
-    for found, function in _levels(system):
-        both = np.asarray(function(time, modes, theta))
-        near = both[:, 0] + both[:, 1] * max(1e-300, 1e-15 * abs(time))
-        for clock, place, slope, later in zip(found, *both.T.tolist(), near, strict=True):
-            number = clock.number(np.array([later]))
-            if later == place == 0.0 and slope and clock.condition.pieces is None:
-                number = np.array([int(slope > 0)])
-            modes[clock.condition.modes] = clock.settings(number)[0]
-    return modes
-
-
-@made_once
-def _levels(system: System) -> list[tuple[list[Clock], ca.Function]]:
-    """Clocks of a system that need only those before them, with their arguments and slopes."""
-    all_clocks, v, levels = clocks(system), system.structure.values, list[list[Clock]]()
-    depth: list[int] = []
-    for clock in all_clocks:
-        depth.append(1 + max((depth[i] for i in clock.needs), default=-1))
-        if depth[-1] == len(levels):
-            levels.append([])
-        levels[depth[-1]].append(clock)
-    inputs = [v.time, v.modes, system.inputs[1]]
-    made = []
-    for level in levels:
-        rows = [ca.horzcat(clock.condition.argument, clock.slope) for clock in level]
-        made.append((level, ca.Function("clocks", inputs, [ca.densify(ca.vertcat(*rows))])))
-    return made
-
-
-@made_once
-def _plain_clocks(system: System) -> tuple[list[int], ca.Function]:
-    """Numbers of relations that are linear in the time and need no others; (time, parameters)."""
-    both = {
-        k: (clock.condition.argument, clock.slope)
-        for k, clock in enumerate(clocks(system))
-        if clock.condition.pieces is None and not clock.needs and clock.even
-    }
-    columns = zip(*both.values(), strict=True)
-    outputs = [ca.densify(ca.vertcat(ca.SX(0, 1), *column)) for column in columns]
-    inputs = [system.structure.values.time, system.inputs[1]]
-    return list(both), ca.Function("plain", inputs, outputs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,9 +70,15 @@ def instants(
     if not clocks(system):
         edges = np.array([begin, end], dtype=float)
         return Instants(np.zeros(0), edges, [], np.zeros(0, dtype=int), np.zeros((1, 0)))
-    places, _, latest = _latest(system)
-    key = theta[places].tobytes(), begin, end, without
-    return latest.of(key, lambda: _InstantSearch(system, theta, begin, end, without).found())
+    key = theta[clock_parameters(system)].tobytes(), begin, end, without
+    search = _InstantSearch(system, theta, begin, end, without)
+    return _latest(system).of(key, search.found)
+
+
+@made_once
+def _latest(system: System) -> Recent[Instants]:
+    """Instants found last."""
+    return Recent(1)
 
 
 def _together(changes: list[tuple[str, str, str]]) -> tuple[str, str, str]:
@@ -300,7 +161,7 @@ class _InstantSearch:
 
     def _plain(self) -> dict[int, _Course]:
         """Courses of relations that are linear in the time and need no others, all at once."""
-        which, function = _plain_clocks(self.system)
+        which, function = plain_clocks(self.system)
         if not which:
             return {}
         zero, slope = (np.asarray(v).ravel() for v in function(0.0, self.theta))

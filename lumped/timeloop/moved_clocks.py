@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from lumped.compiler.system import System
-from lumped.timeloop.instants import clocks
+from lumped.timeloop.clocks import clocks
 
 __all__ = ["MovedClocks", "moved_clocks"]
 

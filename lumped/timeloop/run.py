@@ -14,8 +14,10 @@ from lumped.timeloop.guards import jump_fault
 from lumped.timeloop.instants import instants
 from lumped.timeloop.programs import Answers
 from lumped.timeloop.results.event import Event
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.recorder import Recorder, scale
-from lumped.timeloop.results.result import OperatingPoint, Piece, Statistics, Trajectory, Used
+from lumped.timeloop.results.statistics import Statistics, Used
+from lumped.timeloop.results.trajectory import Piece, Trajectory
 from lumped.timeloop.run_options import RunPlan
 
 __all__ = ["Simulation", "nominals"]

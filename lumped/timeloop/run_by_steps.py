@@ -40,8 +40,9 @@ from lumped.timeloop.plants.output_room import OutputRoom
 from lumped.timeloop.positions import no_fit
 from lumped.timeloop.programs import set_twice_fault
 from lumped.timeloop.results.event import Event
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.recorder import Recorder
-from lumped.timeloop.results.result import OperatingPoint, Used
+from lumped.timeloop.results.statistics import Used
 from lumped.timeloop.run import Simulation, nominals
 from lumped.timeloop.run_options import RunPlan
 from lumped.timeloop.settings import closing_fault

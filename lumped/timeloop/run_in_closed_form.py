@@ -13,8 +13,9 @@ from lumped.numerics.closed_form import ClosedForm
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.guards import finite_fault
 from lumped.timeloop.linear_form import linear_form
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.recorder import Recorder
-from lumped.timeloop.results.result import OperatingPoint, Used
+from lumped.timeloop.results.statistics import Used
 from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_options import RunPlan
 

@@ -11,7 +11,7 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
 from lumped.functionals.functional import Functional, watching
 from lumped.support.units import in_seconds
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 
 __all__ = ["Grid", "Method", "RunOptions", "RunPlan", "plan_of", "run_plan"]
 

@@ -9,7 +9,7 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import StartError
 from lumped.kernel import engine
-from lumped.timeloop.instants import clocks, modes_at
+from lumped.timeloop.clocks import clocks, modes_at
 from lumped.timeloop.plants.executable import executable
 
 __all__ = ["closed_with", "closing_fault", "followed", "just_after", "settings_at"]

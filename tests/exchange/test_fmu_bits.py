@@ -11,7 +11,7 @@ from test_friction_random import CROWDED, Net
 import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
 from lumped.ops import sin, where
-from lumped.timeloop.instants import clocks
+from lumped.timeloop.clocks import clocks
 
 METHODS = ("auto", "implicit")
 

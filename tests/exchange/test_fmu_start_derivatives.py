@@ -9,7 +9,7 @@ from test_fmu_derivatives import MODELS, Limited
 import lumped as lp
 from lumped.components import Filter, Ramp, translation
 from lumped.points.start import start_slopes
-from lumped.points.start_search import given_values
+from lumped.points.start_values import given_values
 
 STARTS = {**MODELS, "limited": (Limited(), [], ["limiter.y"])}
 

@@ -12,7 +12,8 @@ from lumped import functionals, ops
 from lumped.code.operations import operations_of
 from lumped.components import Damper, Fixed, Inertia, SpringDamper, Torque
 from lumped.gradients.legs import legs_of
-from lumped.gradients.step_code import Span, StepCode
+from lumped.gradients.spans import Span
+from lumped.gradients.step_code import StepCode
 from lumped.gradients.steps import steps_of
 from lumped.kernel import engine
 from lumped.numerics import rodas5p

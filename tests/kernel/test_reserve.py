@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
+from lumped.kernel.instant_search import Reserve
 from lumped.kernel.instants.reserve import largest_reserve
-from lumped.kernel.run import Reserve
 
 
 class Shares:

@@ -4,8 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from lumped.flattening.residual import CONSTANT, PARAMETRIC, VARYING
 from lumped.flattening.tape import Tape
-from lumped.flattening.template import CONSTANT, PARAMETRIC, VARYING
 from lumped.reduction.elimination import Entry, SingularBlockError, solve
 
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from lumped.code.operations import Operations, operations_of
 from lumped.functionals.damage_law import DamageLaw
-from lumped.gradients.step_code import Span
+from lumped.gradients.spans import Span
 from lumped.gradients.steps import Steps
 from lumped.kernel.watch import Watch
 from lumped.support.made_once import made_once
 from lumped.timeloop.cycle_count import count_record
 from lumped.timeloop.plants.counted_function import CountedFunction
-from lumped.timeloop.plants.executable import enclosed
+from lumped.timeloop.plants.parts import enclosed
 from lumped.timeloop.step_bounds import heights, kinks
 
 __all__ = ["Signs", "highest_points", "range_of", "turning_points_in"]

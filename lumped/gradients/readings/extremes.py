@@ -11,7 +11,7 @@ from lumped.gradients.legs import Leg
 from lumped.gradients.readings.enclosed_points import highest_points
 from lumped.gradients.readings.looks import Ends, Looks, Points, Turn, Window
 from lumped.gradients.steps import Steps
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["extremes"]
 

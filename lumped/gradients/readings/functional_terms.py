@@ -6,10 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
-import casadi as ca
 import numpy as np
 
-from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.functionals.readings import (
     AtEvent,
@@ -24,26 +22,22 @@ from lumped.functionals.readings import (
 from lumped.gradients.adjoint import AdjointPoint
 from lumped.gradients.jumps import Crossing, EventDerivatives
 from lumped.gradients.legs import Leg
+from lumped.gradients.readings.bounces import last_bounces, limit_of_flights
 from lumped.gradients.readings.damage_slopes import damage_slopes
 from lumped.gradients.readings.extremes import extremes
 from lumped.gradients.readings.looks import Turn
+from lumped.gradients.readings.product_slopes import slopes_at_many, slopes_at_one
 from lumped.gradients.readings.samples import values_at
 from lumped.gradients.readings.turning_points import turning_points
 from lumped.gradients.readings.ways import Owed, Way, multiple, sum_of
 from lumped.gradients.saltation import saltation_of
 from lumped.gradients.steps import Steps
-from lumped.support.array_function import ArrayFunction
-from lumped.support.made_once import made_once
-from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["SmoothParts"]
 
 _AT_ONCE = 1e-10
 """Part of a run within which a change counts as happening at a given instant."""
-
-_FLIGHT = 1e-6
-"""Part of a run that a flight must last for its length to be known well."""
 
 
 class _Look(NamedTuple):
@@ -190,7 +184,7 @@ class SmoothParts:
     def _look(self, number: int, t: float, names: tuple[str, ...]) -> _Look:
         x, m = self.legs[number].state(t)
         keys = tuple(self.run.system.key(name) for name in names)
-        y, by_x, by_p, rate = _differentiated(self.run.system, keys)(x, self.run.theta, t, m)
+        y, by_x, by_p, rate = slopes_at_one(self.run.system, keys)(x, self.run.theta, t, m)
         return _Look(float(y[0]), by_x, by_p, float(rate[0]))
 
     def _moving(self, number: int, name: str = "") -> AdjointPoint:
@@ -217,7 +211,7 @@ class SmoothParts:
         """Values at which a quantity turns, one of which may be that at the end of the run."""
         system, n = self.run.system, len(self.run.system.structure.states)
         legs, times = np.array([top.leg for top in tops]), np.array([top.time for top in tops])
-        given = (self.run, self.legs, self.steps, _at_many(system, factors))
+        given = (self.run, self.legs, self.steps, slopes_at_many(system, factors))
         found = values_at(*given, legs, times)
         ways = []
         for top, row in zip(tops, found, strict=True):
@@ -307,41 +301,17 @@ class SmoothParts:
         if len(crossing.orders) > 1 and component not in crossing.names:
             raise self._coincident(label, crossing)
         if any(jump.settles and component in jump.names for jump in crossing.orders[0]):
-            bounces = self._bounces(component, number)
+            bounces = last_bounces(self.crossings[: number - 1], component, self.until)
             if len(bounces) == 3:
                 return Owed((self._accumulation(bounces, component),))
         return Owed((Way(crossing.t, (self._moving(number, component),)),))
 
-    def _bounces(self, component: str, number: int) -> list[int]:
-        """Legs that begin at the last three impacts before a rest whose flights are resolved."""
-        found = []
-        for k in range(1, number):
-            for jump in (j for order in self.crossings[k - 1].orders[:1] for j in order):
-                blow = jump.act[1]
-                if component in jump.names and blow is not None and any(b for _, b in blow.hits):
-                    found.append(k)
-        times = [self.crossings[k - 1].t for k in found]
-        least = _FLIGHT * self.until
-        while len(found) > 3 and times[-1] - times[-2] < least:
-            found.pop()
-            times.pop()
-        return found[-3:]
-
     def _accumulation(self, bounces: list[int], component: str) -> Way:
-        """Where impacts accumulate: the limit of a geometric series of flights.
-
-        A run leaves out the bounces that are too small for it.
-        """
-        times = [self.crossings[k - 1].t for k in bounces]
-        weights = [
-            _limit(*(t + 1e-30j * (i == k) for i, t in enumerate(times))).imag / 1e-30
-            for k in range(3)
-        ]
-        points = [
-            replace(self._moving(k, component), late=weight)
-            for k, weight in zip(bounces, weights, strict=True)
-        ]
-        return Way(float(_limit(*times).real), tuple(points))
+        """Where impacts accumulate."""
+        value, weights = limit_of_flights([self.crossings[k - 1].t for k in bounces])
+        parts = zip(bounces, weights, strict=True)
+        points = [replace(self._moving(k, component), late=weight) for k, weight in parts]
+        return Way(value, tuple(points))
 
     def _at_events(self, reading: Value, at: AtEvent) -> Iterator[Way]:
         label = str(reading)
@@ -404,31 +374,3 @@ class SmoothParts:
             "little, or leave it out of `of`.",
             self.run,
         )
-
-
-def _limit(a: complex, b: complex, c: complex) -> complex:
-    """Limit of a geometric series from three of its sums (Aitken)."""
-    return c + (c - b) ** 2 / ((b - a) - (c - b))
-
-
-@made_once
-def _at_many(system: System, factors: tuple[str, ...]) -> ManyPoints:
-    """A product, its derivative by time along the run, and those by states and parameters."""
-    y, by_x, by_p, along = _slopes(system, factors)
-    every = ca.densify(ca.vertcat(y, along, by_x.T, by_p.T))
-    return ManyPoints(ca.Function("at_many", system.inputs, [every]))
-
-
-@made_once
-def _differentiated(system: System, factors: tuple[str, ...]) -> ArrayFunction:
-    """A product, its derivatives by states and parameters, by time along the run: (x, p, t, m)."""
-    results = [ca.densify(each) for each in _slopes(system, factors)]
-    return ArrayFunction(ca.Function("differentiated", system.inputs, results))
-
-
-def _slopes(system: System, factors: tuple[str, ...]) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
-    """A product of quantities, its derivatives by states, parameters, and time along the run."""
-    x, p, t, _ = system.inputs
-    y = system.product(factors)
-    along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
-    return y, ca.jacobian(y, x), ca.jacobian(y, p), along

@@ -12,13 +12,13 @@ from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.legs import Leg
 from lumped.gradients.readings.samples import values_at
-from lumped.gradients.step_code import Span
+from lumped.gradients.spans import Span
 from lumped.gradients.steps import Steps
 from lumped.gradients.stretches import stretches
 from lumped.numerics.bracketed_roots import bracketed_roots
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["Ends", "Looks", "Points", "Turn", "Window"]
 

@@ -8,11 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from lumped.gradients.legs import Leg
-from lumped.gradients.step_code import FRACTIONS, Span
+from lumped.gradients.spans import Span
+from lumped.gradients.step_code import FRACTIONS
 from lumped.gradients.steps import Steps
 from lumped.gradients.stretches import stretches
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["Samples", "sampled", "states_at_ends", "values_at"]
 

@@ -14,7 +14,7 @@ from lumped.gradients.readings.samples import states_at_ends
 from lumped.gradients.steps import Steps
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["turning_points"]
 

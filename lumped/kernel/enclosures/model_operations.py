@@ -11,7 +11,7 @@ import math
 import casadi as ca
 
 from lumped.code.words import Numbers, floor, kernel
-from lumped.kernel.enclosures import models
+from lumped.kernel.enclosures import model_functions, models
 from lumped.kernel.enclosures.models import REST, SIZE
 from lumped.kernel.interpret import operate
 
@@ -102,41 +102,41 @@ def _smooth(op: int, a: Numbers, out: Numbers, room: Numbers) -> None:
     """A function of one argument from those that have series."""
     first, rest = room, room[SIZE:]
     if op == ca.OP_TAN:
-        models.cosine_of(a, out, rest)
-        models.inverse_of(out, first, rest)
-        models.sine_of(a, rest[8 * SIZE :], rest)
+        model_functions.cosine_of(a, out, rest)
+        model_functions.inverse_of(out, first, rest)
+        model_functions.sine_of(a, rest[8 * SIZE :], rest)
         models.times(first, rest[8 * SIZE :], out)
     elif op == ca.OP_ASIN or op == ca.OP_ACOS:
         models.times(a, a, first)
         models.scale(first, -1.0, out)
         models.shift(out, 1.0)
-        models.root_of(out, first, rest)
-        models.inverse_of(first, out, rest)
+        model_functions.root_of(out, first, rest)
+        model_functions.inverse_of(first, out, rest)
         models.times(a, out, first)
-        models.atan_of(first, out, rest)
+        model_functions.atan_of(first, out, rest)
         if op == ca.OP_ACOS:
             models.scale(out, -1.0, out)
             models.shift(out, 0.5 * math.pi)
     elif op == ca.OP_TANH:
         models.scale(a, 2.0, first)
-        models.exp_of(first, out, rest)
+        model_functions.exp_of(first, out, rest)
         models.shift(out, 1.0)
-        models.inverse_of(out, first, rest)
+        model_functions.inverse_of(out, first, rest)
         models.scale(first, -2.0, out)
         models.shift(out, 1.0)
     elif op == ca.OP_SINH or op == ca.OP_COSH:
         models.scale(a, -1.0, out)
-        models.exp_of(out, first, rest)
-        models.exp_of(a, rest[8 * SIZE :], rest)
+        model_functions.exp_of(out, first, rest)
+        model_functions.exp_of(a, rest[8 * SIZE :], rest)
         models.add(rest[8 * SIZE :], first, -1.0 if op == ca.OP_SINH else 1.0, out)
         models.scale(out, 0.5, out)
     elif op == ca.OP_EXPM1:
-        models.exp_of(a, out, rest)
+        model_functions.exp_of(a, out, rest)
         models.shift(out, -1.0)
     elif op == ca.OP_LOG1P:
         models.copy(a, first)
         models.shift(first, 1.0)
-        models.log_of(first, out, rest)
+        model_functions.log_of(first, out, rest)
     else:
         models.set_between(out, -math.inf, math.inf)
 
@@ -148,18 +148,18 @@ def _function(op: int, a: Numbers, b: Numbers, out: Numbers, room: Numbers) -> N
     if op == ca.OP_ASSIGN or op == ca.OP_LIFT:
         models.copy(a, out)
     elif op == ca.OP_ATAN2:
-        models.atan2_of(a, b, out, room)
+        model_functions.atan2_of(a, b, out, room)
     elif op == ca.OP_HYPOT:
         models.times(a, a, out)
         models.times(b, b, room)
         models.add(out, room, 1.0, room[SIZE:])
-        models.root_of(room[SIZE:], out, room[2 * SIZE :])
+        model_functions.root_of(room[SIZE:], out, room[2 * SIZE :])
     elif op == ca.OP_EXP:
-        models.exp_of(a, out, room)
+        model_functions.exp_of(a, out, room)
     elif op == ca.OP_LOG:
-        models.log_of(a, out, room)
+        model_functions.log_of(a, out, room)
     elif op == ca.OP_ATAN:
-        models.atan_of(a, out, room)
+        model_functions.atan_of(a, out, room)
     elif op == ca.OP_SIGN or op == ca.OP_FLOOR or op == ca.OP_CEIL:
         _rising(op, models.lowest(a, room), models.highest(a, room), out)
     elif op == ca.OP_COPYSIGN:
@@ -192,7 +192,7 @@ def carry_out(op: int, a: Numbers, b: Numbers, out: Numbers, room: Numbers) -> N
         if models.is_fixed(b) and b[0] != 0.0:
             models.scale(a, 1.0 / b[0], out)
         else:
-            models.inverse_of(b, room, room[SIZE:])
+            model_functions.inverse_of(b, room, room[SIZE:])
             models.times(a, room, out)
     elif op == ca.OP_NEG:
         models.scale(a, -1.0, out)
@@ -201,13 +201,13 @@ def carry_out(op: int, a: Numbers, b: Numbers, out: Numbers, room: Numbers) -> N
     elif op == ca.OP_SQ:
         models.times(a, a, out)
     elif op == ca.OP_INV:
-        models.inverse_of(a, out, room)
+        model_functions.inverse_of(a, out, room)
     elif op == ca.OP_SIN:
-        models.sine_of(a, out, room)
+        model_functions.sine_of(a, out, room)
     elif op == ca.OP_COS:
-        models.cosine_of(a, out, room)
+        model_functions.cosine_of(a, out, room)
     elif op == ca.OP_SQRT:
-        models.root_of(a, out, room)
+        model_functions.root_of(a, out, room)
     elif op == ca.OP_FABS:
         least, most = models.lowest(a, room), models.highest(a, room)
         if least >= 0.0:
@@ -218,14 +218,14 @@ def carry_out(op: int, a: Numbers, b: Numbers, out: Numbers, room: Numbers) -> N
             models.set_between(out, 0.0, max(-least, most))
     elif op == ca.OP_POW or op == ca.OP_CONSTPOW:
         if not models.is_fixed(b):
-            models.log_of(a, out, room)
+            model_functions.log_of(a, out, room)
             models.times(b, out, room)
-            models.exp_of(room, out, room[SIZE:])
+            model_functions.exp_of(room, out, room[SIZE:])
         elif b[0] < 0.0 and floor(b[0]) == b[0]:
-            models.power_of(a, -b[0], room, room[SIZE:])
-            models.inverse_of(room, out, room[SIZE:])
+            model_functions.power_of(a, -b[0], room, room[SIZE:])
+            model_functions.inverse_of(room, out, room[SIZE:])
         else:
-            models.power_of(a, b[0], out, room)
+            model_functions.power_of(a, b[0], out, room)
     elif op == ca.OP_AND or op == ca.OP_OR or op == ca.OP_NOT or op == ca.OP_IF_ELSE_ZERO:
         _choose(op, a, b, out)
     elif (

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
+from lumped.kernel.instant_search import InstantSearch, Look
 from lumped.kernel.plant import Plant
 from lumped.kernel.rounds import may_change
-from lumped.kernel.run import SET_TWICE, InstantSearch, Look, Run
+from lumped.kernel.run import SET_TWICE, Run
 
 __all__ = [
     "begin_jumps",

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, PARTED, SHARE, SLACK, STUCK
+from lumped.kernel.instant_search import InstantSearch, Look
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import FREE, Plant
-from lumped.kernel.run import InstantSearch, Look, Run
+from lumped.kernel.run import Run
 
 __all__ = [
     "ROUNDING",

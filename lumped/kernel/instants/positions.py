@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.flattening.hold_modes import BACKWARD, COMPLIANCE, FORWARD, PARTED, STUCK
+from lumped.kernel.instant_search import InstantSearch, Look
 from lumped.kernel.instants.conditions import (
     begin_jumps,
     jump,
@@ -42,17 +43,7 @@ from lumped.kernel.instants.sharing import share
 from lumped.kernel.instants.yielding import watch_redundancy, would_share
 from lumped.kernel.plant import CONDITION, FREE, LOWER, SLIDE, UPPER, Plant
 from lumped.kernel.rounds import begin_rounds
-from lumped.kernel.run import (
-    ASKS,
-    GOES_ON,
-    INSIDE,
-    NO_FIT,
-    NOT_CLOSED,
-    SET_TWICE,
-    InstantSearch,
-    Look,
-    Run,
-)
+from lumped.kernel.run import ASKS, GOES_ON, INSIDE, NO_FIT, NOT_CLOSED, SET_TWICE, Run
 
 __all__ = ["begin", "calm_positions", "find_positions"]
 

@@ -16,8 +16,8 @@ and proximal steps undo it. Else there may be no answer.
 from __future__ import annotations
 
 from lumped.code.words import kernel
+from lumped.kernel.instant_search import InstantSearch, Problem
 from lumped.kernel.rounds import may_change
-from lumped.kernel.run import InstantSearch, Problem
 
 __all__ = ["AT_LOWER", "AT_UPPER", "OUTSIDE", "WITHIN", "change_places", "right_place"]
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from lumped.code.words import kernel
 from lumped.flattening.hold_modes import BACKWARD, FORWARD, SHARE, STUCK
+from lumped.kernel.instant_search import Look
 from lumped.kernel.instants.conditions import copy_conditions, turn_wrong
 from lumped.kernel.instants.holds import (
     TOUCHING,
@@ -32,7 +33,7 @@ from lumped.kernel.instants.problem import (
 from lumped.kernel.instants.yielding import weigh, yield_from
 from lumped.kernel.plant import FREE
 from lumped.kernel.rounds import begin_rounds
-from lumped.kernel.run import Look, Run
+from lumped.kernel.run import Run
 
 __all__ = ["CHANGES", "FITS", "UNSOLVED", "calmness", "let_go", "settle_reactions"]
 

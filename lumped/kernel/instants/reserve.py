@@ -12,7 +12,7 @@ by exchange steps (Stiefel, An Introduction to Numerical Mathematics, Academic P
 from __future__ import annotations
 
 from lumped.code.words import kernel
-from lumped.kernel.run import Reserve
+from lumped.kernel.instant_search import Reserve
 
 __all__ = ["largest_reserve"]
 

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel, sqrt
 from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, SHARE, SLACK
+from lumped.kernel.instant_search import Look
 from lumped.kernel.instants.holds import copy_settings, is_held, is_shared, look_at
 from lumped.kernel.instants.reserve import largest_reserve
 from lumped.kernel.instants.yielding import COMPLIANT, soften, yield_from
-from lumped.kernel.run import Look, Run
+from lumped.kernel.run import Run
 
 __all__ = ["share"]
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, SHARE, STUCK
+from lumped.kernel.instant_search import Look
 from lumped.kernel.instants.holds import copy_settings, is_held, look_at, put
 from lumped.kernel.plant import FREE
-from lumped.kernel.run import Look, Run
+from lumped.kernel.run import Run
 
 __all__ = ["COMPLIANT", "soften", "watch_redundancy", "weigh", "would_share", "yield_from"]
 

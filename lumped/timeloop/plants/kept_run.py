@@ -6,9 +6,10 @@ import numpy as np
 
 from lumped.code.records import Record
 from lumped.kernel.enclosed import Enclosed
+from lumped.kernel.instant_search import InstantSearch
 from lumped.kernel.plant import Plant
 from lumped.kernel.roots import Bracket
-from lumped.kernel.run import InstantSearch, Run
+from lumped.kernel.run import Run
 from lumped.timeloop.plants.output_room import OutputRoom
 
 __all__ = ["KeptRun", "made_run", "remember"]

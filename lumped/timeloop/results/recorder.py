@@ -12,7 +12,8 @@ from lumped.errors import OptionError
 from lumped.support.made_once import made_once
 from lumped.support.progress import Progress
 from lumped.support.units import in_seconds
-from lumped.timeloop.results.result import OperatingPoint, Piece
+from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.timeloop.results.trajectory import Piece
 
 __all__ = ["Recorder", "SparingRecorder", "output_times", "scale"]
 

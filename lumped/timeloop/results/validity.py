@@ -12,8 +12,9 @@ from lumped.language.formula import Formula
 from lumped.language.validity import Range, borders, checked_ranges
 from lumped.support.made_once import made_once
 from lumped.support.text_table import number
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.quantity_values import quantity_along
-from lumped.timeloop.results.result import OperatingPoint, Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["Held", "ranges", "refuse_point_outside", "refuse_run_outside"]
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.compiler.system import System
-from lumped.flattening.flatten import Group
-from lumped.flattening.template import VARYING, Residual
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.flattening.flat_model import Group
+from lumped.flattening.residual import VARYING, Residual
+from lumped.timeloop.results.operating_point import OperatingPoint
 
 __all__ = ["HeavyShaft", "heavy_shafts", "mean_inertias"]
 

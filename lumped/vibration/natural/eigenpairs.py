@@ -12,7 +12,7 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.points.linearise import sparse_state_matrix
 from lumped.support.rich_html import RichHtml
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 
 __all__ = ["Eigenpairs"]
 

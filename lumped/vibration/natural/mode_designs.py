@@ -10,7 +10,7 @@ from lumped.compiler.system import Changes
 from lumped.points.equilibrium import equilibrium
 from lumped.points.moved_equilibrium import moved_point
 from lumped.points.start import start_point
-from lumped.timeloop.results.result import Kept, OperatingPoint
+from lumped.timeloop.results.operating_point import Kept, OperatingPoint
 from lumped.vibration.natural.modes import Modes
 
 __all__ = ["ModeDesigns", "equilibrium_again"]

@@ -26,7 +26,7 @@ from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.made_once import made_once
 from lumped.support.text_table import number, table
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.natural.eigen_accuracy import Accuracy, accuracy, lost
 from lumped.vibration.natural.eigenpairs import Eigenpairs
 from lumped.vibration.pictures import mode_shapes_picture

@@ -18,7 +18,7 @@ from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
 from lumped.vibration.natural.left_vectors import left_vectors
 from lumped.vibration.natural.modes import Modes, modes_of

@@ -20,7 +20,7 @@ from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.pictures import root_locus_picture
 
 __all__ = ["RootLocus", "root_locus"]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.modes import Modes
 
 __all__ = ["Order", "mesh_orders", "orders", "rising_angle", "turns"]

@@ -14,7 +14,7 @@ from lumped.errors import OptionError
 from lumped.points.situation import situation
 from lumped.support.arguments import checked
 from lumped.support.display_units import speed_unit
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import ranges
 from lumped.vibration.ordered.law_amplitudes import found_amplitudes
 from lumped.vibration.ordered.linearity import Linearity, linearity
@@ -24,7 +24,8 @@ from lumped.vibration.ordered.order_solution import Excitations, OrderEquations,
 from lumped.vibration.ordered.validity import refuse_vibration_outside
 from lumped.vibration.responses.response import refuse_rates
 from lumped.vibration.rotating.amplitude_laws import amplitude_laws
-from lumped.vibration.rotating.rotation import Rotation, rotation
+from lumped.vibration.rotating.find_rotation import rotation
+from lumped.vibration.rotating.rotation import Rotation
 from lumped.vibration.rotating.small_vibrations import SmallVibrations, small_vibrations
 
 __all__ = ["OrderResponse", "order_response"]
@@ -127,16 +128,8 @@ class OrderResponse(OrderAmplitudes):
     def again(self, parameters: Changes, at: OperatingPoint | None = None) -> OrderResponse:
         """The same with other parameters, or at an operating point that has them."""
         steady = self.turning(self.speeds, parameters, at)
-        inputs = tuple(self.excitations)
-        return _responded(
-            self.system,
-            inputs,
-            self.of,
-            steady,
-            self.orders,
-            self.excitations,
-            self.damping_ratio,
-        )
+        wanted = self.orders, self.excitations, self.damping_ratio
+        return _responded(self.system, tuple(self.excitations), self.of, steady, *wanted)
 
     @checked
     def mean_power(self, quantity: Name) -> Real:

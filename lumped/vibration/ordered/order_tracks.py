@@ -18,7 +18,7 @@ from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
-from lumped.timeloop.results.result import Trajectory
+from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.ordered.order_analysis import rising_angle
 from lumped.vibration.pictures import order_tracks_picture
 

@@ -28,7 +28,7 @@ from lumped.support.display_units import Units, chosen, display, frequency_unit
 from lumped.support.made_once import made_once
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
 from lumped.vibration.pictures import frequency_response_picture
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.points.moved_equilibrium import moved_point
-from lumped.points.start_search import relative_positions
+from lumped.points.start_values import relative_positions
 from lumped.vibration.rotating.rotation import Rotation, samples_of, speed_of
 from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations, small_vibrations
 

@@ -19,7 +19,7 @@ from lumped.support.arguments import checked
 from lumped.support.display_units import Shown, Units, chosen, frequency_unit, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.natural.modes import Modes, modes
 from lumped.vibration.speeds.campbell_picture import campbell_picture
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.natural.modes import Modes, modes
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.speeds.campbell import (

@@ -8,7 +8,7 @@ import numpy as np
 
 from lumped.errors import OptionError
 from lumped.functionals.readings import OrderPeak, Separation
-from lumped.timeloop.results.result import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.natural.mode_designs import equilibrium_again
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.ordered.order_sensitivity import refuse_ratio, sizes_of

@@ -1,0 +1,194 @@
+"""Values of all states at one instant, and how they were found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, overload
+
+import numpy as np
+
+from lumped.compiler.system import Name, System
+from lumped.errors import UnknownNameError
+from lumped.support.by_name import ByName
+from lumped.support.rich_html import RichHtml
+from lumped.support.text_table import amounts, table
+from lumped.timeloop.programs import Told
+from lumped.timeloop.results.event import Change
+from lumped.timeloop.results.left_out_states import with_left_out
+from lumped.timeloop.results.result_files import computed
+
+__all__ = ["Convergence", "Kept", "Named", "OperatingPoint"]
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """How Newton's method found a point.
+
+    Attributes
+    ----------
+    iterations, evaluations : int
+        Newton steps, and evaluations of the derivatives of all states.
+    residual : float
+        Largest derivative that is left, relative to the terms that cancel in it.
+    condition : float
+        Condition number of the equations, their rows scaled by these terms; infinite where an
+        equilibrium is one of many, such as the speed of a free drive.
+    growth : float
+        Fastest growth of small deviations, 1/s: zero at a stable equilibrium, nan if unknown.
+    """
+
+    iterations: int
+    evaluations: int
+    residual: float
+    condition: float
+    growth: float
+
+    def __str__(self) -> str:
+        condition = f"{self.condition:.3g}" if np.isfinite(self.condition) else "none: one of many"
+        text = (
+            f"found in {self.iterations} iterations, {self.evaluations} evaluations; residual "
+            f"{self.residual:.1e}, condition {condition}"
+        )
+        return text + (f"; unstable, grows as exp({self.growth:.4g} t)" if self.growth > 0 else "")
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What the search for an equilibrium kept as it was given.
+
+    Attributes
+    ----------
+    free : tuple of int
+        Places of the parameters that the equilibrium determines.
+    nodes : tuple of int
+        Quantities that keep their values, as numbers of the reduced system.
+    initial : bool
+        Initial equations hold.
+    rest : bool
+        Nothing moves.
+    start : mapping of str to float
+        Start values with which it began.
+    """
+
+    free: tuple[int, ...] = ()
+    nodes: tuple[int, ...] = ()
+    initial: bool = False
+    rest: bool = False
+    start: Mapping[str, float] = field(default_factory=dict)
+
+
+class Named(ByName, RichHtml):
+    """Answers to the names of a system's quantities: ``name in run``, ``list(run)``."""
+
+    system: System
+    again: Any = None
+
+    def __contains__(self, name: Name) -> bool:
+        return self.system.key(name) in ("time", *self._names())
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return ["time", *self._names()]
+
+    def _names(self) -> list[str]:
+        return computed(self.system) if self.again is None else self.system.names()
+
+
+@dataclass(frozen=True, eq=False)
+class OperatingPoint(Named):
+    """Values of all states at one instant.
+
+    Attributes
+    ----------
+    system : System
+        What it belongs to.
+    time : float
+        Instant, s.
+    x : ndarray, shape (n,)
+        States in the order of ``system.state_names``.
+    theta, settings : ndarray
+        Parameters; modes and values of implicit quantities.
+    collisions : tuple of Change
+        Impacts at this very instant; the states are those after them.
+    search : Convergence or None
+        How an equilibrium was found.
+    kept : Kept or None
+        What it kept.
+    residual : float or None
+        How far the worst of the initial equations and given values that are no states is missed at
+        a start, relative to what is wanted if that is above one; None where there are none.
+    lost : tuple of str
+        Given start values and initial equations that an equilibrium does not keep, in words.
+    again : callable or None
+        Makes the same point of the system with the states that were left out; None where there are
+        none, or nobody knows them.
+    told : dict of int to ndarray
+        What programs were told on the way (see `Trajectory`).
+    """
+
+    system: System
+    time: float
+    x: np.ndarray
+    theta: np.ndarray
+    settings: np.ndarray
+    collisions: tuple[Change, ...] = ()
+    search: Convergence | None = None
+    kept: Kept | None = None
+    residual: float | None = None
+    lost: tuple[str, ...] = ()
+    again: Callable[[System], OperatingPoint] | None = None
+    told: Told = field(default_factory=dict)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters that can be changed, and their values here."""
+        p = self.system.structure.parameters
+        return {p.names[i]: float(v) for i, v in zip(p.free, self.theta, strict=True)}
+
+    @cached_property
+    def whole(self) -> OperatingPoint:
+        """The same with the states that were left out, if they are known."""
+        if self.again is None:
+            return self
+        found = self.again(self.system.whole)
+
+        def left_out(name: str) -> np.ndarray:
+            return np.array([found[name]])
+
+        system, x = with_left_out(self.system, self.x[None, :], left_out)
+        return replace(self, system=system, x=x[0], again=None)
+
+    @overload
+    def __getitem__(self, name: Name) -> float: ...
+    @overload
+    def __getitem__(self, name: list[Name]) -> np.ndarray: ...
+    def __getitem__(self, name: Name | list[Name]) -> float | np.ndarray:
+        if isinstance(name, list):
+            return np.array([self[one] for one in name])
+        if self.system.key(name) == "time":
+            return self.time
+        try:
+            function = self.system.function([name])
+        except UnknownNameError:
+            if self.again is None:
+                raise
+            return self.whole[name]
+        return float(function(self.x, self.theta, self.time, self.settings))
+
+    def __repr__(self) -> str:
+        rows = [
+            (name, *amounts(name, self.system.quantity(name).unit, value))
+            for name, value in zip(self.system.state_names[:20], self.x, strict=False)
+            if "(" not in name
+        ]
+        head = f"{self.system.name} at t = {self.time:g} s"
+        if self.search is not None:
+            head += f"; {self.search}"
+        if self.residual is not None:
+            head += f"; what was demanded is met to {self.residual:.1e}"
+        if self.lost:
+            head += (
+                f"\nnot kept, as no equilibrium near the start does: {', '.join(self.lost[:12])}"
+            )
+        return f"{head}\n" + table(("state", "value", "unit"), rows)

@@ -1,0 +1,339 @@
+"""Whether a drive keeps limits, how far it uses them, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lumped.errors import OptionError
+from lumped.functionals import Condition, mean, peak
+from lumped.functionals.functional import refuse_other
+from lumped.plots.draw import Backend, draw
+from lumped.plots.numbers import utilisation
+from lumped.support.arguments import checked
+from lumped.support.display_units import Units, speed_unit
+from lumped.support.rich_html import RichHtml
+from lumped.support.text_table import amounts, number, table
+from lumped.timeloop.results.trajectory import Trajectory
+from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
+from lumped.vibration.ordered.order_response import OrderResponse
+from lumped.vibration.rules.limits import Limit, Measure, Real
+from lumped.vibration.speeds.campbell import BarredRange, Campbell, CriticalSpeed
+
+__all__ = ["Result", "Verdict", "measured", "separation", "verdict"]
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """How a drive stands to one limit.
+
+    Attributes
+    ----------
+    name, quantity, unit, measure, clause, source : str
+        The limit.
+    value, permitted, utilisation : float
+        Where it is used most.
+    speed : float
+        There, rad/s; nan for a run.
+    beyond : tuple of BarredRange
+        Speeds at which it is exceeded.
+    """
+
+    name: str
+    quantity: str
+    unit: str
+    measure: str
+    clause: str
+    source: str
+    value: float
+    permitted: float
+    utilisation: float
+    speed: float
+    beyond: tuple[BarredRange, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether the limit is kept everywhere."""
+        return self.utilisation <= 1
+
+    def told(self, units: Units = None, digits: int = 6) -> tuple[str, ...]:
+        """Value, permitted value and unit, as they are shown."""
+        is_change = self.measure in ("maximum", "half range", "sum")
+        own = self.quantity, self.unit, self.value, self.permitted
+        return amounts(*own, digits=digits, units=units, is_change=is_change)
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict(RichHtml):
+    """All limits, how far they are used, where, and whether they are kept.
+
+    Attributes
+    ----------
+    results : tuple of Result
+        By utilisation, the largest first.
+    """
+
+    results: tuple[Result, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether all limits are kept."""
+        return all(result.passed for result in self.results)
+
+    @property
+    def barred(self) -> tuple[BarredRange, ...]:
+        """Speeds at which any limit is exceeded, joined where they meet."""
+        every = sorted((r.begin, r.end) for result in self.results for r in result.beyond)
+        found: list[BarredRange] = []
+        for begin, end in every:
+            if found and begin <= found[-1].end:
+                found[-1] = BarredRange(found[-1].begin, max(end, found[-1].end))
+            else:
+                found.append(BarredRange(begin, end))
+        return tuple(found)
+
+    @checked
+    def plot(self, *, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+        """How far the limits are used, a bar for each.
+
+        Parameters
+        ----------
+        backend, ax
+            As in `lumped.Trajectory.plot`.
+        """
+        shares = [(f"{r.name}: {r.quantity} ({r.measure})", r.utilisation) for r in self.results]
+        kept = sum(result.passed for result in self.results)
+        title = f"{kept} of {len(shares)} limits kept"
+        return draw(utilisation(title, shares), backend, ax)
+
+    def __repr__(self) -> str:
+        kept = sum(result.passed for result in self.results)
+        head = f"{'passed' if self.passed else 'FAILED'}: {kept} of {len(self.results)} limits kept"
+        speed = speed_unit()
+        rows = [
+            (
+                r.name,
+                r.quantity,
+                r.measure,
+                *r.told(),
+                f"{r.utilisation:.1%}",
+                "-" if np.isnan(r.speed) else number(speed.value(r.speed)),
+                "yes" if r.passed else "NO",
+                " ".join(part for part in (r.clause, r.source) if part) or "-",
+            )
+            for r in self.results
+        ]
+        columns = (
+            *("limit", "quantity", "measure", "value", "permitted", "unit", "used"),
+            *(f"at, {speed.unit}", "kept", "source"),
+        )
+        text = f"{head}\n" + table(columns, rows)
+        if self.barred:
+            text += "\nbarred: " + "; ".join(str(each) for each in self.barred)
+        return text
+
+
+@checked
+def verdict(found: OrderAmplitudes | Trajectory, limits: Iterable[Limit | Condition]) -> Verdict:
+    """Whether vibrations keep limits, how far these are used, and where.
+
+    Parameters
+    ----------
+    found : OrderResponse, OrbitRange or Trajectory
+        Steady vibration over the speed, or a run.
+    limits : iterable of Limit or Condition
+        The limits; of a run conditions too, such as ``lumped.functionals.rms("motor.tau") <= 40``.
+
+    Returns
+    -------
+    Verdict
+
+    Raises
+    ------
+    OptionError
+        If there is no limit, it holds at no computed speed, or permits nothing.
+    UnitError
+        If a limit has a unit of another dimension than its quantity.
+    UnknownNameError
+        If a quantity was not computed.
+    """
+    every = tuple(limits)
+    if not every:
+        raise OptionError("verdict: name at least one limit.")
+    results = [
+        _bounded(found, each) if isinstance(each, Condition) else _result(found, each)
+        for each in every
+    ]
+    return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)))
+
+
+def _result(found: OrderAmplitudes | Trajectory, limit: Limit) -> Result:
+    key = found.system.key(limit.quantity)
+    unit = found.system.quantity(key).unit
+    if isinstance(found, Trajectory):
+        speeds, values = np.array([np.nan]), np.array([_of_run(found, key, limit.measure)])
+        if callable(limit.permitted) or (
+            isinstance(limit.permitted, Sequence) and not isinstance(limit.permitted, str)
+        ):
+            raise OptionError(
+                f"limit '{limit.name}' of {key} depends on the speed; a run needs one value."
+            )
+    else:
+        ascending = np.argsort(found.speeds)
+        speeds, values = found.speeds[ascending], measured(found, key, limit.measure)[ascending]
+        inside = np.isin(speeds, limit.holding(speeds))
+        if limit.speeds is not None and not inside.any():
+            raise OptionError(
+                f"limit '{limit.name}' of {key} holds from {limit.speeds[0]:g} to "
+                f"{limit.speeds[1]:g} rad/s, where no speed was computed."
+            )
+        speeds, values = speeds[inside], values[inside]
+    permitted = limit.at(speeds, unit)
+    used = values / permitted
+    k = int(used.argmax())
+    beyond = () if isinstance(found, Trajectory) else _beyond(speeds, used)
+    return Result(
+        limit.name,
+        key,
+        unit,
+        "largest"
+        if isinstance(found, Trajectory) and limit.measure != "mean power"
+        else limit.measure,
+        limit.clause,
+        limit.source,
+        float(values[k]),
+        float(permitted[k]),
+        float(used[k]),
+        float(speeds[k]),
+        beyond,
+    )
+
+
+def _bounded(found: OrderAmplitudes | Trajectory, condition: Condition) -> Result:
+    """How a run stands to a bound of a functional."""
+    if not isinstance(found, Trajectory):
+        raise OptionError(f"verdict: {condition} is a limit of a run; take a Limit over the speed.")
+    refuse_other([condition.of], "run", "verdict")
+    unit = condition.of.unit(found.system)
+    low, high = condition.bounds(unit, "verdict")
+    value, is_upper = found.value(condition.of), low == -np.inf
+    part, whole, bound = (value, high, high) if is_upper else (low, value, low)
+    # a share says something only of what lies on one side of zero
+    used = part / whole if part > 0 and whole > 0 else (0.0 if part <= whole else np.inf)
+    name, measure = "condition", "at most" if is_upper else "at least"
+    return Result(
+        name, str(condition.of), unit, measure, "", "", value, bound, used, float("nan"), ()
+    )
+
+
+def _of_run(found: Trajectory, key: str, measure: Measure) -> float:
+    """Largest size of a quantity, or its mean, over the run."""
+    return found.value(mean(key) if measure == "mean power" else peak(key))
+
+
+def measured(found: OrderAmplitudes, key: str, measure: Measure) -> Real:
+    """A measure of a quantity at each speed, see `Limit`."""
+    if measure == "mean power":
+        if not isinstance(found, OrderResponse):
+            raise OptionError(f"limit of {key}: mean powers follow from order responses only.")
+        power: Real = found.mean_power(key).sum(axis=1)
+        return power
+    both = found.synthesis(key)
+    if measure == "with mean":
+        (_, high), (_, low) = both.extremes
+        mean = found.mean(key)
+        return np.maximum(np.abs(mean + high), np.abs(mean + low))
+    return {"maximum": both.maximum, "half range": both.half_range, "sum": both.sum}[measure]
+
+
+def _beyond(speeds: Real, used: Real) -> tuple[BarredRange, ...]:
+    """Ranges of speeds in which a limit is exceeded; ends by lines between the speeds."""
+    above = np.concatenate([[False], used > 1, [False]])
+    edges = np.flatnonzero(above[1:] != above[:-1]).tolist()
+    found = []
+    for first, after in zip(edges[::2], edges[1::2], strict=True):
+        begin, end = speeds[first], speeds[after - 1]
+        if first:
+            begin = np.interp(1.0, used[first - 1 : first + 1], speeds[first - 1 : first + 1])
+        if after < len(speeds):
+            end = np.interp(1.0, used[[after, after - 1]], speeds[[after, after - 1]])
+        found.append(BarredRange(float(begin), float(end)))
+    return tuple(found)
+
+
+@checked
+def separation(
+    critical: Campbell | Iterable[CriticalSpeed],
+    *,
+    between: tuple[float, float],
+    margin: float = 0.1,
+    source: str = "",
+) -> Verdict:
+    """Whether critical speeds keep away from the speeds of operation.
+
+    Parameters
+    ----------
+    critical : Campbell or iterable of CriticalSpeed
+        From `campbell`, or from `critical_speeds`.
+    between : tuple of float
+        First and last speed of operation, rad/s.
+    margin : float
+        Least distance of a critical speed from these, as a share of the nearest of them; 10 % is
+        usual in the practice of process machines.
+    source : str
+        Where the margin stands.
+
+    Returns
+    -------
+    Verdict
+        A row for each critical speed: its distance, and the margin over it as utilisation; infinite
+        within the range.
+
+    Raises
+    ------
+    OptionError
+        If the range or the margin makes no sense, or a diagram does not reach as far as both.
+    """
+    low, high = between
+    if not 0 < low <= high < np.inf:
+        raise OptionError(
+            f"separation: between = {between}: the first and last speed of operation, rad/s, above "
+            "zero."
+        )
+    if not 0 < margin < 1:
+        raise OptionError(f"separation: margin = {margin:g} must be between 0 and 1.")
+    if isinstance(critical, Campbell):
+        first, last = critical.speeds[0], critical.speeds[-1]
+        if first > low * (1 - margin) or last < high * (1 + margin):
+            raise OptionError(
+                f"separation: the diagram reaches from {first:g} to {last:g} rad/s; speeds from "
+                f"{low:g} to {high:g} rad/s with a margin of {margin:g} need critical speeds from "
+                f"{low * (1 - margin):g} to {high * (1 + margin):g}. Make the diagram over these."
+            )
+        critical = critical.critical
+    results = []
+    for each in critical:
+        distance = max(low - each.speed, each.speed - high, 0.0)
+        share = distance / (low if each.speed < low else high)
+        ends = BarredRange(each.speed / (1 + margin), each.speed / (1 - margin))
+        results.append(
+            Result(
+                "separation",
+                f"mode {each.mode + 1}, {each.label or f'order {each.order:g}'}",
+                "1",
+                "distance",
+                "",
+                source,
+                share,
+                margin,
+                margin / share if share else np.inf,
+                each.speed,
+                () if share >= margin else (ends,),
+            )
+        )
+    if not results:
+        raise OptionError("separation: there is no critical speed.")
+    return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)))
