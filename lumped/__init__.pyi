@@ -69,8 +69,8 @@ from lumped.timeloop.results.trajectory import Trajectory as Trajectory
 from lumped.tolerances.probability import probability as probability
 from lumped.tolerances.reliability import reliability as reliability
 from lumped.tolerances.scatter import scatter as scatter
+from lumped.vibration.natural.find_modes import modes as modes
 from lumped.vibration.natural.modes import Modes as Modes
-from lumped.vibration.natural.modes import modes as modes
 from lumped.vibration.natural.symbolic import expression as expression
 from lumped.vibration.responses.response import frequency_response as frequency_response
 from lumped.vibration.speeds.campbell import campbell as campbell

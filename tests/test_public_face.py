@@ -56,7 +56,7 @@ def test_the_themes_are_the_folders_of_analyses():
 
 @pytest.mark.parametrize("name", PLACES)
 def test_dir_and_all_show_exactly_the_names_of_the_stub(name):
-    """A line for each: ``from lumped.vibration.natural.modes import modes as modes``."""
+    """A line for each: ``from lumped.vibration.natural.find_modes import modes as modes``."""
     stub = (ROOT / name.replace(".", "/") / "__init__.pyi").read_text(encoding="utf-8")
     lines = ast.parse(stub).body
     aliases = [a for line in lines if isinstance(line, ast.ImportFrom) for a in line.names]
@@ -151,7 +151,7 @@ def test_only_drawing_needs_matplotlib():
 
 def test_an_analysis_loads_no_other():
     found = loaded("import lumped as lp; lp.modes")
-    assert "lumped.vibration.natural.modes" in found
+    assert "lumped.vibration.natural.find_modes" in found
     assert not {"lumped.optimisation", "lumped.exchange", "lumped.orbits", "matplotlib"} & found
 
 

@@ -20,7 +20,7 @@ from lumped.drawing.schematic import schematic
 from lumped.ensembles.outcome import Ensemble
 from lumped.errors import LumpedError
 from lumped.gradients.gradient import Gradient
-from lumped.gradients.sensitivity import Sensitivity
+from lumped.gradients.sensitivity_result import Sensitivity
 from lumped.language.component import Component
 from lumped.life.duty_cycle import DutyCycle
 from lumped.points.equilibrium_sensitivity import EquilibriumSensitivity

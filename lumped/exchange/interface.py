@@ -18,7 +18,7 @@ from lumped.timeloop.clocks import Clock, clocks
 from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run import nominals
-from lumped.vibration.responses.response import needing_rates
+from lumped.vibration.responses.amplitudes import needing_rates
 
 __all__ = ["Interface", "Shown", "rate_unit", "refuse_doubles", "uneven_clocks"]
 

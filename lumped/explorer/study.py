@@ -16,7 +16,8 @@ from lumped.simulation.simulate import simulate
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity
-from lumped.vibration.natural.modes import Modes, modes
+from lumped.vibration.natural.find_modes import modes
+from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.responses.response import FrequencyResponse, frequency_response
 from lumped.vibration.rules.limits import Limit

@@ -4,5 +4,5 @@ from lumped.gradients.gradient import Gradient as Gradient
 from lumped.gradients.gradient import gradient as gradient
 from lumped.gradients.gradient_ensemble import GradientEnsemble as GradientEnsemble
 from lumped.gradients.gradient_ensemble import gradient_ensemble as gradient_ensemble
-from lumped.gradients.sensitivity import Sensitivity as Sensitivity
 from lumped.gradients.sensitivity import sensitivity as sensitivity
+from lumped.gradients.sensitivity_result import Sensitivity as Sensitivity

@@ -16,7 +16,8 @@ from lumped.ensembles.distributions import paired
 from lumped.ensembles.variants import variants_of
 from lumped.errors import LumpedError, OptimisationError, OptionError
 from lumped.functionals import at_time
-from lumped.gradients.sensitivity import Sensitivity, Varied
+from lumped.gradients.sensitivity import Varied
+from lumped.gradients.sensitivity_result import Sensitivity
 from lumped.optimisation.design import Bounds, room_of
 from lumped.optimisation.first_designs import TRIED, apart
 from lumped.optimisation.identification import Identification

@@ -8,8 +8,9 @@ from lumped.errors import OptimisationError
 from lumped.optimisation.design import Optimum, Task
 from lumped.optimisation.spectral_search import SpectralSearch
 from lumped.vibration.natural.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
+from lumped.vibration.natural.find_modes import modes
 from lumped.vibration.natural.mode_designs import ModeDesigns
-from lumped.vibration.natural.modes import Modes, modes
+from lumped.vibration.natural.modes import Modes
 
 __all__ = ["best_modes"]
 

@@ -1,7 +1,7 @@
 """Packages whose public names load when they are first used.
 
 The list of names is the stub beside the package, ``__init__.pyi``: one line for each name, such as
-``from lumped.vibration.natural.modes import modes as modes``. Type checkers, editors and the
+``from lumped.vibration.natural.find_modes import modes as modes``. Type checkers, editors and the
 package read the same lines.
 """
 

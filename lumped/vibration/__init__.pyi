@@ -8,8 +8,8 @@ from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity as eige
 from lumped.vibration.natural.energies import ModalEnergies as ModalEnergies
 from lumped.vibration.natural.energies import Node as Node
 from lumped.vibration.natural.energies import modal_energies as modal_energies
+from lumped.vibration.natural.find_modes import modes as modes
 from lumped.vibration.natural.modes import Modes as Modes
-from lumped.vibration.natural.modes import modes as modes
 from lumped.vibration.natural.natural_modes import NaturalModes as NaturalModes
 from lumped.vibration.natural.natural_modes import natural_modes as natural_modes
 from lumped.vibration.natural.participation import Participation as Participation

@@ -20,8 +20,9 @@ from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
+from lumped.vibration.natural.find_modes import modes_of
 from lumped.vibration.natural.left_vectors import left_vectors
-from lumped.vibration.natural.modes import Modes, modes_of
+from lumped.vibration.natural.modes import Modes
 from lumped.vibration.rotating.masses import mechanical_states
 
 __all__ = ["NaturalModes", "natural_modes"]

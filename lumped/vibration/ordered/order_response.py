@@ -22,7 +22,7 @@ from lumped.vibration.ordered.mean_power import mean_power
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.ordered.order_solution import Excitations, OrderEquations, OrderSolution
 from lumped.vibration.ordered.validity import refuse_vibration_outside
-from lumped.vibration.responses.response import refuse_rates
+from lumped.vibration.responses.amplitudes import refuse_rates
 from lumped.vibration.rotating.amplitude_laws import amplitude_laws
 from lumped.vibration.rotating.find_rotation import rotation
 from lumped.vibration.rotating.rotation import Rotation

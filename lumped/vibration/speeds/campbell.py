@@ -20,7 +20,8 @@ from lumped.support.display_units import Shown, Units, chosen, frequency_unit, s
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.results.operating_point import OperatingPoint
-from lumped.vibration.natural.modes import Modes, modes
+from lumped.vibration.natural.find_modes import modes
+from lumped.vibration.natural.modes import Modes
 from lumped.vibration.speeds.campbell_picture import campbell_picture
 
 __all__ = ["BarredRange", "Campbell", "CriticalSpeed", "campbell", "critical_speeds"]

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
 from lumped.timeloop.results.operating_point import OperatingPoint
-from lumped.vibration.natural.modes import Modes, modes
+from lumped.vibration.natural.find_modes import modes
+from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.speeds.campbell import (
     Campbell,

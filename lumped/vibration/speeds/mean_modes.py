@@ -13,7 +13,8 @@ from lumped.errors import OptionError
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
 from lumped.timeloop.results.operating_point import OperatingPoint
-from lumped.vibration.natural.modes import Modes, modes_of
+from lumped.vibration.natural.find_modes import modes_of
+from lumped.vibration.natural.modes import Modes
 from lumped.vibration.rotating.find_rotation import rotation
 from lumped.vibration.rotating.harmonics import mean_matrix
 from lumped.vibration.rotating.small_vibrations import small_vibrations
