@@ -15,7 +15,7 @@ from lumped.support.display_units import Units
 from lumped.support.whole_files import write_text
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.modes import Modes
-from lumped.vibration.ordered.order_response import OrderResponse
+from lumped.vibration.order_response import OrderResponse
 from lumped.vibration.speeds.campbell import Campbell
 
 __all__ = ["torsional_report"]
@@ -50,7 +50,7 @@ def torsional_report(
     Parameters
     ----------
     response : OrderResponse or mapping of str to OrderResponse
-        From `lumped.vibration.ordered.order_response`; by captions where there are several, such as
+        From `lumped.vibration.order_response`; by captions where there are several, such as
         ``{"all cylinders fire": ..., "cylinder 1 misfires": ...}``. The first is that of the drive
         whose data, modes and critical speeds are told.
     path : str or Path

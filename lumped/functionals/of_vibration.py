@@ -108,7 +108,7 @@ def separation(orders: Iterable[float], *, between: tuple[float, float]) -> Func
     """Least distance of critical speeds from the speeds of operation, as a share of the nearest.
 
     Natural frequencies are those at the mean state of each speed, as in
-    `lumped.vibration.speeds.mean_campbell`. Between the speeds of operation, and that share beyond
+    `lumped.vibration.mean_campbell`. Between the speeds of operation, and that share beyond
     them, each mode stays above or below each order, whichever asks for the smaller change of its
     frequency where a search begins.
 

@@ -42,7 +42,7 @@ _FROM = {
     "FrequencyResponse": "a response from lumped.frequency_response",
     "MeanStress": "a rule such as lumped.life.goodman('700 MPa')",
     "Modes": "modes from lumped.modes",
-    "OrderResponse": "a response from lumped.vibration.ordered.order_response",
+    "OrderResponse": "a response from lumped.vibration.order_response",
     "OperatingPoint": "an operating point from lumped.equilibrium or lumped.start_point",
     "Path": "a path",
     "Port": "a port",

@@ -62,7 +62,7 @@ def critical_sensitivity(
     if away.min(initial=np.inf) > _MEETS:
         raise OptionError(
             f"{response.system.name}: {speed:.9g} rad/s is no critical speed of {name}; give one "
-            "of lumped.vibration.speeds.mean_campbell(response).critical."
+            "of lumped.vibration.mean_campbell(response).critical."
         )
     mode = int(away.argmin())
     steeper = order - 2 * np.pi * spectrum.hertz_by_speed(mode)

@@ -1,0 +1,144 @@
+"""Natural modes of a system, all of them or those nearest to a frequency."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from lumped.compiler.system import Changes, System
+from lumped.errors import OptionError, SolverError
+from lumped.numerics.eigen import eigenpairs
+from lumped.numerics.eigen_near import eigenpairs_near
+from lumped.points.linearise import sparse_state_matrix
+from lumped.points.moved_equilibrium import held_still
+from lumped.points.start import start_point
+from lumped.points.vibrating_states import finite, moving
+from lumped.support.arguments import checked
+from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.vibration.natural.modes import Modes
+
+__all__ = ["modes", "modes_of"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+_SMALL = 200
+"""States up to which all modes are computed although only some are asked for."""
+
+
+@checked
+def modes(
+    system: System,
+    *,
+    at: OperatingPoint | None = None,
+    parameters: Changes | None = None,
+    near: float | None = None,
+    count: int | None = None,
+) -> Modes:
+    """Natural frequencies, damping ratios and mode shapes.
+
+    What sticks at the operating point counts as rigid: a drive whose brake holds vibrates against
+    the brake. What is open there transmits nothing. The first line of what is printed says what is
+    open, closed, stuck, sliding or released.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    at : OperatingPoint, optional
+        Where to linearise; default is the start point.
+    parameters : mapping of name to float, optional
+        Parameters to change, if `at` is not given.
+    near : float, optional
+        Frequency, Hz, for large drives: only the `count` oscillating modes nearest to it are
+        computed, by sparse iteration. With 0 rigid-body modes are found too; decays are those
+        found on the way. Of modes that repeat within one connected drive some may be missed.
+    count : int, optional
+        How many modes, with `near`.
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    OptionError
+        If options contradict each other.
+    SolverError
+        If the linearisation is not finite, or the sparse iteration does not converge.
+    """
+    if (near is None) != (count is None):
+        raise OptionError("modes: `near` and `count` go together, such as near=0.0, count=20.")
+    if near is not None and not (np.isfinite(near) and near >= 0):
+        raise OptionError(f"modes: near = {near:g} Hz must be finite and not negative.")
+    if count is not None and count < 1:
+        raise OptionError(f"modes: count = {count} must be at least 1.")
+    if at is not None and parameters:
+        raise OptionError("modes: give the parameters when making the operating point `at`.")
+    point = finite(at or start_point(system, parameters=parameters))
+    matrix = scipy.sparse.csr_array(sparse_state_matrix(point.system, point))
+    return modes_of(point, matrix, near, count)
+
+
+def modes_of(
+    point: OperatingPoint,
+    matrix: scipy.sparse.csr_array,
+    near: float | None = None,
+    count: int | None = None,
+    *,
+    is_mean: bool = False,
+) -> Modes:
+    """Modes of a state matrix (see `modes`), shape (n, n), at a point or of a mean."""
+    system = point.system
+    if not np.isfinite(matrix.data).all():
+        raise SolverError(
+            f"{system.name}: the linearisation is not finite at the operating point:\n{point!r}"
+        )
+    matrix.eliminate_zeros()
+    n = matrix.shape[0]
+    label = scipy.sparse.csgraph.connected_components(matrix, directed=False)[1]
+    values: list[complex] = []
+    vectors: list[np.ndarray] = []
+    rigid: list[np.ndarray] = []
+    decays: list[float] = []
+    fading: list[np.ndarray] = []
+    members = np.flatnonzero(moving(system, point))
+    members = members[np.argsort(label[members], kind="stable")]
+    for own in np.split(members, np.flatnonzero(np.diff(label[members])) + 1):
+        if not len(own):
+            continue
+        block = matrix[own][:, own]
+        if near is None or count is None or len(own) <= _SMALL:
+            found = eigenpairs(block.toarray())
+        else:
+            found = eigenpairs_near(block, 2 * np.pi * near, count)
+        for value, vector in zip(*found, strict=True):
+            full = np.zeros(n, dtype=complex)
+            full[own] = vector
+            if value == 0:
+                rigid.append(full.real)
+            elif value.imag > 0:
+                values.append(complex(value))
+                vectors.append(full)
+            elif value.imag == 0:
+                decays.append(float(value.real))
+                fading.append(full)
+    all_values = np.array(values, dtype=complex)
+    order = np.argsort(np.abs(all_values), kind="stable")
+    if near is not None:
+        distance = np.abs(all_values[order] - 2j * np.pi * near)
+        order = order[np.sort(np.argsort(distance, kind="stable")[:count])]
+    slowest = np.argsort(np.array(decays), kind="stable")
+    return Modes(
+        system,
+        np.array([values[i] for i in order.tolist()], dtype=complex),
+        np.column_stack([np.zeros((n, 0)), *(vectors[i] for i in order)]),
+        held_still(point, np.column_stack([np.zeros((n, 0)), *rigid])),
+        np.array(decays)[slowest],
+        np.column_stack([np.zeros((n, 0)), *(fading[i] for i in slowest)]),
+        point,
+        near,
+        matrix if is_mean else None,
+    )
