@@ -20,7 +20,7 @@ from lumped.language.pieces import Pieces
 from lumped.reduction.evaluation import Values
 from lumped.support.follow_operations import follow_operations
 
-__all__ = ["Condition", "is_even", "sorted_conditions"]
+__all__ = ["Condition", "is_even", "sort_conditions"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ class Condition:
         return found
 
 
-def sorted_conditions(
+def sort_conditions(
     found: list[Condition], values: Values, *, foresee: bool
 ) -> tuple[list[Condition], list[list[int]], list[Condition]]:
     """Those that depend on the time alone, the numbers of those that each needs, and the others.

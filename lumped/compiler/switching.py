@@ -9,7 +9,7 @@ from typing import TypeVar
 import casadi as ca
 import numpy as np
 
-from lumped.compiler.condition import Condition, sorted_conditions
+from lumped.compiler.condition import Condition, sort_conditions
 from lumped.compiler.formulas import of_formula
 from lumped.errors import SingularModelError
 from lumped.flattening import hold_modes
@@ -164,7 +164,7 @@ class Switching(Shared):
                     self.jumps.append(self._jump(group, i, jump, name, mode, len(new_values)))
                     new_values += ca.vertsplit(own[place : place + len(jump.values)])
                     place += len(jump.values)
-        self.timed, self.needs, self.conditions = sorted_conditions(
+        self.timed, self.needs, self.conditions = sort_conditions(
             found_conditions, values, foresee=foresee
         )
         self.relation_modes = np.array([c.mode for c in self.conditions], dtype=int)

@@ -10,9 +10,9 @@ import numpy as np
 
 from lumped.errors import DeclarationError, UnknownNameError, nearest, shown, told_by
 from lumped.language.declaration_checks import refuse_shared, refuse_slips
-from lumped.language.dotted_path import member, replaced, split_key, steps
+from lumped.language.dotted_path import find_member, replace_member, split_key, steps
 from lumped.language.expression import Equation, Expr
-from lumped.language.pickling import rebuilt, reduced
+from lumped.language.pickling import rebuild, reduce_component
 from lumped.language.port import Connection, Port
 from lumped.language.quantity import Input, Output, Quantity, Var
 from lumped.language.signature import DocumentationSlot, SignatureSlot
@@ -227,14 +227,14 @@ class Component(RichHtml):
                 slot, key = split_key(head)
                 held = self._held(slot, values)
                 if not isinstance(held, Mapping):
-                    member(held, key, slot)
-                values[slot] = replaced(held, key, value)
+                    find_member(held, key, slot)
+                values[slot] = replace_member(held, key, value)
             else:
                 values[head] = value
         for head, inner in below.items():
             slot, key = split_key(head)
             held = self._held(slot, values)
-            values[slot] = replaced(held, key, member(held, key, slot).with_(inner))
+            values[slot] = replace_member(held, key, find_member(held, key, slot).with_(inner))
         return type(self)(**values)
 
     def _held(self, slot: str, values: Mapping[str, Any]) -> Any:
@@ -277,7 +277,7 @@ class Component(RichHtml):
         return self
 
     def __reduce_ex__(self, protocol: Any) -> tuple[Any, ...]:
-        return reduced(self, self._values, self._place)
+        return reduce_component(self, self._values, self._place)
 
     def __repr__(self) -> str:
         inner = ", ".join(f"{k}={v!r}" for k, v in self._values.items())
@@ -324,7 +324,7 @@ class Component(RichHtml):
         raise UnknownNameError(f"{kind} has no '{name}'. {nearest(name, known)}")
 
     def _copy_at(self, parent: Component, name: str) -> Self:
-        return rebuilt(type(self), self._values, (parent, name))
+        return rebuild(type(self), self._values, (parent, name))
 
     def _part(self, name: str) -> Any:
         bound = self._bound.get(name)

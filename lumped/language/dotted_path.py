@@ -7,7 +7,7 @@ from typing import Any
 
 from lumped.errors import UnknownNameError
 
-__all__ = ["member", "replaced", "split_key", "steps"]
+__all__ = ["find_member", "replace_member", "split_key", "steps"]
 
 
 def steps(path: str) -> list[str]:
@@ -31,7 +31,7 @@ def split_key(head: str) -> tuple[str, str | None]:
     return slot, key.strip("\"'")
 
 
-def member(held: Any, key: str | None, slot: str) -> Any:
+def find_member(held: Any, key: str | None, slot: str) -> Any:
     """The part that a key names among those of a slot."""
     if not isinstance(held, Mapping | list | tuple):
         if key is not None:
@@ -44,7 +44,7 @@ def member(held: Any, key: str | None, slot: str) -> Any:
     return members[key]
 
 
-def replaced(held: Any, key: str | None, value: Any) -> Any:
+def replace_member(held: Any, key: str | None, value: Any) -> Any:
     """Parts of a slot with one of them replaced; the slot has only one without a key."""
     if key is None:
         return value

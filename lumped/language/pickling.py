@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from lumped.support.optional_packages import extra
 
-__all__ = ["rebuilt", "reduced"]
+__all__ = ["rebuild", "reduce_component"]
 
 _C = TypeVar("_C")
 
@@ -16,7 +16,7 @@ _whole: ContextVar[bool] = ContextVar("whole", default=False)
 """Whether a model is being pickled with its classes, so that its parts need not add theirs."""
 
 
-def rebuilt(cls: type[_C], values: dict[str, Any], place: Any) -> _C:
+def rebuild(cls: type[_C], values: dict[str, Any], place: Any) -> _C:
     """An instance from values already checked."""
     made = object.__new__(cls)
     object.__setattr__(made, "_values", values)
@@ -25,10 +25,10 @@ def rebuilt(cls: type[_C], values: dict[str, Any], place: Any) -> _C:
     return made
 
 
-def reduced(component: object, values: dict[str, Any], place: Any) -> tuple[Any, ...]:
+def reduce_component(component: object, values: dict[str, Any], place: Any) -> tuple[Any, ...]:
     """What pickle makes a component from; with its class if that cannot be imported."""
     if _whole.get() or _importable(type(component)):
-        return rebuilt, (type(component), values, place)
+        return rebuild, (type(component), values, place)
     cloudpickle = extra(
         "cloudpickle", "cluster", f"To pickle {type(component).__name__}, which cannot be imported,"
     )

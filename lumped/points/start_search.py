@@ -14,10 +14,10 @@ from lumped.flattening.hold_modes import BACKWARD, FORWARD, STUCK
 from lumped.language.quantity import beyond
 from lumped.points.position_search import agreed, borders
 from lumped.points.start_values import (
+    differentiate_start_values,
+    evaluate_start_values,
     given_values,
-    numbers_of_start_values,
     relative_positions,
-    slopes_of_start_values,
 )
 from lumped.points.targets import Targets
 from lumped.support.units import amount
@@ -89,7 +89,7 @@ class StartSearch:
         self._resting = relative_positions(system) if together else []
         self.reduced = system.structure.reduced
         self.position = {n: i for i, n in enumerate(self.reduced.states)}
-        given, self.starts = numbers_of_start_values(system, theta)
+        given, self.starts = evaluate_start_values(system, theta)
         changed = given_values(system, start)
         self.given, self.changed = given | changed, set(changed)
         for unknown, number in self.given.items():
@@ -354,7 +354,7 @@ class StartSearch:
     ) -> np.ndarray:
         """Derivatives of the states found (see `start_slopes`)."""
         flat, signs = self.system.structure.flat, self.reduced.aliases.signs
-        found = slopes_of_start_values(self.system)(self.theta).sparse() @ seed
+        found = differentiate_start_values(self.system)(self.theta).sparse() @ seed
         none = np.zeros(seed.shape[1])
         values = zip((*flat.starts, *flat.given), found, strict=True)
         rows = {**dict(values), **dict.fromkeys(self.changed, none)}

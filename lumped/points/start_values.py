@@ -13,10 +13,10 @@ from lumped.support.made_once import made_once
 from lumped.support.units import plain
 
 __all__ = [
+    "differentiate_start_values",
+    "evaluate_start_values",
     "given_values",
-    "numbers_of_start_values",
     "relative_positions",
-    "slopes_of_start_values",
 ]
 
 _POSITIONS = (Flange.potential.unit, LinearFlange.potential.unit)
@@ -45,7 +45,7 @@ def _start_column(system: System) -> ca.SX:
     return ca.vertcat(ca.SX(0, 1), *flat.starts.values(), *flat.given.values())
 
 
-def numbers_of_start_values(
+def evaluate_start_values(
     system: System, theta: np.ndarray
 ) -> tuple[dict[int, float], dict[int, float]]:
     """Start values given to instances, and those of declarations, by unknowns."""
@@ -62,8 +62,8 @@ def _start_values(system: System) -> ArrayFunction:
 
 
 @made_once
-def slopes_of_start_values(system: System) -> ca.Function:
-    """Their derivatives by the parameters: those of declarations, then those given."""
+def differentiate_start_values(system: System) -> ca.Function:
+    """Derivatives of start values by the parameters: of those declared, then of those given."""
     theta = system.structure.parameters.theta
     return ca.Function("slopes", [theta], [ca.jacobian(_start_column(system), theta)])
 

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 from lumped.gradients.jumps import Crossing
 
-__all__ = ["last_bounces", "limit_of_flights"]
+__all__ = ["find_last_bounces", "find_limit_of_flights"]
 
 _FLIGHT = 1e-6
 """Part of a run that a flight must last for its length to be known well."""
 
 
-def last_bounces(crossings: Sequence[Crossing], component: str, until: float) -> list[int]:
+def find_last_bounces(crossings: Sequence[Crossing], component: str, until: float) -> list[int]:
     """Legs that begin at the last three impacts whose flights are resolved in a run.
 
     Parameters
@@ -37,7 +37,7 @@ def last_bounces(crossings: Sequence[Crossing], component: str, until: float) ->
     return found[-3:]
 
 
-def limit_of_flights(times: Sequence[float]) -> tuple[float, list[float]]:
+def find_limit_of_flights(times: Sequence[float]) -> tuple[float, list[float]]:
     """Limit of a geometric series of flights between three impacts, and its derivatives.
 
     A run leaves out the bounces that are too small for it.

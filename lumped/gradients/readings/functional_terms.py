@@ -22,11 +22,11 @@ from lumped.functionals.readings import (
 from lumped.gradients.adjoint import AdjointPoint
 from lumped.gradients.jumps import Crossing, EventDerivatives
 from lumped.gradients.legs import Leg
-from lumped.gradients.readings.bounces import last_bounces, limit_of_flights
+from lumped.gradients.readings.bounces import find_last_bounces, find_limit_of_flights
 from lumped.gradients.readings.damage_slopes import damage_slopes
 from lumped.gradients.readings.extremes import extremes
 from lumped.gradients.readings.looks import Turn
-from lumped.gradients.readings.product_slopes import slopes_at_many, slopes_at_one
+from lumped.gradients.readings.product_slopes import differentiate_at_many, differentiate_at_one
 from lumped.gradients.readings.samples import values_at
 from lumped.gradients.readings.turning_points import turning_points
 from lumped.gradients.readings.ways import Owed, Way, multiple, sum_of
@@ -184,7 +184,7 @@ class SmoothParts:
     def _look(self, number: int, t: float, names: tuple[str, ...]) -> _Look:
         x, m = self.legs[number].state(t)
         keys = tuple(self.run.system.key(name) for name in names)
-        y, by_x, by_p, rate = slopes_at_one(self.run.system, keys)(x, self.run.theta, t, m)
+        y, by_x, by_p, rate = differentiate_at_one(self.run.system, keys)(x, self.run.theta, t, m)
         return _Look(float(y[0]), by_x, by_p, float(rate[0]))
 
     def _moving(self, number: int, name: str = "") -> AdjointPoint:
@@ -211,7 +211,7 @@ class SmoothParts:
         """Values at which a quantity turns, one of which may be that at the end of the run."""
         system, n = self.run.system, len(self.run.system.structure.states)
         legs, times = np.array([top.leg for top in tops]), np.array([top.time for top in tops])
-        given = (self.run, self.legs, self.steps, slopes_at_many(system, factors))
+        given = (self.run, self.legs, self.steps, differentiate_at_many(system, factors))
         found = values_at(*given, legs, times)
         ways = []
         for top, row in zip(tops, found, strict=True):
@@ -301,14 +301,14 @@ class SmoothParts:
         if len(crossing.orders) > 1 and component not in crossing.names:
             raise self._coincident(label, crossing)
         if any(jump.settles and component in jump.names for jump in crossing.orders[0]):
-            bounces = last_bounces(self.crossings[: number - 1], component, self.until)
+            bounces = find_last_bounces(self.crossings[: number - 1], component, self.until)
             if len(bounces) == 3:
                 return Owed((self._accumulation(bounces, component),))
         return Owed((Way(crossing.t, (self._moving(number, component),)),))
 
     def _accumulation(self, bounces: list[int], component: str) -> Way:
         """Where impacts accumulate."""
-        value, weights = limit_of_flights([self.crossings[k - 1].t for k in bounces])
+        value, weights = find_limit_of_flights([self.crossings[k - 1].t for k in bounces])
         parts = zip(bounces, weights, strict=True)
         points = [replace(self._moving(k, component), late=weight) for k, weight in parts]
         return Way(value, tuple(points))

@@ -9,11 +9,11 @@ from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 
-__all__ = ["slopes_at_many", "slopes_at_one"]
+__all__ = ["differentiate_at_many", "differentiate_at_one"]
 
 
 @made_once
-def slopes_at_many(system: System, factors: tuple[str, ...]) -> ManyPoints:
+def differentiate_at_many(system: System, factors: tuple[str, ...]) -> ManyPoints:
     """A product, its derivative by time along the run, and those by states and parameters."""
     y, by_x, by_p, along = _slopes(system, factors)
     every = ca.densify(ca.vertcat(y, along, by_x.T, by_p.T))
@@ -21,7 +21,7 @@ def slopes_at_many(system: System, factors: tuple[str, ...]) -> ManyPoints:
 
 
 @made_once
-def slopes_at_one(system: System, factors: tuple[str, ...]) -> ArrayFunction:
+def differentiate_at_one(system: System, factors: tuple[str, ...]) -> ArrayFunction:
     """A product, its derivatives by states and parameters, by time along the run: (x, p, t, m)."""
     results = [ca.densify(each) for each in _slopes(system, factors)]
     return ArrayFunction(ca.Function("differentiated", system.inputs, results))
