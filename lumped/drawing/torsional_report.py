@@ -15,7 +15,7 @@ from lumped.support.display_units import Units
 from lumped.support.whole_files import write_text
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.modes import Modes
-from lumped.vibration.order_response import OrderResponse
+from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.speeds.campbell import Campbell
 
 __all__ = ["torsional_report"]
