@@ -15,7 +15,7 @@ from lumped.support.display_units import Units, display, time_unit
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.rules.limits import Measure
-from lumped.vibration.rules.verdict import measured
+from lumped.vibration.rules.verdict import measure_quantity
 
 __all__ = [
     "_WIDTH",
@@ -156,7 +156,7 @@ def synthesis_figure(study: Study, output: str) -> Figure:
         kinds += [limit.measure for limit in limits]
         for kind, style in zip(dict.fromkeys(kinds), _STYLES, strict=False):
             text = "sum of amplitudes" if kind == "sum" else kind
-            size = shown.value(measured(response, output, kind))
+            size = shown.value(measure_quantity(response, output, kind))
             _line(axis, study.speed.value(response.speeds), size, style, text)
         for i, limit in enumerate(limits):
             speeds = limit.holding(response.speeds)

@@ -81,7 +81,7 @@ def _verdict(study: Study) -> str:
     lines = [table(head, rows, (4, 5, 7, 8))]
     for caption, found in study.verdicts.items():
         if found.barred:
-            ranges = "; ".join(each.told(study.speed) for each in found.barred)
+            ranges = "; ".join(each.format_range(study.speed) for each in found.barred)
             lines.append(f"<p>Speeds to bar, {escape(caption or 'response')}: {ranges}.</p>")
     return "\n".join(lines)
 
@@ -91,7 +91,7 @@ def _row(result: Result, study: Study) -> tuple[str, ...]:
         result.name,
         result.quantity,
         result.measure,
-        *result.told(study.units, 5),
+        *result.format_values(study.units, 5),
         f"{100 * result.utilisation:.1f}",
         "" if np.isnan(result.speed) else number(study.speed.value(result.speed), 5),
         "yes" if result.passed else "NO",

@@ -320,7 +320,7 @@ def phase_diagrams_picture(
             items.append(Curve(np.array([0, vector.real]), np.array([0, vector.imag]), told))
         bold = Look(INK, width=2.2)
         items.append(Curve(np.array([0, whole.real]), np.array([0, whole.imag]), "sum", bold))
-        for end, text in _told_apart(row / reach, labels):
+        for end, text in _merge_labels(row / reach, labels):
             items.append(Words(reach * end.real, reach * end.imag, text))
         bare = Axis(low=-1.2 * reach, high=1.2 * reach, bare=True)
         text = f"{caption}: {abs(whole):.3g}"
@@ -328,7 +328,7 @@ def phase_diagrams_picture(
     return Picture(title, tuple(panels), min(len(captions), 4), below=True)
 
 
-def _told_apart(ends: np.ndarray, labels: Sequence[str]) -> list[tuple[complex, str]]:
+def _merge_labels(ends: np.ndarray, labels: Sequence[str]) -> list[tuple[complex, str]]:
     """Where labels stand at the ends of vectors; those that would touch become one text."""
     found: list[tuple[complex, str]] = []
     for end, label in zip(ends.tolist(), labels, strict=True):

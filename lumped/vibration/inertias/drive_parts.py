@@ -78,7 +78,7 @@ def drive_parts(modes: Modes) -> DriveParts:
     found = DriveParts({}, {}, [], [])
     heavy = heavy_shafts(modes.system, modes.point)
     means = {} if modes.mean is None else mean_inertias(modes.system, modes.point)
-    for path, flanges in _loaded(modes):
+    for path, flanges in _find_loaded_parts(modes):
         turning = [node for node in flanges.nodes if node is not None]
         total = flanges.torques.sum(axis=0)
         if path in heavy:
@@ -96,7 +96,7 @@ def drive_parts(modes: Modes) -> DriveParts:
     return found
 
 
-def _loaded(modes: Modes) -> Iterator[tuple[str, _Flanges]]:
+def _find_loaded_parts(modes: Modes) -> Iterator[tuple[str, _Flanges]]:
     """Components without parts of their own that transmit torque."""
     tree, reduced = modes.system.structure.tree, modes.system.structure.reduced
     unknowns: list[int] = []
@@ -158,7 +158,7 @@ def _on_one_shaft(found: DriveParts, path: str, node: int, flanges: _Flanges) ->
     torque = flanges.torques.sum(axis=0)
     if _share(torque, flanges.torques) < _FITS:
         return
-    (J, _), missed = _fit(torque, acceleration, speed)
+    (J, _), missed = _fit_terms(torque, acceleration, speed)
     if missed < _FITS and _share(J * acceleration, torque) < _FITS:
         return
     if missed < _FITS and J > 0:
@@ -171,7 +171,7 @@ def _between_shafts(found: DriveParts, path: str, flanges: _Flanges) -> None:
     """A shaft, or a damper."""
     slip = flanges.speeds[1] - flanges.speeds[0]
     more = flanges.accelerations[1] - flanges.accelerations[0]
-    (c, _), missed = _fit(flanges.rates[1], slip, more)
+    (c, _), missed = _fit_terms(flanges.rates[1], slip, more)
     if missed < _FITS and _share(c * slip, flanges.rates[1]) < _FITS:
         return
     if missed < _FITS and c > 0:
@@ -195,7 +195,7 @@ def _gears(path: str, flanges: _Flanges) -> list[tuple[str, int, int, float]]:
     power = flanges.torques[first].copy()
     found = []
     for i, b in others:
-        (ratio,), missed = _fit(flanges.speeds[i], flanges.speeds[first])
+        (ratio,), missed = _fit_terms(flanges.speeds[i], flanges.speeds[first])
         if missed > _FITS:
             return []
         power += ratio * flanges.torques[i]
@@ -203,7 +203,7 @@ def _gears(path: str, flanges: _Flanges) -> list[tuple[str, int, int, float]]:
     return found if _share(power, flanges.torques[first]) < _FITS else []
 
 
-def _fit(wanted: Real, *terms: Real) -> tuple[list[float], float]:
+def _fit_terms(wanted: Real, *terms: Real) -> tuple[list[float], float]:
     """Factors of terms whose sum is nearest to what is wanted, and the share missed."""
     matrix = np.column_stack(terms)
     size = np.linalg.norm(matrix, axis=0)

@@ -154,7 +154,7 @@ class _Own:
         at = np.zeros((len(angles), 1 + len(self.others)))
         at[:, self.angles[0]] = angles
         for _ in range(_STEPS):
-            missing = np.hstack([self._called(each.value, each, at) for each in self.residuals])
+            missing = np.hstack([self._evaluate(each.value, each, at) for each in self.residuals])
             matrix = self._matrix(self._slopes(at), 0.0)[:, :, self.others]
             step = np.linalg.solve(matrix, -missing[..., None])[..., 0]
             at[:, self.others] += step
@@ -186,9 +186,9 @@ class _Own:
 
     def _slopes(self, at: Real) -> list[Real]:
         """Partial derivatives of each equation at points, shapes (points, symbols)."""
-        return [self._called(each.coefficients, each, at) for each in self.residuals]
+        return [self._evaluate(each.coefficients, each, at) for each in self.residuals]
 
-    def _called(self, function: ca.Function, each: Residual, at: Real) -> Real:
+    def _evaluate(self, function: ca.Function, each: Residual, at: Real) -> Real:
         """A function of an equation where nothing moves, at points."""
         values = np.where(each.orders == 0, at[:, each.locals], 0.0)
         parameters, time, modes = self.rest

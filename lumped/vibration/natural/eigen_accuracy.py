@@ -15,7 +15,7 @@ from lumped.points.vibrating_states import moving
 from lumped.vibration.natural.eigenpairs import Eigenpairs
 from lumped.vibration.natural.left_vectors import left_vectors
 
-__all__ = ["Accuracy", "accuracy", "lost"]
+__all__ = ["Accuracy", "accuracy", "count_lost_eigenvalues"]
 
 Real = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ def accuracy(modes: Eigenpairs) -> Accuracy:
     return Accuracy(missed / (norm * length), np.where(np.isnan(conditions), np.inf, conditions))
 
 
-def lost(modes: Eigenpairs) -> int:
+def count_lost_eigenvalues(modes: Eigenpairs) -> int:
     """Eigenvalues that are not zero, but below the rounding of the highest (see `Modes.lost`)."""
     own = np.flatnonzero(moving(modes.system, modes.point))
     if not modes.rigid or modes.near is not None or len(own) > _MOST:

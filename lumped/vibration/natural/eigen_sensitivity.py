@@ -26,7 +26,7 @@ from lumped.support.text_table import number, table
 from lumped.vibration.natural.eigen_slopes import damping_slopes, hertz_slopes
 from lumped.vibration.natural.left_vectors import left_vectors, parts
 from lumped.vibration.natural.modes import Modes
-from lumped.vibration.natural.repeated_eigenvalues import split_slopes
+from lumped.vibration.natural.repeated_eigenvalues import derive_split
 
 __all__ = ["EigenSensitivity", "eigen_sensitivity"]
 
@@ -131,7 +131,7 @@ class EigenSensitivity(RichHtml):
         part = parts(self.modes)[np.abs(self.modes.vectors).argmax(axis=0)]
         together = np.flatnonzero(near & (part == part[mode])).tolist()
         (place,) = self.modes.system.places([self.modes.system.key(parameter)])
-        return split_slopes(self.modes, together, place)
+        return derive_split(self.modes, together, place)
 
     @checked
     def plot(
@@ -246,7 +246,7 @@ def eigen_sensitivity(modes: Modes, *, by: Iterable[Name] | None = None) -> Eige
     left = np.hstack([left_vectors(modes), left_vectors(modes, decays=True)])
     function = _contraction(system)
 
-    def contracted(a: Real, b: Real, settings: Real) -> Real:
+    def contract(a: Real, b: Real, settings: Real) -> Real:
         both = [np.repeat(np.c_[part], a.shape[1], axis=1) for part in (point.theta, settings)]
         states = np.repeat(np.c_[point.x], a.shape[1], axis=1)
         times = np.full((1, a.shape[1]), point.time)
@@ -254,10 +254,10 @@ def eigen_sensitivity(modes: Modes, *, by: Iterable[Name] | None = None) -> Eige
 
     def slopes(settings: Real) -> Complex:
         """Derivatives of the eigenvalues by states and parameters."""
-        real = contracted(left.real, right.real, settings)
-        real = real + contracted(left.imag, right.imag, settings)
-        imaginary = contracted(left.real, right.imag, settings)
-        imaginary = imaginary - contracted(left.imag, right.real, settings)
+        real = contract(left.real, right.real, settings)
+        real = real + contract(left.imag, right.imag, settings)
+        imaginary = contract(left.real, right.imag, settings)
+        imaginary = imaginary - contract(left.imag, right.real, settings)
         return real + 1j * imaginary
 
     both = slopes(point.settings)
@@ -267,7 +267,7 @@ def eigen_sensitivity(modes: Modes, *, by: Iterable[Name] | None = None) -> Eige
     moved = moved or still_point(point, places)
     refuse_kinks(point, moved, names, slopes)
     found: Complex = moved.through(both)
-    repeated = _repeated(modes, values, right)
+    repeated = _find_repeated(modes, values, right)
     found[repeated] = np.nan
     alone = np.setdiff1d(np.arange(len(found)), repeated)
     if not np.isfinite(found[alone]).all():
@@ -288,7 +288,7 @@ def eigen_sensitivity(modes: Modes, *, by: Iterable[Name] | None = None) -> Eige
     )
 
 
-def _repeated(modes: Modes, values: Complex, vectors: Complex) -> NDArray[np.intp]:
+def _find_repeated(modes: Modes, values: Complex, vectors: Complex) -> NDArray[np.intp]:
     """Eigenvalues that are those of others in the same part of the drive."""
     part = parts(modes)[np.abs(vectors).argmax(axis=0)]
     close = np.abs(values[:, None] - values[None, :]) <= _REPEATED * np.abs(values)[:, None]

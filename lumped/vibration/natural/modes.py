@@ -20,7 +20,7 @@ from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.made_once import made_once
 from lumped.support.text_table import number, table
-from lumped.vibration.natural.eigen_accuracy import Accuracy, accuracy, lost
+from lumped.vibration.natural.eigen_accuracy import Accuracy, accuracy, count_lost_eigenvalues
 from lumped.vibration.natural.eigenpairs import Eigenpairs
 from lumped.vibration.pictures import mode_shapes_picture
 
@@ -80,7 +80,7 @@ class Modes(Eigenpairs):
         They count among the rigid-body modes, beside stiffnesses that differ by a factor of some
         1e26. Not looked at where only some modes were asked for, and above 500 states.
         """
-        return lost(self)
+        return count_lost_eigenvalues(self)
 
     @property
     def angles(self) -> list[str]:
@@ -128,7 +128,7 @@ class Modes(Eigenpairs):
             name = self.system.structure.tree.unknown_name(unknowns[lost[0]])
             raise UnknownNameError(f"'{name}' was left out of the system.")
         if wanted:
-            result[alive] = self._required(wanted, vectors, values)
+            result[alive] = self._require_amplitudes(wanted, vectors, values)
             result[alive] *= reduced.aliases.signs[np.array(unknowns)[alive]][:, None]
         return result
 
@@ -190,7 +190,7 @@ class Modes(Eigenpairs):
         """Names and amplitudes of all angles and positions of ports in the oscillating modes."""
         nodes = self._position_nodes
         names = [self.system.structure.node_name(n) for n in nodes]
-        return names, self._required(nodes, self.vectors, self.eigenvalues)
+        return names, self._require_amplitudes(nodes, self.vectors, self.eigenvalues)
 
     @cached_property
     def _position_nodes(self) -> list[int]:
@@ -215,7 +215,7 @@ class Modes(Eigenpairs):
                     (found if quantity.unit in ("rad", "m") else others).add(n)
         return found or others
 
-    def _required(
+    def _require_amplitudes(
         self, nodes: list[int], vectors: Complex | Real, values: Complex | Real
     ) -> Complex:
         if not nodes:
@@ -236,7 +236,9 @@ class Modes(Eigenpairs):
     @cached_property
     def _rigid_positions(self) -> Real:
         """Amplitudes of all angles and positions of ports in the rigid-body modes."""
-        return self._required(self._position_nodes, self.rigid_vectors, np.zeros(self.rigid)).real
+        return self._require_amplitudes(
+            self._position_nodes, self.rigid_vectors, np.zeros(self.rigid)
+        ).real
 
     @cached_property
     def _rigid_scale(self) -> Real:
@@ -329,7 +331,7 @@ class Modes(Eigenpairs):
         rows = []
         for i, (f, z) in enumerate(zip(self.hertz[:30], self.damping, strict=False)):
             order = np.argsort(-np.abs(scaled[:, i]))[:3].tolist() if names else []
-            parts = [f"{names[j]} {_signed(scaled[j, i])}" for j in order]
+            parts = [f"{names[j]} {_format_amplitude(scaled[j, i])}" for j in order]
             rows.append((str(i + 1), number(frequency.value(f), 9), number(z, 4), "; ".join(parts)))
         lines = [head]
         if rows:
@@ -342,7 +344,7 @@ class Modes(Eigenpairs):
         return "\n".join(lines)
 
 
-def _signed(value: complex) -> str:
+def _format_amplitude(value: complex) -> str:
     if abs(value.imag) <= 1e-6 * abs(value):
         return f"{round(value.real, 3) + 0.0:+.3f}"
     return f"{abs(value):.3f} at {np.degrees(np.angle(value)):.0f} deg"

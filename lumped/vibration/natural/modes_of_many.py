@@ -121,7 +121,7 @@ class ModesOfMany:
                         continue
                     gap = np.abs(every[number][known][mine] - value[known][mine, None])
                     alone = (gap <= _REPEATED * np.abs(value[known][mine, None])).sum(axis=1) == 1
-                    by = self._contracted(own[mine], right, left, self._members[number])
+                    by = self._contract(own[mine], right, left, self._members[number])
                     by[~alone] = np.nan
                     places = np.arange(rows.start, rows.stop)[known][mine]
                     found[places, i] = by
@@ -180,7 +180,7 @@ class ModesOfMany:
             ca.Function("matrix", [both, ca.SX.sym("p", 0), time, settings], [self._numbers])
         )
 
-    def _evaluated(self, function: ManyPoints, x: Real, *more: Real) -> Real:
+    def _evaluate(self, function: ManyPoints, x: Real, *more: Real) -> Real:
         point, n = self._begin.point, len(x)
         states = np.tile(point.x, (n, 1))
         settings = np.tile(point.settings, (n, 1))
@@ -198,7 +198,7 @@ class ModesOfMany:
 
     def _blocks(self, x: Real) -> list[Real]:
         """State matrices of all parts, shapes (n, m, m)."""
-        numbers = self._evaluated(self._matrix, x)
+        numbers = self._evaluate(self._matrix, x)
         numbers[:, self._system.cancelling] = 0.0
         whole = np.zeros((len(x), *self._pattern.shape))
         rows, columns = (np.array(each, dtype=int) for each in self._pattern.get_triplet())
@@ -245,7 +245,7 @@ class ModesOfMany:
         both = ca.vertcat(states, theta, y, v)
         return ManyPoints(ca.Function("slopes", [both, ca.SX.sym("p", 0), time, settings], [slope]))
 
-    def _contracted(self, x: Real, right: Complex, left: Complex, own: NDArray[np.intp]) -> Complex:
+    def _contract(self, x: Real, right: Complex, left: Complex, own: NDArray[np.intp]) -> Complex:
         """``y^H (dA/dp) x`` for each design, shape (n, d)."""
         count = len(self._system.state_names)
         x_all, y_all = (np.zeros((len(x), count), dtype=complex) for _ in range(2))
@@ -253,7 +253,7 @@ class ModesOfMany:
         total = np.zeros((len(x), len(self._places)), dtype=complex)
         for a, y in ((1, y_all.real), (1j, y_all.imag)):
             for b, v in ((1, x_all.real), (1j, x_all.imag)):
-                total += a * b * self._evaluated(self._contraction, x, y, v)
+                total += a * b * self._evaluate(self._contraction, x, y, v)
         return total
 
     @cached_property

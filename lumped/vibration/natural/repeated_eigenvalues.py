@@ -14,7 +14,7 @@ from lumped.points.vibrating_states import moving
 from lumped.vibration.natural.left_vectors import beside, parts
 from lumped.vibration.natural.modes import Modes
 
-__all__ = ["Along", "split_slopes"]
+__all__ = ["Along", "derive_split"]
 
 Complex = NDArray[np.complex128]
 
@@ -22,7 +22,7 @@ _DEFECTIVE = 1e-6
 """Angle between left and right vectors below which an eigenvalue has too few shapes."""
 
 
-def split_slopes(modes: Modes, together: list[int], place: int) -> Complex:
+def derive_split(modes: Modes, together: list[int], place: int) -> Complex:
     """Derivatives of the eigenvalues into which one that repeats parts, 1/s, shape (m,).
 
     With bases X and Y of the right and left eigenvectors they are the eigenvalues of

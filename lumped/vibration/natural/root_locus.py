@@ -211,7 +211,7 @@ def root_locus(
 
     doubtful: list[tuple[float, float]] = []
 
-    def followed(
+    def follow_order(
         a: float,
         before: tuple[Complex, Complex, Complex],
         b: float,
@@ -219,26 +219,26 @@ def root_locus(
         depth: int,
     ) -> tuple[Complex, Complex, Complex]:
         """`after` in the order of `before`."""
-        order, sure = _matched(before, after)
+        order, sure = _match_eigenvalues(before, after)
         middle = (a + b) / 2
         if sure or depth == _HALVINGS:
             if not sure:
                 doubtful.append((a, b))
             return after[0][order], after[1][:, order], after[2][:, order]
-        between = followed(a, before, middle, spectrum(middle), depth + 1)
-        return followed(middle, between, b, after, depth + 1)
+        between = follow_order(a, before, middle, spectrum(middle), depth + 1)
+        return follow_order(middle, between, b, after, depth + 1)
 
     present = spectrum(float(grid[0]))
     order = np.lexsort((present[0].imag, np.abs(present[0])))
     present = present[0][order], present[1][:, order], present[2][:, order]
     rows = [present[0]]
     for a, b in zip(grid[:-1].tolist(), grid[1:].tolist(), strict=True):
-        present = followed(a, present, b, spectrum(b), 0)
+        present = follow_order(a, present, b, spectrum(b), 0)
         rows.append(present[0])
     return RootLocus(system, name, grid, np.array(rows), count, tuple(doubtful), tuple(situations))
 
 
-def _matched(
+def _match_eigenvalues(
     before: tuple[Complex, Complex, Complex], after: tuple[Complex, Complex, Complex]
 ) -> tuple[NDArray[np.int64], bool]:
     """Which eigenvalue of `after` belongs to each of `before`, and whether that is sure."""

@@ -162,7 +162,9 @@ def shape_sensitivity(
         change = along(x)
         own = np.flatnonzero((part == part[np.abs(x).argmax()]) & mobile)
         dx = np.zeros((len(x), len(places)), dtype=complex)
-        dx[own], missed = _bordered(matrix[own][:, own], value, x[own], left[own, k], change[own])
+        dx[own], missed = _derive_eigenvector(
+            matrix[own][:, own], value, x[own], left[own, k], change[own]
+        )
         worst = max(worst, missed)
         power = value ** depth[:, None]
         a = (C @ x)[:, None] / power
@@ -175,7 +177,7 @@ def shape_sensitivity(
     return ShapeSensitivity(modes, wanted, slopes.by, values, slopes.moving, worst)
 
 
-def _bordered(
+def _derive_eigenvector(
     block: scipy.sparse.csc_array, value: complex, x: Complex, y: Complex, change: Complex
 ) -> tuple[Complex, float]:
     """Derivatives of an eigenvector, and the relative residual of their equations."""

@@ -57,7 +57,7 @@ def expression(system: System, of: Name) -> ca.SX:
             f"{system.name}: {of} depends on modes or on implicit quantities and has no formula "
             "of its own. Use system.function, which takes them as arguments."
         )
-    return _named(system, found)
+    return _name_symbols(system, found)
 
 
 @checked
@@ -110,7 +110,7 @@ def symbolic_frequencies(system: System) -> tuple[ca.SX, ...]:
             "Use modes."
         )
     squares = _roots(-A[one, two] @ A[two, one])
-    return tuple(ca.vertsplit(_named(system, ca.sqrt(ca.vertcat(*squares)))))
+    return tuple(ca.vertsplit(_name_symbols(system, ca.sqrt(ca.vertcat(*squares)))))
 
 
 def _roots(G: ca.SX) -> list[ca.SX]:
@@ -132,7 +132,7 @@ def _roots(G: ca.SX) -> list[ca.SX]:
     return [mean + 2 * ca.sqrt(p) * ca.cos(angle + part) for part in parts]
 
 
-def _named(system: System, found: ca.SX) -> ca.SX:
+def _name_symbols(system: System, found: ca.SX) -> ca.SX:
     """With the symbols of the system replaced by named ones."""
     x, theta, time, _ = system.inputs
     p = system.structure.parameters

@@ -13,7 +13,7 @@ from lumped.vibration.ordered.order_solution import OrderEquations
 from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.rotating.amplitude_laws import AmplitudeLaws
 
-__all__ = ["found_amplitudes", "law_measure"]
+__all__ = ["find_amplitudes", "law_measure"]
 
 Real = NDArray[np.float64]
 Integer = NDArray[np.int64]
@@ -27,7 +27,7 @@ def law_measure(both: Synthesis) -> Literal["half range", "sum"]:
         return "sum"
 
 
-def found_amplitudes(
+def find_amplitudes(
     equations: OrderEquations, laws: AmplitudeLaws, first: int
 ) -> tuple[Real, float]:
     """Amplitudes at which laws agree with the vibration that follows from them.
@@ -52,7 +52,7 @@ def found_amplitudes(
         return np.zeros((len(steady.speeds), 0)), 0.0
 
     def follows(amplitudes: Real, at: Integer) -> Real:
-        y = equations.solved(amplitudes, at).y[:, :, first : first + count]
+        y = equations.solve_vibration(amplitudes, at).y[:, :, first : first + count]
         each = [Synthesis("law", "1", steady.speeds[at], orders, y[:, :, i]) for i in range(count)]
         return np.column_stack([b.sum if law_measure(b) == "sum" else b.half_range for b in each])
 

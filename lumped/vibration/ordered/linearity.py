@@ -18,7 +18,7 @@ from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.vibration.ordered.order_solution import OrderSolution
 from lumped.vibration.ordered.synthesis import Synthesis
-from lumped.vibration.rotating.rotation import Rotation, settled
+from lumped.vibration.rotating.rotation import Rotation, find_settings
 from lumped.vibration.rotating.small_vibrations import SmallVibrations
 
 __all__ = ["Linearity", "linearity"]
@@ -165,7 +165,7 @@ class _Along:
         self.slopes: Real = (waves @ (1j * orders[:, None] * steady.speeds[0] * solved.x[0])).real
         self.inputs: Real = (waves @ inputs).real
         self.waves = waves.conj() * (2 / samples)
-        self.settings = settled(steady.system, self.mean, steady.theta[0], steady.settings[0])
+        self.settings = find_settings(steady.system, self.mean, steady.theta[0], steady.settings[0])
         self.rates, self.outputs, _ = self._at(self.mean)
         base = small(steady.x, steady.theta[0], steady.settings, steady.points[0].time)
         turned = small(self.mean, steady.theta[0], self.settings, steady.points[0].time)
@@ -173,11 +173,11 @@ class _Along:
 
     def _at(self, x: Real) -> tuple[Real, Real, Real]:
         steady = self.steady
-        settings = settled(steady.system, x, steady.theta[0], steady.settings[0])
+        settings = find_settings(steady.system, x, steady.theta[0], steady.settings[0])
         found = self.small(x, steady.theta[0], settings, steady.points[0].time)
         return found.rates, found.outputs, found.M
 
-    def _left_out(self, vibration: Real, slopes: Real) -> Complex:
+    def _find_left_out(self, vibration: Real, slopes: Real) -> Complex:
         """Amplitudes of the outputs that a vibration has beside those that were computed."""
         rates, outputs, M = self._at(self.mean + vibration)
         rates, outputs = rates - self.rates, outputs - self.outputs
@@ -210,11 +210,11 @@ class _Along:
 
     def missing(self) -> _Missing:
         size = np.abs(self.solved.y[0]).max(axis=0)
-        shares = np.abs(self._left_out(self.vibration, self.slopes)) / np.where(
+        shares = np.abs(self._find_left_out(self.vibration, self.slopes)) / np.where(
             size > 0, size, np.inf
         )
         order, output = np.unravel_index(int(shares.argmax()), shares.shape)
-        return _Missing(float(shares.max()), int(output), int(order), self._released())
+        return _Missing(float(shares.max()), int(output), int(order), self._find_released())
 
     def causes(self, output: int, order: int) -> tuple[str, ...]:
         """States whose vibration, each alone, leaves out most of an amplitude."""
@@ -222,12 +222,12 @@ class _Along:
         for i in range(self.vibration.shape[1]):
             alone, slope = np.zeros_like(self.vibration), np.zeros_like(self.slopes)
             alone[:, i], slope[:, i] = self.vibration[:, i], self.slopes[:, i]
-            parts.append(float(np.abs(self._left_out(alone, slope)[order, output])))
+            parts.append(float(np.abs(self._find_left_out(alone, slope)[order, output])))
         names = self.steady.system.state_names
         largest = max(parts)
         return tuple(names[i] for i in np.argsort(parts)[::-1][:2] if parts[i] > 0.3 * largest)
 
-    def _released(self) -> list[str]:
+    def _find_released(self) -> list[str]:
         """Components whose holds do not last along the vibration."""
         switching = self.steady.system.switching
         if not switching.names:

@@ -56,7 +56,9 @@ def mean_power(
     system = steady.system
     inputs = tuple(excitations)
     turning = steady.turning
-    known = _known(system).of((key, inputs), lambda: _curvature(system, key, inputs, turning))
+    known = _recent_curvatures(system).of(
+        (key, inputs), lambda: _curvature(system, key, inputs, turning)
+    )
     count, time = len(orders), steady.points[0].time
     driven = np.zeros((*states.shape[:2], len(inputs)), dtype=complex)
     for i, harmonics in enumerate(excitations.values()):
@@ -106,5 +108,5 @@ def _curvature(system: System, key: str, inputs: tuple[str, ...], turning: Real)
 
 
 @made_once
-def _known(_: System) -> Recent[_Curvature]:
+def _recent_curvatures(_: System) -> Recent[_Curvature]:
     return Recent(16)

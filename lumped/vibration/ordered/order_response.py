@@ -16,7 +16,7 @@ from lumped.support.arguments import checked
 from lumped.support.display_units import speed_unit
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import ranges
-from lumped.vibration.ordered.law_amplitudes import found_amplitudes
+from lumped.vibration.ordered.law_amplitudes import find_amplitudes
 from lumped.vibration.ordered.linearity import Linearity, linearity
 from lumped.vibration.ordered.mean_power import mean_power
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
@@ -96,7 +96,7 @@ class OrderResponse(OrderAmplitudes):
             for name, harmonics in self.excitations.items()
         }
         equations = OrderEquations(self.small, steady, self.orders, wanted, self.damping_ratio)
-        solved = equations.solved(self._laws_at[k : k + 1])
+        solved = equations.solve_vibration(self._laws_at[k : k + 1])
         inputs = np.zeros((len(self.orders), len(wanted)), dtype=complex)
         for i, harmonics in enumerate(wanted.values()):
             for order, amplitude in harmonics.items():
@@ -129,7 +129,7 @@ class OrderResponse(OrderAmplitudes):
         """The same with other parameters, or at an operating point that has them."""
         steady = self.turning(self.speeds, parameters, at)
         wanted = self.orders, self.excitations, self.damping_ratio
-        return _responded(self.system, tuple(self.excitations), self.of, steady, *wanted)
+        return _respond(self.system, tuple(self.excitations), self.of, steady, *wanted)
 
     @checked
     def mean_power(self, quantity: Name) -> Real:
@@ -282,10 +282,10 @@ def order_response(
     refuse_rates(system, inputs)
     found = rotation(system, shaft, grid, turns, at, parameters, free)
     chosen = _orders(orders, wanted, found)
-    return _responded(found.system, inputs, outputs, found, chosen, wanted, damping_ratio)
+    return _respond(found.system, inputs, outputs, found, chosen, wanted, damping_ratio)
 
 
-def _responded(
+def _respond(
     system: System,
     inputs: tuple[str, ...],
     outputs: tuple[str, ...],
@@ -299,8 +299,8 @@ def _responded(
     small = small_vibrations(system, inputs, outputs + laws.quantities + watched)
     equations = OrderEquations(small, steady, orders, wanted, damping_ratio)
     count = len(outputs)
-    at, unsettled = found_amplitudes(equations, laws, count)
-    solved = equations.solved(at)
+    at, unsettled = find_amplitudes(equations, laws, count)
+    solved = equations.solve_vibration(at)
     first = count + len(laws.quantities)
     refuse_vibration_outside(
         small, steady, orders, solved.means[:, first:], solved.y[:, :, first:], at

@@ -20,18 +20,18 @@ from lumped.support.text_table import number, table
 from lumped.vibration.ordered.law_amplitudes import law_measure
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.ordered.synthesis import Synthesis
-from lumped.vibration.rotating.moved_rotation import moved_by
 from lumped.vibration.rotating.rotation import Rotation, samples_of
+from lumped.vibration.rotating.rotation_derivatives import derive_by_parameters
 from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations
 
 __all__ = [
     "OrderSensitivity",
+    "find_varied_places",
     "order_sensitivity",
     "refuse_ratio",
     "sizes_of",
     "slope_of",
-    "swept",
-    "varied_places",
+    "sweep_turns",
 ]
 
 Real = NDArray[np.float64]
@@ -137,7 +137,7 @@ def order_sensitivity(
     key = response.of[row]
     sizes = sizes_of(response, key, measure)
     k = int(sizes.argmax()) if speed is None else response.number_of(speed, "order_sensitivity")
-    names, places = varied_places(response, by)
+    names, places = find_varied_places(response, by)
     slope = slope_of(response, key, k, measure)[places]
     value, theta = float(sizes[k]), response.rotation.theta[k, places]
     return OrderSensitivity(
@@ -152,7 +152,7 @@ def order_sensitivity(
     )
 
 
-def varied_places(
+def find_varied_places(
     response: OrderResponse, by: Iterable[Name] | None
 ) -> tuple[list[str], list[int]]:
     """Names and places of parameters by which to derive; default is all that do not follow.
@@ -193,7 +193,7 @@ def sizes_of(response: OrderResponse, of: str, measure: str | float) -> Real:
 
 
 def _weights(both: Synthesis, k: int, measure: str | float) -> Complex:
-    """What the measure owes to the amplitudes: its change is ``Re sum(weight change)``."""
+    """Weights of the amplitudes in the measure: its change is ``Re sum(weight change)``."""
     y, orders = both.amplitudes[k], both.orders
     if isinstance(measure, str) and measure != "sum":
         (high, top), (low, bottom) = both.extremes
@@ -248,7 +248,7 @@ class _AtSpeed:
         return self.slopes(row, _weights(both, 0, law_measure(both)))
 
     def slopes(self, row: int, weights: Complex) -> tuple[Real, Real]:
-        """Derivatives of what is owed to the amplitudes of a quantity.
+        """Derivatives of a weighted sum of the amplitudes of a quantity.
 
         By all parameters, shape (p,), and by the amplitudes of laws, (m,).
         """
@@ -274,7 +274,7 @@ class _AtSpeed:
             whole = np.abs(orders * steady.turns - np.rint(orders * steady.turns)) <= 1e-9
             turning[:, whole] = np.exp(-1j * angle[:, None] * orders[whole]) * (2 / samples)
         own = [(turning @ left).real, (turning @ direct).real]
-        slope_x, slope = swept(small, steady, own, [part.sum(axis=0) for part in by_order])
+        slope_x, slope = sweep_turns(small, steady, own, [part.sum(axis=0) for part in by_order])
         by_amplitude = np.zeros(self.amplitudes.shape[1])
         if small.places:
             still = [np.zeros((count, n)), np.zeros((count, len(small.outputs)))]
@@ -286,10 +286,10 @@ class _AtSpeed:
                 more = small.slopes(part, again[0], theta, again[1], time, vibration)
                 slope_x, slope = slope_x + more[0].sum(axis=0), slope + more[1].sum(axis=0)
                 by_amplitude = by_amplitude + more[2].sum(axis=0)
-        return slope + moved_by(steady, slope_x), by_amplitude
+        return slope + derive_by_parameters(steady, slope_x), by_amplitude
 
 
-def swept(
+def sweep_turns(
     small: SmallVibrations, steady: Rotation, own: list[Real], means: list[Real]
 ) -> tuple[Real, Real]:
     """One reverse sweep over the turns: derivatives by states and by parameters.

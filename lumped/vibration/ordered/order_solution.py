@@ -92,7 +92,7 @@ class OrderEquations:
             stated = small(steady.x, steady.theta, steady.settings, steady.points[0].time)
             self._stated = list(stated[2:])
 
-    def solved(self, amplitudes: Real, at: Integer | None = None) -> OrderSolution:
+    def solve_vibration(self, amplitudes: Real, at: Integer | None = None) -> OrderSolution:
         """Vibration with laws at amplitudes.
 
         Parameters
@@ -132,14 +132,14 @@ class OrderEquations:
                 f"{system.name}: order {orders[o]:g} excites nothing; leave it out, or give its "
                 "excitation."
             )
-        rates = small.masses.divided(M, rates)
-        (rows, columns), A = small.masses.divided_matrix(M, small.patterns[0], A)
+        rates = small.masses.divide(M, rates)
+        (rows, columns), A = small.masses.divide_matrix(M, small.patterns[0], A)
         if self._damping_ratio:
             more, block = _modal_damping(system, rows, columns, A, self._damping_ratio)
             rows, columns = np.append(rows, more[0]), np.append(columns, more[1])
             A = np.concatenate([A, block], axis=2)
         _refuse_growth(steady, rows, columns, A[:, 0])
-        found, worst = _solved(
+        found, worst = _solve_points(
             system, rows, columns, A.reshape(-1, A.shape[2]), w.ravel(), rates.reshape(-1, n)
         )
         size = np.abs(found).max(axis=1, initial=0.0)
@@ -250,7 +250,7 @@ def _refuse_growth(steady: Rotation, rows: Integer, columns: Integer, A: Real) -
             )
 
 
-def _solved(
+def _solve_points(
     system: System, rows: Integer, columns: Integer, entries: Real, w: Real, right: Complex
 ) -> tuple[Complex, float]:
     """Solutions at all points, and the largest backward error."""

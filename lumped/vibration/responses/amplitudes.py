@@ -14,7 +14,7 @@ from lumped.points.linearise import Matrices
 from lumped.support.made_once import made_once
 from lumped.timeloop.results.operating_point import OperatingPoint
 
-__all__ = ["Held", "needing_rates", "refuse_rates", "shifted", "solved"]
+__all__ = ["Held", "needing_rates", "refuse_rates", "shift_matrix", "solve_responses"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -48,11 +48,11 @@ class Held:
         if found is not self._latest[0]:
             inputs = (point.x, self.theta(hertz), point.time, point.settings)
             A = point.system.state_matrix(inputs)
-            self._latest = found, [*_stuck(point.system, point, A, found[1]), *found[2:]]
+            self._latest = found, [*_hold_sticking(point.system, point, A, found[1]), *found[2:]]
         return self._latest[1]
 
 
-def _stuck(
+def _hold_sticking(
     system: System, point: OperatingPoint, A: scipy.sparse.csc_array, B: scipy.sparse.csc_array
 ) -> list[scipy.sparse.csc_array]:
     """A and B in which speeds that stick, and what they hold, stay zero, also at 0 Hz."""
@@ -69,7 +69,7 @@ def _stuck(
     ]
 
 
-def solved(matrices: Held, hertz: ArrayLike, system: System) -> Complex:
+def solve_responses(matrices: Held, hertz: ArrayLike, system: System) -> Complex:
     """Responses, shape (frequencies, outputs, inputs)."""
     found = []
     latest = None
@@ -92,7 +92,7 @@ def solved(matrices: Held, hertz: ArrayLike, system: System) -> Complex:
     return np.array(found)
 
 
-def shifted(A: scipy.sparse.csc_array, hertz: float) -> scipy.sparse.csc_array:
+def shift_matrix(A: scipy.sparse.csc_array, hertz: float) -> scipy.sparse.csc_array:
     """``j w - A``."""
     unit = scipy.sparse.eye_array(A.shape[0], format="csc")
     return scipy.sparse.csc_array(2j * np.pi * hertz * unit - A)

@@ -28,7 +28,7 @@ from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
 from lumped.vibration.pictures import frequency_response_picture
-from lumped.vibration.responses.amplitudes import Held, refuse_rates, shifted, solved
+from lumped.vibration.responses.amplitudes import Held, refuse_rates, shift_matrix, solve_responses
 
 __all__ = ["FrequencyResponse", "Resonance", "frequency_response", "response_unit"]
 
@@ -97,7 +97,7 @@ class FrequencyResponse(ByName, RichHtml):
         worst = 0.0
         for f in self.hertz if len(self.system.state_names) else ():
             A, B, _, _ = self.matrices.at(f)
-            M, right = shifted(A, f), B.toarray()
+            M, right = shift_matrix(A, f), B.toarray()
             x = scipy.sparse.linalg.splu(M).solve(right.astype(complex))
             size = abs(M) @ np.abs(x) + np.abs(right)
             missed = np.abs(M @ x - right) / np.where(size > 0, size, 1.0)
@@ -137,7 +137,9 @@ class FrequencyResponse(ByName, RichHtml):
         low = _STATIC * self.hertz[self.hertz > 0].min(initial=np.inf)
         if not np.isfinite(low):
             raise OptionError("amplification: analyse at least one frequency above 0 Hz.")
-        lower, static = np.abs(solved(self.matrices, [low / 10, low], self.system)[:, row, column])
+        lower, static = np.abs(
+            solve_responses(self.matrices, [low / 10, low], self.system)[:, row, column]
+        )
         if not static or abs(lower / static - 1) > 1e-3:
             raise OptionError(
                 f"{self.system.name}: {self.outputs[row]} has no static response to "
@@ -158,7 +160,9 @@ class FrequencyResponse(ByName, RichHtml):
         size = np.abs(self.values[:, row, column])
 
         def height(hertz: float) -> float:
-            return -float(np.abs(solved(self.matrices, [hertz], self.system)[0, row, column]))
+            return -float(
+                np.abs(solve_responses(self.matrices, [hertz], self.system)[0, row, column])
+            )
 
         found = []
         for k in np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1:
@@ -347,7 +351,7 @@ def frequency_response(
     held = Held(point, matrices)
     for f in at_hertz[[0, -1]]:
         refuse_point_outside(replace(point, theta=held.theta(f)), f"at {f:.6g} Hz")
-    values = solved(held, at_hertz, system)
+    values = solve_responses(held, at_hertz, system)
     return FrequencyResponse(system, at_hertz, values, given, observed, point)
 
 

@@ -143,16 +143,16 @@ def response_sensitivity(
     at = [np.repeat(np.c_[point.x], count, axis=1), np.repeat(np.c_[*thetas], q * m, axis=1)]
     call = function.map(count)
 
-    def contracted(a: Real, b: Real, settings: Real) -> Real:
+    def contract(a: Real, b: Real, settings: Real) -> Real:
         modes = np.repeat(np.c_[settings], count, axis=1)
         return np.asarray(call(*at, np.full((1, count), point.time), modes, a, b)).T
 
     def slopes(settings: Real) -> Complex:
         """Derivatives of the amplitudes by states and parameters."""
-        real = contracted(left.real, right.real, settings)
-        real = real - contracted(left.imag, right.imag, settings)
-        imaginary = contracted(left.real, right.imag, settings)
-        imaginary = imaginary + contracted(left.imag, right.real, settings)
+        real = contract(left.real, right.real, settings)
+        real = real - contract(left.imag, right.imag, settings)
+        imaginary = contract(left.real, right.imag, settings)
+        imaginary = imaginary + contract(left.imag, right.real, settings)
         found = real + 1j * imaginary
         vibrating = [n + place for place in system.structure.parameters.vibrating]
         for place in vibrating:

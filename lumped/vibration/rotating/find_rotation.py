@@ -15,7 +15,7 @@ from lumped.points.start import point_at, start_point
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.operating_point import OperatingPoint
-from lumped.vibration.rotating.rotation import Real, Rotation, samples_of, settled, speed_of
+from lumped.vibration.rotating.rotation import Real, Rotation, find_settings, samples_of, speed_of
 from lumped.vibration.rotating.small_vibrations import small_vibrations
 
 __all__ = ["rotation"]
@@ -76,7 +76,7 @@ def rotation(
     found = Rotation(
         system, key, speeds, x, theta, settings, turning, turns, points, at is not None
     )
-    return found if free is None else balanced(found, free)
+    return found if free is None else balance_torques(found, free)
 
 
 def _together(
@@ -161,7 +161,7 @@ def _turning(point: OperatingPoint, x: Real, shaft: str, turns: int) -> Real:
 
 def _at(rates: ManyPoints, x: Real, point: OperatingPoint) -> Real:
     """Rates at states, shapes (points, n)."""
-    m = settled(point.system, x, point.theta, point.settings)
+    m = find_settings(point.system, x, point.theta, point.settings)
     found: Real = rates(x, point.theta, np.zeros(len(x)), m)
     return found
 
@@ -171,7 +171,7 @@ def _rates(system: System) -> ManyPoints:
     return ManyPoints(ca.Function("rates", system.inputs, [ca.densify(system.rates)]))
 
 
-def balanced(rotation: Rotation, free: Name) -> Rotation:
+def balance_torques(rotation: Rotation, free: Name) -> Rotation:
     """The rotation in which mean torques balance, with a parameter that they determine.
 
     Newton's method on the mean rates over the turns, at each speed from the nearest that is solved.
@@ -208,7 +208,7 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
         own[place] = value
         angle = 2 * np.pi * rotation.turns * np.arange(samples) / samples
         points = at + angle[:, None] * rotation.turning
-        m = settled(system, points, own, settings[k])
+        m = find_settings(system, points, own, settings[k])
         found = parts(points, own, m, time)
         mean = [part.mean(axis=0) for part in found]
         matrix = np.zeros((n + 1, n + 1))
@@ -276,5 +276,5 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
         rows = few_of_many(row, rotation.speeds)
     theta[:, place] = rows[:, n]
     for k in range(count):
-        settings[k] = settled(system, rows[k : k + 1, :n], theta[k], settings[k])[0]
+        settings[k] = find_settings(system, rows[k : k + 1, :n], theta[k], settings[k])[0]
     return replace(rotation, x=rows[:, :n].copy(), theta=theta, settings=settings, balancing=name)

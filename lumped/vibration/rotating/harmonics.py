@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.numerics.few_of_many import few_of_many
-from lumped.vibration.rotating.rotation import Rotation, samples_of, settled
+from lumped.vibration.rotating.rotation import Rotation, find_settings, samples_of
 from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations
 
 __all__ = ["harmonics", "mean_matrix"]
@@ -80,7 +80,7 @@ def mean_matrix(small: SmallVibrations, steady: Rotation, orders: Real) -> tuple
     mean = numbers.mean(axis=0)
     mean[np.abs(mean) <= _ROUNDING * np.abs(numbers).max(axis=0, initial=0.0)] = 0.0
     M = parts.M.mean(axis=0)
-    pattern, mean = small.masses.divided_matrix(M, small.patterns[0], mean)
+    pattern, mean = small.masses.divide_matrix(M, small.patterns[0], mean)
     matrix: Real = np.zeros((x.shape[1], x.shape[1]))
     matrix[pattern] = mean
     if steady.turns_matter:
@@ -94,7 +94,7 @@ def _growth(small: SmallVibrations, steady: Rotation, k: int, begin: Real) -> Re
     """By what outputs, such as angles, grow with the angle of the shaft, shape (q,)."""
     cycle = 2 * np.pi * steady.turns
     x = steady.x[k : k + 1] + cycle * steady.turning
-    m = settled(steady.system, x, steady.theta[k], steady.settings[k])
+    m = find_settings(steady.system, x, steady.theta[k], steady.settings[k])
     found: Real = (small(x, steady.theta[k], m, steady.points[0].time).outputs[0] - begin) / cycle
     return found
 

@@ -66,7 +66,7 @@ class Masses:
         found[..., self.rows, self.columns] = numbers
         return found
 
-    def divided(self, numbers: Real, right: Complex) -> Complex:
+    def divide(self, numbers: Real, right: Complex) -> Complex:
         """``M^-1`` times vectors, shape (..., n)."""
         if not len(self.rows):
             return right
@@ -75,7 +75,7 @@ class Masses:
         found[..., self.own] = np.linalg.solve(self.whole(numbers), own[..., None])[..., 0]
         return found
 
-    def divided_matrix(
+    def divide_matrix(
         self, numbers: Real, pattern: tuple[Integer, Integer], A: Real
     ) -> tuple[tuple[Integer, Integer], Real]:
         """Places and numbers of ``M^-1 A``, shapes (..., m) and (..., a) to (..., b)."""

@@ -14,7 +14,7 @@ from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.operating_point import OperatingPoint
 
-__all__ = ["Real", "Rotation", "samples_of", "settled", "speed_of"]
+__all__ = ["Real", "Rotation", "find_settings", "samples_of", "speed_of"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -102,7 +102,7 @@ class Rotation:
         """
         angle = 2 * np.pi * self.turns * np.arange(samples) / samples
         x = self.x[k] + angle[:, None] * self.turning
-        return angle, x, settled(self.system, x, self.theta[k], self.settings[k])
+        return angle, x, find_settings(self.system, x, self.theta[k], self.settings[k])
 
 
 def samples_of(steady: Rotation, orders: ArrayLike = 1.0) -> int:
@@ -113,7 +113,7 @@ def samples_of(steady: Rotation, orders: ArrayLike = 1.0) -> int:
     return samples
 
 
-def settled(system: System, x: Real, theta: Real, settings: Real) -> Real:
+def find_settings(system: System, x: Real, theta: Real, settings: Real) -> Real:
     """Settings at states, shape (points, m): conditions as their sides say, holds as given.
 
     Raises

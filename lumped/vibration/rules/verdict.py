@@ -23,12 +23,12 @@ from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.rules.limits import Limit, Measure, Real
 from lumped.vibration.speeds.campbell import BarredRange, Campbell, CriticalSpeed
 
-__all__ = ["Result", "Verdict", "measured", "separation", "verdict"]
+__all__ = ["Result", "Verdict", "measure_quantity", "separation", "verdict"]
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """How a drive stands to one limit.
+    """How far a drive uses one limit.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Result:
         """Whether the limit is kept everywhere."""
         return self.utilisation <= 1
 
-    def told(self, units: Units = None, digits: int = 6) -> tuple[str, ...]:
+    def format_values(self, units: Units = None, digits: int = 6) -> tuple[str, ...]:
         """Value, permitted value and unit, as they are shown."""
         is_change = self.measure in ("maximum", "half range", "sum")
         own = self.quantity, self.unit, self.value, self.permitted
@@ -118,7 +118,7 @@ class Verdict(RichHtml):
                 r.name,
                 r.quantity,
                 r.measure,
-                *r.told(),
+                *r.format_values(),
                 f"{r.utilisation:.1%}",
                 "-" if np.isnan(r.speed) else number(speed.value(r.speed)),
                 "yes" if r.passed else "NO",
@@ -164,7 +164,7 @@ def verdict(found: OrderAmplitudes | Trajectory, limits: Iterable[Limit | Condit
     if not every:
         raise OptionError("verdict: name at least one limit.")
     results = [
-        _bounded(found, each) if isinstance(each, Condition) else _result(found, each)
+        _check_bound(found, each) if isinstance(each, Condition) else _result(found, each)
         for each in every
     ]
     return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)))
@@ -183,7 +183,10 @@ def _result(found: OrderAmplitudes | Trajectory, limit: Limit) -> Result:
             )
     else:
         ascending = np.argsort(found.speeds)
-        speeds, values = found.speeds[ascending], measured(found, key, limit.measure)[ascending]
+        speeds, values = (
+            found.speeds[ascending],
+            measure_quantity(found, key, limit.measure)[ascending],
+        )
         inside = np.isin(speeds, limit.holding(speeds))
         if limit.speeds is not None and not inside.any():
             raise OptionError(
@@ -212,8 +215,8 @@ def _result(found: OrderAmplitudes | Trajectory, limit: Limit) -> Result:
     )
 
 
-def _bounded(found: OrderAmplitudes | Trajectory, condition: Condition) -> Result:
-    """How a run stands to a bound of a functional."""
+def _check_bound(found: OrderAmplitudes | Trajectory, condition: Condition) -> Result:
+    """How far a run uses the bound of a functional."""
     if not isinstance(found, Trajectory):
         raise OptionError(f"verdict: {condition} is a limit of a run; take a Limit over the speed.")
     refuse_other([condition.of], "run", "verdict")
@@ -234,7 +237,7 @@ def _of_run(found: Trajectory, key: str, measure: Measure) -> float:
     return found.value(mean(key) if measure == "mean power" else peak(key))
 
 
-def measured(found: OrderAmplitudes, key: str, measure: Measure) -> Real:
+def measure_quantity(found: OrderAmplitudes, key: str, measure: Measure) -> Real:
     """A measure of a quantity at each speed, see `Limit`."""
     if measure == "mean power":
         if not isinstance(found, OrderResponse):

@@ -77,9 +77,9 @@ class BarredRange:
     end: float
 
     def __str__(self) -> str:
-        return self.told(speed_unit())
+        return self.format_range(speed_unit())
 
-    def told(self, speed: Shown) -> str:
+    def format_range(self, speed: Shown) -> str:
         """The range as speeds are shown."""
         return f"{speed.value(self.begin):.5g} to {speed.value(self.end):.5g} {speed.unit}"
 
@@ -214,7 +214,7 @@ def critical_speeds(modes: Modes, orders: Orders) -> tuple[CriticalSpeed, ...]:
     """
     found = [
         CriticalSpeed(float(2 * np.pi * hertz / order), order, mode, float(hertz), label)
-        for label, order in checked_orders(orders)
+        for label, order in check_labels(orders)
         for mode, hertz in enumerate(modes.hertz)
     ]
     return tuple(sorted(found, key=lambda c: c.speed))
@@ -264,7 +264,7 @@ def campbell(
             "campbell: give at least two speeds, rad/s, ascending, finite and not negative."
         )
 
-    wanted = checked_orders(orders)
+    wanted = check_labels(orders)
 
     def modes_at(speed: float) -> Modes:
         point = point_at("campbell", system, at, speed) if callable(at) else at
@@ -357,7 +357,7 @@ def diagram(system: System, grid: Real, wanted: Labelled, hertz_at: HertzOverSpe
     )
 
 
-def checked_orders(orders: Orders) -> Labelled:
+def check_labels(orders: Orders) -> Labelled:
     """Labels and orders that make sense."""
     labels = orders if isinstance(orders, Mapping) else None
     try:

@@ -10,7 +10,11 @@ from lumped.compiler.system import Name
 from lumped.errors import OptionError, SolverError
 from lumped.support.arguments import checked
 from lumped.vibration.ordered.order_response import OrderResponse
-from lumped.vibration.ordered.order_sensitivity import OrderSensitivity, refuse_ratio, varied_places
+from lumped.vibration.ordered.order_sensitivity import (
+    OrderSensitivity,
+    find_varied_places,
+    refuse_ratio,
+)
 from lumped.vibration.speeds.campbell import CriticalSpeed
 from lumped.vibration.speeds.mean_spectrum import MeanSpectrum
 
@@ -71,7 +75,7 @@ def critical_sensitivity(
             f"{response.system.name}: {name} only touches at {speed:.9g} rad/s, where the critical "
             "speed has no derivative. Change a parameter a little."
         )
-    names, places = varied_places(response, by)
+    names, places = find_varied_places(response, by)
     slope = 2 * np.pi * spectrum.hertz_by(mode)[places] / steeper
     return OrderSensitivity(
         name,

@@ -19,7 +19,7 @@ from lumped.vibration.speeds.campbell import (
     Campbell,
     HertzOverSpeed,
     Orders,
-    checked_orders,
+    check_labels,
     diagram,
 )
 from lumped.vibration.speeds.mean_modes import mean_modes
@@ -80,7 +80,7 @@ def mean_campbell(
             f"mean_campbell: from {begin:g} to {end:g} rad/s: two ascending speeds above zero are "
             "needed, between=(50.0, 150.0)."
         )
-    wanted = checked_orders(response.orders.tolist() if orders is None else orders)
+    wanted = check_labels(response.orders.tolist() if orders is None else orders)
     hertz = HertzOverSpeed(modes_at(response), varies=True)
     grid = speeds_that_show(hertz.rows, begin, end, [order for _, order in wanted])
     return diagram(response.system, grid, wanted, hertz)
@@ -91,7 +91,7 @@ def modes_at(response: OrderResponse) -> Callable[[float], Modes]:
     rotation, system = response.rotation, response.system
     first = rotation.points[0]
 
-    def given(speed: float) -> OperatingPoint:
+    def interpolate_point(speed: float) -> OperatingPoint:
         if len(rotation.points) == 1:
             return first
         k = int(np.clip(np.searchsorted(rotation.speeds, speed) - 1, 0, len(rotation.speeds) - 2))
@@ -102,20 +102,20 @@ def modes_at(response: OrderResponse) -> Callable[[float], Modes]:
         theta = (1 - share) * rotation.points[k].theta + share * rotation.points[k + 1].theta
         return replace(own, x=x, theta=theta, search=None, kept=None, residual=None, lost=())
 
-    def found(speed: float) -> Modes:
+    def find_modes(speed: float) -> Modes:
         if rotation.shaft is None:
-            return modes(system, at=given(speed))
+            return modes(system, at=interpolate_point(speed))
         return mean_modes(
             system,
             shaft=rotation.shaft,
             speed=speed,
             turns=rotation.turns,
-            at=given(speed) if rotation.is_given else None,
+            at=interpolate_point(speed) if rotation.is_given else None,
             free=rotation.balancing,
             parameters=None if rotation.is_given else first.parameters,
         )
 
-    return found
+    return find_modes
 
 
 def speeds_that_show(

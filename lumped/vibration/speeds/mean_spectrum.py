@@ -7,10 +7,10 @@ import scipy
 from numpy.typing import NDArray
 
 from lumped.errors import SolverError
-from lumped.vibration.ordered.order_sensitivity import swept
+from lumped.vibration.ordered.order_sensitivity import sweep_turns
 from lumped.vibration.rotating.harmonics import mean_matrix
-from lumped.vibration.rotating.moved_rotation import moved_by, moved_by_speed
 from lumped.vibration.rotating.rotation import Rotation, samples_of
+from lumped.vibration.rotating.rotation_derivatives import derive_by_parameters, derive_by_speed
 from lumped.vibration.rotating.small_vibrations import SmallVibrations
 
 __all__ = ["MeanSpectrum"]
@@ -80,7 +80,7 @@ class MeanSpectrum:
 
     def hertz_by_speed(self, mode: int) -> float:
         """Derivative of a natural frequency by the speed of the shaft, Hz s/rad."""
-        return moved_by_speed(self._steady, self._swept(mode, self._of_hertz(mode))[0])
+        return derive_by_speed(self._steady, self._sweep(mode, self._of_hertz(mode))[0])
 
     def _of_hertz(self, mode: int) -> complex:
         """What the change of an eigenvalue counts in that of the frequency."""
@@ -90,11 +90,11 @@ class MeanSpectrum:
 
     def _slope(self, mode: int, weight: complex) -> Real:
         """Derivatives of the real part of an eigenvalue times a weight."""
-        by_x, slope = self._swept(mode, weight)
-        total: Real = slope + moved_by(self._steady, by_x)
+        by_x, slope = self._sweep(mode, weight)
+        total: Real = slope + derive_by_parameters(self._steady, by_x)
         return total
 
-    def _swept(self, mode: int, weight: complex) -> tuple[Real, Real]:
+    def _sweep(self, mode: int, weight: complex) -> tuple[Real, Real]:
         """The same by the states, and by parameters while the states stay."""
         place = self._chosen[mode]
         value, small = self._all[place], self._small
@@ -107,10 +107,10 @@ class MeanSpectrum:
         rows, columns = small.patterns[0]
         left, right = self._left[:, place].conj(), self._right[:, place]
         masses, size = small.masses, left @ right
-        left = masses.divided(self._masses, left)  # M is symmetric
+        left = masses.divide(self._masses, left)  # M is symmetric
         own = (weight * left[rows] * right[columns] / size).real
         samples, n = self._shapes
         means = [own, *(np.zeros(len(pattern[0])) for pattern in small.patterns[1:4])]
         means.append((-weight * value * left[masses.rows] * right[masses.columns] / size).real)
         still = [np.zeros((samples, n)), np.zeros((samples, len(small.outputs)))]
-        return swept(small, self._steady, still, means)
+        return sweep_turns(small, self._steady, still, means)

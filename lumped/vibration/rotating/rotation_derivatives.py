@@ -10,12 +10,12 @@ from lumped.points.start_values import relative_positions
 from lumped.vibration.rotating.rotation import Rotation, samples_of, speed_of
 from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations, small_vibrations
 
-__all__ = ["moved_by", "moved_by_speed"]
+__all__ = ["derive_by_parameters", "derive_by_speed"]
 
 Real = NDArray[np.float64]
 
 
-def moved_by(steady: Rotation, slope: Real) -> Real:
+def derive_by_parameters(steady: Rotation, slope: Real) -> Real:
     """Derivatives by all parameters of what has a slope by the states, shape (p,).
 
     The adjoint of what determines the states: the balance of mean torques, or that all parts turn
@@ -49,7 +49,7 @@ def moved_by(steady: Rotation, slope: Real) -> Real:
     return found
 
 
-def moved_by_speed(steady: Rotation, slope: Real) -> float:
+def derive_by_speed(steady: Rotation, slope: Real) -> float:
     """Derivative by the speed of the shaft of what has a slope by the states, s/rad.
 
     Given operating points hold at all speeds.
@@ -57,7 +57,7 @@ def moved_by_speed(steady: Rotation, slope: Real) -> float:
     Parameters
     ----------
     over, slope
-        As in `moved_by`.
+        As in `derive_by_parameters`.
     """
     if steady.shaft is None or steady.is_given or not slope.any():
         return 0.0
