@@ -1,4 +1,4 @@
-"""How derivatives cross what lies between smooth parts of a run, and what results owe to it."""
+"""How derivatives cross what lies between smooth parts of a run."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _AT_ONCE = 1e-10
 
 @dataclass(frozen=True)
 class AdjointPoint:
-    """What a result owes to one instant of a run.
+    """Derivatives of a result through one instant of a run.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ def crossings_of(run: Trajectory, legs: list[Leg], rtol: float) -> list[Crossing
     for k in range(len(found) - 1):
         if found[k + 1].t - found[k].t <= soon and found[k].orders:
             accuracy = max(rtol, _AT_ONCE) * margin_sizes(run, [legs[k]])[0]
-            both = saltation.joined(run, found[k], found[k + 1], accuracy)
+            both = saltation.join(run, found[k], found[k + 1], accuracy)
             if both is not None:
                 found[k], found[k + 1] = Crossing(found[k].t, ()), both
     return found

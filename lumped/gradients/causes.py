@@ -120,13 +120,13 @@ class Causes(Shared):
         """
         old, new, values = stop.old, stop.new, stop.values
         changed = old[1][: self._count] != new[1][: self._count]
-        causes = self._timed(stop, changed)
+        causes = self._find_timed(stop, changed)
         near = values.margins <= _TOUCHED * values.tolerances
         resting = near & self._resting(stop)
         used = np.flatnonzero((near & (values.margin_rates < 0)) | resting).tolist()
         for i in self._acting(used, old, changed):
             if resting[i]:
-                causes.append(self._settled(stop, i))
+                causes.append(self._find_rest(stop, i))
                 continue
             row = self.row(values, i)
             if self._grazes(stop, i) and not _is_smooth(stop):
@@ -147,7 +147,7 @@ class Causes(Shared):
         if len(causes) < 2:
             return causes
         sizes = np.concatenate([1.0 + np.abs(old[0]), np.abs(stop.run.theta)])
-        return _merged(causes, sizes, self._shared_limits(old))
+        return _merge_causes(causes, sizes, self._find_shared_limits(old))
 
     def row(self, values: InstantValues, margin: int) -> np.ndarray:
         """Derivatives of the instant at which a margin is used up."""
@@ -161,7 +161,7 @@ class Causes(Shared):
         kind, k = s.rows[margin]
         return (s.relation_text(k, True)[0] if kind == "relation" else s.names[k],)
 
-    def _shared_limits(self, old: Side) -> set[int]:
+    def _find_shared_limits(self, old: Side) -> set[int]:
         """Margins of limits whose reaction redundant constraints share."""
         s = self.system.switching
         return {
@@ -170,7 +170,7 @@ class Causes(Shared):
             if kind in ("upper", "lower") and old[1][s.first_modes[h] + hold_modes.COMPLIANCE] > 0
         }
 
-    def _timed(self, stop: Stop, changed: np.ndarray) -> list[Cause]:
+    def _find_timed(self, stop: Stop, changed: np.ndarray) -> list[Cause]:
         """Functions of time that change their piece."""
         if not changed[self._timed_modes].any():
             return []
@@ -230,7 +230,7 @@ class Causes(Shared):
         rows, columns = (np.array(v, dtype=int) for v in slopes.sparsity().get_triplet())
         return ArrayFunction(ca.Function("speeds", self.system.inputs, [slopes])), rows, columns
 
-    def _settled(self, stop: Stop, margin: int) -> Cause:
+    def _find_rest(self, stop: Stop, margin: int) -> Cause:
         """A gap that closes to rest: the instant is that of its standstill.
 
         Its speed is rounding then, so that the gap does not tell the instant any more.
@@ -295,7 +295,7 @@ def _is_smooth(stop: Stop) -> bool:
     return same and bool(apart <= 1e-9 * (1 + size))
 
 
-def _merged(causes: list[Cause], sizes: np.ndarray, shared: set[int]) -> list[Cause]:
+def _merge_causes(causes: list[Cause], sizes: np.ndarray, shared: set[int]) -> list[Cause]:
     """Causes whose instants move alike are one, and so are limits of one shared reaction."""
     found: list[Cause] = []
     for cause in causes:

@@ -132,7 +132,7 @@ def to_jax(
     plan, names = run_plan(until, rtol, options), _names("to_jax", system, wanted, by)
     sizes = len(wanted), len(names)
 
-    def computed(values: Any) -> tuple[np.ndarray, np.ndarray]:
+    def compute(values: Any) -> tuple[np.ndarray, np.ndarray]:
         points = np.asarray(values, dtype=float)
         if points.ndim == 1:
             found = _at(system, names, points, wanted, plan)
@@ -145,24 +145,24 @@ def to_jax(
         outer = points.shape[:-1]
         return many.values.reshape(*outer, -1), many.derivatives.reshape(*outer, *sizes)
 
-    def called(values: Any) -> Any:
+    def call_back(values: Any) -> Any:
         _check_shape(system, names, values.shape)
         shapes = tuple(
             jax.ShapeDtypeStruct((*values.shape[:-1], *own), np.float64)
             for own in (sizes[:1], sizes)
         )
-        return jax.pure_callback(computed, shapes, values, vmap_method="broadcast_all")
+        return jax.pure_callback(compute, shapes, values, vmap_method="broadcast_all")
 
     @jax.custom_vjp  # type: ignore[untyped-decorator]
     def function(values: Any) -> Any:
-        return called(values)[0]
+        return call_back(values)[0]
 
     def forward(values: Any) -> tuple[Any, Any]:
-        found: tuple[Any, Any] = called(values)
+        found: tuple[Any, Any] = call_back(values)
         return found
 
-    def backward(slopes: Any, owed: Any) -> tuple[Any]:
-        return (owed @ slopes,)
+    def backward(slopes: Any, seeds: Any) -> tuple[Any]:
+        return (seeds @ slopes,)
 
     function.defvjp(forward, backward)
     made: Callable[[Any], Any] = function

@@ -17,19 +17,19 @@ from lumped.gradients.forward import Followed
 from lumped.gradients.legs import legs_of
 from lumped.gradients.readings.chained import Chained
 from lumped.gradients.readings.functional_terms import SmoothParts
-from lumped.gradients.readings.ways import Owed, Way
-from lumped.gradients.resolved_steps import Resolved, resolved
+from lumped.gradients.readings.instant_terms import InstantTerms, ReadingTerms
+from lumped.gradients.resolved_steps import Resolved, refine_sweep
 from lumped.gradients.steps import steps_of
-from lumped.gradients.sweep import Seeds, Swept, placed
+from lumped.gradients.sweep import Seeds, SweepResult, find_place
 from lumped.gradients.touches import refuse_touches
 from lumped.gradients.varied import END
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 
-__all__ = ["END", "Summed", "check", "refuse"]
+__all__ = ["END", "RunReadings", "check", "refuse"]
 
 
 @dataclass(frozen=True, eq=False)
-class Summed:
+class RunReadings:
     """Readings of a run.
 
     Attributes
@@ -38,26 +38,26 @@ class Summed:
         The run in its smooth parts, every instant that counts an end of a step.
     wanted : tuple of Reading
         What they are.
-    owed : dict of int to Owed
-        What each owes to single instants, by its number; those of integrals are known when they
-        are resolved.
+    terms : dict of int to ReadingTerms
+        Values and terms at single instants, by the number of the reading; those of integrals are
+        known when they are resolved.
     integrals : tuple of int
         Which of them are integrals.
     seeds : Seeds
-        Which integral each owes to, and over which part of the run.
+        Which integral belongs to each, and over which part of the run.
     sizes : ndarray, shape (len(integrals),)
         Integrals of the sizes of what is integrated.
     """
 
     course: SmoothParts
     wanted: tuple[Reading, ...]
-    owed: dict[int, Owed]
+    terms: dict[int, ReadingTerms]
     integrals: tuple[int, ...]
     seeds: Seeds
     sizes: np.ndarray
 
     @classmethod
-    def of(cls, run: Trajectory, wanted: Sequence[Reading], rtol: float) -> Summed:
+    def of(cls, run: Trajectory, wanted: Sequence[Reading], rtol: float) -> RunReadings:
         """Readings of a run that was recorded at the steps of the solver.
 
         Raises
@@ -79,39 +79,39 @@ class Summed:
         begin = float(legs[0].t[0])
         spans = np.array([f.between or (begin, until) for f in found.values()])
         spans = spans.reshape(-1, 2)
-        owed = {k: course.owed(f) for k, f in enumerate(wanted) if k not in integrals}
+        terms = {k: course.find_terms(f) for k, f in enumerate(wanted) if k not in integrals}
         chosen = np.zeros((len(integrals), len(wanted)))
         chosen[np.arange(len(integrals)), integrals] = 1.0
         seeds, sizes = Seeds(chosen, spans), np.ones(len(integrals))
-        return cls(course, tuple(wanted), owed, tuple(integrals), seeds, sizes)
+        return cls(course, tuple(wanted), terms, tuple(integrals), seeds, sizes)
 
-    def integrated(self) -> Summed:
+    def integrate(self) -> RunReadings:
         """The same with its integrals."""
         seeds = Seeds(np.zeros((len(self.integrals), 0)), self.seeds.spans)
-        return self._with(self._resolved(seeds, []))
+        return self._with(self._sweep(seeds, []))
 
-    def _resolved(self, seeds: Seeds, points: list[AdjointPoint]) -> Resolved:
+    def _sweep(self, seeds: Seeds, points: list[AdjointPoint]) -> Resolved:
         c = self.course
-        return resolved(c.run, c.legs, c.crossings, c.steps, seeds, points, c.rtol)
+        return refine_sweep(c.run, c.legs, c.crossings, c.steps, seeds, points, c.rtol)
 
-    def _with(self, found: Resolved) -> Summed:
+    def _with(self, found: Resolved) -> RunReadings:
         """The same with integrals that were found."""
         run, course, until = self.course.run, self.course, self.course.until
-        owed = dict(self.owed)
+        terms = dict(self.terms)
         x, m = course.legs[-1].side(-1)
         rates = np.asarray(course.steps.integrated(x, run.theta, until, m)).ravel()
         for place, k in enumerate(self.integrals):
             reading = self.wanted[k]
             assert isinstance(reading, Integral)
             by_end = float(rates[place]) if reading.between is None else 0.0
-            owed[k] = Owed((Way(float(found.sums[place]), (), by_end),))
+            terms[k] = ReadingTerms((InstantTerms(float(found.sums[place]), (), by_end),))
         sizes = np.where(found.sizes > 0, found.sizes, 1.0)
-        return replace(self, owed=owed, sizes=sizes)
+        return replace(self, terms=terms, sizes=sizes)
 
     @property
     def values(self) -> np.ndarray:
         """What the readings are."""
-        return np.array([self.owed[k].ways[0].value for k in range(len(self.wanted))])
+        return np.array([self.terms[k].alternatives[0].value for k in range(len(self.wanted))])
 
     @property
     def shared(self) -> tuple[float, ...]:
@@ -123,50 +123,52 @@ class Summed:
 
     @property
     def parted(self) -> bool:
-        """Whether a reading can go several ways."""
-        return any(len(owed.ways) > 1 for owed in self.owed.values())
+        """Whether the derivative of a reading has alternatives."""
+        return any(len(terms.alternatives) > 1 for terms in self.terms.values())
 
     @property
     def by_end(self) -> np.ndarray:
-        """Derivatives by the end of the run, one row for each way."""
-        every = (self.owed[k] for k in range(len(self.wanted)))
-        return np.array([way.by_end for owed in every for way in owed.ways])
+        """Derivatives by the end of the run, one row for each alternative."""
+        every = (self.terms[k] for k in range(len(self.wanted)))
+        return np.array([own.by_end for terms in every for own in terms.alternatives])
 
     # -- backwards ---------------------------------------------------------------------------
 
-    def swept(self) -> tuple[Summed, list[Swept], np.ndarray, list[slice], list[int | None]]:
-        """Derivatives by states at the time zero and parameters, for all ways of all readings.
+    def sweep_back(
+        self,
+    ) -> tuple[RunReadings, list[SweepResult], np.ndarray, list[slice], list[int | None]]:
+        """Derivatives by states at the time zero and parameters, for all alternatives.
 
         Returns
         -------
-        Summed
+        RunReadings
             The same with its integrals.
         list of Swept
             For all orders of changes that coincide.
         ndarray
-            Errors of all ways, relative to the terms of which a derivative consists.
+            Errors of all alternatives, relative to the terms of which a derivative consists.
         list of slice
-            Columns of the ways of each reading.
+            Columns of the alternatives of each reading.
         list of int or None
-            Column of the instant that decides between ways.
+            Column of the instant that decides between alternatives.
         """
         points: list[AdjointPoint] = []
         columns, guards, count = [], [], 0
         chosen = []
         for k in range(len(self.wanted)):
-            owed = self.owed.get(k, Owed((Way(0.0),)))
-            columns.append(slice(count, count + len(owed.ways)))
-            for way in owed.ways:
-                points += [replace(point, column=count) for point in way.points]
+            terms = self.terms.get(k, ReadingTerms((InstantTerms(0.0),)))
+            columns.append(slice(count, count + len(terms.alternatives)))
+            for own in terms.alternatives:
+                points += [replace(point, column=count) for point in own.points]
                 chosen.append(self.seeds.chosen[:, k])
                 count += 1
-            guards.append(count if owed.guard else None)
-            for point in owed.guard:
+            guards.append(count if terms.guard else None)
+            for point in terms.guard:
                 points.append(replace(point, column=count))
                 chosen.append(np.zeros(len(self.integrals)))
                 count += 1
         whole = np.array(chosen).T.reshape(len(self.integrals), count)
-        results = self._resolved(Seeds(whole, self.seeds.spans), points)
+        results = self._sweep(Seeds(whole, self.seeds.spans), points)
         return self._with(results), results.found, results.errors, columns, guards
 
     # -- forwards ----------------------------------------------------------------------------
@@ -181,28 +183,35 @@ class Summed:
         """Derivatives to one side from those of the states, shape (len(wanted), k)."""
         rows = []
         for k in range(len(self.wanted)):
-            owed = self.owed[k]
+            terms = self.terms[k]
             if k in self.integrals:
                 rows.append(self._integral(found, self.integrals.index(k)))
                 continue
-            ways = np.array([self._points(found, seed, way.points) for way in owed.ways])
-            rows.append(self._picked(owed, ways, found, seed, side))
+            alternatives = np.array(
+                [self._points(found, seed, own.points) for own in terms.alternatives]
+            )
+            rows.append(self._pick(terms, alternatives, found, seed, side))
         return np.array(rows)
 
-    def _picked(
-        self, owed: Owed, ways: np.ndarray, found: Followed, seed: np.ndarray, side: int
+    def _pick(
+        self,
+        terms: ReadingTerms,
+        alternatives: np.ndarray,
+        found: Followed,
+        seed: np.ndarray,
+        side: int,
     ) -> np.ndarray:
-        """The way that a reading goes to one side."""
-        if owed.pick in ("greatest", "least"):
-            upward = (owed.pick == "greatest") == (side > 0)
-            chosen: np.ndarray = ways.max(axis=0) if upward else ways.min(axis=0)
+        """The alternative of a reading that holds to one side."""
+        if terms.pick in ("greatest", "least"):
+            upward = (terms.pick == "greatest") == (side > 0)
+            chosen: np.ndarray = alternatives.max(axis=0) if upward else alternatives.min(axis=0)
             return chosen
-        if owed.pick == "later":
-            moved = side * self._points(found, seed, owed.guard)
+        if terms.pick == "later":
+            moved = side * self._points(found, seed, terms.guard)
             later = moved > 1e-12 * np.abs(moved).max(initial=0.0)
-            picked: np.ndarray = np.where(later, ways[1], ways[0])
+            picked: np.ndarray = np.where(later, alternatives[1], alternatives[0])
             return picked
-        first: np.ndarray = ways[0]
+        first: np.ndarray = alternatives[0]
         return first
 
     def _integral(self, found: Followed, place: int) -> np.ndarray:
@@ -224,21 +233,21 @@ class Summed:
     def _points(
         self, found: Followed, seed: np.ndarray, points: Sequence[AdjointPoint]
     ) -> np.ndarray:
-        """What a reading owes to several instants."""
+        """Derivative of a reading through several instants."""
         total = np.zeros(seed.shape[1])
         for point in points:
             total = total + self._point(found, seed, point)
         return total
 
     def _point(self, found: Followed, seed: np.ndarray, point: AdjointPoint) -> np.ndarray:
-        """What a reading owes to one instant."""
+        """Derivative of a reading through one instant."""
         leg = self.course.legs[point.leg]
         S = found.states[point.leg][int(np.searchsorted(leg.t, point.time))]
         total: np.ndarray = point.by_states @ S + point.by_parameters @ seed
         if point.edge:
             order = self.course.crossings[point.edge - 1].orders[0]
             own = [i for i in found.instants if i.number == point.edge]
-            total = total + point.late * own[placed(point, point.edge, order)].slopes
+            total = total + point.late * own[find_place(point, point.edge, order)].slopes
         return total
 
 
@@ -269,7 +278,7 @@ def check(system: System, wanted: Sequence[Functional], names: Sequence[str], wh
         system.function(functional.names)
 
 
-def refuse(summed: Summed, chained: Chained, names: Sequence[str], absent: np.ndarray) -> None:
+def refuse(summed: RunReadings, chained: Chained, names: Sequence[str], absent: np.ndarray) -> None:
     """Refuse derivatives that do not exist, by name.
 
     Parameters
@@ -289,11 +298,11 @@ def refuse(summed: Summed, chained: Chained, names: Sequence[str], absent: np.nd
         by = [name for name, none in zip(names, absent[k], strict=True) if none]
         if by:
             counting = chained.counting(k)
-            owed = [summed.owed[place] for place in counting]
-            where = [each.where for each in owed if len(each.ways) > 1]
+            terms = [summed.terms[place] for place in counting]
+            where = [each.where for each in terms if len(each.alternatives) > 1]
             if len(chained.branches[k]) > 1:
                 read = (
-                    f"{summed.wanted[i]} = {chained.read[i]:.6g} {summed.owed[i].where}".rstrip()
+                    f"{summed.wanted[i]} = {chained.read[i]:.6g} {summed.terms[i].where}".rstrip()
                     for i in counting
                 )
                 where.append(f"a kink at {', '.join(read)}")

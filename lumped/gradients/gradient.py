@@ -14,10 +14,16 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import SolverError, UnknownNameError, nearest
 from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
-from lumped.gradients.functional_values import END, Summed, check, refuse
-from lumped.gradients.legs import recorded
+from lumped.gradients.functional_values import END, RunReadings, check, refuse
+from lumped.gradients.legs import record_run
 from lumped.gradients.readings.chained import Chained, differ
-from lumped.gradients.varied import slopes_at_start, sources, tightened, varied_name, varied_values
+from lumped.gradients.varied import (
+    read_varied_values,
+    resolve_name,
+    slopes_at_start,
+    sources,
+    tighten,
+)
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
 from lumped.points.start import run_start
@@ -85,7 +91,7 @@ class Gradient(ByName, RichHtml):
     @checked
     def __getitem__(self, pair: tuple[str, Name]) -> float:
         of, by = pair
-        key = varied_name(self.run.system, by)
+        key = resolve_name(self.run.system, by)
         if key not in self.by:
             raise UnknownNameError(f"'{key}' was not varied. {nearest(key, self.by)}")
         return float(self.derivatives[self._row(of), self.by.index(key)])
@@ -93,7 +99,7 @@ class Gradient(ByName, RichHtml):
     @property
     def relative(self) -> np.ndarray:
         """Relative change of each functional for each relative change, ``p/y dy/dp``."""
-        varied = varied_values(self.run, self.by)
+        varied = read_varied_values(self.run, self.by)
         with np.errstate(divide="ignore", invalid="ignore"):
             found: np.ndarray = self.derivatives * varied / self.values[:, None]
         return found
@@ -141,10 +147,10 @@ class Gradient(ByName, RichHtml):
         """
         row = 0 if of is None else self._row(of)
         label = self.of[row]
-        told = amounts(
+        shown = amounts(
             *(label, self.units[row], self.values[row]), digits=4, units=chosen(units, self.of)
         )
-        title = f"{self.run.system.name}: {label} = {' '.join(told)}"
+        title = f"{self.run.system.name}: {label} = {' '.join(shown)}"
         return draw(tornado(self.ranked(label), title, label), backend, ax)
 
     def _names(self) -> list[tuple[str, str]]:
@@ -235,22 +241,24 @@ def gradient_of(
 ) -> Gradient:
     """The gradient of a run with options that were checked (see `gradient`)."""
     wanted, rtol = tuple(of), plan.rtol
-    plan = plan.by_steps("gradient", are_followed=True).at(tightened(rtol))
+    plan = plan.by_steps("gradient", are_followed=True).at(tighten(rtol))
     p = system.structure.parameters
-    names = [p.names[i] for i in p.free] if by is None else [varied_name(system, n) for n in by]
+    names = [p.names[i] for i in p.free] if by is None else [resolve_name(system, n) for n in by]
     check(system, wanted, names, "gradient")
     system = plan.watching(system, wanted)
     own = [name for name in names if name != END]
     places, varied = sources(system, own, plan.start)
     if system.structure.states:
-        run = recorded(system, plan)
+        run = record_run(system, plan)
     else:
         point = run_start(system, plan)
         run = run_on(point, plan, recorder(point, plan, _GRID))
     begin = clock.perf_counter()
     read = readings_of(wanted)
-    summed, orders, each_error, columns, guards = Summed.of(run, read, tightened(rtol)).swept()
-    found = [_chained(run, plan.start, places, varied, *order[:2]) for order in orders]
+    summed, orders, each_error, columns, guards = RunReadings.of(
+        run, read, tighten(rtol)
+    ).sweep_back()
+    found = [_chain_derivatives(run, plan.start, places, varied, *order[:2]) for order in orders]
     errors = np.array([each_error[column].max() for column in columns])
     slopes = np.zeros((len(read), len(names)))
     absent = np.zeros(slopes.shape, dtype=bool)
@@ -258,26 +266,26 @@ def gradient_of(
     by_end = summed.by_end
     done = 0
     for k, column in enumerate(columns):
-        ways = np.concatenate([each[column] for each in found])
-        slopes[k, inner] = ways[0]
+        alternatives = np.concatenate([each[column] for each in found])
+        slopes[k, inner] = alternatives[0]
         apart = np.zeros(len(own), dtype=bool)
-        for way in ways[1:]:
-            apart |= differ(ways[0], way)
+        for own in alternatives[1:]:
+            apart |= differ(alternatives[0], own)
         guard = guards[k]
         if guard is not None:
             moves = np.array([np.abs(each[guard]) for each in found]).max(axis=0)
             apart &= moves > 1e-12 * moves.max(initial=0.0)
         absent[k, inner] = apart
-        ends = by_end[done : done + len(summed.owed[k].ways)]
+        ends = by_end[done : done + len(summed.terms[k].alternatives)]
         done += len(ends)
         for i in set(range(len(names))) - set(inner):
             slopes[k, i] = ends[0]
             absent[k, i] = bool(differ(ends[:1], ends).any())
-    chained = Chained(wanted, summed.values, tightened(rtol))
+    chained = Chained(wanted, summed.values, tighten(rtol))
     derivatives, kinked = chained.slopes(slopes)
     labels = tuple(str(functional) for functional in wanted)
     _check_found(system, labels, names, derivatives)
-    refuse(summed, chained, names, chained.lost(absent) | kinked)
+    refuse(summed, chained, names, chained.find_lost(absent) | kinked)
     seconds = clock.perf_counter() - begin
     units = tuple(functional.unit(system) for functional in wanted)
     return Gradient(
@@ -294,7 +302,7 @@ def gradient_of(
     )
 
 
-def _chained(
+def _chain_derivatives(
     run: Trajectory,
     start: Changes | OperatingPoint | None,
     places: list[int],

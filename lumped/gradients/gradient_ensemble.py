@@ -16,7 +16,7 @@ from lumped.ensembles.variants import Over, variants_of
 from lumped.errors import LumpedError, OptionError, SolverError, UnknownNameError, nearest
 from lumped.functionals import Functional
 from lumped.gradients.gradient import Gradient, gradient_of
-from lumped.gradients.varied import varied_name
+from lumped.gradients.varied import resolve_name
 from lumped.support.arguments import checked
 from lumped.support.progress import Progress
 from lumped.support.rich_html import RichHtml
@@ -135,7 +135,7 @@ def gradient_ensemble(
     varied = variants_of(
         system, over, runs=runs, seed=seed, parameters=base, analysis="gradient_ensemble"
     )
-    names = tuple(varied.names if by is None else (varied_name(system, name) for name in by))
+    names = tuple(varied.names if by is None else (resolve_name(system, name) for name in by))
     return gradients_at(system, varied.names, varied.values, tuple(of), names, plan, workers)
 
 

@@ -79,7 +79,7 @@ class EventDerivatives(NamedTuple):
         """
         n = len(self.drift)
         weight = self.drift @ adjoint + late
-        before, by_parameters = (v.transposed_times(adjoint) for v in self[:2])
+        before, by_parameters = (v.multiply_transposed(adjoint) for v in self[:2])
         by_states, by_others = self.instant[:n, None], self.instant[n:, None]
         return before + by_states * weight, by_parameters + by_others * weight
 
@@ -134,13 +134,13 @@ class Crossing(NamedTuple):
         side : {1, -1}
             Whether what is varied grows or shrinks, which decides what comes first.
         """
-        S_new, parts = self._followed(self.orders[0], S, seed)
+        S_new, parts = self._follow(self.orders[0], S, seed)
         if len(self.orders) == 1:
             return Passed(S_new, parts, parts)
         chosen = np.zeros(S.shape[1], dtype=bool)
         every = []
         for order in self.orders:
-            after, own = self._followed(order, S, seed)
+            after, own = self._follow(order, S, seed)
             times = side * np.array([slopes for _, slopes, _ in own])
             rounding = 1e-9 * np.abs(times).max(axis=0)
             fits = (np.diff(times, axis=0) >= -rounding).all(axis=0) & ~chosen
@@ -154,7 +154,7 @@ class Crossing(NamedTuple):
         return Passed(S_new, parts, every)
 
     @staticmethod
-    def _followed(
+    def _follow(
         order: tuple[EventDerivatives, ...], S: np.ndarray, seed: np.ndarray
     ) -> tuple[np.ndarray, list[Part]]:
         parts = []

@@ -21,7 +21,7 @@ from lumped.timeloop.results.recorder import Recorder, SparingRecorder
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 from lumped.timeloop.run_options import RunPlan
 
-__all__ = ["Leg", "legs_of", "recorded"]
+__all__ = ["Leg", "legs_of", "record_run"]
 
 _KEPT_BYTES = 50_000_000
 """Size of the states that a run keeps for its derivatives, bytes, besides those at events."""
@@ -92,7 +92,7 @@ class Leg:
         whole[given], is_given[given] = x, True
         m = self._settings_at(places)
         span = self._span(self.t[places], whole, m)
-        return steps_of(self._run.system, ()).replayed(span, is_given)
+        return steps_of(self._run.system, ()).replay(span, is_given)
 
     def settings(self, begin: int = 0, end: int | None = None) -> np.ndarray:
         """Settings from one end of a step to another, shape (end - begin + 1, settings)."""
@@ -144,7 +144,7 @@ class Leg:
             return self.side(i)
         x, m = (v[None, :].repeat(2, axis=0) for v in self.side(i))
         shorter = self._span(np.array([self.t[i], t]), x, m)
-        found = steps_of(self._run.system, ()).replayed(shorter, np.array([1, 0]))
+        found = steps_of(self._run.system, ()).replay(shorter, np.array([1, 0]))
         return found[1], m[0]
 
     def cut(self, times: float | np.ndarray) -> None:
@@ -164,7 +164,7 @@ class Leg:
 
 
 @interruptible
-def recorded(system: System, plan: RunPlan) -> Trajectory:
+def record_run(system: System, plan: RunPlan) -> Trajectory:
     """A run whose steps can be differentiated.
 
     States are kept at some steps only where all take too much room. The pieces then know the ends

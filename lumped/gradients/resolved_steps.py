@@ -1,4 +1,4 @@
-"""Steps that are short enough for integrals over a run, and for what results owe to its states.
+"""Steps that are short enough for integrals over a run, and for derivatives by its states.
 
 The steps of a run are chosen for its states. An integrand may be faster, and derivatives may move
 while the states rest.
@@ -15,11 +15,11 @@ from lumped.gradients.adjoint import AdjointPoint
 from lumped.gradients.jumps import Crossing
 from lumped.gradients.legs import Leg
 from lumped.gradients.steps import Steps
-from lumped.gradients.sweep import OnTheWay, Seeds, Swept, sweep
+from lumped.gradients.sweep import Seeds, StepResults, SweepResult, sweep
 from lumped.gradients.varied import TIGHTER
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Resolved", "resolved"]
+__all__ = ["Resolved", "refine_sweep"]
 
 _ROUNDS = 40
 _MOST = 1_000_000
@@ -43,13 +43,13 @@ class Resolved(NamedTuple):
         Integrals, and those of the sizes.
     """
 
-    found: list[Swept]
+    found: list[SweepResult]
     errors: np.ndarray
     sums: np.ndarray
     sizes: np.ndarray
 
 
-def resolved(
+def refine_sweep(
     run: Trajectory,
     legs: list[Leg],
     crossings: list[Crossing],
@@ -66,33 +66,33 @@ def resolved(
         If that needs too many steps.
     """
     for _ in range(_ROUNDS):
-        found, way = sweep(run, legs, crossings, steps, seeds, points)
-        sums, sizes = _totals(legs, way, seeds)
+        found, by_step = sweep(run, legs, crossings, steps, seeds, points)
+        sums, sizes = _totals(legs, by_step, seeds)
         each = [steps.relative(swept.largest, swept.lost) for swept in found]
         errors: np.ndarray = np.max(each, axis=0)
-        many = _for_integrals(run, legs, way, sizes, rtol)
-        if not _divided(run, legs, way.errors, errors, rtol, many):
+        many = _for_integrals(run, legs, by_step, sizes, rtol)
+        if not _divide_steps(run, legs, by_step.errors, errors, rtol, many):
             return Resolved(found, errors, sums, sizes)
     raise _too_many(run, rtol)
 
 
 def _for_integrals(
-    run: Trajectory, legs: list[Leg], way: OnTheWay, sizes: np.ndarray, rtol: float
+    run: Trajectory, legs: list[Leg], by_step: StepResults, sizes: np.ndarray, rtol: float
 ) -> list[np.ndarray] | None:
     """Into how many parts each step is divided, so that integrals are accurate."""
     allowed = max(rtol / TIGHTER, _ROUNDING) * sizes
-    over = ~(np.sum([e.sum(axis=0) for e in way.part_errors], axis=0) <= allowed)
+    over = ~(np.sum([e.sum(axis=0) for e in by_step.part_errors], axis=0) <= allowed)
     if not over.any():
         return None
     span = float(legs[-1].t[-1] - legs[0].t[0])
     many = []
-    for leg, own in zip(legs, way.part_errors, strict=True):
+    for leg, own in zip(legs, by_step.part_errors, strict=True):
         share = allowed * np.diff(leg.t)[:, None] / span
         many.append(_parts(own[:, over], share[:, over], run, leg))
     return many
 
 
-def _divided(
+def _divide_steps(
     run: Trajectory,
     legs: list[Leg],
     each: list[np.ndarray],
@@ -105,7 +105,7 @@ def _divided(
     Parameters
     ----------
     each : list of ndarray, shape (steps, k)
-        Error of each result by each step, relative to what it owes to the states by then.
+        Error of each result by each step, relative to its derivatives by the states there.
     errors : ndarray, shape (k,)
         Errors of the results by all steps.
     many : list of ndarray, shape (steps,), or None
@@ -151,10 +151,10 @@ def _parts(errors: np.ndarray, allowed: np.ndarray, run: Trajectory, leg: Leg) -
     return np.where(over > 1.0, np.clip(many, 2, _FINEST), 1).astype(int)
 
 
-def _totals(legs: list[Leg], way: OnTheWay, seeds: Seeds) -> tuple[np.ndarray, np.ndarray]:
+def _totals(legs: list[Leg], by_step: StepResults, seeds: Seeds) -> tuple[np.ndarray, np.ndarray]:
     """Each integral over its span, and that of its size; spans end where steps do."""
     found, sizes = np.zeros(len(seeds.spans)), np.zeros(len(seeds.spans))
-    for leg, parts in zip(legs, way.parts, strict=True):
+    for leg, parts in zip(legs, by_step.parts, strict=True):
         middle = 0.5 * (leg.t[1:] + leg.t[:-1])[:, None]
         inside = (seeds.spans[:, 0] < middle) & (middle < seeds.spans[:, 1])
         found += (parts * inside).sum(axis=0)

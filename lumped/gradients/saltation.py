@@ -114,7 +114,7 @@ class Saltation:
         # yielding comes to rest
         return bool(same and np.allclose(old[0], new[0], rtol=1e-9, atol=1e-6))
 
-    def joined(
+    def join(
         self, run: Trajectory, one: Crossing, other: Crossing, accuracy: np.ndarray
     ) -> Crossing | None:
         """Two crossings at the same instant, in both orders; None if they are one after the other.
@@ -196,8 +196,8 @@ class Saltation:
         """Refuse an instant at which a condition changes and changes back."""
         now = [e for e in stop.events if e.kind == "condition"]
         now = [e for e in now if e.component not in self._jumping]  # it may undo its own condition
-        told = {(e.component, e.before, e.after) for e in now}
-        back = [e.component for e in now if (e.component, e.after, e.before) in told]
+        changes = {(e.component, e.before, e.after) for e in now}
+        back = [e.component for e in now if (e.component, e.after, e.before) in changes]
         if back:
             names = ", ".join(dict.fromkeys(back))
             raise SolverError(
@@ -211,9 +211,9 @@ class Saltation:
         self, run: Trajectory, t: float, old: Side, new: Side, causes: Sequence[Cause]
     ) -> tuple[tuple[EventDerivatives, ...], ...]:
         """Jumps of several causes in every order."""
-        return tuple(self._ordered(run, t, old, new, o) for o in itertools.permutations(causes))
+        return tuple(self._order_jumps(run, t, old, new, o) for o in itertools.permutations(causes))
 
-    def _ordered(
+    def _order_jumps(
         self, run: Trajectory, t: float, old: Side, new: Side, causes: tuple[Cause, ...]
     ) -> tuple[EventDerivatives, ...]:
         """Jumps of several causes in this order."""
@@ -226,13 +226,13 @@ class Saltation:
             if number == len(causes) - 1:
                 after = new
             else:
-                after = self._struck(run, t, side, settings, cause), settings
+                after = self._strike(run, t, side, settings, cause), settings
             rates = self._rates(after[0][None, :], run.theta, np.array([t]), after[1][None, :])[0]
             jumps.append(self._jump(run, t, side, after, cause, rates))
             side = after
         return tuple(jumps)
 
-    def _struck(
+    def _strike(
         self, run: Trajectory, t: float, side: Side, settings: np.ndarray, cause: Cause
     ) -> np.ndarray:
         """States after one of several causes: the first that is possible."""
@@ -270,8 +270,8 @@ class Saltation:
         if cause.gap is not None:  # the states stay where the gap is zero
             by_gap, gap_by_p = np.split(cause.gap, [len(drift)])
             across = -by_gap / (by_gap @ by_gap)
-            owed = [v.transposed_times(by_gap[:, None]).ravel() for v in (by_x, by_p)]
-            by_x, by_p = by_x.with_outer(across, owed[0]), by_p.with_outer(across, owed[1])
+            shifts = [v.multiply_transposed(by_gap[:, None]).ravel() for v in (by_x, by_p)]
+            by_x, by_p = by_x.with_outer(across, shifts[0]), by_p.with_outer(across, shifts[1])
             by_p = by_p.with_outer(across, gap_by_p)
             drift = drift + across * (by_gap @ drift)
         return EventDerivatives(

@@ -14,7 +14,7 @@ from lumped.errors import OptionError
 from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
 from lumped.gradients.forward import Followed, Forward, coincide
-from lumped.gradients.functional_values import Summed, check, refuse
+from lumped.gradients.functional_values import RunReadings, check, refuse
 from lumped.gradients.legs import legs_of
 from lumped.gradients.readings.chained import Chained, differ
 from lumped.gradients.sensitivity_result import MovedInstant, Sensitivity
@@ -22,10 +22,10 @@ from lumped.gradients.steps import steps_of
 from lumped.gradients.touches import refuse_touches
 from lumped.gradients.varied import (
     END,
+    resolve_name,
     slopes_at_start,
     sources,
-    tightened,
-    varied_name,
+    tighten,
 )
 from lumped.points.start import run_start
 from lumped.simulation.simulate import recorder, run_on
@@ -108,7 +108,7 @@ def sensitivity(
     wanted = tuple(of)
     functionals = [f for f in wanted if isinstance(f, Functional)]
     names = tuple(name for name in wanted if not isinstance(name, Functional))
-    fine = tightened(rtol)
+    fine = tighten(rtol)
     plan = run_plan(until, rtol, options).by_steps("sensitivity", are_followed=True).at(fine)
     system = plan.watching(system, functionals)
     varied = Varied(system, names, tuple(by), plan.start, fine, bool(functionals))
@@ -149,7 +149,7 @@ class Varied:
             raise OptionError("sensitivity: name at least one quantity in `of` and one in `by`.")
         self.system, self.rtol = system, rtol
         self.of = tuple(system.key(name) for name in of)
-        self.by = tuple(varied_name(system, name) for name in by)
+        self.by = tuple(resolve_name(system, name) for name in by)
         own = [name for name in self.by if name != END]
         self.inner = [i for i, name in enumerate(self.by) if name != END]
         self.n, self.k = len(system.state_names), len(own)
@@ -194,7 +194,7 @@ class Varied:
         curves: Sensitivity | None,
     ) -> Sensitivity:
         """Derivatives of functionals, besides those over time."""
-        summed = Summed.of(run, readings_of(functionals), self.rtol).integrated()
+        summed = RunReadings.of(run, readings_of(functionals), self.rtol).integrate()
         chained = Chained(tuple(functionals), summed.values, self.rtol)
         steps, course = summed.course.steps, summed.course
         sizes = summed.sizes
@@ -212,7 +212,7 @@ class Varied:
         own = tuple(self.by[i] for i in self.inner)
         refuse(summed, chained, own, absent)
         slopes = self._whole(sides[0])
-        ends = np.array([summed.owed[k].ways[0].by_end for k in range(len(summed.wanted))])
+        ends = np.array([summed.terms[k].alternatives[0].by_end for k in range(len(summed.wanted))])
         for i in set(range(len(self.by))) - set(self.inner):
             slopes[:, i] = chained.slopes(ends[:, None])[0][:, 0]
         if curves is None:

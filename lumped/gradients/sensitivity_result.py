@@ -11,8 +11,8 @@ from lumped.compiler.system import Name
 from lumped.errors import UnknownNameError, nearest
 from lumped.functionals import Functional
 from lumped.gradients.varied import (
-    varied_name,
-    varied_values,
+    read_varied_values,
+    resolve_name,
 )
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
@@ -80,7 +80,7 @@ class Sensitivity(RichHtml):
 
     @checked
     def __getitem__(self, pair: tuple[Name | Functional, Name]) -> np.ndarray | float:
-        by, functional = varied_name(self.run.system, pair[1]), str(pair[0])
+        by, functional = resolve_name(self.run.system, pair[1]), str(pair[0])
         if functional in self.functionals and by in self.by:
             row = self.functionals.index(functional)
             return float(self.slopes[row, self.by.index(by)])
@@ -121,7 +121,7 @@ class Sensitivity(RichHtml):
         value = float(self.run[name][k])
         slopes = self.derivatives[k, place]
         with np.errstate(divide="ignore", invalid="ignore"):
-            relative = slopes * varied_values(self.run, self.by) / value
+            relative = slopes * read_varied_values(self.run, self.by) / value
         return ranked(f"{name} at t = {self.run.t[k]:g} s", value, self.by, relative)
 
     @checked
@@ -158,8 +158,8 @@ class Sensitivity(RichHtml):
                 text = "; ".join(f"{n} {v:+.4f}" for n, v in self.ranked(name)[:4] if v)
             to_show = display(name, self.run.system.quantity(name).unit)
             largest = to_show.factor * float(np.abs(self.derivatives[:, i]).max(initial=0.0))
-            told = number(to_show.value(last), 9), to_show.unit, number(largest), text
-            rows.append((name, *told))
+            cells = number(to_show.value(last), 9), to_show.unit, number(largest), text
+            rows.append((name, *cells))
         head = (
             f"{self.run.system.name}: derivatives of {len(self.of)} quantities by {len(self.by)} "
             f"parameters and start values over {self.run.t[-1]:g} s; run of {s.steps} steps "

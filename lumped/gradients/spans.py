@@ -54,7 +54,7 @@ class Span:
         return Span(self.theta, self.t[own], self.x[own], self.m[own], implicit, changes)
 
     @classmethod
-    def joined(cls, spans: Sequence[Span]) -> Span:
+    def join(cls, spans: Sequence[Span]) -> Span:
         """The steps of several, one after the other, with changes between them."""
         first = spans[0]
         if len(spans) == 1:
@@ -89,19 +89,19 @@ class Jump(NamedTuple):
 
 
 class Pulse(NamedTuple):
-    """What a result owes to the states, and integrals, at one end of a step.
+    """Derivatives of a result by the states, and integrals, at one end of a step.
 
     Attributes
     ----------
     end, column : int
         Which end, and which result.
-    owed : ndarray, shape (n + q,)
+    slopes : ndarray, shape (n + q,)
         Its derivatives.
     """
 
     end: int
     column: int
-    owed: np.ndarray
+    slopes: np.ndarray
 
 
 class Back(NamedTuple):
@@ -116,7 +116,7 @@ class Back(NamedTuple):
     largest, lost : ndarray, shape (n + q, k)
         Largest size of the adjoint so far, and the sizes of the errors of all steps, together.
     errors : ndarray, shape (steps, k)
-        Error of each result by each step, relative to what it owes to the states by then.
+        Error of each result by each step, relative to its derivatives by the states there.
     parts, part_errors : ndarray, shape (steps, q)
         Integrals over each step, and their errors.
     """

@@ -59,7 +59,7 @@ class Entries(NamedTuple):
         """The product with a dense matrix."""
         return self._product(self.rows, self.columns, other, self.shape[0])
 
-    def transposed_times(self, other: np.ndarray) -> np.ndarray:
+    def multiply_transposed(self, other: np.ndarray) -> np.ndarray:
         """The product of the transposed matrix with a dense one."""
         return self._product(self.columns, self.rows, other, self.shape[1])
 
@@ -170,8 +170,8 @@ class Changes(Shared):
         """Modes of friction that slides while impulses press it."""
         s = self.system.switching
         first = s.first_modes[s.is_pressed]
-        ways = np.concatenate([first + hold_modes.FORWARD, first + hold_modes.BACKWARD])
-        return tuple(ways[modes[ways] > 0.5].tolist())
+        modes_of_slip = np.concatenate([first + hold_modes.FORWARD, first + hold_modes.BACKWARD])
+        return tuple(modes_of_slip[modes[modes_of_slip] > 0.5].tolist())
 
     def states(self, jumps: tuple[int, ...], blow: Blow | None, modes: np.ndarray) -> Change:
         """The states after an act.
@@ -189,7 +189,7 @@ class Changes(Shared):
         stuck = np.flatnonzero(modes[s.first_modes] > 0.5).tolist()
         zero = tuple(place[s.speeds[h]] for h in stuck if s.speeds[h] in place)
         others = b"" if blow is None else modes[self._not_held].tobytes()
-        return self._changed(jumps, blow, zero, others)
+        return self._change_states(jumps, blow, zero, others)
 
     def impact(
         self, kind: str, hold: int, jumps: tuple[int, ...], blow: Blow, modes: np.ndarray
@@ -198,14 +198,14 @@ class Changes(Shared):
         return self._impact(kind, hold, jumps, blow, modes[self._not_held].tobytes())
 
     @made_once
-    def _changed(
+    def _change_states(
         self, jumps: tuple[int, ...], blow: Blow | None, zero: tuple[int, ...], others: bytes
     ) -> Change:
         """States after an act, those numbered in `zero` zero; `others` are modes but of holds."""
         x, p, t, _ = self.system.inputs
-        x_new = self._jumped(ca.SX(x), jumps)
+        x_new = self._jump(ca.SX(x), jumps)
         if blow is not None:
-            rest, push = self._blown(x_new, blow, others)
+            rest, push = self._find_blow_settings(x_new, blow, others)
             x_new = x_new + self.system.rhs(x, p, t, push) - self.system.rhs(x, p, t, rest)
         for i in zero:
             x_new[i] = 0
@@ -217,8 +217,8 @@ class Changes(Shared):
     ) -> Change:
         """Loss or impulse of one hold."""
         x, p, t, m = self.system.inputs
-        start = self._jumped(ca.SX(x), jumps)
-        rest, push = self._blown(start, blow, others)
+        start = self._jump(ca.SX(x), jumps)
+        rest, push = self._find_blow_settings(start, blow, others)
         s = self.system.switching
         both = self.system.structure.in_states(ca.horzcat(s.speed, s.acceleration, s.reaction))
         look = ca.Function("look", self.system.inputs, [both])
@@ -228,7 +228,7 @@ class Changes(Shared):
         found = -impulse if kind == "impulse" else 0.5 * impulse * (before[0] + speed)
         return Change(self.system, kind, found)
 
-    def _jumped(self, x: ca.SX, jumps: tuple[int, ...]) -> ca.SX:
+    def _jump(self, x: ca.SX, jumps: tuple[int, ...]) -> ca.SX:
         """States after `when` statements."""
         values = self.system.structure.in_states(self.system.switching.values)
         for j in jumps:
@@ -238,7 +238,7 @@ class Changes(Shared):
                     x[self._place[node]] = sign * values[jump.first + i]
         return x
 
-    def _blown(self, x: ca.SX, blow: Blow, others: bytes) -> tuple[ca.SX, ca.SX]:
+    def _find_blow_settings(self, x: ca.SX, blow: Blow, others: bytes) -> tuple[ca.SX, ca.SX]:
         """Settings without and with what closes demanding its speeds (see `Impacts`)."""
         s, count = self.system.switching, self.system.structure.mode_count
         _, p, t, m = self.system.inputs

@@ -147,7 +147,7 @@ class StepCode(Shared):
             )
         self.code.account(run)
 
-    def replayed(self, span: Span, is_given: np.ndarray) -> np.ndarray:
+    def replay(self, span: Span, is_given: np.ndarray) -> np.ndarray:
         """States at all ends of steps, shape (k + 1, n), from those that are given."""
         run = self._run(span, 0, span.needs_matrix)
         course = self._course(span)
@@ -157,7 +157,7 @@ class StepCode(Shared):
         found: np.ndarray = course.x.reshape(span.x.shape)
         return found
 
-    def looked(self, span: Span, function: CountedFunction, width: int) -> np.ndarray:
+    def evaluate_inside(self, span: Span, function: CountedFunction, width: int) -> np.ndarray:
         """Results of a function inside steps, shape (k, LOOKS, width); zero where there is none."""
         steps = len(span.t) - 1
         run = self._run(span, function.work, span.needs_matrix)
@@ -167,12 +167,12 @@ class StepCode(Shared):
         found: np.ndarray = course.found.reshape(steps, LOOKS, width)
         return found
 
-    def listed(
+    def list_points(
         self, span: Span, watch: Watch, functions: Mapping[str, CountedFunction], rtol: float
     ) -> np.ndarray:
         """Points inside steps that a watch lists, shape (k, 3): number of the step, part, value.
 
-        Without room for any, what the watch asks for is taken from the steps in its own way.
+        Without room for any, what the watch asks for is taken from the steps.
 
         Parameters
         ----------
@@ -203,7 +203,7 @@ class StepCode(Shared):
         pulses: Sequence[Pulse] = (),
         jumps: Sequence[Jump] = (),
     ) -> Back:
-        """Carry back what results owe to the states at the end, and to integrals.
+        """Carry back derivatives of results by the states at the end, and by integrals.
 
         `by_parameters`, `largest` and `lost` are those of later steps; `pulses` and `jumps` are in
         the order of time.
@@ -229,7 +229,7 @@ class StepCode(Shared):
         stops = Stops(pulses=len(pulses), jumps=len(jumps), states=self.states)
         stops.pulse_end = np.array([p.end for p in pulses], dtype=np.int64)
         stops.pulse_column = np.array([p.column for p in pulses], dtype=np.int64)
-        stops.pulse = _one_after_the_other(p.owed for p in pulses)
+        stops.pulse = _one_after_the_other(p.slopes for p in pulses)
         stops.jump_step = np.array([j.step for j in jumps], dtype=np.int64)
         matrices = ("", [j.states for j in jumps]), ("parameter_", [j.parameters for j in jumps])
         for name, own in matrices:
@@ -243,7 +243,7 @@ class StepCode(Shared):
         return stops
 
     def relative(self, largest: np.ndarray, lost: np.ndarray) -> np.ndarray:
-        """Errors relative to what each result owes to the states, shape (k,)."""
+        """Errors relative to the derivatives of each result by the states, shape (k,)."""
         own = self._nominal > 0
         nominal = self._nominal[own, None]
         with np.errstate(invalid="ignore", over="ignore"):

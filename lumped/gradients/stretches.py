@@ -41,7 +41,7 @@ class Stretch:
 
     def span(self, legs: Sequence[Leg]) -> Span:
         """The steps."""
-        return Span.joined([legs[k].span(begin, end) for k, begin, end in self.legs])
+        return Span.join([legs[k].span(begin, end) for k, begin, end in self.legs])
 
     def place(self, legs: Sequence[Leg], leg: int, time: float) -> int | None:
         """Where a step of a smooth part ends at a time; None if that is not in here.

@@ -20,13 +20,13 @@ from lumped.gradients.steps import Steps
 from lumped.gradients.stretches import Stretch, stretches
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["OnTheWay", "Seeds", "Swept", "placed", "sweep"]
+__all__ = ["Seeds", "StepResults", "SweepResult", "find_place", "sweep"]
 
 _MOST = 16
 """Orders of coinciding changes that are followed in one run."""
 
 
-class Swept(NamedTuple):
+class SweepResult(NamedTuple):
     """What a sweep finds: derivatives of results by states at the time zero and by parameters.
 
     Attributes
@@ -44,13 +44,13 @@ class Swept(NamedTuple):
     lost: np.ndarray
 
 
-class OnTheWay(NamedTuple):
-    """What a sweep finds on the way; of each leg, one row for each step.
+class StepResults(NamedTuple):
+    """What a sweep finds for each step of each leg.
 
     Attributes
     ----------
     errors : list of ndarray, shape (steps, k)
-        Error of each result by each step, relative to what it owes to the states by then.
+        Error of each result by each step, relative to its derivatives by the states there.
     parts, part_errors : list of ndarray, shape (steps, q)
         Integrals, and their errors.
     """
@@ -60,7 +60,7 @@ class OnTheWay(NamedTuple):
     part_errors: list[np.ndarray]
 
     @classmethod
-    def of(cls, legs: list[Leg], results: int, integrals: int) -> OnTheWay:
+    def of(cls, legs: list[Leg], results: int, integrals: int) -> StepResults:
         """Nothing found yet."""
         made = [
             [np.zeros((len(leg.t) - 1, k)) for leg in legs] for k in (results, integrals, integrals)
@@ -78,7 +78,7 @@ class OnTheWay(NamedTuple):
 
 
 class Seeds(NamedTuple):
-    """What results owe to integrals.
+    """Derivatives of results by integrals.
 
     Attributes
     ----------
@@ -106,14 +106,14 @@ class Seeds(NamedTuple):
                     continue
                 place = int(np.searchsorted(t, time, side)) - (side == "right")  # type: ignore[call-overload]
                 for column in np.flatnonzero(self.chosen[i]).tolist():
-                    owed = np.zeros(states + len(self.spans))
-                    owed[states + i] = sign * self.chosen[i, column]
-                    found.append(Pulse(place, column, owed))
+                    slopes = np.zeros(states + len(self.spans))
+                    slopes[states + i] = sign * self.chosen[i, column]
+                    found.append(Pulse(place, column, slopes))
         return found
 
 
 Lates = list[list[list[np.ndarray]]]
-"""What results owe to the instant of each jump, of each order of them, of each crossing."""
+"""Derivatives of results by the instant of each jump, of each order of them, of each crossing."""
 
 
 class _Sweep:
@@ -131,11 +131,11 @@ class _Sweep:
         self.run, self.legs, self.crossings, self.steps = run, legs, crossings, steps
         self.seeds, self.points = seeds, points
         q, count = seeds.chosen.shape
-        self.way = OnTheWay.of(legs, count, q)
+        self.by_step = StepResults.of(legs, count, q)
         self.late = self._lates()
 
     def _lates(self) -> Lates:
-        """What results owe to the instants at which the run changes."""
+        """Derivatives of results by the instants at which the run changes."""
         q = len(self.seeds.chosen)
         jumps = [(c.t, jump) for c in self.crossings for order in c.orders for jump in order]
         gains = np.zeros((len(jumps), q))
@@ -157,11 +157,11 @@ class _Sweep:
             orders = [[next(rows) @ chosen for _ in order] for order in crossing.orders]
             for point in edges.get(number, ()):
                 for order, own in zip(crossing.orders, orders, strict=True):
-                    own[placed(point, number, order)][point.column] += point.late
+                    own[find_place(point, number, order)][point.column] += point.late
             found.append(orders)
         return found
 
-    def over(self, part: Stretch, span: Span, after: Swept) -> Swept:
+    def over(self, part: Stretch, span: Span, after: SweepResult) -> SweepResult:
         """Back over one part and its steps."""
         n = len(after.by_states)
         pulses = self.seeds.pulses(span.t, n)
@@ -169,8 +169,8 @@ class _Sweep:
         for point in self.points:
             place = part.place(self.legs, point.leg, point.time)
             if place is not None:
-                owed = np.concatenate([point.by_states, none])
-                pulses.append(Pulse(place, point.column, owed))
+                slopes = np.concatenate([point.by_states, none])
+                pulses.append(Pulse(place, point.column, slopes))
         pulses.sort(key=lambda pulse: pulse.end)
         jumps = [
             Jump(place - 1, jump.states[:3], jump.parameters[:3], jump.drift, jump.instant, late)
@@ -184,15 +184,15 @@ class _Sweep:
         chosen = self.seeds.chosen * ((begin < span.t[-1]) & (span.t[-1] <= end))[:, None]
         adjoint = np.vstack([after.by_states, chosen])
         back = self.steps.back(span, adjoint, *after[1:], pulses, jumps)
-        self.way.take(part, back)
-        return Swept(back.adjoint[:n], *back[1:4])
+        self.by_step.take(part, back)
+        return SweepResult(back.adjoint[:n], *back[1:4])
 
     def across(
         self,
         order: tuple[EventDerivatives, ...],
         lates: list[np.ndarray],
-        after: Swept,
-    ) -> Swept:
+        after: SweepResult,
+    ) -> SweepResult:
         """Back over the changes between two parts."""
         adjoint, by_parameters = after[:2]
         for jump, late in zip(reversed(order), reversed(lates), strict=True):
@@ -208,7 +208,7 @@ def sweep(
     steps: Steps,
     seeds: Seeds,
     points: list[AdjointPoint],
-) -> tuple[list[Swept], OnTheWay]:
+) -> tuple[list[SweepResult], StepResults]:
     """Derivatives of results by states at the time zero and by parameters.
 
     Where different changes coincide, there is one answer for each order in which they can come.
@@ -221,7 +221,7 @@ def sweep(
     q, count = seeds.chosen.shape
     n = len(run.system.structure.states)
     own = _Sweep(run, legs, crossings, steps, seeds, points)
-    found = [Swept(*(np.zeros((rows, count)) for rows in (n, len(run.theta), n + q, n + q)))]
+    found = [SweepResult(*(np.zeros((rows, count)) for rows in (n, len(run.theta), n + q, n + q)))]
     for point in points:
         found[0].by_parameters[:, point.column] += point.by_parameters
     several = {k for k, crossing in enumerate(crossings, 1) if len(crossing.orders) > 1}
@@ -241,12 +241,12 @@ def sweep(
                 "little.",
                 run,
             )
-    return found, own.way
+    return found, own.by_step
 
 
-def _different(found: list[Swept]) -> list[Swept]:
+def _different(found: list[SweepResult]) -> list[SweepResult]:
     """Answers that are not the same."""
-    kept: list[Swept] = []
+    kept: list[SweepResult] = []
     for one in found:
         both = np.vstack(one[:2])
         known = [np.vstack(other[:2]) for other in kept]
@@ -255,7 +255,7 @@ def _different(found: list[Swept]) -> list[Swept]:
     return kept
 
 
-def placed(point: AdjointPoint, number: int, order: tuple[EventDerivatives, ...]) -> int:
+def find_place(point: AdjointPoint, number: int, order: tuple[EventDerivatives, ...]) -> int:
     """Which of the jumps at the begin of a leg a result hangs on."""
     if point.name:
         return next((i for i, jump in enumerate(order) if point.name in jump.names), 0)

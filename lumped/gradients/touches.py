@@ -12,7 +12,7 @@ from lumped.errors import SolverError
 from lumped.gradients.causes import TURNING
 from lumped.gradients.instant_values import margin_sizes
 from lumped.gradients.legs import Leg
-from lumped.gradients.readings.samples import sampled, values_at
+from lumped.gradients.readings.samples import sample_steps, values_at
 from lumped.gradients.steps import Steps
 from lumped.numerics.bracketed_roots import bracketed_roots
 from lumped.support.made_once import made_once
@@ -73,7 +73,7 @@ class _Touches:
         """Margins that turn near zero: number of the smooth part, of the margin, and when."""
         highest = np.zeros((len(self.legs), self.count))
         found: list[np.ndarray] = []
-        for leg, t, both in sampled(self.legs, self.steps, self.look):
+        for leg, t, both in sample_steps(self.legs, self.steps, self.look):
             values, slopes = both[:, :, : self.count], both[:, :, self.count :]
             h = np.diff(t)[:, :, None]
             a, b, s_a, s_b = values[:, :-1], values[:, 1:], slopes[:, :-1], slopes[:, 1:]

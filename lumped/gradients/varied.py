@@ -16,11 +16,11 @@ from lumped.timeloop.results.trajectory import Trajectory
 __all__ = [
     "END",
     "TIGHTER",
+    "read_varied_values",
+    "resolve_name",
     "slopes_at_start",
     "sources",
-    "tightened",
-    "varied_name",
-    "varied_values",
+    "tighten",
 ]
 
 TIGHTER = 3e-3
@@ -30,7 +30,7 @@ END = "until"
 """Name by which the end of a run is varied."""
 
 
-def tightened(rtol: float) -> float:
+def tighten(rtol: float) -> float:
     """Tolerance of a run whose derivatives shall be right to `rtol` or a little more.
 
     A derivative is what larger terms leave: an instant that moves, times a rate that jumps there.
@@ -38,7 +38,7 @@ def tightened(rtol: float) -> float:
     return max(TIGHTER * rtol, min(rtol, 1e-13))
 
 
-def varied_name(system: System, name: Name) -> str:
+def resolve_name(system: System, name: Name) -> str:
     """Name of what is varied; `END` if no parameter has this name."""
     if name == END and END not in system.parameters:
         return END
@@ -129,7 +129,7 @@ def _refuse_fixed(system: System, varied: Mapping[int, np.ndarray], S: np.ndarra
             )
 
 
-def varied_values(run: Trajectory, names: Sequence[str]) -> np.ndarray:
+def read_varied_values(run: Trajectory, names: Sequence[str]) -> np.ndarray:
     """Parameters, and start values of other names."""
     p = run.system.structure.parameters
     known = {p.names[i]: v for i, v in zip(p.free, run.theta.tolist(), strict=True)}

@@ -184,8 +184,8 @@ def test_the_sweep_has_the_same_bits_in_all_engines(method):
         with engine.using(name):
             none = np.zeros((len(run.theta), 3)), *np.zeros((2, n + 1, 3))
             back = steps.back(span, adjoint, *none)
-            again = steps.replayed(span, np.arange(len(span.t)) % 3 == 0)
-            found[name] = *back, again, steps.looked(span, function, n)
+            again = steps.replay(span, np.arange(len(span.t)) % 3 == 0)
+            found[name] = *back, again, steps.evaluate_inside(span, function, n)
     assert found["llvm"][-2] == pytest.approx(leg.states(), rel=1e-12, abs=1e-15)
     for name in ("c", "python"):
         for one, other in zip(found["llvm"], found[name], strict=True):
@@ -242,10 +242,10 @@ def test_a_counted_function_is_compiled_when_that_pays_and_keeps_its_bits():
     run = simulate(system, until=1.0, grid=None)
     (leg,) = legs_of(run)
     steps, n = steps_of(system, ()), len(system.state_names)
-    slow = steps.looked(leg.span(), function, n)
+    slow = steps.evaluate_inside(leg.span(), function, n)
     function.for_more(10**6)
     assert function._record.address
-    assert (steps.looked(leg.span(), function, n) == slow).all()
+    assert (steps.evaluate_inside(leg.span(), function, n) == slow).all()
 
 
 def test_an_implicit_step_without_a_solution_is_an_error():
@@ -262,8 +262,8 @@ def test_an_implicit_step_without_a_solution_is_an_error():
     span = Span(np.array([a]), ends, np.ones((2, 1)), none, np.array([True]))
     look = CountedFunction(operations_of(ca.Function("look", inputs, [x])))
     for action in (
-        lambda: steps.replayed(span, np.array([1, 0])),
-        lambda: steps.looked(span, look, 1),
+        lambda: steps.replay(span, np.array([1, 0])),
+        lambda: steps.evaluate_inside(span, look, 1),
         lambda: steps.back(span, *np.ones((4, 1, 1))),
     ):
         with pytest.raises(

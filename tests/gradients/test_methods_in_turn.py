@@ -8,7 +8,7 @@ from stiff_in_turn import EDGES, UNTIL, VALUES, InTurn, end, moved
 import lumped as lp
 from lumped import functionals as fun
 from lumped.gradients import legs
-from lumped.gradients.readings.samples import sampled, values_at
+from lumped.gradients.readings.samples import sample_steps, values_at
 from lumped.gradients.steps import steps_of
 from lumped.timeloop.plants.many_points import ManyPoints
 
@@ -72,6 +72,6 @@ def test_values_between_steps_of_both_methods():
     numbers = times.astype(int)
     found = values_at(run, own, steps, look, numbers, times)[:, 0]
     assert found == pytest.approx([angle(t) for t in times], abs=1e-8)
-    for samples in sampled(own, steps, look):
+    for samples in sample_steps(own, steps, look):
         expected = np.vectorize(angle)(samples.t)
         assert np.abs(samples.values[:, :, 0] - expected).max() < 1e-8

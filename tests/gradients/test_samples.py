@@ -9,7 +9,7 @@ from scipy.linalg import expm
 import lumped as lp
 from lumped.components import Inertia, SpringDamper
 from lumped.gradients import legs
-from lumped.gradients.readings.samples import sampled, values_at
+from lumped.gradients.readings.samples import sample_steps, values_at
 from lumped.gradients.steps import steps_of
 from lumped.gradients.stretches import stretches
 from lumped.simulation.simulate import simulate
@@ -49,7 +49,7 @@ def test_values_at_times_in_any_order_over_a_change_of_the_method():
 def test_samples_over_a_change_of_the_method_follow_a_matrix_exponential():
     run, look, speed = stiff_run()
     own, error = legs.legs_of(run), 0.0
-    for samples in sampled(own, steps_of(run.system, ()), look):
+    for samples in sample_steps(own, steps_of(run.system, ()), look):
         expected = np.vectorize(speed)(samples.t)
         error = max(error, float(np.abs(samples.values[:, :, 0] - expected).max()))
     print(f"\nlargest error of a speed of 3 rad/s: {error:.1e}")

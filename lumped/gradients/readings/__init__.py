@@ -1,1 +1,1 @@
-"""Readings of a run, and what they owe to its instants."""
+"""Readings of a run, and their derivatives through its instants."""

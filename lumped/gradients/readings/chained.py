@@ -76,16 +76,16 @@ class Chained:
         absent = np.zeros(found.shape, dtype=bool)
         for k, (branches, own) in enumerate(zip(self.branches, self.places, strict=True)):
             rates = by[own]
-            ways = [_through(branch, rates) for branch in branches]
-            found[k] = ways[0]
-            for branch, way in zip(branches[1:], ways[1:], strict=True):
+            sides = [_through(branch, rates) for branch in branches]
+            found[k] = sides[0]
+            for branch, other in zip(branches[1:], sides[1:], strict=True):
                 if side:
-                    found[k] = np.where(branch.lies(side * rates), way, found[k])
+                    found[k] = np.where(branch.lies(side * rates), other, found[k])
                 else:
-                    absent[k] |= differ(ways[0], way)
+                    absent[k] |= differ(sides[0], other)
         return found, absent
 
-    def lost(self, absent: np.ndarray) -> np.ndarray:
+    def find_lost(self, absent: np.ndarray) -> np.ndarray:
         """Which derivatives are none because those of readings are none, as `slopes`."""
         rows = [absent[self.counting(k)].any(axis=0) for k in range(len(self.functionals))]
         return np.array(rows, dtype=bool).reshape(len(rows), absent.shape[1])

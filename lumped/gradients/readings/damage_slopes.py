@@ -16,11 +16,11 @@ _KEPT = 1e-13
 
 
 def damage_slopes(values: np.ndarray, law: DamageLaw, slack: float) -> tuple[float, np.ndarray]:
-    """Damage, and its derivatives by turning points, shape (ways, n).
+    """Damage, and its derivatives by turning points, shape (alternatives, n).
 
-    There are several ways where less than the slack decides between them: which of two extremes of
-    the same height belongs to the larger cycle, or which row of the curve holds. The first one is
-    that of the values as they are.
+    There are several alternatives where less than the slack decides between them: which of two
+    extremes of the same height belongs to the larger cycle, or which row of the curve holds. The
+    first one is that of the values as they are.
 
     Parameters
     ----------
@@ -36,12 +36,12 @@ def damage_slopes(values: np.ndarray, law: DamageLaw, slack: float) -> tuple[flo
         return damage, nominal[None]
     steepest = max(slope for _, _, slope in law.rows)
     same = size * min(20 * steepest * slack / range_, 0.1)
-    ways = [nominal]
-    for moved in _moved(values, slack):
-        way = _slopes(moved, law)[1]
-        if all(np.abs(way - known).max() > same for known in ways):
-            ways.append(way)
-    found = np.array(ways)
+    alternatives = [nominal]
+    for moved in _move_extremes(values, slack):
+        slopes = _slopes(moved, law)[1]
+        if all(np.abs(slopes - known).max() > same for known in alternatives):
+            alternatives.append(slopes)
+    found = np.array(alternatives)
     found[np.abs(found) <= _KEPT * size] = 0.0
     return damage, found
 
@@ -50,16 +50,16 @@ def _slopes(values: np.ndarray, law: DamageLaw) -> tuple[float, np.ndarray]:
     """Damage, and its derivatives by turning points."""
     counted = count_cycles(values, law)
     begin, end = counted.cycles.T
-    way = values[end] - values[begin]
+    swings = values[end] - values[begin]
     means = 0.5 * (values[begin] + values[end])
-    _, found = damage_of_cycles(np.abs(way), means, counted.weights, law)
-    by_way, by_mean = np.sign(way) * found[:, 1], 0.5 * found[:, 2]
-    slopes = np.bincount(end, by_mean + by_way, len(values))
-    slopes += np.bincount(begin, by_mean - by_way, len(values))
+    _, found = damage_of_cycles(np.abs(swings), means, counted.weights, law)
+    by_swing, by_mean = np.sign(swings) * found[:, 1], 0.5 * found[:, 2]
+    slopes = np.bincount(end, by_mean + by_swing, len(values))
+    slopes += np.bincount(begin, by_mean - by_swing, len(values))
     return counted.damage, slopes
 
 
-def _moved(values: np.ndarray, slack: float) -> list[np.ndarray]:
+def _move_extremes(values: np.ndarray, slack: float) -> list[np.ndarray]:
     """The values with all crests, or all troughs, further out or in, earlier or later ones more."""
     is_crest = np.append(values[:-1] > values[1:], values[-1:] > values[-2:-1])
     rising = np.linspace(0.5, 1.0, len(values))

@@ -81,7 +81,7 @@ def highest_points(
     functions = _functions(steps, factors, (sign,))
     watch = _watch(steps, functions, (sign,))
     watch.lists, watch.best[0], watch.slack = _ROOM, best - slack, slack
-    rows = steps.listed(span, watch, functions.counted, 1.0)
+    rows = steps.list_points(span, watch, functions.counted, 1.0)
     return rows, float(np.maximum(best, watch.best[0] + slack))
 
 
@@ -95,7 +95,7 @@ def turning_points_in(
     functions = _functions(steps, factors, ())
     watch = _watch(steps, functions, ())
     watch.lists, watch.load_size[0] = _ROOM, 1.0
-    return steps.listed(span, watch, functions.counted, least)
+    return steps.list_points(span, watch, functions.counted, least)
 
 
 def range_of(
@@ -105,5 +105,5 @@ def range_of(
     functions = _functions(steps, factors, (-1, 1))
     watch = _watch(steps, functions, (-1, 1))
     watch.best[:] = -known[0], known[1]
-    steps.listed(span, watch, functions.counted, 1.0)
+    steps.list_points(span, watch, functions.counted, 1.0)
     return -float(watch.best[0]), float(watch.best[1])

@@ -9,7 +9,7 @@ import numpy as np
 from lumped.functionals.readings import Extreme
 from lumped.gradients.legs import Leg
 from lumped.gradients.readings.enclosed_points import highest_points
-from lumped.gradients.readings.looks import Ends, Looks, Points, Turn, Window
+from lumped.gradients.readings.product_curve import Ends, Points, ProductCurve, Turn, Window
 from lumped.gradients.steps import Steps
 from lumped.timeloop.results.trajectory import Trajectory
 
@@ -31,16 +31,16 @@ def extremes(
     A quantity is enclosed inside steps, as while a run goes on (see
     `lumped.kernel.enclosures.extremes`).
     """
-    looks = Looks(run, legs, steps, tuple(map(run.system.key, extreme.factors)))
+    curve = ProductCurve(run, legs, steps, tuple(map(run.system.key, extreme.factors)))
     sign, between = extreme.sign, extreme.between
-    ends = looks.ends(between)
+    ends = curve.ends(between)
     signs = (1.0, -1.0) if sign == 0 else (float(sign),)
     best = max(float((each * ends.y).max()) for each in signs)
     size = known = float(np.abs(ends.y).max())
     is_known = False
     while not is_known:  # a burst inside a step may be larger than all that was known
         slack = 20 * max(rtol, _EXACT) * size
-        tops, best = _tops(looks, sign, best, slack, between)
+        tops, best = _tops(curve, sign, best, slack, between)
         known, size = size, max(size, abs(best))
         is_known = size <= 2 * known
     slack = 10 * rtol * size
@@ -48,7 +48,7 @@ def extremes(
     order = order[tops.value[order] >= best - slack][:_LOCATED]
     found = [end for each in signs for end in _ends(ends, each, len(legs) - 1, between)]
     at_ends = {(end.leg, end.time, end.sign) for end in found}
-    points, is_located = looks.located(tops.of(order), between)
+    points, is_located = curve.locate(tops.of(order), between)
     inner = _turns(points.of(np.flatnonzero(is_located)))
     found += [e for e in inner if (e.leg, e.time, e.sign) not in at_ends]
     best = max((e.value for e in found), default=-np.inf)
@@ -61,21 +61,21 @@ def extremes(
 
 
 def _tops(
-    looks: Looks, sign: Literal[-1, 0, 1], best: float, slack: float, between: Window
+    curve: ProductCurve, sign: Literal[-1, 0, 1], best: float, slack: float, between: Window
 ) -> tuple[Points, float]:
     """Where a quantity times its sign is highest in parts of steps, up to a slack, and how high."""
     found: list[Points] = []
-    for numbers, span in looks.spans(between):
-        rows, best = highest_points(looks.steps, span, looks.factors, sign, best, slack)
-        looks.check(np.array(best))
-        points = looks.points(numbers, span, rows)
+    for numbers, span in curve.spans(between):
+        rows, best = highest_points(curve.steps, span, curve.factors, sign, best, slack)
+        curve.check(np.array(best))
+        points = curve.points(numbers, span, rows)
         own = np.where(points.value < 0, -1.0, 1.0) if sign == 0 else np.full(len(rows), sign)
         points = points._replace(value=own * points.value, sign=own)
         # at the end of a step it may go on into the next one
         last = np.flatnonzero(np.isin(rows[:, 1], (0.0, 1.0)))
         places = (rows[last, 0] + rows[last, 1]).astype(int)
         given = span.x[places], span.theta, span.t[places], span.m[places]
-        rises = own[last] * looks.look(*given)[:, 1] * (2 * rows[last, 1] - 1) > 0
+        rises = own[last] * curve.look(*given)[:, 1] * (2 * rows[last, 1] - 1) > 0
         found.append(points.of(np.setdiff1d(np.arange(len(rows)), last[rises])))
     none = [np.zeros(0, dtype=int), *np.zeros((4, 0))]
     return Points(*(np.concatenate(v) for v in zip(none, *found, strict=True))), best
@@ -105,4 +105,4 @@ def _turns(points: Points) -> list[Turn]:
     )
     leg, t, _, value, sign = points.of(np.flatnonzero(~is_same))
     rows = zip(leg.tolist(), t.tolist(), value.tolist(), sign.tolist(), strict=True)
-    return [Turn(number, time, height, way, 0) for number, time, height, way in rows]
+    return [Turn(number, time, height, sign, 0) for number, time, height, sign in rows]

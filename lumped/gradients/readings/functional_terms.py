@@ -1,4 +1,4 @@
-"""What functionals of a run are, and what they owe to its instants."""
+"""What functionals of a run are, and their derivatives through its instants."""
 
 from __future__ import annotations
 
@@ -25,11 +25,16 @@ from lumped.gradients.legs import Leg
 from lumped.gradients.readings.bounces import find_last_bounces, find_limit_of_flights
 from lumped.gradients.readings.damage_slopes import damage_slopes
 from lumped.gradients.readings.extremes import extremes
-from lumped.gradients.readings.looks import Turn
+from lumped.gradients.readings.instant_terms import (
+    InstantTerms,
+    ReadingTerms,
+    add_terms,
+    scale_terms,
+)
+from lumped.gradients.readings.product_curve import Turn
 from lumped.gradients.readings.product_slopes import differentiate_at_many, differentiate_at_one
 from lumped.gradients.readings.samples import values_at
 from lumped.gradients.readings.turning_points import turning_points
-from lumped.gradients.readings.ways import Owed, Way, multiple, sum_of
 from lumped.gradients.saltation import saltation_of
 from lumped.gradients.steps import Steps
 from lumped.timeloop.results.trajectory import Trajectory
@@ -74,7 +79,7 @@ class SmoothParts:
     rtol: float
     turns: dict[tuple[str, ...], list[Turn]] = field(default_factory=dict)
 
-    def owed(self, reading: Reading) -> Owed:
+    def find_terms(self, reading: Reading) -> ReadingTerms:
         """What a reading is, if it is no integral.
 
         Raises
@@ -86,19 +91,21 @@ class SmoothParts:
         """
         if isinstance(reading, Span):
             begin, end = reading.between or (float(self.legs[0].t[0]), self.until)
-            return Owed((Way(end - begin, (), 1.0 if reading.between is None else 0.0),))
+            return ReadingTerms(
+                (InstantTerms(end - begin, (), 1.0 if reading.between is None else 0.0),)
+            )
         if isinstance(reading, Extreme):
             return self._extreme(reading)
         if isinstance(reading, Cycles):
             return self._damage(reading)
         if isinstance(reading, Value) and isinstance(reading.at, AtEvent):
-            return Owed((sum_of(list(self._at_events(reading, reading.at))),))
+            return ReadingTerms((add_terms(list(self._at_events(reading, reading.at))),))
         if isinstance(reading, Value):
             return self._at(reading)
         assert isinstance(reading, Occurrence)
         if reading.what == "instant":
             return self._instant(reading)
-        return Owed((sum_of(list(self._impacts(reading))),))
+        return ReadingTerms((add_terms(list(self._impacts(reading))),))
 
     @property
     def until(self) -> float:
@@ -132,25 +139,25 @@ class SmoothParts:
 
     # -- at given instants -------------------------------------------------------------------
 
-    def _at(self, reading: Value) -> Owed:
+    def _at(self, reading: Value) -> ReadingTerms:
         """Sum of a product over instants; at the end, which may move, with the slope there."""
         names = reading.factors
         times = reading.at if isinstance(reading.at, tuple) else (self.until,)
-        ways: list[list[Way]] = []
+        alternatives: list[list[InstantTerms]] = []
         guards: list[AdjointPoint] = []
         where = ""
         for t in times:
             number, near = self._leg(t)
-            own = [self._way(number, t, names)]
+            own = [self._find_terms_at(number, t, names)]
             if near and any(
                 j.instant.any() for order in self.crossings[number - 1].orders for j in order
             ):
-                own.append(self._way(number - 1, t, names))
+                own.append(self._find_terms_at(number - 1, t, names))
                 guards.append(self._moving(number))
                 where = (
                     f"t = {t:.9g} s, where {', '.join(self.crossings[number - 1].names)} changes"
                 )
-            ways.append(own)
+            alternatives.append(own)
         if guards and len(times) > 1:
             raise SolverError(
                 f"{self.run.system.name}: {reading}: a change coincides with {where}; there is no "
@@ -158,10 +165,12 @@ class SmoothParts:
                 self.run,
             )
         if reading.at is None:
-            ways[0] = [replace(way, by_end=self._rate(way, names)) for way in ways[0]]
+            alternatives[0] = [
+                replace(one, by_end=self._rate(one, names)) for one in alternatives[0]
+            ]
         if guards:
-            return Owed(tuple(ways[0]), "later", tuple(guards), where)
-        return Owed((sum_of([own[0] for own in ways]),))
+            return ReadingTerms(tuple(alternatives[0]), "later", tuple(guards), where)
+        return ReadingTerms((add_terms([own[0] for own in alternatives]),))
 
     def _leg(self, t: float) -> tuple[int, bool]:
         """Leg in which an instant lies, the later one on a border; whether one is so near."""
@@ -170,16 +179,16 @@ class SmoothParts:
         near = number > 0 and abs(float(self.legs[number].t[0]) - t) <= soon
         return number, near
 
-    def _way(self, number: int, t: float, names: tuple[str, ...]) -> Way:
+    def _find_terms_at(self, number: int, t: float, names: tuple[str, ...]) -> InstantTerms:
         leg = self.legs[number]
         t = min(max(t, float(leg.t[0])), float(leg.t[-1]))
         look = self._look(number, t, names)
         point = AdjointPoint(number, t, 0, look.by_states, look.by_parameters)
-        return Way(look.value, (point,))
+        return InstantTerms(look.value, (point,))
 
-    def _rate(self, way: Way, names: tuple[str, ...]) -> float:
-        """Slope of a product at the instant of a way."""
-        return self._look(way.points[0].leg, way.points[0].time, names).rate
+    def _rate(self, terms: InstantTerms, names: tuple[str, ...]) -> float:
+        """Slope of a product at the only instant of terms."""
+        return self._look(terms.points[0].leg, terms.points[0].time, names).rate
 
     def _look(self, number: int, t: float, names: tuple[str, ...]) -> _Look:
         x, m = self.legs[number].state(t)
@@ -194,38 +203,40 @@ class SmoothParts:
 
     # -- extremes ----------------------------------------------------------------------------
 
-    def _extreme(self, reading: Extreme) -> Owed:
+    def _extreme(self, reading: Extreme) -> ReadingTerms:
         tops = extremes(self.run, self.legs, self.steps, reading, self.rtol)
-        owed = self._turned(tops, self._keys(reading), reading.between is None)
+        terms = self._find_turn_terms(tops, self._keys(reading), reading.between is None)
         if reading.sign == 0:
-            owed = [multiple(way, top.sign) for top, way in zip(tops, owed, strict=True)]
+            terms = [scale_terms(one, top.sign) for top, one in zip(tops, terms, strict=True)]
         times = ", ".join(f"{top.time:.9g}" for top in tops)
         pick: Literal["greatest", "least"] = "least" if reading.sign < 0 else "greatest"
         alike = ", all equally high" if len(tops) > 1 else ""
-        return Owed(tuple(owed), pick, (), f"t = {times} s{alike}")
+        return ReadingTerms(tuple(terms), pick, (), f"t = {times} s{alike}")
 
     def _keys(self, reading: Extreme | Cycles) -> tuple[str, ...]:
         return tuple(self.run.system.key(name) for name in reading.factors)
 
-    def _turned(self, tops: Sequence[Turn], factors: tuple[str, ...], ends: bool) -> list[Way]:
+    def _find_turn_terms(
+        self, tops: Sequence[Turn], factors: tuple[str, ...], ends: bool
+    ) -> list[InstantTerms]:
         """Values at which a quantity turns, one of which may be that at the end of the run."""
         system, n = self.run.system, len(self.run.system.structure.states)
         legs, times = np.array([top.leg for top in tops]), np.array([top.time for top in tops])
         given = (self.run, self.legs, self.steps, differentiate_at_many(system, factors))
         found = values_at(*given, legs, times)
-        ways = []
+        alternatives = []
         for top, row in zip(tops, found, strict=True):
             value, rate = float(row[0]), float(row[1])
             point = AdjointPoint(top.leg, top.time, 0, row[2 : 2 + n], row[2 + n :])
             if top.edge:
-                point = replace(point, edge=self._joined(top.edge), late=rate)
+                point = replace(point, edge=self._find_joint_leg(top.edge), late=rate)
             by_end = rate if ends and top.time == self.until else 0.0
-            ways.append(Way(value, (point,), by_end))
+            alternatives.append(InstantTerms(value, (point,), by_end))
         for number in np.unique(legs).tolist():
             self.legs[number].cut(times[legs == number])
-        return ways
+        return alternatives
 
-    def _damage(self, reading: Cycles) -> Owed:
+    def _damage(self, reading: Cycles) -> ReadingTerms:
         factors = self._keys(reading)
         if factors not in self.turns:
             given = (self.run, self.legs, self.steps, factors, self.rtol)
@@ -241,13 +252,13 @@ class SmoothParts:
                 self.run,
             )
         places = np.flatnonzero(slopes.any(axis=0)).tolist()
-        owed = self._turned([turns[k] for k in places], factors, ends=True)
-        ways = []
+        terms = self._find_turn_terms([turns[k] for k in places], factors, ends=True)
+        alternatives = []
         for by in slopes[:, places].tolist():
-            parts = [multiple(way, k) for way, k in zip(owed, by, strict=True) if k]
-            ways.append(replace(sum_of(parts), value=damage))
+            parts = [scale_terms(one, k) for one, k in zip(terms, by, strict=True) if k]
+            alternatives.append(replace(add_terms(parts), value=damage))
         where = "cycles of the same range, or an amplitude at the end of a law of the curve"
-        return Owed(tuple(ways), "greatest", (), where)
+        return ReadingTerms(tuple(alternatives), "greatest", (), where)
 
     # -- at events ---------------------------------------------------------------------------
 
@@ -285,16 +296,16 @@ class SmoothParts:
                 )
             # several changes one after the other at the same instant
             legs = begins[time]
-            found.append(self._joined(legs[min(times[:i].count(times[i]), len(legs) - 1)]))
+            found.append(self._find_joint_leg(legs[min(times[:i].count(times[i]), len(legs) - 1)]))
         return found
 
-    def _joined(self, number: int) -> int:
-        """The leg at whose begin all is told that happens where a leg begins."""
+    def _find_joint_leg(self, number: int) -> int:
+        """The leg at whose begin the changes are that happen where a leg begins."""
         while not self.crossings[number - 1].orders:
             number += 1
         return number
 
-    def _instant(self, reading: Occurrence) -> Owed:
+    def _instant(self, reading: Occurrence) -> ReadingTerms:
         label, component = str(reading), reading.component
         (number,) = self._events(label, component, reading.after, reading.number)
         crossing = self.crossings[number - 1]
@@ -303,17 +314,17 @@ class SmoothParts:
         if any(jump.settles and component in jump.names for jump in crossing.orders[0]):
             bounces = find_last_bounces(self.crossings[: number - 1], component, self.until)
             if len(bounces) == 3:
-                return Owed((self._accumulation(bounces, component),))
-        return Owed((Way(crossing.t, (self._moving(number, component),)),))
+                return ReadingTerms((self._accumulation(bounces, component),))
+        return ReadingTerms((InstantTerms(crossing.t, (self._moving(number, component),)),))
 
-    def _accumulation(self, bounces: list[int], component: str) -> Way:
+    def _accumulation(self, bounces: list[int], component: str) -> InstantTerms:
         """Where impacts accumulate."""
         value, weights = find_limit_of_flights([self.crossings[k - 1].t for k in bounces])
         parts = zip(bounces, weights, strict=True)
         points = [replace(self._moving(k, component), late=weight) for k, weight in parts]
-        return Way(value, tuple(points))
+        return InstantTerms(value, tuple(points))
 
-    def _at_events(self, reading: Value, at: AtEvent) -> Iterator[Way]:
+    def _at_events(self, reading: Value, at: AtEvent) -> Iterator[InstantTerms]:
         label = str(reading)
         for number in self._events(label, at.component, at.after, at.number):
             if len(self.crossings[number - 1].orders) > 1:
@@ -322,9 +333,9 @@ class SmoothParts:
             t = float(self.legs[leg].t[-1 if at.side == "before" else 0])
             look = self._look(leg, t, reading.factors)
             slopes = look.by_states, look.by_parameters
-            yield Way(look.value, (AdjointPoint(leg, t, 0, *slopes, number, look.rate),))
+            yield InstantTerms(look.value, (AdjointPoint(leg, t, 0, *slopes, number, look.rate),))
 
-    def _impacts(self, reading: Occurrence) -> Iterator[Way]:
+    def _impacts(self, reading: Occurrence) -> Iterator[InstantTerms]:
         label, run = str(reading), self.run
         names = run.system.switching.names
         found: list[tuple[int, EventDerivatives, list[int]]] = []
@@ -356,7 +367,7 @@ class SmoothParts:
                 t = float(self.legs[number - 1].t[-1])
                 slopes = look.by_states, look.by_parameters
                 point = AdjointPoint(number - 1, t, 0, *slopes, number, look.rate)
-                yield Way(look.value, (point,))
+                yield InstantTerms(look.value, (point,))
 
     def _impact(self, kind: str, number: int, jump: EventDerivatives, hold: int) -> _Look:
         jumps, blow = jump.act

@@ -15,7 +15,7 @@ from lumped.gradients.stretches import stretches
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Samples", "sampled", "states_at_ends", "values_at"]
+__all__ = ["Samples", "sample_steps", "states_at_ends", "values_at"]
 
 _AT_ONCE = 1024
 """Steps that are looked at in one call."""
@@ -39,7 +39,7 @@ class Samples(NamedTuple):
     values: np.ndarray
 
 
-def sampled(legs: Sequence[Leg], steps: Steps, function: ManyPoints) -> Iterator[Samples]:
+def sample_steps(legs: Sequence[Leg], steps: Steps, function: ManyPoints) -> Iterator[Samples]:
     """A function in all steps of a run, some at once."""
     last = np.zeros(function.results)
     for stretch in stretches(legs):
@@ -52,7 +52,7 @@ def sampled(legs: Sequence[Leg], steps: Steps, function: ManyPoints) -> Iterator
             span = whole.part(k, min(k + _AT_ONCE, len(whole.t) - 1))
             count = len(span.t) - 1
             values = np.empty((count, len(FRACTIONS) + 1, function.results))
-            values[:, 1:] = steps.looked(span, function.counted, function.results)
+            values[:, 1:] = steps.evaluate_inside(span, function.counted, function.results)
             values[0, 0], values[1:, 0] = last, values[:-1, -1]
             last = values[-1, -1]
             new = np.flatnonzero(~follows[k : k + count])
@@ -104,4 +104,4 @@ def states_at_ends(
     t = np.column_stack([begin, end]).ravel()
     twice = x.repeat(2, axis=0), m.repeat(2, axis=0)
     span = Span(theta, t, *twice, is_implicit.repeat(2)[:-1], range(1, len(t) - 1, 2))
-    return steps.replayed(span, np.tile([1, 0], len(begin)))[1::2]
+    return steps.replay(span, np.tile([1, 0], len(begin)))[1::2]

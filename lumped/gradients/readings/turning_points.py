@@ -9,7 +9,7 @@ from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.legs import Leg
 from lumped.gradients.readings.enclosed_points import range_of, turning_points_in
-from lumped.gradients.readings.looks import Looks, Points, Turn
+from lumped.gradients.readings.product_curve import Points, ProductCurve, Turn
 from lumped.gradients.readings.samples import states_at_ends
 from lumped.gradients.steps import Steps
 from lumped.support.made_once import made_once
@@ -41,47 +41,47 @@ def turning_points(
     SolverError
         If the points of the run are too far apart to follow the quantity between them.
     """
-    looks = Looks(run, legs, steps, factors)
-    rounding = _follow(looks, rtol)
-    ends = looks.ends()
+    curve = ProductCurve(run, legs, steps, factors)
+    rounding = _follow(curve, rtol)
+    ends = curve.ends()
     least, most = float(ends.y.min()), float(ends.y.max())
-    for _, span in looks.spans():
+    for _, span in curve.spans():
         least, most = range_of(steps, span, factors, (least, most))
-    looks.check(np.array([least, most]))
+    curve.check(np.array([least, most]))
     swing = max(rtol * (most - least), rounding)
     h = np.diff(ends.t)
     length = np.maximum(np.append(h, 0.0), np.append(0.0, h))
     points = [Points(ends.leg, ends.t, length, ends.y, np.ones(len(length)))]
     if most - least > swing:
-        for numbers, span in looks.spans():
+        for numbers, span in curve.spans():
             rows = turning_points_in(steps, span, factors, swing)
-            points.append(looks.points(numbers, span, rows))
+            points.append(curve.points(numbers, span, rows))
     merged = Points(*(np.concatenate(v) for v in zip(*points, strict=True)))
     merged = merged.of(np.lexsort((merged.t, merged.leg)))
     own = _swinging(_turning(merged), merged.value.tolist(), swing)
-    turns = _located(looks, merged.of(np.array(own)))
+    turns = _locate_turns(curve, merged.of(np.array(own)))
     # an interpolation may turn where shorter steps do not
     own = _swinging(list(range(len(turns))), [turn.value for turn in turns], swing)
     return [turns[k] for k in own]
 
 
-def _follow(looks: Looks, rtol: float) -> float:
+def _follow(curve: ProductCurve, rtol: float) -> float:
     """Divide steps between points of the run that are too far apart; gives what is rounding."""
-    known = [looks.at(np.full(len(leg.t), k), leg.t)[0] for k, leg in enumerate(looks.legs)]
-    looks.check(np.concatenate(known))
-    floor = max(_ROUNDING * _terms(looks), 1e-300)
+    known = [curve.at(np.full(len(leg.t), k), leg.t)[0] for k, leg in enumerate(curve.legs)]
+    curve.check(np.concatenate(known))
+    floor = max(_ROUNDING * _terms(curve), 1e-300)
     size = max(float(np.ptp(np.concatenate(known))), floor)
     origins = [np.arange(len(y) - 1) for y in known]  # to which step of the run each part belongs
     before = [np.full(len(y) - 1, np.inf) for y in known]
     for _ in range(_DIVISIONS):
-        missed = _missed(looks, origins)
+        missed = _measure_misses(curve, origins)
         wanted = [
             (m > rtol * size) & ((m < 0.5 * b) | (m > _COARSE * size))
             for m, b in zip(missed, before, strict=True)
         ]
         if not any(steps.any() for steps in wanted):
             break
-        for k, leg in enumerate(looks.legs):
+        for k, leg in enumerate(curve.legs):
             parts = np.where(wanted[k][origins[k]], 2, 1)
             leg.divide(parts)
             origins[k] = np.repeat(origins[k], parts)
@@ -89,10 +89,10 @@ def _follow(looks: Looks, rtol: float) -> float:
     worst = max(float(m.max(initial=0.0)) for m in missed)
     if not worst <= _COARSE * size:
         raise SolverError(
-            f"{looks.run.system.name}: {looks.text} is off by {worst:.3g} where it is followed "
+            f"{curve.run.system.name}: {curve.text} is off by {worst:.3g} where it is followed "
             "from one point of the run to the next. Record the run at its steps, simulate(..., "
             "grid=None), or make it with a smaller rtol.",
-            looks.run,
+            curve.run,
         )
     return floor
 
@@ -104,30 +104,30 @@ def _by_states(system: System, factors: tuple[str, ...]) -> ManyPoints:
     return ManyPoints(ca.Function("by_states", system.inputs, [ca.densify(slopes.T)]))
 
 
-def _terms(looks: Looks) -> float:
+def _terms(curve: ProductCurve) -> float:
     """Size of the terms of which a quantity consists, at the ends of the smooth parts."""
     sizes = [0.0]
-    for leg in looks.legs:
+    for leg in curve.legs:
         (x, m), t = leg.sides(np.array([0, len(leg.t) - 1])), leg.t[[0, -1]]
-        slopes = _by_states(looks.run.system, looks.factors)(x, looks.run.theta, t, m)
+        slopes = _by_states(curve.run.system, curve.factors)(x, curve.run.theta, t, m)
         sizes.append(float(np.nan_to_num(np.abs(slopes * x)).sum(axis=1).max()))
     return max(sizes)
 
 
-def _missed(looks: Looks, origins: list[np.ndarray]) -> list[np.ndarray]:
+def _measure_misses(curve: ProductCurve, origins: list[np.ndarray]) -> list[np.ndarray]:
     """By how much each step of the run, in parts, misses its end."""
     missed = [np.zeros(origin[-1] + 1 if len(origin) else 0) for origin in origins]
-    for numbers, span in looks.spans():
+    for numbers, span in curve.spans():
         own = np.flatnonzero(span.is_step)
         t, after = span.t[own], own + 1
         given = span.theta, t, span.t[after], span.x[own], span.m[own], span.is_implicit[own]
-        x = states_at_ends(looks.steps, *given)
-        found = looks.look(x, span.theta, span.t[after], span.m[own])
-        off = np.abs(found - looks.look(span.x[after], span.theta, span.t[after], span.m[after]))
+        x = states_at_ends(curve.steps, *given)
+        found = curve.look(x, span.theta, span.t[after], span.m[own])
+        off = np.abs(found - curve.look(span.x[after], span.theta, span.t[after], span.m[after]))
         off[:, 1] *= span.t[after] - t  # a slope that is off moves the turning points
         for number in np.unique(numbers[own]).tolist():
             of_leg = numbers[own] == number
-            places = np.searchsorted(looks.legs[number].t, t[of_leg])
+            places = np.searchsorted(curve.legs[number].t, t[of_leg])
             np.maximum.at(missed[number], origins[number][places], off[of_leg].max(axis=1))
     return missed
 
@@ -165,16 +165,16 @@ def _swinging(places: list[int], y: list[float], least: float) -> list[int]:
     return [*found, furthest if sign else places[-1]]
 
 
-def _located(looks: Looks, points: Points) -> list[Turn]:
+def _locate_turns(curve: ProductCurve, points: Points) -> list[Turn]:
     """Points between which the quantity swings, where it turns exactly; ends of legs stay."""
-    last = len(looks.legs) - 1
-    begin, end = np.array([looks.legs[k].t[[0, -1]] for k in points.leg]).T
+    last = len(curve.legs) - 1
+    begin, end = np.array([curve.legs[k].t[[0, -1]] for k in points.leg]).T
     is_begin, is_end = points.t == begin, points.t == end
     sign = np.sign(np.diff(points.value, prepend=points.value[0]))
     inner = np.flatnonzero(~is_begin & ~is_end)
-    found, _ = looks.located(points._replace(sign=sign).of(inner))
+    found, _ = curve.locate(points._replace(sign=sign).of(inner))
     t, y = points.t.copy(), points.value.copy()
-    t[inner], y[inner] = found.t, looks.at(found.leg, found.t)[0]
+    t[inner], y[inner] = found.t, curve.at(found.leg, found.t)[0]
     edge = np.where(is_begin, points.leg, np.where(is_end & (points.leg < last), points.leg + 1, 0))
     rows = zip(*(v.tolist() for v in (points.leg, t, y, edge)), strict=True)
     return [Turn(leg, time, value, 1.0, moves) for leg, time, value, moves in rows]

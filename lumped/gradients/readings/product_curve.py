@@ -20,7 +20,7 @@ from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Ends", "Looks", "Points", "Turn", "Window"]
+__all__ = ["Ends", "Points", "ProductCurve", "Turn", "Window"]
 
 Window: TypeAlias = tuple[float, float] | None
 """Part of a run, s; None is the whole run."""
@@ -99,7 +99,7 @@ def _look(system: System, factors: tuple[str, ...]) -> ManyPoints:
     return ManyPoints(ca.Function("look", system.inputs, [both]))
 
 
-class Looks:
+class ProductCurve:
     """A product of quantities and its slope anywhere in a run."""
 
     def __init__(
@@ -159,7 +159,7 @@ class Looks:
         t = np.where(part < 1.0, span.t[place] + part * length, span.t[place + 1])
         return Points(numbers[place], t, length, value, np.ones(len(t)))
 
-    def located(self, points: Points, between: Window = None) -> tuple[Points, np.ndarray]:
+    def locate(self, points: Points, between: Window = None) -> tuple[Points, np.ndarray]:
         """Where a quantity, times signs, is highest near points, and whether it was found.
 
         It is where the slope falls through zero, by shorter steps to there. Other points stay.

@@ -1,0 +1,72 @@
+"""How a functional depends on the instants of a run: one derivative, or alternatives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
+
+from lumped.gradients.adjoint import AdjointPoint
+
+__all__ = ["InstantTerms", "ReadingTerms", "add_terms", "scale_terms"]
+
+
+@dataclass(frozen=True)
+class InstantTerms:
+    """A value, and the terms of its derivative at single instants of a run.
+
+    Attributes
+    ----------
+    value : float
+        What it is.
+    points : tuple of AdjointPoint
+        Its derivatives through single instants.
+    by_end : float
+        Its derivative by the end of the run.
+    """
+
+    value: float
+    points: tuple[AdjointPoint, ...] = ()
+    by_end: float = 0.0
+
+
+class ReadingTerms(NamedTuple):
+    """A functional of a run.
+
+    Attributes
+    ----------
+    alternatives : tuple of InstantTerms
+        The only one, or several: extremes of one height, or a change at the very instant.
+    pick : str
+        Which of several holds: that of the greatest or least derivative; or the second one
+        where the change comes later.
+    guard : tuple of AdjointPoint
+        The instant of the change, if alternatives differ by it.
+    where : str
+        In words, where the alternatives differ.
+    """
+
+    alternatives: tuple[InstantTerms, ...]
+    pick: Literal["", "greatest", "least", "later"] = ""
+    guard: tuple[AdjointPoint, ...] = ()
+    where: str = ""
+
+
+def scale_terms(terms: InstantTerms, factor: float) -> InstantTerms:
+    """A multiple of a value and its terms."""
+    points = tuple(
+        replace(
+            p,
+            by_states=factor * p.by_states,
+            by_parameters=factor * p.by_parameters,
+            late=factor * p.late,
+        )
+        for p in terms.points
+    )
+    return InstantTerms(factor * terms.value, points, factor * terms.by_end)
+
+
+def add_terms(parts: Sequence[InstantTerms]) -> InstantTerms:
+    """The sum of several values and their terms."""
+    points = tuple(point for terms in parts for point in terms.points)
+    return InstantTerms(sum(p.value for p in parts), points, sum(p.by_end for p in parts))
