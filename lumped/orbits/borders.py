@@ -14,7 +14,14 @@ from lumped.compiler.system import System
 from lumped.orbits.branch_equations import CLOSELY, BranchProblem, MissedError, Station
 from lumped.orbits.continuation import Ahead, Passed, Segment
 from lumped.orbits.low_impacts import with_low_impacts, without_impact
-from lumped.orbits.smooth_curves import Curve, Extreme, course, crossed, curves_by, inner_lows
+from lumped.orbits.smooth_curves import (
+    Curve,
+    Extreme,
+    course,
+    curves_by,
+    find_crossings,
+    inner_lows,
+)
 from lumped.simulation.simulate import simulate
 from lumped.support.made_once import made_once
 
@@ -77,18 +84,18 @@ def border_between(segment: Segment) -> Border:
     fewer, more = Counter(clear.events), Counter(other.events)
     names = {event[0] for event in (more - fewer) | (fewer - more)}
     margin = _touching(clear, names)
-    found = _approached(segment.at, clear, ends, other, margin)
+    found = _approach(segment.at, clear, ends, other, margin)
     near, beyond = found
     if np.linalg.norm((beyond.z - near.z) / a.scale) > _APART * segment.length:
         raise MissedError("the motions found there are of another branch")
     if margin is None or _low(near, margin) > _TOUCHES:
-        passed = Passed(_named(more - fewer), near, ", ".join(sorted(names)))
+        passed = Passed(_name_border(more - fewer), near, ", ".join(sorted(names)))
     else:
         passed = Passed(margin.kind, near, margin.component, margin.words)
     return Border(passed, *((near, beyond) if forth else (beyond, near)))
 
 
-def _named(more: Counter[tuple[str, str, str]]) -> str:
+def _name_border(more: Counter[tuple[str, str, str]]) -> str:
     """What a border is beyond which more happens."""
     if any(after == "stuck" for _, _, after in more):
         return "sticking"
@@ -106,7 +113,7 @@ def border_at_end(
         margin = _touching(last, None, crosses)
         if margin is None or _low(last, margin) > _CLOSE:
             continue
-        near, _ = _approached(partial(ahead, last, None), last, (0.0, step), None, margin)
+        near, _ = _approach(partial(ahead, last, None), last, (0.0, step), None, margin)
         if _low(near, margin) > _TOUCHES:
             continue
         if margin.kind == "grazing":
@@ -146,7 +153,7 @@ def _impacts_end(
     back = replace(calm, tangent=-calm.tangent)
     length = 2 * float(np.linalg.norm((calm.z - near.z) / calm.scale))
     clear = replace(margin, crosses=False)
-    grazing, _ = _approached(partial(ahead, back, None), back, (0.0, length), None, clear)
+    grazing, _ = _approach(partial(ahead, back, None), back, (0.0, length), None, clear)
     if _low(grazing, clear) > _TOUCHES:
         return None
     passed = Passed(margin.kind, _towards(grazing, near, grazing), margin.component, margin.words)
@@ -159,14 +166,14 @@ def _towards(station: Station, a: Station, b: Station) -> Station:
     return replace(station, tangent=apart / np.linalg.norm(apart))
 
 
-def _approached(
+def _approach(
     at: Callable[[float], Station],
     clear: Station,
     ends: tuple[float, float],
     other: Station | None,
     margin: _Margin | None,
 ) -> tuple[Station, Station]:
-    """Motions to both sides of a border, the first of them as near to it as can be told."""
+    """Motions to both sides of a border, the first of them as near to it as possible."""
     near, far = ends
     width = far - near
     known: list[tuple[float, float]] = []
@@ -242,7 +249,7 @@ def _low(station: Station, margin: _Margin) -> float:
     if not span:
         return np.inf
     if margin.crosses:
-        squares = [(rate * guess.period / span) ** 2 for _, rate in crossed(pieces)]
+        squares = [(rate * guess.period / span) ** 2 for _, rate in find_crossings(pieces)]
         return min(squares, default=np.inf)
     lows = _lows(pieces)
     if not lows:

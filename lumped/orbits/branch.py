@@ -12,13 +12,13 @@ import numpy as np
 from lumped.compiler.system import Name
 from lumped.errors import OptionError, SolverError
 from lumped.orbits.borders import border_at_end, border_between
-from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, corrected
+from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, correct_motion
 from lumped.orbits.branch_result import Branch, BranchPoint
-from lumped.orbits.continuation import TESTS, Course, Passed, Segment, followed
+from lumped.orbits.continuation import TESTS, Course, Passed, Segment, follow_branch
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.orbits.periodic import result_of
 from lumped.orbits.shooting import Guess, sizes
-from lumped.orbits.switching_branches import crossing_branch, doubled
+from lumped.orbits.switching_branches import crossing_branch, double_period
 from lumped.support.arguments import checked
 
 __all__ = ["branch"]
@@ -92,7 +92,7 @@ def branch(
     row = np.zeros(len(scale))
     row[-1] = 1.0
     try:
-        first = corrected(problem, guess, scale, row, None, row)
+        first = correct_motion(problem, guess, scale, row, None, row)
     except MissedError as fault:
         raise SolverError(
             f"{orbit.system.name}: the motion to begin with was not found again at rtol = "
@@ -108,7 +108,7 @@ def both_ways(
     """The branch to both sides of a motion."""
     at_end = partial(border_at_end, problem)
     back, forth = (
-        followed(problem, first, way, step, most, partial(_passed, problem), at_end)
+        follow_branch(problem, first, way, step, most, partial(_find_passed, problem), at_end)
         for way in (-1, 1)
     )
     if forth.ended.startswith("the branch is closed"):
@@ -147,7 +147,7 @@ class _Motions:
     most: int
 
     def orbit(self, number: int) -> PeriodicOrbit:
-        return self._made(self.stations[number])
+        return self._make_orbit(self.stations[number])
 
     def at(self, value: float) -> list[PeriodicOrbit]:
         found = []
@@ -163,13 +163,13 @@ class _Motions:
                         f"the branch was not found ({fault}). Take a value a little further from "
                         "the border there."
                     ) from None
-                found.append(self._made(between))
+                found.append(self._make_orbit(between))
             elif a.value == value:
-                found.append(self._made(a))
+                found.append(self._make_orbit(a))
         last = self.stations[-1]
-        return found + [self._made(last)] * (last.value == value)
+        return found + [self._make_orbit(last)] * (last.value == value)
 
-    def _made(self, station: Station) -> PeriodicOrbit:
+    def _make_orbit(self, station: Station) -> PeriodicOrbit:
         problem = self.problem
         found = result_of(problem.orbits, station.orbit, _GRID)
         if problem.follows is None:
@@ -179,21 +179,21 @@ class _Motions:
         return replace(found, free={free: float(found.run.theta[problem.follows])})
 
     def turn_off(self, number: int, kind: str) -> Branch:
-        crossing = doubled if kind == "period doubling" else crossing_branch
+        crossing = double_period if kind == "period doubling" else crossing_branch
         other, start = crossing(self.problem, self.stations[number])
         return both_ways(other, start, along=self.along, step=self.step, most=self.most)
 
 
-def _passed(problem: BranchProblem, segment: Segment) -> list[Passed]:
+def _find_passed(problem: BranchProblem, segment: Segment) -> list[Passed]:
     """What is passed between two motions, in order."""
     a, b = segment.a, segment.b
     if a.events != b.events:
         border = border_between(segment)
         found = [border.passed]
         if border.before.events == a.events and _apart(a, border.before):
-            found = [*_passed(problem, Segment(problem, a, border.before)), *found]
+            found = [*_find_passed(problem, Segment(problem, a, border.before)), *found]
         if _apart(border.after, b):
-            rest = _passed(problem, Segment(problem, border.after, b))
+            rest = _find_passed(problem, Segment(problem, border.after, b))
             found += [each for each in rest if not _is_same(each, border.passed)]
         return found
     found = []

@@ -27,7 +27,7 @@ __all__ = [
     "BranchProblem",
     "MissedError",
     "Station",
-    "corrected",
+    "correct_motion",
     "in_phase",
     "tangent_of",
 ]
@@ -98,13 +98,13 @@ class BranchProblem:
             return -2 * np.pi * self.turns / value**2
         return self.cycles or 0.0
 
-    def bound(self, value: float) -> float | None:
+    def find_bound(self, value: float) -> float | None:
         """The end of the range beyond which a value lies; None if it lies within."""
         if value > self.high:
             return self.high
         return self.low if value < self.low else None
 
-    def reached(self, bound: float) -> str:
+    def explain_end(self, bound: float) -> str:
         """Why a branch ends there, in words."""
         which = "greatest" if bound == self.high else "least"
         return f"the {which} value that was asked for is reached"
@@ -207,7 +207,7 @@ class Station:
         return min(turned, default=())
 
 
-def corrected(
+def correct_motion(
     problem: BranchProblem,
     guess: Guess,
     scale: np.ndarray,

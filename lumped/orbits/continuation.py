@@ -13,11 +13,17 @@ import scipy
 
 from lumped.errors import ParameterError
 from lumped.flattening.hold_modes import PARTED
-from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, corrected, in_phase
+from lumped.orbits.branch_equations import (
+    BranchProblem,
+    MissedError,
+    Station,
+    correct_motion,
+    in_phase,
+)
 from lumped.orbits.shooting import sizes
 from lumped.timeloop.plants.executable import evaluated
 
-__all__ = ["TESTS", "Ahead", "Course", "Passed", "Segment", "followed"]
+__all__ = ["TESTS", "Ahead", "Course", "Passed", "Segment", "follow_branch"]
 
 _FIRST, _LEAST = 0.2, 1e-7
 """First step over the longest; the shortest in lengths of the branch."""
@@ -120,7 +126,7 @@ class Segment:
         along, matrix = self.direction(place), a.matrix
         if a.events == self.b.events:
             matrix = a.matrix + place / self.length * self.change(a.scale)
-        return corrected(self.problem, guess, a.scale, a.tangent, matrix, along)
+        return correct_motion(self.problem, guess, a.scale, a.tangent, matrix, along)
 
     def change(self, scale: np.ndarray) -> np.ndarray:
         """By how much the Jacobian changes from end to end, the row of the phase aside."""
@@ -142,7 +148,7 @@ class Segment:
         row[-1] = 1.0
         guess = self.problem.guess(z, a.guess, a.guess.point.settings)
         matrix = a.matrix if a.events == self.b.events else None
-        found = corrected(self.problem, guess, a.scale, row, matrix, self.direction(place))
+        found = correct_motion(self.problem, guess, a.scale, row, matrix, self.direction(place))
         # at a border, motions between are those with more events
         fewer = len(found.events) < max(len(a.events), len(self.b.events))
         if fewer or np.linalg.norm((found.z - z) / a.scale) > _ASIDE * self.length:
@@ -200,7 +206,7 @@ TESTS = {
 """Functions of a motion that pass zero there."""
 
 
-def followed(
+def follow_branch(
     problem: BranchProblem,
     first: Station,
     direction: int,
@@ -234,14 +240,14 @@ def followed(
         bound = None
         try:
             segment = Segment(problem, last, _ahead(problem, last, before, step))
-            turned = _turned(segment)
+            turned = _measure_turn(segment)
             if turned > 2 * _ANGLE and segment.b.events == last.events and step > 100 * _LEAST:
                 step = 0.5 * step
                 continue
-            bound = problem.bound(segment.b.value)
+            bound = problem.find_bound(segment.b.value)
             if bound is not None:
                 if abs(bound - last.value) < _LEAST * (problem.high - problem.low):
-                    return replace(course, ended=problem.reached(bound))
+                    return replace(course, ended=problem.explain_end(bound))
                 segment = Segment(problem, last, segment.with_value(bound))
             between = passed(segment)
         except MissedError as fault:
@@ -259,9 +265,9 @@ def followed(
                 course.passed[len(course.stations)] = border
                 course.stations.append(border.station)
                 if others and last is not joined:
-                    bound = problem.bound(others[-1].value)
+                    bound = problem.find_bound(others[-1].value)
                     if bound is not None:
-                        return replace(course, ended=problem.reached(bound))
+                        return replace(course, ended=problem.explain_end(bound))
                     course.stations.extend(others)
                     last = joined = others[-1]
                     before, step = None, _FIRST * longest
@@ -277,7 +283,7 @@ def followed(
         now = segment.b
         course.stations.append(now)
         if bound is not None:
-            return replace(course, ended=problem.reached(bound))
+            return replace(course, ended=problem.explain_end(bound))
         if len(course.stations) > 5 and _is_back(first, segment):
             return replace(course, ended="the branch is closed")
         last, before = now, segment if now.events == last.events else None
@@ -299,7 +305,7 @@ def _ahead(problem: BranchProblem, last: Station, before: Segment | None, step: 
         guess = problem.guess(z, last.guess, last.guess.point.settings)
     except ParameterError as error:
         raise MissedError(str(error)) from None
-    return corrected(problem, guess, last.scale, last.tangent, matrix, last.tangent)
+    return correct_motion(problem, guess, last.scale, last.tangent, matrix, last.tangent)
 
 
 def _past_begin(problem: BranchProblem, last: Station, step: float) -> Station | None:
@@ -315,7 +321,7 @@ def _past_begin(problem: BranchProblem, last: Station, step: float) -> Station |
     row[-1] = 1.0
     along = row * np.copysign(1.0, last.tangent[-1])
     if begins and problem.extra and not problem.orbits.advance.any():
-        found = _begun_elsewhere(problem, last, row, along)
+        found = _begin_elsewhere(problem, last, row, along)
         if found is not None:
             return found
     for (piece, i, turns, way), aside in itertools.product(begins, (1e-4, 1e-3, 1e-2)):
@@ -328,7 +334,7 @@ def _past_begin(problem: BranchProblem, last: Station, step: float) -> Station |
             z[: len(active)] = x[active]
             try:
                 guess = problem.guess(z, last.guess, modes)
-                found = corrected(problem, guess, last.scale, row, None, along)
+                found = correct_motion(problem, guess, last.scale, row, None, along)
             except (MissedError, ParameterError):
                 continue
             if found.events == last.events:
@@ -336,7 +342,7 @@ def _past_begin(problem: BranchProblem, last: Station, step: float) -> Station |
     return None
 
 
-def _begun_elsewhere(
+def _begin_elsewhere(
     problem: BranchProblem, last: Station, row: np.ndarray, along: np.ndarray
 ) -> Station | None:
     """The same motion, begun in the middle of its longest smooth part, as nothing fixes that."""
@@ -351,13 +357,13 @@ def _begun_elsewhere(
     phase = rate / sizes(orbits, last.run.x) ** 2
     try:
         guess = replace(problem.guess(z, last.guess, modes), phase=phase)
-        found = corrected(problem, guess, last.scale, row, None, along)
+        found = correct_motion(problem, guess, last.scale, row, None, along)
     except MissedError:
         return None
     return found if found.events == last.events else None
 
 
-def _turned(segment: Segment) -> float:
+def _measure_turn(segment: Segment) -> float:
     """Angle between the directions at both ends."""
     a, b = segment.a, segment.b
     end = b.tangent * b.scale / a.scale

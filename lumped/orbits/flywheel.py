@@ -200,11 +200,11 @@ def _wittenbauer(orbit: PeriodicOrbit, place: int, of: Name, irregularity: float
         )
         return found
 
-    def missed(added: float) -> float:
+    def measure_excess(added: float) -> float:
         found = speeds(added)
         return float(np.ptp(found) / mean / irregularity - 1)
 
     most = J.max()
-    while missed(most) > 0:
+    while measure_excess(most) > 0:
         most *= 4
-    return float(scipy.optimize.brentq(missed, 0.0, most, rtol=1e-12))
+    return float(scipy.optimize.brentq(measure_excess, 0.0, most, rtol=1e-12))

@@ -16,9 +16,9 @@ import numpy as np
 
 from lumped.errors import ParameterError, SolverError
 from lumped.gradients.instant_values import looks_of
-from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, corrected
+from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, correct_motion
 from lumped.orbits.shooting import Guess, Shot, forward_by
-from lumped.orbits.smooth_curves import crossed, curves_by
+from lumped.orbits.smooth_curves import curves_by, find_crossings
 from lumped.simulation.simulate import simulate
 
 __all__ = ["with_low_impacts", "without_impact"]
@@ -56,7 +56,7 @@ class _Grazing:
     course: ca.Function
     time: float
 
-    def shot(self, aside: np.ndarray) -> Shot:
+    def shoot_beside(self, aside: np.ndarray) -> Shot:
         """The run of a motion beside it, by unknowns over the scale."""
         old = self.station.guess
         z = self.station.z + self.station.scale * aside
@@ -65,7 +65,7 @@ class _Grazing:
 
     def square(self, shot: Shot) -> float:
         """Square of the speed at which the stop is hit then; zero if it is not."""
-        hits = [hit for hit in crossed(curves_by(self.course, shot.run)) if hit[1] < 0]
+        hits = [hit for hit in find_crossings(curves_by(self.course, shot.run)) if hit[1] < 0]
         if not hits:
             return 0.0
         _, rate = min(hits, key=lambda hit: abs(hit[0] - self.time))
@@ -93,7 +93,7 @@ def with_low_impacts(
         size = float(np.linalg.norm(gap))
         normal = gap / size
         beside, root = -_LOW * normal, np.sqrt(_LOW * size)
-        shot = here.shot(beside)
+        shot = here.shoot_beside(beside)
         hardness = here.square(shot) / root**2
         if not hardness > 0:
             return None
@@ -108,7 +108,7 @@ def with_low_impacts(
         root = wanted / length
         try:
             guess = _hitting(here, root * along, gap / size**2, root**2, hardness)
-            found = corrected(problem, guess, station.scale, normal, None, along / length)
+            found = correct_motion(problem, guess, station.scale, normal, None, along / length)
         except (SolverError, ParameterError):
             continue
         if len(found.events) > len(station.events):
@@ -130,7 +130,7 @@ def without_impact(problem: BranchProblem, station: Station) -> Station | None:
             aside = way * change * station.scale * row
             try:
                 guess = problem.guess(station.z + aside, old, old.point.settings)
-                found = corrected(problem, guess, station.scale, row, None, way * row)
+                found = correct_motion(problem, guess, station.scale, row, None, way * row)
             except (SolverError, ParameterError):
                 continue
             apart = np.linalg.norm((found.z - station.z) / station.scale)
@@ -179,7 +179,7 @@ def _hitting(
     """
     aside = aside - wanted * lower
     for _ in range(_ROUNDS):
-        shot = here.shot(aside)
+        shot = here.shoot_beside(aside)
         missed = wanted - here.square(shot) / hardness
         if abs(missed) <= _NEAR * wanted:
             return shot.guess

@@ -181,7 +181,7 @@ def periodic_range(
         ((parameter, values),) = named.items()
         grid, response = _monotonic(values), None
         outputs = tuple(system.key(name) for name in of or ())
-        march = _driven(
+        march = _begin_driven(
             system,
             system.key(parameter),
             float(grid[0]),
@@ -240,7 +240,7 @@ class _March:
 
     def begin(self, speed: float, guess: Guess) -> None:
         """The first motion."""
-        self.known = [(speed, self._found(speed, guess))]
+        self.known = [(speed, self._find_orbit(speed, guess))]
 
     def reach(self, target: float, whole: float) -> None:
         """Go to a speed, in shorter steps where there is no motion near the last."""
@@ -251,7 +251,7 @@ class _March:
             now, last = self.known[-1]
             speed = target if abs(target - now) <= abs(step) * (1 + 1e-9) else now + step
             try:
-                orbit = self._found(speed, self._predicted(speed))
+                orbit = self._find_orbit(speed, self._predict(speed))
                 fault = "the motions found there are others" * (_apart(last, orbit) > _NEAR)
             except (SolverError, ParameterError) as error:
                 fault = str(error).partition(": ")[2].partition(". ")[0]
@@ -267,13 +267,13 @@ class _March:
                 )
                 return
 
-    def _found(self, speed: float, guess: Guess) -> PeriodicOrbit:
+    def _find_orbit(self, speed: float, guess: Guess) -> PeriodicOrbit:
         guess = replace(guess, period=2 * np.pi * self.turns / speed)
         if self.free is not None:
             return of_speed(self.problem, guess, self.free, _GRID)
         return at_guess(self.problem, guess, _GRID)
 
-    def _predicted(self, speed: float) -> Guess:
+    def _predict(self, speed: float) -> Guess:
         """On a straight line through the last two motions."""
         now, last = self.known[-1]
         point = last.found.guess.point
@@ -290,7 +290,7 @@ class _March:
         return replace(last.found.guess, point=moved)
 
 
-def _driven(
+def _begin_driven(
     system: System,
     name: str,
     speed: float,

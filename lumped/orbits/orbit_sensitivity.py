@@ -13,7 +13,7 @@ from lumped.compiler.system import Name
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.gradients.forward import Forward
 from lumped.gradients.steps import steps_of
-from lumped.orbits.shooting import Orbit, OrbitProblem, bordered
+from lumped.orbits.shooting import Orbit, OrbitProblem, border_matrix
 from lumped.orbits.smooth_curves import Extreme
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
@@ -123,7 +123,7 @@ def orbit_sensitivity(
         right = np.vstack([right, np.zeros(len(places))])
     given = np.where(np.array(places) == problem.clock, scale, 0.0)  # how the period follows
     right[:k] -= np.outer(rate, given)
-    found = scipy.linalg.solve(bordered(problem, orbit, rate), right)
+    found = scipy.linalg.solve(border_matrix(problem, orbit, rate), right)
     moved, stretch = found[:k], found[k] if problem.free else given
     columns = forward.along(run, courses, names)
     values = columns[:, :, :k] @ moved + columns[:, :, k:]
@@ -156,17 +156,17 @@ def with_period_held(found: OrbitSensitivity) -> OrbitSensitivity:
     slopes = np.array([found.period[name] for name in first])
     follows = -slopes / found.period[last]
 
-    def held(values: np.ndarray) -> np.ndarray:
+    def hold_period(values: np.ndarray) -> np.ndarray:
         return values[..., :-1] + values[..., -1:] * follows
 
     return replace(
         found,
         by=tuple(first),
         period=dict.fromkeys(first, 0.0),
-        start=held(found.start),
-        derivatives=held(found.derivatives),
-        mean=held(found.mean),
-        greatest=held(found.greatest),
+        start=hold_period(found.start),
+        derivatives=hold_period(found.derivatives),
+        mean=hold_period(found.mean),
+        greatest=hold_period(found.greatest),
     )
 
 

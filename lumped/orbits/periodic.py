@@ -123,7 +123,7 @@ def periodic(
     _check(period, near, turn, warm_up, grid, rtol)
     names = [system.key(name) for name in free]
     if names:
-        wanted = near = _wanted(system, names, period, clock)
+        wanted = near = _check_period(system, names, period, clock)
         period = None
     advance = advances(point, turn or {}, period)
     driven = needs_time(system, point.theta)
@@ -158,7 +158,7 @@ def periodic(
     return at_guess(problem, first, grid)
 
 
-def _wanted(
+def _check_period(
     system: System,
     names: list[str],
     period: float | None,

@@ -28,7 +28,7 @@ __all__ = [
     "Orbit",
     "OrbitProblem",
     "Shot",
-    "bordered",
+    "border_matrix",
     "forward_by",
     "refuse_beyond",
     "refuse_rest",
@@ -204,13 +204,13 @@ def shoot(problem: OrbitProblem, guess: Guess) -> Orbit:
     evaluations = shot.run.statistics.evaluations
     for iteration in range(problem.iterations + 1):
         if np.abs(shot.residuals).max(initial=0.0) <= problem.rtol:
-            return _finished(problem, shot, forward, iteration, evaluations)
+            return _finish(problem, shot, forward, iteration, evaluations)
         if iteration == problem.iterations:
             break
         slopes = slopes_of(problem, shot, forward)
         step, change = _newton_step(problem, shot, slopes, forward)
         tried: list[Shot] = []
-        trial = partial(_tried, problem, shot, step, change, tried)
+        trial = partial(_try_step, problem, shot, step, change, tried)
         better = damped(trial, float(np.linalg.norm(shot.residuals)), _SHORTEST)
         evaluations += sum(one.run.statistics.evaluations for one in tried)
         if better is not None:
@@ -219,13 +219,13 @@ def shoot(problem: OrbitProblem, guess: Guess) -> Orbit:
             own = slopes[:, : len(shot.size)] * shot.size / shot.size[:, None]
             amplified = problem.rtol * np.abs(own).max()
             if np.abs(shot.residuals).max() <= amplified:
-                return _finished(problem, shot, forward, iteration, evaluations)
-            shot = Shot(problem, _moved(problem, shot, shot.end - problem.advance, 0.0))
+                return _finish(problem, shot, forward, iteration, evaluations)
+            shot = Shot(problem, _move_guess(problem, shot, shot.end - problem.advance, 0.0))
             evaluations += shot.run.statistics.evaluations
     raise _refusal(problem, shot)
 
 
-def bordered(problem: OrbitProblem, orbit: Orbit, rate: np.ndarray) -> np.ndarray:
+def border_matrix(problem: OrbitProblem, orbit: Orbit, rate: np.ndarray) -> np.ndarray:
     """Derivative of residuals and phase by states and period (without both if it is known)."""
     matrix = orbit.monodromy - np.eye(len(problem.active))
     if not problem.free:
@@ -240,11 +240,11 @@ def forward_by(problem: OrbitProblem, places: tuple[int, ...], theta: np.ndarray
     A parameter counts in units of the power of two near its value.
     """
     units = tuple(float(2.0 ** np.rint(np.log2(abs(theta[i]) or 1.0))) for i in places)
-    return copy(_made_forward(problem.system, len(problem.active), problem.rtol, places, units))
+    return copy(_make_forward(problem.system, len(problem.active), problem.rtol, places, units))
 
 
 @made_once
-def _made_forward(
+def _make_forward(
     system: System, varied: int, rtol: float, places: tuple[int, ...], units: tuple[float, ...]
 ) -> Forward:
     seed = np.zeros((system.inputs[1].numel(), varied + len(places)))
@@ -260,7 +260,7 @@ def slopes_of(problem: OrbitProblem, shot: Shot, forward: Forward) -> np.ndarray
     return found
 
 
-def _moved(problem: OrbitProblem, shot: Shot, x: np.ndarray, change: float) -> Guess:
+def _move_guess(problem: OrbitProblem, shot: Shot, x: np.ndarray, change: float) -> Guess:
     """A new guess, in the modes in which the last run ended; period or parameter changed too."""
     old, period = shot.guess.point, shot.guess.period
     count = len(old.settings) - len(old.system.structure.implicit)
@@ -275,7 +275,7 @@ def _moved(problem: OrbitProblem, shot: Shot, x: np.ndarray, change: float) -> G
     return Guess(OperatingPoint(old.system, 0.0, x, theta, modes), period, shot.guess.phase)
 
 
-def _tried(
+def _try_step(
     problem: OrbitProblem,
     shot: Shot,
     step: np.ndarray,
@@ -289,7 +289,7 @@ def _tried(
     x = shot.guess.point.x.copy()
     x[problem.active] += part * step
     try:
-        found = Shot(problem, _moved(problem, shot, x, part * change))
+        found = Shot(problem, _move_guess(problem, shot, x, part * change))
     except (SolverError, ParameterError):
         return None, np.inf
     tried.append(found)
@@ -301,7 +301,7 @@ def _newton_step(
 ) -> tuple[np.ndarray, float]:
     """Changes of the active states and of the period or the parameter."""
     k, size = len(problem.active), shot.size
-    (matrix, _), right = _scaled(problem, shot, slopes), -shot.residuals
+    (matrix, _), right = _scale_jacobian(problem, shot, slopes), -shot.residuals
     if not problem.free:
         return scipy.linalg.solve(matrix, right) * size, 0.0
     found = scipy.linalg.solve(matrix, np.append(right, 0.0))
@@ -310,7 +310,9 @@ def _newton_step(
     return found[:k] * size, float(found[k] * unit)
 
 
-def _scaled(problem: OrbitProblem, shot: Shot, slopes: np.ndarray) -> tuple[np.ndarray, float]:
+def _scale_jacobian(
+    problem: OrbitProblem, shot: Shot, slopes: np.ndarray
+) -> tuple[np.ndarray, float]:
     """Jacobian in states over their size and the other unknown over its own, and its condition."""
     k, size = len(problem.active), shot.size
     matrix = (slopes[:, :k] - np.eye(k)) * size / size[:, None]
@@ -343,7 +345,7 @@ def _refuse_singular(problem: OrbitProblem, shot: Shot, shares: np.ndarray) -> N
     )
 
 
-def _finished(
+def _finish(
     problem: OrbitProblem, shot: Shot, forward: Forward, iterations: int, evaluations: int
 ) -> Orbit:
     first = shot.run.pieces[0].x[0]
@@ -355,7 +357,7 @@ def _finished(
         )
     refuse_beyond(shot)
     slopes = slopes_of(problem, shot, forward)
-    _, condition = _scaled(problem, shot, slopes)
+    _, condition = _scale_jacobian(problem, shot, slopes)
     monodromy = slopes[:, : len(problem.active)]
     evaluations += forward.evaluations
     cost = iterations, evaluations

@@ -15,10 +15,10 @@ __all__ = [
     "Curve",
     "Extreme",
     "course",
-    "crossed",
     "curves",
     "curves_by",
     "extreme",
+    "find_crossings",
     "inner_lows",
     "integral",
 ]
@@ -118,7 +118,7 @@ def inner_lows(pieces: list[Curve]) -> list[Extreme]:
     return found
 
 
-def crossed(pieces: list[Curve]) -> list[tuple[float, float]]:
+def find_crossings(pieces: list[Curve]) -> list[tuple[float, float]]:
     """Where smooth pieces but the last end at zero: time, s, and rate there."""
     span = max((float(np.ptp(piece.y)) for piece in pieces), default=0.0)
     ends = [piece for piece in pieces[:-1] if abs(piece.y[-1]) < _ZERO * span]

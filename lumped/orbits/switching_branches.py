@@ -8,16 +8,16 @@ import numpy as np
 import scipy
 
 from lumped.errors import SolverError
-from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, corrected
+from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, correct_motion
 from lumped.orbits.shooting import Guess
 
-__all__ = ["crossing_branch", "doubled"]
+__all__ = ["crossing_branch", "double_period"]
 
 _ASIDE = (1e-2, 3e-3, 3e-2, 1e-3)
 """Lengths to go aside, in turn."""
 
 
-def doubled(problem: BranchProblem, station: Station) -> tuple[BranchProblem, Station]:
+def double_period(problem: BranchProblem, station: Station) -> tuple[BranchProblem, Station]:
     """What repeats after two periods, and a motion on its branch.
 
     It leaves along the eigenvector of the multiplier -1 (Kuznetsov, Elements of Applied Bifurcation
@@ -32,7 +32,7 @@ def doubled(problem: BranchProblem, station: Station) -> tuple[BranchProblem, St
     aside = np.zeros(len(station.z))
     k = len(station.monodromy)
     aside[:k] = vectors[:, np.argmin(np.abs(values + 1))].real / station.scale[:k]
-    other = _repeated(problem, 2)
+    other = _repeat_period(problem, 2)
     theta, old = station.guess.point.theta, station.guess
     period = other.period(float(theta[problem.place]), 2 * old.period)
     return other, _aside(other, station, Guess(old.point, period, old.phase), aside)
@@ -63,7 +63,7 @@ def _aside(problem: BranchProblem, station: Station, old: Guess, aside: np.ndarr
     for length in _ASIDE:
         try:
             guess = problem.guess(z + length * scale * aside, old, old.point.settings)
-            found = corrected(problem, guess, scale, aside, None, aside)
+            found = correct_motion(problem, guess, scale, aside, None, aside)
         except MissedError as error:
             fault = str(error)
             continue
@@ -77,7 +77,7 @@ def _aside(problem: BranchProblem, station: Station, old: Guess, aside: np.ndarr
     )
 
 
-def _repeated(problem: BranchProblem, factor: int) -> BranchProblem:
+def _repeat_period(problem: BranchProblem, factor: int) -> BranchProblem:
     """What must repeat after several periods."""
     orbits = replace(problem.orbits, advance=factor * problem.orbits.advance, clock=None)
     return replace(
