@@ -33,7 +33,7 @@ class Aims(Protocol):
     def best(self, which: int, begin: Optimum | None, limits: Mapping[int, float]) -> Optimum:
         """The design in which one is least while both keep limits."""
 
-    def reached(self, design: Optimum) -> list[float]:
+    def read_values(self, design: Optimum) -> list[float]:
         """Both, as limits bound them."""
 
 
@@ -54,9 +54,9 @@ class AimsOfProgramme:
         )
         return self.problem.optimum(solution, dict(zip(self.aims, weights, strict=True)))
 
-    def reached(self, design: Optimum) -> list[float]:
+    def read_values(self, design: Optimum) -> list[float]:
         """Both, by the programme, whose functionals are those of a run only to `error`."""
-        promised = self.problem.promised(design.solution)
+        promised = self.problem.read_functionals(design.solution)
         return [promised[aim] for aim in self.aims]
 
 
@@ -101,11 +101,11 @@ class AimsOfSearch:
         )
         found = self.solve(task)
         if begin is None:
-            size = abs(self.reached(found)[which])
+            size = abs(self.read_values(found)[which])
             self.sizes[which] = size or 1.0
         return found
 
-    def reached(self, design: Optimum) -> list[float]:
+    def read_values(self, design: Optimum) -> list[float]:
         """Both, a probability as minus its reliability index."""
         numbers = [aim_value(design, aim) for aim in self.aims]
         for k, (key, *_) in enumerate(self.aims):

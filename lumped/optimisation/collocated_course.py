@@ -18,7 +18,7 @@ from lumped.simulation.simulate import simulate
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Repeating", "collocated", "of_orbit", "repeating", "simulated"]
+__all__ = ["Repeating", "collocate", "of_orbit", "repeating", "simulate_from"]
 
 _SHORTEST = 0.2
 """Of an unknown period, over that at the start."""
@@ -50,7 +50,7 @@ class Repeating:
     clock: int | None
 
 
-def collocated(
+def collocate(
     programme: Programme,
     run: Trajectory,
     theta: ca.SX,
@@ -72,7 +72,7 @@ def collocated(
     first = pieces[0].x[0]
     held = np.ones(len(first), dtype=bool)
     if repeats is None:
-        _fixed_start(run, varied)
+        _refuse_varied_start(run, varied)
     else:
         held[repeats.active] = False
     end = ca.SX(float(run.t[-1]))
@@ -164,7 +164,7 @@ def of_orbit(orbit: PeriodicOrbit) -> Repeating:
     )
 
 
-def _fixed_start(run: Trajectory, varied: list[int]) -> None:
+def _refuse_varied_start(run: Trajectory, varied: list[int]) -> None:
     """Refuse start values that depend on what is varied."""
     system = run.system
     seed = np.zeros((len(run.theta), len(varied)))
@@ -180,7 +180,7 @@ def _fixed_start(run: Trajectory, varied: list[int]) -> None:
         )
 
 
-def simulated(
+def simulate_from(
     run: Trajectory, theta: np.ndarray, t: np.ndarray, x: np.ndarray, settings: np.ndarray
 ) -> Trajectory:
     """An ordinary run from the states found, with as many output times as there are nodes."""

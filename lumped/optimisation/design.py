@@ -30,9 +30,9 @@ __all__ = [
     "Scattered",
     "Task",
     "bounds_of",
+    "find_varied",
     "key_unit",
     "room_of",
-    "varied",
 ]
 
 Bounds = tuple[float | None, float | None]
@@ -153,7 +153,7 @@ class Optimum(RichHtml):
         return "\n".join(lines)
 
 
-def varied(
+def find_varied(
     system: System, vary: Mapping[str, Bounds] | Mapping[Name, Bounds], theta: np.ndarray
 ) -> tuple[list[str], np.ndarray, np.ndarray]:
     """What may vary: names, rows of (start, low, high), and scales.

@@ -13,17 +13,17 @@ from lumped.errors import OptionError
 from lumped.functionals import Functional
 from lumped.functionals.functional import watching
 from lumped.numerics.nlp import Programme, Rows, Solution
-from lumped.optimisation.collocated_course import Repeating, collocated, simulated
-from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, varied
+from lumped.optimisation.collocated_course import Repeating, collocate, simulate_from
+from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, find_varied
 from lumped.optimisation.discretisation import (
     Discretisation,
     along,
     dt_of,
-    followed_by,
-    held_instants,
+    refuse_moving_instants,
+    run_at,
     smooth,
 )
-from lumped.optimisation.terms import Term, measured, number_of, refuse_side, term
+from lumped.optimisation.terms import Term, measure_functional, number_of, refuse_side, term
 from lumped.timeloop.results.trajectory import Trajectory
 
 __all__ = ["DesignProblem"]
@@ -59,14 +59,14 @@ class DesignProblem:
         if intervals < 1:
             raise OptionError(f"intervals = {intervals}: at least one is needed.")
         self.intervals, self.repeats = intervals, repeats
-        self.names, box, scale = varied(self.system, vary, run.theta)
+        self.names, box, scale = find_varied(self.system, vary, run.theta)
         parts = [self.programme.unknown(r[0], k, *r[1:]) for r, k in zip(box, scale, strict=True)]
         self.u = ca.vertcat(*parts)
         self.places = self.system.places(self.names)
         theta = ca.SX(ca.DM(run.theta))
         theta[self.places] = self.u
         self.theta = theta
-        held_instants(self.system, self.places)
+        refuse_moving_instants(self.system, self.places)
         self.course = self._course()
         self.terms: dict[Functional | str, Term] = {}
         self.value_rows: dict[Functional | str, Rows] = {}
@@ -96,7 +96,7 @@ class DesignProblem:
     def _course(self) -> Discretisation:
         if not self.system.structure.states:
             return along(self.run, self.theta)
-        return collocated(
+        return collocate(
             self.programme, self.run, self.theta, self.places, self.intervals, self.repeats
         )
 
@@ -176,16 +176,16 @@ class DesignProblem:
         parameters = dict(zip(self.names, u.tolist(), strict=True))
         settings = self.course.settings
         if self.system.structure.states:
-            run = simulated(self.run, theta, t, np.asarray(found[2]), settings)
+            run = simulate_from(self.run, theta, t, np.asarray(found[2]), settings)
             true = [run.value(functional) for functional in self.functionals]
             told = true
         else:
-            run = followed_by(self.run, theta)
-            true = [measured(f, run) for f in self.functionals]
+            run = run_at(self.run, theta)
+            true = [measure_functional(f, run) for f in self.functionals]
             told = [number_of(f, f.names, run.table(f.names), dt_of(run)) for f in self.functionals]
         values: dict[Key, float] = dict(zip(self.functionals, told, strict=True))
         error = 0.0
-        promised = self.promised(solution)
+        promised = self.read_functionals(solution)
         for f, number in zip(self.functionals, true, strict=True):
             # an epigraph variable that nothing presses down says nothing
             if not self.terms[f].side or weights.get(f):
@@ -207,7 +207,7 @@ class DesignProblem:
             solution,
         )
 
-    def promised(self, solution: Solution) -> dict[Functional, float]:
+    def read_functionals(self, solution: Solution) -> dict[Functional, float]:
         """Functionals as the programme has them."""
         terms = ca.vertcat(ca.SX(0, 1), *(self.terms[f].value for f in self.functionals))
         said = np.asarray(ca.Function("said", [self.programme.w], [terms])(solution.w)).ravel()

@@ -13,7 +13,7 @@ from lumped.errors import OptionError, SolverError
 from lumped.timeloop.clocks import clocks
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Discretisation", "along", "dt_of", "followed_by", "held_instants", "smooth"]
+__all__ = ["Discretisation", "along", "dt_of", "refuse_moving_instants", "run_at", "smooth"]
 
 _CLOSED = 1e-9
 
@@ -74,7 +74,7 @@ def smooth(run: Trajectory, why: str) -> None:
         )
 
 
-def held_instants(system: System, varied: list[int]) -> None:
+def refuse_moving_instants(system: System, varied: list[int]) -> None:
     """Refuse parameters that move an instant at which a function of time changes its piece."""
     theta = system.inputs[1]
     clocked = ca.vertcat(ca.SX(0, 1), *(c.condition.argument for c in clocks(system) if c.moves))
@@ -105,7 +105,7 @@ def dt_of(run: Trajectory) -> np.ndarray:
     return np.concatenate(weights)
 
 
-def followed_by(run: Trajectory, theta: np.ndarray) -> Trajectory:
+def run_at(run: Trajectory, theta: np.ndarray) -> Trajectory:
     """The run of a system without states at other parameters, its linkages closed anew."""
     pieces = []
     for piece in run.pieces:

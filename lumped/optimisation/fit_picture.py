@@ -10,12 +10,12 @@ from lumped.plots.picture import Axis, Curve, Level, Panel, Picture, labelled
 from lumped.plots.style import ZERO, look
 from lumped.support.display_units import Shown
 
-__all__ = ["fit_picture"]
+__all__ = ["draw_fit"]
 
 _POINTS = {"dash": "", "mark": "circle", "size": 2.5}
 
 
-def fit_picture(
+def draw_fit(
     title: str,
     t: np.ndarray,
     run_t: np.ndarray,

@@ -41,7 +41,7 @@ _NEGLIGIBLE = 1e-4
 
 
 @made_once
-def _varied(system: System, of: _Names, by: _Names, start: _Names, rtol: float) -> Varied:
+def _vary(system: System, of: _Names, by: _Names, start: _Names, rtol: float) -> Varied:
     """Derivatives for any values of the start."""
     return Varied(system, of, by, dict.fromkeys(start, 0.0), rtol)
 
@@ -132,7 +132,7 @@ class FitSearch:
         inner = {name: values.pop(name) for name in self.inner}
         begin = self.begin | values
         names = tuple(self.curves), tuple(self.names), tuple(begin)
-        forward = copy(_varied(self.system, *names, self.plan.rtol))
+        forward = copy(_vary(self.system, *names, self.plan.rtol))
         forward.given = self.point or begin
         plan = self.plan._replace(parameters=self.parameters | inner, start=forward.given)
         run = sampled(self.system, plan, self.t)
@@ -204,7 +204,7 @@ class FitSearch:
             )
         return result
 
-    def found(self, level: float, searches: int) -> Identification:
+    def search_fit(self, level: float, searches: int) -> Identification:
         """Search, and tell how well the result is known."""
         tic = clock.perf_counter()
         first = self.u / self.scale

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from lumped.optimisation.fit_picture import fit_picture
+from lumped.optimisation.fit_picture import draw_fit
 from lumped.plots.draw import Backend, draw
 from lumped.simulation.sampled_runs import places_of
 from lumped.support.arguments import checked
@@ -127,7 +127,7 @@ class Identification(RichHtml):
             left = rest * curve.factor
             measured = curve.value(fitted[places] + rest)
             channels[name] = curve.unit, measured, curve.value(fitted), left
-        picture = fit_picture(run.system.name, self.t, run.t, channels, time_unit(choice))
+        picture = draw_fit(run.system.name, self.t, run.t, channels, time_unit(choice))
         return draw(picture, backend, ax)
 
     def __repr__(self) -> str:

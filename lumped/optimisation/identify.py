@@ -83,4 +83,4 @@ def identify(
     if searches < 1:
         raise OptionError(f"identify: searches = {searches}: at least one search is needed.")
     search = FitSearch(system, vary, t, measured, sigma, rtol, options)
-    return search.found(level, searches)
+    return search.search_fit(level, searches)

@@ -171,7 +171,7 @@ def motion(
     duration = in_seconds(duration, "duration")
     return _MotionSearch(
         points, drive, stations, duration, minimise, limits or {}, intervals
-    ).found()
+    ).solve_motion()
 
 
 class _MotionSearch:
@@ -369,7 +369,7 @@ class _MotionSearch:
                     given=True,
                 )
 
-    def found(self) -> Motion:
+    def solve_motion(self) -> Motion:
         """Solve, and read the motion."""
         solution = self.programme.solve([1.0 / self.cost.scale])
         c = self.course

@@ -18,7 +18,7 @@ __all__ = ["best_modes"]
 def best_modes(begin: Modes, task: Task) -> Optimum:
     """The modal part of `optimise`: sequential quadratic programming with exact gradients."""
     search = _ModeSearch(begin, task)
-    found = search.confirmed()
+    found = search.confirm()
     return search.optimum(search.spectrum(found[0].w).modes, *found)
 
 

@@ -28,7 +28,7 @@ _OVER = 1e-9
 def best_orders(begin: OrderResponse, task: Task) -> Optimum:
     """The part of `optimise` for order responses."""
     search = _OrderSearch(begin, task)
-    found = search.confirmed()
+    found = search.confirm()
     return search.optimum(search.response(found[0].w), *found)
 
 
@@ -64,7 +64,7 @@ class _OrderSearch(SpectralSearch):
             if isinstance(wanted, Separation):
                 self._begin_apart(wanted)
 
-    def solved(self) -> tuple[Solution, tuple[str, ...]]:
+    def solve_design(self) -> tuple[Solution, tuple[str, ...]]:
         """Best unknowns, for which limits hold at all speeds.
 
         The limits hold at some speeds; those at which the best design exceeds them are added, until
@@ -72,9 +72,9 @@ class _OrderSearch(SpectralSearch):
         """
         iterations, seconds = 0, 0.0
         while True:
-            solution, active = super().solved()
+            solution, active = super().solve_design()
             iterations, seconds = iterations + solution.iterations, seconds + solution.seconds
-            if not self.extended(solution.w):
+            if not self.extend(solution.w):
                 return replace(solution, iterations=iterations, seconds=seconds), active
             self.box[:, 0] = solution.w
 
@@ -110,10 +110,10 @@ class _OrderSearch(SpectralSearch):
         if self.last is None or self.last[0] != u.tobytes():
             found = self.again.response(self.values_at(u))
             self.last, self.slopes = (u.tobytes(), found), {}
-            self._counted(u)
+            self._count(u)
         return self.last[1]
 
-    def _counted(self, u: np.ndarray) -> None:
+    def _count(self, u: np.ndarray) -> None:
         self.designs.add(u.tobytes())
         self.count = len(self.designs)
 
@@ -122,7 +122,7 @@ class _OrderSearch(SpectralSearch):
         u = w[: len(self.names)]
         if self.spectra[0] != u.tobytes():
             self.spectra = u.tobytes(), {}
-            self._counted(u)
+            self._count(u)
         known = self.spectra[1]
         new = np.array(sorted(set(speeds.tolist()) - known.keys()))
         if len(new):
@@ -156,13 +156,13 @@ class _OrderSearch(SpectralSearch):
         slope[place] = size
         return float(w[place] * size), slope
 
-    def bounded_rows(self, key: Any, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
+    def bound_rows(self, key: Any, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
         reading = key.reading if isinstance(key, Functional) else None
         if isinstance(reading, Separation):
             least = self._least(reading)
             return [] if reading in self.margin_of else self._apart(reading, w, least)
         if not isinstance(reading, OrderPeak):
-            return super().bounded_rows(key, w)
+            return super().bound_rows(key, w)
         _, high = self.bounds_of(reading)
         limit = np.zeros(len(w))
         return self._below(reading, w, high, limit) if np.isfinite(high) else []
@@ -231,7 +231,7 @@ class _OrderSearch(SpectralSearch):
             self.slopes[key, k] = by
         return self.slopes[key, k]
 
-    def extended(self, w: np.ndarray) -> bool:
+    def extend(self, w: np.ndarray) -> bool:
         """Watch the speeds, too, at which a design exceeds limits; whether there are any."""
         more = False
         for key in self.peaks:
@@ -245,7 +245,7 @@ class _OrderSearch(SpectralSearch):
         for wanted, apart in self.apart.items():
             place = self.margin_of.get(wanted)
             margin = self._least(wanted) if place is None else w[place]
-            more = apart.extended(w, margin) or more
+            more = apart.extend(w, margin) or more
         return more
 
 

@@ -44,7 +44,7 @@ class RunSearch(DesignSearch):
         """Functionals of a design and their derivatives by what varies."""
         u = w[: len(self.names)]
         if self.last is None or self.last[0] != u.tobytes():
-            found = gradient_of(self.system, self.of, self.names, self._planned(u))
+            found = gradient_of(self.system, self.of, self.names, self._plan(u))
             self.last, self.count = (u.tobytes(), found), self.count + 1
         return self.last[1]
 
@@ -52,11 +52,11 @@ class RunSearch(DesignSearch):
         """The run of a design."""
         if self.of:
             return self.at(w).run
-        plan = self._planned(w)
+        plan = self._plan(w)
         point = run_start(self.system, plan)
         return run_on(point, plan, recorder(point, plan, 500))
 
-    def _planned(self, w: np.ndarray) -> RunPlan:
+    def _plan(self, w: np.ndarray) -> RunPlan:
         """Options of the run of a design."""
         return self.plan._replace(parameters=self.changed | self.design(w))
 
@@ -83,7 +83,7 @@ def best_runs(system: System, task: Task, plan: RunPlan, searches: int) -> Optim
     for begin in begins:
         search.box[:, 0] = begin
         try:
-            found.append(search.confirmed())
+            found.append(search.confirm())
         except LumpedError:
             if begin is begins[-1] and not found:
                 raise

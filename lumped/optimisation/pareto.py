@@ -231,13 +231,13 @@ def _of_run(
 def _designs(aims: Aims, count: int, name: str) -> tuple[Optimum, ...]:
     """Designs of a front; one alone if both aims are least in it."""
     alone = aims.best(0, None, {}), aims.best(1, None, {})
-    least = [aims.reached(design)[k] for k, design in enumerate(alone)]
+    least = [aims.read_values(design)[k] for k, design in enumerate(alone)]
     # among designs with the least of one, those with the least of the other
     ends = (
         aims.best(1, alone[0], {0: least[0] + _SLACK * aims.sizes[0]}),
         aims.best(0, alone[1], {1: least[1] + _SLACK * aims.sizes[1]}),
     )
-    both = [aims.reached(end) for end in ends]
+    both = [aims.read_values(end) for end in ends]
     apart = np.abs(np.subtract(both[0], both[1])) / aims.sizes
     if (apart <= _AGREE).any():  # what is least for one is least for the other
         return (ends[0],)

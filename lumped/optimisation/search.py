@@ -14,7 +14,7 @@ from lumped.errors import OptimisationError
 from lumped.functionals import Functional
 from lumped.numerics.nlp import Solution
 from lumped.numerics.sqp import bounded, sqp
-from lumped.optimisation.design import Key, Optimum, Scattered, Task, bounds_of, varied
+from lumped.optimisation.design import Key, Optimum, Scattered, Task, bounds_of, find_varied
 from lumped.timeloop.run_options import RunPlan
 from lumped.tolerances.moved_scene import MovedScene
 from lumped.tolerances.of_designs import CheckedProbability, DesignAim, DesignProbability
@@ -59,7 +59,7 @@ class DesignSearch:
     ) -> None:
         self.system = what if isinstance(what, System) else what.system
         self.base = dict(base)
-        self.names, box, self.scale = varied(self.system, task.vary, theta)
+        self.names, box, self.scale = find_varied(self.system, task.vary, theta)
         for row, name in zip(box, self.names, strict=True):
             row[0] = task.begin.get(name, row[0])
         self.start = box[:, 0].copy()
@@ -73,12 +73,12 @@ class DesignSearch:
             if isinstance(key, str):
                 self.system.places([key])
 
-        def scattered(of: RobustAim | Probability) -> MovedScene:
+        def scatter_of(of: RobustAim | Probability) -> MovedScene:
             return MovedScene(what, of.of, of.over, self.names, "optimise", plan)
 
-        self.aims = {k: DesignAim(k, scattered(k)) for k in self.keys if isinstance(k, RobustAim)}
+        self.aims = {k: DesignAim(k, scatter_of(k)) for k in self.keys if isinstance(k, RobustAim)}
         self.probabilities = {
-            k: DesignProbability(k, scattered(k)) for k in self.keys if isinstance(k, Probability)
+            k: DesignProbability(k, scatter_of(k)) for k in self.keys if isinstance(k, Probability)
         }
         self.shift = dict.fromkeys(self.probabilities, 0.0)
 
@@ -127,8 +127,8 @@ class DesignSearch:
         slope[: len(self.names)] = by * self.scale
         return value, slope
 
-    def told(self, key: Any, value: float) -> float:
-        """What `value` gives, as it is told: a probability instead of minus beta."""
+    def convert_value(self, key: Any, value: float) -> float:
+        """What `value` gives: a probability instead of minus beta."""
         if isinstance(key, Probability):
             return float(scipy.special.ndtr(value + self.shift[key]))
         return value
@@ -139,18 +139,18 @@ class DesignSearch:
 
     # -- the programme -------------------------------------------------------------------------
 
-    def bounded_rows(self, key: Any, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
+    def bound_rows(self, key: Any, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
         """What must not be negative for the bounds of a key."""
         return bounded(str(key), *self.value(key, w), *bounds_of(str(key), self.bounds[key]))
 
     def rows(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[str]]:
         """What must not be negative, scaled, its gradients and names."""
-        every = [row for key in self.bounds for row in self.bounded_rows(key, w)]
+        every = [row for key in self.bounds for row in self.bound_rows(key, w)]
         for key, most in self.most.items():
             for beta, by in self.probabilities[key].betas(self.design(w)):
                 slope = np.zeros(len(w))
                 slope[: len(self.names)] = by * self.scale
-                text = f"{key} = {self.told(key, -beta):.3g}, at most {most:g}"
+                text = f"{key} = {self.convert_value(key, -beta):.3g}, at most {most:g}"
                 every.append((beta - self.least_beta(key) - self.shift[key], slope, text))
         for weights, most in self.at_most:
             label = " + ".join(f"{weight:g} {key}" for key, weight in weights.items())
@@ -170,7 +170,7 @@ class DesignSearch:
         """What is made small, and its gradient."""
         return self.total(self.weights, w)
 
-    def solved(self) -> tuple[Solution, tuple[str, ...]]:
+    def solve_design(self) -> tuple[Solution, tuple[str, ...]]:
         """Best unknowns, checked by their own conditions of optimality, and what is active."""
         return sqp(
             self.system.name,
@@ -182,7 +182,7 @@ class DesignSearch:
             self.tolerance,
         )
 
-    def confirmed(self) -> tuple[Solution, tuple[str, ...], tuple[CheckedProbability, ...]]:
+    def confirm(self) -> tuple[Solution, tuple[str, ...], tuple[CheckedProbability, ...]]:
         """The same, with probabilities that samples confirm.
 
         Where an estimate by samples does not agree with the design point, the reliability index is
@@ -196,11 +196,13 @@ class DesignSearch:
         """
         iterations, seconds = 0, 0.0
         for searches in range(1, _SEARCHES + 1):
-            solution, active = self.solved()
+            solution, active = self.solve_design()
             iterations, seconds = iterations + solution.iterations, seconds + solution.seconds
             solution = replace(solution, iterations=iterations, seconds=seconds)
-            checks = [self._checked(key, solution.w, searches) for key in self.probabilities]
-            moved = [self._moved(check) for check in checks]
+            checks = [
+                self._check_probability(key, solution.w, searches) for key in self.probabilities
+            ]
+            moved = [self._shift_beta(check) for check in checks]
             if not any(moved):
                 told = (replace(check, shift=self.shift[check.wanted]) for check in checks)
                 return solution, active, tuple(told)
@@ -212,11 +214,13 @@ class DesignSearch:
             "not confirmed",
         )
 
-    def _checked(self, key: Probability, w: np.ndarray, searches: int) -> CheckedProbability:
+    def _check_probability(
+        self, key: Probability, w: np.ndarray, searches: int
+    ) -> CheckedProbability:
         own = self.probabilities[key]
         return own.checked(self.design(w), self.most.get(key), self.shift[key], searches)
 
-    def _moved(self, check: CheckedProbability) -> bool:
+    def _shift_beta(self, check: CheckedProbability) -> bool:
         """Shift beta if samples do not agree; whether its bound is passed now, or is too tight."""
         if check.sampled is None or check.sampled.interval is None:
             return False
@@ -240,7 +244,7 @@ class DesignSearch:
         """What was found, with the run, modes or response of the best design."""
         design = self.design(solution.w)
         numbers: dict[Key, float] = {
-            k: self.told(k, self.value(k, solution.w)[0])
+            k: self.convert_value(k, self.value(k, solution.w)[0])
             for k in self.keys
             if not isinstance(k, str)
         }
@@ -249,7 +253,7 @@ class DesignSearch:
             run,
             design,
             dict(zip(self.names, self.start.tolist(), strict=True)),
-            self.told(first, solution.objective),
+            self.convert_value(first, solution.objective),
             numbers,
             active,
             0.0,

@@ -29,7 +29,7 @@ class Apart:
     A mode is above or below an order at all speeds of operation and a margin beyond; what counts is
     ``side (2 pi f(n) / (order n) - 1)`` at speeds ``n = a + share (b - a)`` between the ends
     ``a = low (1 - margin)`` and ``b = high (1 + margin)``. Only some are watched: those of the
-    least values, to which `extended` adds.
+    least values, to which `extend` adds.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class Apart:
             found.append((factor * hertz - side, factor * spectrum.hertz_by(mode), by_margin, text))
         return found
 
-    def extended(self, w: Real, margin: float) -> bool:
+    def extend(self, w: Real, margin: float) -> bool:
         """Watch the speeds, too, at which a design is on the wrong side; whether there are any."""
         speeds, hertz = self._all(w, margin)
         least = self.sides * self._away(speeds, hertz)

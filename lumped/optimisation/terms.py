@@ -19,7 +19,7 @@ from lumped.optimisation.discretisation import Discretisation
 from lumped.orbits.smooth_curves import curves, extreme, integral
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Term", "measured", "number_of", "refuse_side", "term"]
+__all__ = ["Term", "measure_functional", "number_of", "refuse_side", "term"]
 
 _INCREASING = ("exp", "log", "sinh", "tanh", "atan")
 _LINEAR = [("*", [True, False]), ("*", [False, True]), ("/", [True, False])]
@@ -162,7 +162,7 @@ class _Terms:
         self.scale = float(np.abs(self.slopes) @ self.sizes) or 1.0
 
     def term(self) -> Term:
-        part = self._made(self.functional.folded(self._leaf, self._node))
+        part = self._make_bound(self.functional.folded(self._leaf, self._node))
         return Term(part.value, self.scale, part.side)
 
     def _slopes_at_start(self) -> np.ndarray:
@@ -202,12 +202,12 @@ class _Terms:
             unit = self.system.quantity(reading.factors[0]).unit
             rows = _Rows(reading.text, y.T, size, unit, self.times)
             part = _Part(ca.SX(), begin, reading.sign or 1, rows=(rows,))
-            return part if reading.sign else self._bound([part, self._negated(part)], begin, 1)
+            return part if reading.sign else self._bound_parts([part, self._negate(part)], begin, 1)
         if isinstance(reading, Value):
             return _Part(y[-1], begin)
         return _Part(ca.mtimes(y, self.weights), begin, is_sum=True)
 
-    def _made(self, part: _Part) -> _Part:
+    def _make_bound(self, part: _Part) -> _Part:
         """A bound as an unknown."""
         if not part.rows:
             return part
@@ -224,11 +224,11 @@ class _Terms:
             )
         return _Part(e, part.start, part.side)
 
-    def _negated(self, part: _Part) -> _Part:
+    def _negate(self, part: _Part) -> _Part:
         rows = (r._replace(label=f"-{r.label}", values=-r.values) for r in part.rows)
         return _Part(-part.value, -part.start, -part.side, part.is_sum, tuple(rows))
 
-    def _bound(self, parts: list[_Part], start: float, sign: int) -> _Part:
+    def _bound_parts(self, parts: list[_Part], start: float, sign: int) -> _Part:
         """The greatest of parts (sign 1), or the least, as a bound that is still to be made."""
         rows: list[_Rows] = []
         for part in parts:
@@ -241,14 +241,14 @@ class _Terms:
             return _Part(ca.SX(node.value), node.value)
         assert isinstance(node, Call)
         if node.op == "neg":
-            return self._negated(parts[0])
-        start = float(_applied(node, [ca.SX(part.start) for part in parts]))
+            return self._negate(parts[0])
+        start = float(_apply(node, [ca.SX(part.start) for part in parts]))
         if node.op in ("max", "min", "abs"):
             sign = -1 if node.op == "min" else 1
-            several = [*parts, *map(self._negated, parts)] if node.op == "abs" else parts
+            several = [*parts, *map(self._negate, parts)] if node.op == "abs" else parts
             if {part.side for part in several} <= {0, sign}:
-                return self._bound(several, start, sign)
-        parts = [self._made(part) for part in parts]
+                return self._bound_parts(several, start, sign)
+        parts = [self._make_bound(part) for part in parts]
         sides = {part.side for part in parts} - {0}
         if node.op == "sqrt" and not parts[0].value.is_constant():
             # a square has a slope at zero, where a root has none
@@ -276,7 +276,7 @@ class _Terms:
         is_linear = node.op in ("+", "-") or (node.op, sums) in _LINEAR
         if not is_linear:
             parts = [self._alone(part) for part in parts]
-        value = _applied(node, [part.value for part in parts])
+        value = _apply(node, [part.value for part in parts])
         return _Part(value, start, next(iter(sides), 0), is_linear and any(sums))
 
     def _alone(self, part: _Part) -> _Part:
@@ -289,7 +289,7 @@ class _Terms:
         return _Part(s, part.start, part.side)
 
 
-def _applied(node: Call, values: list[ca.SX]) -> ca.SX:
+def _apply(node: Call, values: list[ca.SX]) -> ca.SX:
     """An operation on expressions."""
     if node.op in _KINKED:
         return _KINKED[node.op](*values)
@@ -335,7 +335,7 @@ def number_of(
     return float(functional.value(np.array([read]))[0])
 
 
-def measured(functional: Functional, run: Trajectory) -> float:
+def measure_functional(functional: Functional, run: Trajectory) -> float:
     """A functional of a run without states, between its output times too, by quintics."""
     read = []
     for reading in functional.readings:
