@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError, shown
-from lumped.life.load_case import LoadCase, loaded
+from lumped.life.load_case import LoadCase, read_load
 from lumped.life.mean_stress import MeanStress
 from lumped.life.rainflow import Cycles, damage_of
-from lumped.life.repeated_count import BETWEEN, counted_in_turn
+from lumped.life.repeated_count import BETWEEN, count_in_turn
 from lumped.life.sn_curve import SNCurve
 from lumped.plots.draw import Backend, draw
 from lumped.plots.load_spectra import duty_picture
@@ -235,12 +235,12 @@ def duty_cycle(
             raise OptionError(
                 f"duty_cycle: cases['{name}'] = {shown(case)}: a lumped.life.LoadCase is needed."
             )
-    loads = [loaded(case, f"duty_cycle: '{name}'", of, rtol) for name, case in cases.items()]
+    loads = [read_load(case, f"duty_cycle: '{name}'", of, rtol) for name, case in cases.items()]
     units = dict.fromkeys(load.unit for load in loads if load.unit)
     if len(units) > 1:
         raise OptionError(f"duty_cycle: the loads have different units: {', '.join(units)}.")
     repetitions = tuple(int(case.repetitions) for case in cases.values())
-    cycles, owners = counted_in_turn([load.values for load in loads], repetitions)
+    cycles, owners = count_in_turn([load.values for load in loads], repetitions)
     _, each = damage_of(cycles, curve, scale, mean_stress)
     place = np.where(owners == BETWEEN, len(loads), owners)
     damages = np.bincount(place, each, len(loads) + 1).astype(float)

@@ -14,7 +14,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from lumped.errors import OptionError
-from lumped.life.sn_curve import Below, SNCurve, checked_points
+from lumped.life.sn_curve import Below, SNCurve, check_points
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
@@ -139,7 +139,7 @@ def fit_sn_curve(
     """
     if not 0 < confidence < 1:
         raise OptionError(f"fit_sn_curve: confidence = {confidence:g} must be between 0 and 1.")
-    found = checked_points(tests, "tests", unit, "fit_sn_curve")
+    found = check_points(tests, "tests", unit, "fit_sn_curve")
     amplitudes, cycles = np.array(found).reshape(-1, 2).T
     if len(found) < 3 or len(set(amplitudes.tolist())) < 2:
         raise OptionError(

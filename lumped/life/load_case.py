@@ -16,7 +16,7 @@ from lumped.support.units import in_seconds
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["LoadCase", "Loaded", "loaded"]
+__all__ = ["LoadCase", "Loaded", "read_load"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +74,7 @@ class Loaded(NamedTuple):
     unit: str
 
 
-def loaded(case: LoadCase, what: str, of: Name | None, rtol: float) -> Loaded:
+def read_load(case: LoadCase, what: str, of: Name | None, rtol: float) -> Loaded:
     """The load of a case.
 
     Raises

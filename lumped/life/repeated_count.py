@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from lumped.life.rainflow import Cycles
 from lumped.timeloop.cycle_count import count_cycles
 
-__all__ = ["BETWEEN", "counted_in_turn"]
+__all__ = ["BETWEEN", "count_in_turn"]
 
 Real = NDArray[np.float64]
 BETWEEN = -1
@@ -44,7 +44,7 @@ class _Closed(NamedTuple):
         return self._replace(counts=number * self.counts)
 
 
-def counted_in_turn(
+def count_in_turn(
     loads: Sequence[Real], repetitions: Sequence[int]
 ) -> tuple[Cycles, NDArray[np.int64]]:
     """Cycles of a sequence of loads that is repeated for ever, in one turn of it.
@@ -66,14 +66,14 @@ def counted_in_turn(
     inside: list[_Closed] = []
     rests: list[_Open] = []
     for k, (load, number) in enumerate(zip(loads, repetitions, strict=True)):
-        rest, closed = _counted(_Open(load, np.full(len(load), k)))
+        rest, closed = _count(_Open(load, np.full(len(load), k)))
         inside.append(closed.times(number))
         rests.append(rest)
     held = _Open(np.zeros(0), np.zeros(0, dtype=np.int64))
     while True:
         before, joined = held, list[_Closed]()
         for rest, number in zip(rests, repetitions, strict=True):
-            held = _repeated(held, rest, number, joined)
+            held = _repeat(held, rest, number, joined)
         if np.array_equal(before.values, held.values):
             break
     every = _Closed(*(np.concatenate(parts) for parts in zip(*inside, *joined, strict=True)))
@@ -87,7 +87,7 @@ def counted_in_turn(
     return cycles, _owners(every, loads)
 
 
-def _counted(given: _Open) -> tuple[_Open, _Closed]:
+def _count(given: _Open) -> tuple[_Open, _Closed]:
     """What is left open of turning points, and the cycles that they close."""
     found = count_cycles(given.values, rule="four")
     values, load = given.values[found.cycles.T], given.load[found.cycles.T]
@@ -95,12 +95,12 @@ def _counted(given: _Open) -> tuple[_Open, _Closed]:
     return rest, _Closed(values[0], values[1], found.weights, load[0], load[1])
 
 
-def _repeated(held: _Open, rest: _Open, number: int, joined: list[_Closed]) -> _Open:
+def _repeat(held: _Open, rest: _Open, number: int, joined: list[_Closed]) -> _Open:
     """What is left open after one load that happens so often; its cycles are added."""
     for left in range(number, 0, -1):
         before = held
         both = (np.concatenate(parts) for parts in zip(before, rest, strict=True))
-        held, closed = _counted(_Open(*both))
+        held, closed = _count(_Open(*both))
         if np.array_equal(before.values, held.values):
             joined.append(closed.times(left))
             return held

@@ -20,7 +20,7 @@ from lumped.support.arguments import checked
 from lumped.support.units import plain
 from lumped.timeloop.cycle_count import damage_of_cycles
 
-__all__ = ["Below", "SNCurve", "checked_points"]
+__all__ = ["Below", "SNCurve", "check_points"]
 
 Real = NDArray[np.float64]
 Below = Literal["elementary", "original", "haibach"] | float
@@ -73,7 +73,7 @@ class SNCurve:
         put("knee", self.knee, self.unit)
         put("cycles", self.cycles)
         put("slope", self.slope)
-        object.__setattr__(self, "upper", checked_points(self.upper, "upper", self.unit))
+        object.__setattr__(self, "upper", check_points(self.upper, "upper", self.unit))
         _check_order(self.points, self.unit)
         if not isinstance(self.below, str):
             put("below", self.below)
@@ -117,7 +117,7 @@ class SNCurve:
         UnitError
             If an amplitude has a unit of another kind.
         """
-        found = sorted(checked_points(points, "points", unit))
+        found = sorted(check_points(points, "points", unit))
         if len(found) < 2:
             raise OptionError("SNCurve.of_points: at least two points are needed.")
         _check_order(found, unit)
@@ -194,7 +194,7 @@ def _positive(name: str, value: Any, unit: str, what: str = "SNCurve") -> float:
     return found
 
 
-def checked_points(
+def check_points(
     given: Sequence[Point], name: str, unit: str, what: str = "SNCurve"
 ) -> tuple[tuple[float, float], ...]:
     """Amplitudes in a unit, and cycles to failure; errors begin with `what`.

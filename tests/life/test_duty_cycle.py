@@ -9,7 +9,7 @@ import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
 from lumped.errors import OptionError
 from lumped.life import LoadCase, SNCurve, duty_cycle, goodman
-from lumped.life.repeated_count import counted_in_turn
+from lumped.life.repeated_count import count_in_turn
 
 CURVE = SNCurve(knee=5.0, cycles=1e6, slope=4.0)
 
@@ -48,7 +48,7 @@ def test_cycles_are_those_of_the_history_written_out():
         sizes = rng.integers(2, 14, count)
         loads = [rng.integers(-6, 7, size).astype(float) for size in sizes]
         repetitions = rng.integers(1, 6, count).tolist()
-        cycles, _ = counted_in_turn(loads, repetitions)
+        cycles, _ = count_in_turn(loads, repetitions)
         found = collections.Counter()
         for r, m, n in zip(cycles.ranges, cycles.means, cycles.counts, strict=True):
             found[m - r / 2, m + r / 2] += n
