@@ -218,7 +218,7 @@ class DesignSearch:
         self, key: Probability, w: np.ndarray, searches: int
     ) -> CheckedProbability:
         own = self.probabilities[key]
-        return own.checked(self.design(w), self.most.get(key), self.shift[key], searches)
+        return own.check(self.design(w), self.most.get(key), self.shift[key], searches)
 
     def _shift_beta(self, check: CheckedProbability) -> bool:
         """Shift beta if samples do not agree; whether its bound is passed now, or is too tight."""
@@ -258,5 +258,5 @@ class DesignSearch:
             active,
             0.0,
             solution,
-            checks=(*checks, *(aim.checked(design) for aim in self.aims.values())),
+            checks=(*checks, *(aim.check(design) for aim in self.aims.values())),
         )

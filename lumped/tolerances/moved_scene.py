@@ -13,7 +13,7 @@ from lumped.ensembles.variants import Over, marginals_of
 from lumped.errors import OptionError
 from lumped.timeloop.run_options import RunPlan
 from lumped.tolerances.evaluated import Array, Evaluated, Failures
-from lumped.tolerances.scene import Scattered, Scene, planned_scene
+from lumped.tolerances.scene import Scattered, Scene, plan_scene
 
 __all__ = ["MovedScene"]
 
@@ -50,7 +50,7 @@ class MovedScene:
         analysis: str,
         plan: RunPlan | None,
     ) -> None:
-        self.first = planned_scene(what, over, [functional], plan, None, analysis)
+        self.first = plan_scene(what, over, [functional], plan, None, analysis)
         self.design, self.analysis = tuple(design), analysis
         names, system = self.first.names, self.first.system
         self._refuse_fixed()
@@ -76,10 +76,10 @@ class MovedScene:
         """The scene at a design."""
         system, over, base = self.first.system, self.first.over, self._base | dict(design)
         marginals = marginals_of(system, over, parameters=base, analysis=self.analysis)
-        held = _Held(self._whole, self._fixed(design))
+        held = _Held(self._whole, self._fix_values(design))
         return Scene(system, over, marginals, lambda names: held, base, self.analysis)
 
-    def _fixed(self, design: Mapping[str, float]) -> Array:
+    def _fix_values(self, design: Mapping[str, float]) -> Array:
         """Values of what the design has beside what scatters."""
         return np.array([design[name] for name in self._others])
 
@@ -100,7 +100,7 @@ class MovedScene:
         failures : dict of int to str
         """
         x = self.at(design).physical(u)
-        values, slopes, failures = self._whole.slopes(_beside(x, self._fixed(design)))
+        values, slopes, failures = self._whole.slopes(_beside(x, self._fix_values(design)))
         found: Array = slopes[:, 0, self._places]
         for j, (name, place) in enumerate(zip(self.design, self._places, strict=True)):
             if place < x.shape[1]:  # a factor times the value of the design

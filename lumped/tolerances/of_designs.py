@@ -11,7 +11,7 @@ from lumped.errors import SolverError
 from lumped.numerics.nearest_points import FURTHEST, Search, searched
 from lumped.support.text_table import amounts, listed, number
 from lumped.tolerances.evaluated import Array
-from lumped.tolerances.failure.form import form, is_same, joined, nothing_found, search_all
+from lumped.tolerances.failure.form import form, is_same, join_points, nothing_found, search_all
 from lumped.tolerances.failure.importance import around
 from lumped.tolerances.failure.limit import Limit
 from lumped.tolerances.failure.sampled import Sampled
@@ -144,7 +144,7 @@ class DesignProbability:
 
         One for each design point that is followed, the least first. Where the limit is out of
         reach, it is taken as plane from where the search ended. Whether it is smooth is looked at
-        in `checked`.
+        in `check`.
 
         Raises
         ------
@@ -181,14 +181,14 @@ class DesignProbability:
         if not ends and not limit.is_crossed:
             ends = [search for search in every if search.slope.any()]
         if not ends:
-            raise self._refused(design, nothing_found(limit, every))
+            raise self._refuse(design, nothing_found(limit, every))
         return [min(map(_plane, ends), key=lambda plane: abs(plane[0]))]
 
-    def _refused(self, design: Design, error: Exception) -> SolverError:
+    def _refuse(self, design: Design, error: Exception) -> SolverError:
         told = listed([f"{name} = {value:.6g}" for name, value in design.items()])
         return SolverError(f"{self.scene.analysis}: at {told}: {error}", None)
 
-    def checked(
+    def check(
         self, design: Design, most: float | None, shift: float, searches: int
     ) -> CheckedProbability:
         """The probability by samples around all design points that are found from four starts.
@@ -208,13 +208,13 @@ class DesignProbability:
             points = form(limit, self._followed[0])
             found = around(limit, [point.u for point in points], wanted.runs, wanted.seed)
         except SolverError as error:
-            raise self._refused(design, error) from None
+            raise self._refuse(design, error) from None
         nearest = points[0]
         if not any(is_same(nearest.u, u) for u in self._followed):
             self._followed.insert(0, nearest.u)
             self._last = None
         own = dict(zip(limit.scene.names, nearest.x.tolist(), strict=True))
-        numbers = nearest.beta, joined(points)
+        numbers = nearest.beta, join_points(points)
         return CheckedProbability(wanted, most, *numbers, found, own, shift, searches)
 
 
@@ -268,7 +268,7 @@ class DesignAim:
             self._last = dict(design), *self.aim.of_sample(values, slopes)
         return self._last[1:]
 
-    def checked(self, design: Design) -> CheckedAim:
+    def check(self, design: Design) -> CheckedAim:
         """The value beside that of a fresh sample."""
         scene = self.scene.at(design)
         u = scene.scores(_MORE * self.aim.runs, self.aim.seed + 1, "sobol")

@@ -13,12 +13,12 @@ from lumped.ensembles.variants import Over
 from lumped.errors import OptionError, SolverError
 from lumped.support.arguments import checked
 from lumped.timeloop.run_options import RunOptions
-from lumped.tolerances.failure.form import DesignPoint, form, joined, points_of, search_all
+from lumped.tolerances.failure.form import DesignPoint, form, join_points, points_of, search_all
 from lumped.tolerances.failure.importance import around, centres
 from lumped.tolerances.failure.limit import Limit
 from lumped.tolerances.failure.reliability_outcome import Influence, Kind, Reliability
 from lumped.tolerances.failure.sampled import Sampled
-from lumped.tolerances.failure.sorm import Curved, curved
+from lumped.tolerances.failure.sorm import Curved, find_curvature
 from lumped.tolerances.failure.subset import subset
 from lumped.tolerances.moments import central_moments
 from lumped.tolerances.scene import Scattered, Scene, scene_of
@@ -150,10 +150,12 @@ def reliability(
     bent: tuple[Curved, ...] = ()
     if search in ("form", "sorm"):
         points = form(limit, searches=searches or _STARTS)
-        bent = tuple(curved(limit, point) for point in points) if search == "sorm" else ()
-        sampled = _computed(points, bent)
+        bent = tuple(find_curvature(limit, point) for point in points) if search == "sorm" else ()
+        sampled = _compute_probability(points, bent)
     else:
-        points, sampled = _sampled(limit, search, runs or _RUNS, seed, searches or _STARTS)
+        points, sampled = _sample_probability(
+            limit, search, runs or _RUNS, seed, searches or _STARTS
+        )
     return Reliability(
         system=scene.system.name,
         event=limit.event,
@@ -202,16 +204,16 @@ def _check(
         )
 
 
-def _computed(points: tuple[DesignPoint, ...], bent: tuple[Curved, ...]) -> Sampled:
+def _compute_probability(points: tuple[DesignPoint, ...], bent: tuple[Curved, ...]) -> Sampled:
     """Probability from design points, of a curved limit if its curvatures are known."""
     if bent:
-        return Sampled.computed(joined(points, [one.tvedt for one in bent]))
+        return Sampled.from_computation(join_points(points, [one.tvedt for one in bent]))
     bend = points[0].bend
     remarks = () if abs(bend - 1) <= _PLANE else (_CURVED.format(bend),)
-    return Sampled.computed(joined(points), remarks)
+    return Sampled.from_computation(join_points(points), remarks)
 
 
-def _sampled(
+def _sample_probability(
     limit: Limit, search: Search, runs: int, seed: int, searches: int
 ) -> tuple[tuple[DesignPoint, ...], Sampled]:
     """Design points, if there are any, and a probability from samples."""

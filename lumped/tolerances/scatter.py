@@ -115,7 +115,7 @@ class Scatter(ByName, RichHtml):
             quantiles = [
                 (q, *(to_show.value(v) for v in found))
                 for q in _TOLD
-                if (found := _known(own, q)) is not None
+                if (found := _find_quantile(own, q)) is not None
             ]
             values = to_show.value(own.sample())
             shown[label] = to_show.unit, values, quantiles, own.ranking
@@ -144,7 +144,7 @@ class Scatter(ByName, RichHtml):
             row: dict[str, Any] = {"mean": to_show.value(own.mean), "std": change.value(own.std)}
             row |= {"skewness": own.skewness, "unit": to_show.unit}
             for q in _TOLD:
-                found = _known(own, q) or Quantile(np.nan, np.nan, np.nan)
+                found = _find_quantile(own, q) or Quantile(np.nan, np.nan, np.nan)
                 for what, value in zip(("", " low", " high"), found, strict=True):
                     row[f"{100 * q:g} %{what}"] = to_show.value(value)
             rows.append(row)
@@ -160,7 +160,7 @@ class Scatter(ByName, RichHtml):
         for label, own in self.spreads.items():
             mean, unit = amounts(label, own.unit, own.mean, digits=5)
             std, _ = amounts(label, own.unit, own.std, digits=4, is_change=True)
-            cells = [_told(label, own.unit, _known(own, q)) for q in _TOLD]
+            cells = [_format_quantile(label, own.unit, _find_quantile(own, q)) for q in _TOLD]
             rows.append((label, mean, std, number(own.skewness, 3), *cells, unit))
         columns = [f"{100 * q:g} %" for q in _TOLD]
         lines = [
@@ -186,7 +186,7 @@ class Scatter(ByName, RichHtml):
         return "\n".join([*lines, *self.notes])
 
 
-def _known(own: Spread, q: float) -> Quantile | None:
+def _find_quantile(own: Spread, q: float) -> Quantile | None:
     """A quantile, where there is one."""
     try:
         return own.quantile(q)
@@ -194,7 +194,7 @@ def _known(own: Spread, q: float) -> Quantile | None:
         return None
 
 
-def _told(label: str, unit: str, found: Quantile | None) -> str:
+def _format_quantile(label: str, unit: str, found: Quantile | None) -> str:
     """A quantile with its interval."""
     if found is None:
         return "-"
@@ -297,13 +297,13 @@ def scatter(
     else:
         points = scene.draw(count, seed, sampling or "random")
         values, failures, notes = scene.values(points), scene.failures, ()
-        spreads = _sampled(scene, points, values)
+        spreads = _spread_samples(scene, points, values)
     seconds = clock.perf_counter() - begun
     name = scene.system.name
     return Scatter(name, search, scene.names, spreads, points, values, failures, notes, seconds)
 
 
-def _sampled(scene: Scene, points: Array, values: Array) -> dict[str, Spread]:
+def _spread_samples(scene: Scene, points: Array, values: Array) -> dict[str, Spread]:
     """How each functional scatters in a sample.
 
     Raises

@@ -32,7 +32,7 @@ from lumped.tolerances.of_runs import OfRuns
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
 
-__all__ = ["Scattered", "Scene", "planned_scene", "scene_of"]
+__all__ = ["Scattered", "Scene", "plan_scene", "scene_of"]
 
 _SCORE = 1e-4
 """Difference of scores over which second derivatives of parameters are taken."""
@@ -212,7 +212,7 @@ class Scene:
         sound, faults = self._in_range(rows)
         found = np.full((len(rows), len(self.labels)), np.nan)
         found[sound], failures = self._evaluated.values(rows[sound])
-        self._failed(sound, failures, faults)
+        self._note_failures(sound, failures, faults)
         return found
 
     def slopes(self, x: Array) -> tuple[Array, Array]:
@@ -228,7 +228,7 @@ class Scene:
         values = np.full((len(rows), len(self.labels)), np.nan)
         slopes = np.full((*values.shape, len(self.names)), np.nan)
         values[sound], slopes[sound], failures = self._evaluated.slopes(rows[sound])
-        self._failed(sound, failures, faults)
+        self._note_failures(sound, failures, faults)
         return values, slopes
 
     def curvatures(self, x: Array) -> Array:
@@ -273,7 +273,7 @@ class Scene:
                 faults |= dict.fromkeys(runs.tolist(), text)
         return np.setdiff1d(np.arange(len(rows)), list(faults)), faults
 
-    def _failed(self, sound: NDArray[np.intp], failures: Failures, faults: Failures) -> None:
+    def _note_failures(self, sound: NDArray[np.intp], failures: Failures, faults: Failures) -> None:
         told = {int(sound[i]): text for i, text in failures.items()} | faults
         self.failures = dict(sorted(told.items()))
 
@@ -341,10 +341,10 @@ def scene_of(
             "until=, modes or an order response."
         )
     plan = plan_of(what, analysis, until, rtol, options)
-    return planned_scene(what, over, of, plan, workers, analysis)
+    return plan_scene(what, over, of, plan, workers, analysis)
 
 
-def planned_scene(
+def plan_scene(
     what: Scattered,
     over: Over,
     of: Mapping[str, Any] | Iterable[Any],

@@ -9,10 +9,10 @@ from lumped.errors import OptionError
 from lumped.support.text_table import listed
 from lumped.tolerances.scene import Scene
 
-__all__ = ["correlated", "refuse_correlated"]
+__all__ = ["find_correlated", "refuse_correlated"]
 
 
-def correlated(scene: Scene) -> NDArray[np.bool_]:
+def find_correlated(scene: Scene) -> NDArray[np.bool_]:
     """Which parameters depend on others, shape (d,)."""
     mixing = scene.marginals.mixing
     off = (mixing != 0) & ~np.eye(len(mixing), dtype=bool)
@@ -28,7 +28,9 @@ def refuse_correlated(scene: Scene) -> None:
     OptionError
         With their names.
     """
-    names = [name for name, is_one in zip(scene.names, correlated(scene), strict=True) if is_one]
+    names = [
+        name for name, is_one in zip(scene.names, find_correlated(scene), strict=True) if is_one
+    ]
     if names:
         raise OptionError(
             f"{scene.analysis}: {listed(names)} are correlated, so that the variance has no share "

@@ -22,8 +22,8 @@ from lumped.tolerances.intervals import (
 __all__ = [
     "SampledSpread",
     "Spread",
-    "explained",
-    "ranked_shares",
+    "explain_variance",
+    "rank_shares",
     "refuse_infinite",
     "skewness_of",
 ]
@@ -121,8 +121,8 @@ class Spread(ABC):
                 f"{len(verdict)} values are beyond the limit. Take a limit between them, or more "
                 "runs."
             )
-        shares = np.array([explained(column, verdict) for column in self._x.T])
-        return ranked_shares(self._names, shares)
+        shares = np.array([explain_variance(column, verdict) for column in self._x.T])
+        return rank_shares(self._names, shares)
 
     def sample(self) -> Array:
         """Values that are distributed like the functional, ascending, for histograms."""
@@ -178,8 +178,8 @@ class SampledSpread(Spread):
         is_finite = bool(np.isfinite(known).all())
         self.std = float(known.std(ddof=1)) if len(known) > 1 and is_finite else np.nan
         self.skewness = skewness_of(known) if is_finite else np.nan
-        shares = np.array([explained(column, known) for column in x[there].T])
-        self.ranking = ranked_shares(names, shares)
+        shares = np.array([explain_variance(column, known) for column in x[there].T])
+        self.ranking = rank_shares(names, shares)
 
     def _quantile(self, q: float) -> Quantile:
         if not len(self._ascending):
@@ -191,7 +191,7 @@ class SampledSpread(Spread):
         return share_of(int((known > limit if above else known < limit).sum()), len(known))
 
 
-def explained(x: Array, y: Array) -> float:
+def explain_variance(x: Array, y: Array) -> float:
     """Share of the variance of y that a smooth function of x explains, alone.
 
     Polynomials in the standard normal score of the rank of x; with the degrees of freedom taken
@@ -216,7 +216,7 @@ def skewness_of(values: Array) -> float:
     return float(np.mean(off**3)) / deviation**3 if deviation else np.nan
 
 
-def ranked_shares(names: tuple[str, ...], shares: Array) -> tuple[tuple[str, float], ...]:
+def rank_shares(names: tuple[str, ...], shares: Array) -> tuple[tuple[str, float], ...]:
     """Parameters and their shares, the largest first."""
     return tuple((names[j], float(shares[j])) for j in np.argsort(-shares, kind="stable"))
 

@@ -5,7 +5,7 @@ import pytest
 import scipy
 from scipy.stats import qmc
 
-from lumped.tolerances.expansions.expansion import _Rows, fit
+from lumped.tolerances.expansions.expansion import _Rows, fit_expansion
 from lumped.tolerances.expansions.polynomials import (
     NORMAL,
     Terms,
@@ -20,7 +20,7 @@ RANDOM = np.random.default_rng(7)
 
 def test_a_linear_function_is_met_exactly_by_degree_one():
     z, slope = RANDOM.normal(size=(12, 3)), np.array([1.0, -2.0, 3.0])
-    found = fit([NORMAL] * 3, z, 5 + z @ slope, np.tile(slope, (12, 1)))
+    found = fit_expansion([NORMAL] * 3, z, 5 + z @ slope, np.tile(slope, (12, 1)))
     assert (found.degree, len(found.coefficients)) == (1, 4)
     assert (found.mean, found.variance) == pytest.approx((5, 14), rel=1e-13)
     for shares in found.shares():
@@ -35,7 +35,7 @@ def test_mean_variance_and_shares_of_a_quadratic_function_are_exact(with_slopes)
     a, b = z.T
     slopes = np.column_stack([1 + 2 * a + 3 * b, 3 * a + 2 * b])
     y = 2 + a + a**2 + 3 * a * b + b**2
-    found = fit([NORMAL, UNIFORM], z, y, slopes if with_slopes else None)
+    found = fit_expansion([NORMAL, UNIFORM], z, y, slopes if with_slopes else None)
     own = np.array([1 + 2, 9 / 5 - 1])  # the fourth moment of z1 is 9 / 5
     assert (found.mean, found.variance) == pytest.approx((4, own.sum() + 9), rel=1e-11)
     assert found.shares()[0] == pytest.approx(own / (own.sum() + 9), rel=1e-11)
@@ -44,7 +44,9 @@ def test_mean_variance_and_shares_of_a_quadratic_function_are_exact(with_slopes)
 
 
 def test_a_constant_has_no_variance_and_no_shares():
-    found = fit([NORMAL] * 2, RANDOM.normal(size=(15, 2)), np.full(15, 3.0), np.zeros((15, 2)))
+    found = fit_expansion(
+        [NORMAL] * 2, RANDOM.normal(size=(15, 2)), np.full(15, 3.0), np.zeros((15, 2))
+    )
     assert (found.mean, found.variance, len(found.coefficients)) == (3.0, 0.0, 1)
     assert not np.any(found.shares())
     assert found.standard_errors == (0.0, 0.0)
@@ -57,8 +59,8 @@ def test_errors_without_a_run_are_those_of_fits_without_it():
     slopes[3] = np.nan  # a run without derivatives
     rows = _Rows([NORMAL, UNIFORM], z, y, slopes, Terms.up_to([3, 3], 1.0, 10))
     weights = np.array([1.0, 0.4, 0.7])
-    found = rows._nested(weights)[-1]
-    coefficients, influence, _ = found.solved()
+    found = rows._fit_nested(weights)[-1]
+    coefficients, influence, _ = found.solve_fit()
     left = (rows.left * weights[:, None]).transpose(2, 1, 0)
     right = (rows.right * weights[:, None]).T
     for run in range(14):
@@ -71,7 +73,7 @@ def test_errors_without_a_run_are_those_of_fits_without_it():
 def test_the_share_predicted_is_that_of_fits_without_a_run():
     z = RANDOM.normal(size=(30, 2))
     y = np.cos(z[:, 0]) * np.exp(0.5 * z[:, 1])
-    found = fit([NORMAL] * 2, z, y)
+    found = fit_expansion([NORMAL] * 2, z, y)
     table = products(found.families, z, found.exponents).T
     missed = []
     for run in range(30):
@@ -88,8 +90,8 @@ def test_gradients_do_the_work_of_several_runs():
     y = np.exp(z @ slope)
     square = slope @ slope
     expected = np.exp(square / 2)
-    both = fit([NORMAL] * 5, z, y, y[:, None] * slope)
-    values = fit([NORMAL] * 5, z, y)
+    both = fit_expansion([NORMAL] * 5, z, y, y[:, None] * slope)
+    values = fit_expansion([NORMAL] * 5, z, y)
     errors = [abs(one.mean / expected - 1) for one in (both, values)]
     print(f"errors of the mean: with gradients {errors[0]:.1e}, without {errors[1]:.1e}")
     assert errors[0] < 1e-3
@@ -102,14 +104,14 @@ def test_gradients_that_contradict_the_values_are_left_out():
     """A jump is not seen by derivatives."""
     z = np.sqrt(3) * (2 * qmc.Sobol(2, seed=2).random(128) - 1)
     y = 3.0 * (z[:, 0] > 0.2) + z[:, 1]
-    found = fit([UNIFORM] * 2, z, y, np.tile([0.0, 1.0], (128, 1)))
+    found = fit_expansion([UNIFORM] * 2, z, y, np.tile([0.0, 1.0], (128, 1)))
     assert not found.with_slopes
     assert 0.5 < found.q2 < 0.95
 
 
 def test_noise_is_not_predicted():
     z = RANDOM.normal(size=(100, 3))
-    found = fit([NORMAL] * 3, z, RANDOM.normal(size=100), RANDOM.normal(size=(100, 3)))
+    found = fit_expansion([NORMAL] * 3, z, RANDOM.normal(size=100), RANDOM.normal(size=(100, 3)))
     assert found.q2 < 0.2
 
 
@@ -119,7 +121,7 @@ def test_standard_errors_hold_in_repetitions():
     mean, deviation = np.sqrt(2 / np.pi), np.sqrt(1 - 2 / np.pi + 0.25)
     for repetition in range(count):
         z = np.random.default_rng(repetition).normal(size=(100, 2))
-        found = fit([NORMAL] * 2, z, np.abs(z[:, 0]) + 0.5 * z[:, 1])
+        found = fit_expansion([NORMAL] * 2, z, np.abs(z[:, 0]) + 0.5 * z[:, 1])
         off = np.array([found.mean - mean, np.sqrt(found.variance) - deviation])
         missed += np.abs(off) > 1.96 * np.array(found.standard_errors)
     print(f"{missed} of {count} outside of 95 %")
@@ -149,7 +151,7 @@ def test_the_standard_error_of_a_quantile_holds_in_repetitions():
         random = np.random.default_rng(repetition)
         z = random.normal(size=(60, 2))
         noise = 0.1 * random.normal(size=60)  # as if of a rough functional
-        found = fit([NORMAL] * 2, z, z[:, 0] + z[:, 1] ** 2 / 4 + noise)
+        found = fit_expansion([NORMAL] * 2, z, z[:, 0] + z[:, 1] ** 2 / 4 + noise)
         values = found.values(many)
         level = float(np.quantile(values, 0.95))
         missed += abs(level - expected) > 1.96 * found.error_near(many, values, level)

@@ -7,10 +7,10 @@ from scipy.stats import chi2, norm
 
 from lumped.errors import LumpedError, SolverError
 from lumped.numerics.nearest_points import searched
-from lumped.tolerances.failure.form import form, joined, points_of, search_all
+from lumped.tolerances.failure.form import form, join_points, points_of, search_all
 from lumped.tolerances.failure.importance import around, centres
 from lumped.tolerances.failure.limit import Limit
-from lumped.tolerances.failure.sorm import curved, paraboloid
+from lumped.tolerances.failure.sorm import find_curvature, paraboloid
 from lumped.tolerances.failure.subset import subset
 
 
@@ -91,7 +91,7 @@ def test_the_distance_of_a_plane_is_that_of_geometry(side):
     assert point.beta == pytest.approx(sign * 11 / size, rel=1e-12)
     assert point.u == pytest.approx(11 / size * np.array([3, -2]) / size, rel=1e-12)
     assert point.x @ [3, -1] == pytest.approx(36, rel=1e-12)
-    assert joined([point]) == pytest.approx(norm.sf(sign * 11 / size), rel=1e-12)
+    assert join_points([point]) == pytest.approx(norm.sf(sign * 11 / size), rel=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -139,7 +139,7 @@ def test_both_points_of_a_square_are_found_and_joined():
         points = form(Limit(scene, **{side: 9.0}))
         sign = 1 if side == "above" else -1
         assert [sign * p.beta for p in points] == pytest.approx([2.9, 3.1], rel=1e-9)
-        assert joined(points) == pytest.approx(probability, rel=1e-9)
+        assert join_points(points) == pytest.approx(probability, rel=1e-9)
 
 
 @pytest.mark.parametrize("angle", [0.8, 1.2, 2.5])
@@ -155,8 +155,8 @@ def test_two_planes_are_joined_as_quadrature_joins_them(angle):
         return norm.pdf(x) * norm.sf((2.3 - b[0] * x) / b[1])
 
     exact = norm.sf(2.0) + integrate.quad(second, -10, 2.0, epsabs=1e-13)[0]
-    print(joined(points) / exact - 1)
-    assert joined(points) == pytest.approx(exact, rel=1e-8)
+    print(join_points(points) / exact - 1)
+    assert join_points(points) == pytest.approx(exact, rel=1e-8)
 
 
 def test_a_point_between_two_nearer_ones_is_left_out():
@@ -185,7 +185,7 @@ def test_second_order_is_exact_for_a_paraboloid(k, beta):
         scene = bowl(k)
         scene.second = second
         limit = Limit(scene, above=beta)
-        found = curved(limit, form(limit)[0])
+        found = find_curvature(limit, form(limit)[0])
         print(found.source, found.tvedt / exact - 1, found.breitung / exact - 1)
         assert found.curvatures == pytest.approx([-k], rel=1e-6)
         assert found.tvedt == pytest.approx(exact, rel=1e-6)
@@ -205,7 +205,7 @@ def test_a_limit_that_bends_around_the_median_has_no_second_order():
     scene = Numbers(lambda x: x @ x, lambda x: 2 * x, [0.01, 0.0], [1, 1])
     limit = Limit(scene, above=9.0)
     with pytest.raises(SolverError, match="bends around the median") as caught:
-        curved(limit, form(limit)[0])
+        find_curvature(limit, form(limit)[0])
     print(caught.value)
 
 

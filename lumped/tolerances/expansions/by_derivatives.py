@@ -12,7 +12,7 @@ from lumped.tolerances.evaluated import Array, Failures
 from lumped.tolerances.intervals import Quantile, Share, quantile_of, share_of
 from lumped.tolerances.moments import Moments, central_moments, quadratic_moments
 from lumped.tolerances.scene import Scene
-from lumped.tolerances.spread import Spread, explained, ranked_shares, refuse_infinite
+from lumped.tolerances.spread import Spread, explain_variance, rank_shares, refuse_infinite
 
 __all__ = ["ByDerivatives", "ExpandedSpread", "by_derivatives"]
 
@@ -145,24 +145,24 @@ def by_derivatives(scene: Scene, runs: int, seed: int) -> ByDerivatives:
                 f"{scene.analysis}: nothing that scatters changes {label} near the mean. Leave it "
                 "out, or take search='samples'."
             )
-        found = _expanded(many - means, value, slope, curvature)
+        found = _expand(many - means, value, slope, curvature)
         if independent:
             moments = quadratic_moments(value, slope, curvature, central)
             shares = _shares(slope, curvature, central) / moments.variance
         else:
             off = found - found.mean()
             moments = Moments(float(found.mean()), float(off @ off) / len(off), np.mean(off**3))
-            shares = np.array([explained(column, found) for column in many.T])
+            shares = np.array([explain_variance(column, found) for column in many.T])
         refuse_infinite(scene.analysis, label, true[:, i])
-        check = true[:, i], _expanded(points - means, value, slope, curvature)
-        ranking = ranked_shares(scene.names, shares)
+        check = true[:, i], _expand(points - means, value, slope, curvature)
+        ranking = rank_shares(scene.names, shares)
         spreads[label] = ExpandedSpread(
             scene.names, label, unit, moments, ranking, order, check, (many, found)
         )
     return ByDerivatives(spreads, points, true, failures, notes)
 
 
-def _expanded(off: Array, value: float, slope: Array, curvature: Array) -> Array:
+def _expand(off: Array, value: float, slope: Array, curvature: Array) -> Array:
     """Values of an expansion at distances from the mean, shape (n, d)."""
     found: Array = value + off @ slope + 0.5 * ((off @ curvature) * off).sum(axis=1)
     return found

@@ -11,12 +11,18 @@ from numpy.typing import NDArray
 from lumped.ensembles.variants import Sampling
 from lumped.errors import OptionError, SolverError, shown
 from lumped.tolerances.evaluated import Array, Failures
-from lumped.tolerances.expansions.expansion import LEAST, Expansion, fit
+from lumped.tolerances.expansions.expansion import LEAST, Expansion, fit_expansion
 from lumped.tolerances.expansions.polynomials import NORMAL, Family, family_of, standard_normal
 from lumped.tolerances.intervals import SCORE, Quantile, Share, quantile_of, share_of
 from lumped.tolerances.scene import Scene
-from lumped.tolerances.shares import correlated, refuse_correlated
-from lumped.tolerances.spread import Spread, explained, ranked_shares, refuse_infinite, skewness_of
+from lumped.tolerances.shares import find_correlated, refuse_correlated
+from lumped.tolerances.spread import (
+    Spread,
+    explain_variance,
+    rank_shares,
+    refuse_infinite,
+    skewness_of,
+)
 
 __all__ = ["ByChaos", "PolynomialSpread", "by_chaos"]
 
@@ -70,7 +76,7 @@ class PolynomialSpread(Spread):
         self, ground: _Ground, label: str, unit: str, expansion: Expansion, missing: Share
     ) -> None:
         self._plain = expansion.values(ground.z)
-        found = expansion.completed(self._plain, np.random.default_rng(0))
+        found = expansion.add_residuals(self._plain, np.random.default_rng(0))
         names = ground.scene.names
         super().__init__(names, ground.x, found)
         self.label, self.unit, self.missing, self.expansion = label, unit, missing, expansion
@@ -80,9 +86,9 @@ class PolynomialSpread(Spread):
         self.mean_error, self.std_error = expansion.standard_errors
         self.skewness = skewness_of(found)
         shares, self._total = expansion.shares()
-        if correlated(ground.scene).any():
-            shares = np.array([explained(column, found) for column in ground.x.T])
-        self.ranking = ranked_shares(names, shares)
+        if find_correlated(ground.scene).any():
+            shares = np.array([explain_variance(column, found) for column in ground.x.T])
+        self.ranking = rank_shares(names, shares)
 
     @property
     def total(self) -> tuple[tuple[str, float], ...]:
@@ -96,7 +102,7 @@ class PolynomialSpread(Spread):
             If parameters are correlated, so that these shares do not exist.
         """
         refuse_correlated(self._ground.scene)
-        return ranked_shares(self._ground.scene.names, self._total)
+        return rank_shares(self._ground.scene.names, self._total)
 
     def at(self, u: Array) -> Array:
         """The polynomials at points.
@@ -193,7 +199,8 @@ def by_chaos(
         raise OptionError(f"{scene.analysis}: runs = {shown(runs)}: at least {LEAST} are needed.")
     grid = scene.physical(np.tile(standard_normal()[:, None], len(scene.names)))
     families = tuple(
-        NORMAL if is_one else family_of(grid[:, j]) for j, is_one in enumerate(correlated(scene))
+        NORMAL if is_one else family_of(grid[:, j])
+        for j, is_one in enumerate(find_correlated(scene))
     )
     u = scene.scores(runs, seed, sampling)
     x, z = scene.physical(u), _variables(scene, families, u)
@@ -203,7 +210,7 @@ def by_chaos(
             values, slopes = scene.slopes(x)
         except OptionError as error:
             raise OptionError(f"{error} Or fit polynomials to values, gradients=False.") from None
-        slopes = slopes @ _moved(scene, families, u)
+        slopes = slopes @ _derive_parameters(scene, families, u)
     else:
         values = scene.values(x)
     failures = dict(scene.failures)
@@ -222,7 +229,7 @@ def by_chaos(
                 None,
             )
         own = None if slopes is None else slopes[there, k]
-        found = fit(families, z[there], values[there, k], own)
+        found = fit_expansion(families, z[there], values[there, k], own)
         missing = share_of(runs - count, runs)
         spreads[label] = PolynomialSpread(ground, label, unit, found, missing)
     notes: tuple[str, ...] = ()
@@ -243,7 +250,7 @@ def _variables(scene: Scene, families: Sequence[Family], u: Array) -> Array:
     return z
 
 
-def _moved(scene: Scene, families: Sequence[Family], u: Array) -> Array:
+def _derive_parameters(scene: Scene, families: Sequence[Family], u: Array) -> Array:
     """Derivatives of the parameters by the variables of the polynomials, shape (n, d, d)."""
     found = np.array(scene.physical_slopes(u))
     for j, family in enumerate(families):

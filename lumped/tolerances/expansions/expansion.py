@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lumped.ensembles.laws import Array
 from lumped.tolerances.expansions.polynomials import Family, Terms, products, slopes_of_products
 
-__all__ = ["LEAST", "Expansion", "fit"]
+__all__ = ["LEAST", "Expansion", "fit_expansion"]
 
 LEAST = 10
 """Runs below which an error of leaving one out tells nothing."""
@@ -132,7 +132,7 @@ class Expansion:
         ]
         return np.concatenate(found)
 
-    def completed(self, values: Array, random: np.random.Generator) -> Array:
+    def add_residuals(self, values: Array, random: np.random.Generator) -> Array:
         """Values of the sum with what it leaves: residuals of runs that have a value nearby.
 
         Parameters
@@ -169,7 +169,7 @@ class Expansion:
         return float(np.linalg.norm(slopes @ self.influence))
 
 
-def fit(
+def fit_expansion(
     families: Sequence[Family], z: Array, values: Array, slopes: Array | None = None
 ) -> Expansion:
     """Fit a sum of polynomials to values and gradients by least squares.
@@ -227,7 +227,7 @@ def fit(
     least = min(one.bound for one in found)
     alike = [one for one in found if one.bound <= _ALIKE * least + _EXACT]
     best = min(alike, key=lambda one: one.count)
-    coefficients, influence, residuals = (scale * part for part in best.solved())
+    coefficients, influence, residuals = (scale * part for part in best.solve_fit())
     coefficients[0] += middle
     variance = float(((values - middle) / scale).var())
     q2 = 1.0 - best.error / variance if variance > 0 else 1.0
@@ -245,7 +245,7 @@ class _Rows:
     Parameters
     ----------
     families, z, values, slopes
-        As for `fit`, with values of the order of one.
+        As for `fit_expansion`, with values of the order of one.
     terms : Terms
     """
 
@@ -281,16 +281,16 @@ class _Rows:
         """Fits with sets of terms that contain each other."""
         weights = np.full(len(self.right), np.sqrt(_FIRST))
         weights[0] = 1.0
-        found = self._nested(weights)
+        found = self._fit_nested(weights)
         if self.slopes is None:
             return found
         best = min(found, key=lambda one: one.bound)
         sizes = np.sqrt(np.mean(best.left_out**2, axis=1)) / weights
         with np.errstate(divide="ignore", invalid="ignore"):
             weights = np.clip(np.nan_to_num(sizes[0] / sizes, nan=1.0), *_WEIGHTS)
-        return found + self._nested(weights)
+        return found + self._fit_nested(weights)
 
-    def _nested(self, weights: Array) -> list[_Fit]:
+    def _fit_nested(self, weights: Array) -> list[_Fit]:
         """Fits with weights of the rows of a run."""
         _, m, n = self.left.shape
         gram = np.tensordot(weights**2, self.grams, 1)
@@ -365,7 +365,7 @@ class _Fit:
     residuals: Array
     left_out: np.ndarray
 
-    def solved(self) -> tuple[Array, Array, Array]:
+    def solve_fit(self) -> tuple[Array, Array, Array]:
         """Coefficients, influence of runs on them, residuals of values."""
         k = self.count
         effect = np.einsum("pmn,mn->pn", self.q[:k], self.left_out)

@@ -252,7 +252,7 @@ def products(families: Sequence[Family], z: Array, exponents: NDArray[np.int64])
     ndarray, shape (P, n)
     """
     tables = _tables(families, z, exponents)
-    return _multiplied([p for p, _ in tables], exponents, len(z))
+    return _multiply([p for p, _ in tables], exponents, len(z))
 
 
 def slopes_of_products(families: Sequence[Family], z: Array, exponents: NDArray[np.int64]) -> Array:
@@ -262,7 +262,7 @@ def slopes_of_products(families: Sequence[Family], z: Array, exponents: NDArray[
     for i in range(len(families)):
         there = exponents[:, i] > 0
         chosen = [dp if i == j else p for j, (p, dp) in enumerate(tables)]
-        found[i, there] = _multiplied(chosen, exponents[there], len(z))
+        found[i, there] = _multiply(chosen, exponents[there], len(z))
     return found
 
 
@@ -273,7 +273,7 @@ def _tables(
     return [f.values(z[:, j], most[j]) for j, f in enumerate(families)]
 
 
-def _multiplied(tables: Sequence[Array], exponents: NDArray[np.int64], count: int) -> Array:
+def _multiply(tables: Sequence[Array], exponents: NDArray[np.int64], count: int) -> Array:
     found = np.ones((len(exponents), count))
     for j, rows in enumerate(tables):
         there = exponents[:, j] > 0

@@ -14,7 +14,15 @@ from lumped.errors import OptionError, SolverError
 from lumped.numerics.nearest_points import FURTHEST, Search, searched
 from lumped.tolerances.failure.limit import Array, Limit
 
-__all__ = ["DesignPoint", "form", "is_same", "joined", "nothing_found", "points_of", "search_all"]
+__all__ = [
+    "DesignPoint",
+    "form",
+    "is_same",
+    "join_points",
+    "nothing_found",
+    "points_of",
+    "search_all",
+]
 
 _NEAR = (1e-2, 1e-4)
 """Distances from a design point at which the normal is compared with itself."""
@@ -134,7 +142,7 @@ def search_all(limit: Limit, begin: Array | None = None, searches: int = 4) -> l
     return every
 
 
-def joined(points: Sequence[DesignPoint], each: Sequence[float] | None = None) -> float:
+def join_points(points: Sequence[DesignPoint], each: Sequence[float] | None = None) -> float:
     """Probability that a limit is exceeded at one of its design points.
 
     That one of several half-spaces is met, by Ditlevsen's upper bound; with two it is exact.
@@ -193,7 +201,7 @@ def _design_point(limit: Limit, search: Search) -> DesignPoint:
     alpha = search.slope / steepness
     u = alpha * float(alpha @ search.u - search.g / steepness)
     beta = float(alpha @ u)
-    return DesignPoint(beta, u, alpha, *limit.at(u), steepness, 1 + beta * _bent(limit, u))
+    return DesignPoint(beta, u, alpha, *limit.at(u), steepness, 1 + beta * _measure_bend(limit, u))
 
 
 def nothing_found(limit: Limit, every: Sequence[Search]) -> OptionError | SolverError:
@@ -211,16 +219,16 @@ def nothing_found(limit: Limit, every: Sequence[Search]) -> OptionError | Solver
             "no derivatives."
         )
     if not limit.is_crossed:
-        return limit.unreached(f"within a distance of {FURTHEST:g}")
+        return limit.explain_unreached(f"within a distance of {FURTHEST:g}")
     for search in known:
-        _bent(limit, search.u)
+        _measure_bend(limit, search.u)
     return SolverError(
         f"{limit.head}: no design point was found in {sum(s.count for s in every)} evaluations. "
         "Take tighter rtol, or search='subset', which needs no design point."
     )
 
 
-def _bent(limit: Limit, u: Array) -> float:
+def _measure_bend(limit: Limit, u: Array) -> float:
     """Curvature of the limit at a point, along one direction; it bends to the median if negative.
 
     Raises

@@ -94,7 +94,7 @@ class Limit:
         """Excess at points, shape (n, d); nan where an evaluation failed."""
         found = self.scene.values(self.scene.physical(u))[:, self.row]
         self.evaluations += len(u)
-        return self._seen(u, self.sign * (found - self.bound))
+        return self._note_extremes(u, self.sign * (found - self.bound))
 
     def slopes(self, u: Array) -> tuple[Array, Array]:
         """Excess at points, and its gradients, shape (n, d), by the standard normal variables."""
@@ -108,7 +108,9 @@ class Limit:
         self.evaluations += len(u)
         self.gradients += len(u)
         along = np.einsum("ni,nij->nj", by[:, self.row], self.scene.physical_slopes(u))
-        return self._seen(u, self.sign * (values[:, self.row] - self.bound)), self.sign * along
+        return self._note_extremes(
+            u, self.sign * (values[:, self.row] - self.bound)
+        ), self.sign * along
 
     def at(self, u: Array) -> tuple[Array, Array]:
         """Parameters at a point, and the derivatives of the excess by them.
@@ -152,7 +154,7 @@ class Limit:
         found = self.scene.exact_curvatures(x)
         return None if found is None else self.sign * found[self.row]
 
-    def _seen(self, u: Array, excess: Array) -> Array:
+    def _note_extremes(self, u: Array, excess: Array) -> Array:
         for failure in list(self.scene.failures.values())[:1]:
             self.reason = failure
         known = np.flatnonzero(np.isfinite(excess))
@@ -174,7 +176,7 @@ class Limit:
         """Whether values on both sides of the limit were met."""
         return self._nearest[0] <= 0 < self._furthest[0]
 
-    def unreached(self, where: str) -> SolverError:
+    def explain_unreached(self, where: str) -> SolverError:
         """The error that the limit is exceeded nowhere, or everywhere."""
         never = self._furthest[0] <= 0
         excess, u = self._furthest if never else self._nearest

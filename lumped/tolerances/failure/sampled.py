@@ -60,7 +60,7 @@ class Sampled:
     levels: tuple[Level, ...] = ()
 
     @classmethod
-    def computed(cls, probability: float, remarks: tuple[str, ...] = ()) -> Sampled:
+    def from_computation(cls, probability: float, remarks: tuple[str, ...] = ()) -> Sampled:
         """A probability that was computed without samples."""
         return cls(probability, 0.0, None, 0.0, 0, remarks)
 

@@ -15,7 +15,7 @@ from lumped.tolerances.evaluated import curvatures_along
 from lumped.tolerances.failure.form import DesignPoint
 from lumped.tolerances.failure.limit import Array, Limit
 
-__all__ = ["Curved", "curved", "paraboloid"]
+__all__ = ["Curved", "find_curvature", "paraboloid"]
 
 _WIDE = 12.0
 """Beyond this imaginary part the integrand has fallen below 1e-30 of itself."""
@@ -45,7 +45,7 @@ class Curved:
     source: Source
 
 
-def curved(limit: Limit, point: DesignPoint) -> Curved:
+def find_curvature(limit: Limit, point: DesignPoint) -> Curved:
     """A limit at a design point to second order.
 
     Raises
@@ -61,7 +61,7 @@ def curved(limit: Limit, point: DesignPoint) -> Curved:
     2195-2199. L. Tvedt: Distribution of quadratic forms in normal space. Journal of Engineering
     Mechanics 116 (1990) 1183-1197.
     """
-    bent, source = _bent(limit, point)
+    bent, source = _derive_twice(limit, point)
     kappa = np.linalg.eigvalsh(-bent / point.steepness).astype(float)
     beta = point.beta
     # of the side on which the median does not lie
@@ -109,7 +109,7 @@ def paraboloid(beta: float, kappa: Sequence[float] | Array) -> float:
     return float(share * math.exp(top) / math.pi)
 
 
-def _bent(limit: Limit, point: DesignPoint) -> tuple[Array, Source]:
+def _derive_twice(limit: Limit, point: DesignPoint) -> tuple[Array, Source]:
     """Second derivatives of the excess along the limit, by the standard normal variables."""
     around = scipy.linalg.null_space(point.alpha[None]).T
     own = limit.curvature(point.x)

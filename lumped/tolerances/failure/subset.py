@@ -65,11 +65,11 @@ def subset(limit: Limit, runs: int, seed: int) -> Sampled:
     while True:
         above = excess[excess > level + _RISES * abs(level)] if levels else excess
         if not len(above) or len(levels) == _MOST:
-            raise limit.unreached(f"down to a probability of {reached:.1g}")
+            raise limit.explain_unreached(f"down to a probability of {reached:.1g}")
         following = min(max(float(np.sort(excess)[-chains]), float(above.min())), 0.0)
         inside = excess > 0 if following == 0 else excess >= following
         share = float(inside.mean())
-        spread += (1 - share) / (share * len(u)) * (1 + _correlated(inside, chains, bool(levels)))
+        spread += (1 - share) / (share * len(u)) * (1 + _correlate(inside, chains, bool(levels)))
         reached *= share
         levels.append(Level(limit.bound + limit.sign * following, reached, accepted))
         if following == 0:
@@ -120,7 +120,7 @@ class _Walk:
         return np.concatenate(every), np.concatenate(found), float(np.mean(moved))
 
 
-def _correlated(inside: NDArray[np.bool_], chains: int, are_chains: bool) -> float:
+def _correlate(inside: NDArray[np.bool_], chains: int, are_chains: bool) -> float:
     """What the samples of a chain repeat of each other: gamma of Au and Beck."""
     share = float(inside.mean())
     if not are_chains or share in (0.0, 1.0):
