@@ -84,7 +84,8 @@ def against_samples() -> list[tuple[str, ...]]:
             samples = {label: found[label].sample() for label in task.of}
             random = np.random.default_rng(0)
             own = [
-                found[label].expansion.add_residuals(found[label].at(u), random) for label in task.of
+                found[label].expansion.add_residuals(found[label].at(u), random)
+                for label in task.of
             ]
             samples["larger"] = np.max(own, axis=0)
             for label, (values, exact) in known.items():

@@ -16,7 +16,7 @@ from lumped.code import code_cache
 from lumped.errors import ExportError
 from lumped.support.optional_packages import extra
 
-__all__ = ["Linked", "compiled", "own_compiler", "zig_compiler"]
+__all__ = ["Linked", "compile_sources", "own_compiler", "zig_compiler"]
 
 _TUNED, _PLAIN = "-O2", "-O1"
 """Of the time loop, which is kept; of all that is compiled for each model. That takes half as long
@@ -49,7 +49,7 @@ def zig_compiler(target: str, call: str) -> list[str]:
     return [sys.executable, "-m", "ziglang", "cc", f"--target={target}"]
 
 
-def compiled(
+def compile_sources(
     files: Mapping[str, str], sources: Iterable[str], compiler: list[str], made: Linked
 ) -> bytes:
     """What a compiler makes of the sources; the time loop is compiled once and kept.

@@ -89,7 +89,7 @@ class Memory:
         self._lines: list[str] = []
         given = dict(values)
         if watch is not None:
-            given |= {"watch": _held(watch), "count": _held(watch.count)}
+            given |= {"watch": _find_held(watch), "count": _find_held(watch.count)}
             given["enclosed_extremes"] = {"results": watch.extremes}
             given["enclosed_loads"] = {"results": watch.loads}
         for name, kind in _RECORDS.items():
@@ -111,7 +111,7 @@ class Memory:
             else:
                 self._lines.append(f"    {place} = &memory->{name};")
         elif name in values:
-            self._given(record, field, values[name])
+            self._give(record, field, values[name])
         elif field.kind in ("numbers", "ints"):
             given = _OUTPUT if record == "output" else _SEGMENTS if record == "run" else {}
             length = field.length or given.get(name, "")
@@ -135,7 +135,7 @@ class Memory:
         listed = listed.replace("inf", "INFINITY").replace("nan", "NAN")
         self.tables.append(f"static const {kind} {symbol}[] = {{{listed}}};")
 
-    def _given(self, record: str, field: Field, value: int | np.ndarray) -> None:
+    def _give(self, record: str, field: Field, value: int | np.ndarray) -> None:
         place = f"memory->{record}.{field.name}"
         if isinstance(value, np.ndarray) and not value.any():
             block = "numbers" if field.kind == "numbers" else "integers"
@@ -184,7 +184,7 @@ def _lengths(record: Record) -> dict[str, int]:
     return {name: getattr(record, name) for name in record.lengths() if name in record.fields}
 
 
-def _held(record: Record) -> dict[str, int | np.ndarray]:
+def _find_held(record: Record) -> dict[str, int | np.ndarray]:
     """Counts, tables, and arrays whose length only the record knows."""
     found: dict[str, int | np.ndarray] = {}
     for field in record.fields.values():

@@ -138,7 +138,7 @@ def model_files(
         "",
         _faults(interface.variables),
         *(c_text(operations, f"model_{name}") for name, operations in functions.items()),
-        _bound_faults(system),
+        _write_bound_faults(system),
         memory.definition,
     ]
     files = {"model.h": "\n".join(head), "model.c": "\n".join(body), **_loop_files()}
@@ -187,7 +187,7 @@ def _own_functions(interface: Interface) -> dict[str, Operations]:
     return {
         "outputs": _operations("outputs", system, [interface.output_expressions]),
         "clocks": _operations("clocks", system, [places, speeds]),
-        "bound": _operations("bound", system, [_bound(system)]),
+        "bound": _operations("bound", system, [_find_bound(system)]),
         "start": _operations("start", system, [form.states]),
         "targets": operations_of(targets),
     }
@@ -233,9 +233,9 @@ def _tables(interface: Interface, token: str) -> list[tuple[str, str]]:
         both = ("", "") if c.pieces else (s.relation_text(k, mode)[1] for mode in (0.0, 1.0))
         texts += both
     return [
-        ("const char *const model_name", _quoted(system.name)),
-        ("const char *const model_token", _quoted(token)),
-        ("const char *const implicit_names", _quoted(implicit)),
+        ("const char *const model_name", _quote(system.name)),
+        ("const char *const model_token", _quote(token)),
+        ("const char *const implicit_names", _quote(implicit)),
         _texts("parameter_names", [v.name for v in parameters]),
         _array("double", "parameter_starts", system.structure.parameters.defaults.tolist()),
         _array("bool", "parameter_tunable", [v.tunable for v in parameters]),
@@ -284,16 +284,16 @@ def _clocks(s: Switching) -> list[tuple[str, str]]:
 
 
 def _array(kind: str, name: str, values: Iterable[object]) -> tuple[str, str]:
-    listed = [_written(v) for v in values]
+    listed = [_write_value(v) for v in values]
     return f"const {kind} {name}[{len(listed) + 1}]", "{" + ", ".join([*listed, "0"]) + "}"
 
 
 def _texts(name: str, values: Sequence[str]) -> tuple[str, str]:
-    listed = ", ".join([*(_quoted(v) for v in values), "NULL"])
+    listed = ", ".join([*(_quote(v) for v in values), "NULL"])
     return f"const char *const {name}[{len(values) + 1}]", "{" + listed + "}"
 
 
-def _written(value: object) -> str:
+def _write_value(value: object) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float) and not np.isfinite(value):
@@ -301,7 +301,7 @@ def _written(value: object) -> str:
     return value if isinstance(value, str) else repr(value)
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return '"' + escaped.replace("?", "\\?") + '"'  # ??/ would be a backslash to C
 
@@ -322,14 +322,14 @@ def _faults(variables: Sequence[Shown]) -> str:
     return "\n".join([*lines, "    default: break;", "    }", "    return NULL;", "}\n"])
 
 
-def _bound(system: System) -> ca.SX:
+def _find_bound(system: System) -> ca.SX:
     """Parameters that follow from others, and how far those with such a limit are from it."""
     p = system.structure.parameters
     over = [p.values[high] - least for high, least, *_ in p.ordered]
     return ca.vertcat(p.values, *over)
 
 
-def _bound_faults(system: System) -> str:
+def _write_bound_faults(system: System) -> str:
     """A C function that says which parameter is out of a range that depends on others."""
     p = system.structure.parameters
     tests = []
@@ -340,7 +340,7 @@ def _bound_faults(system: System) -> str:
         lower = p.declared[high].lower
         fault = f"{p.names[high]} must be {lower.words} {name}{meaning}"
         tests.append((f"values[{len(p.declared) + k}] {lower.sign} 0", fault))
-    lines = [f"    if ({test}) return {_quoted(text)};" for test, text in tests]
+    lines = [f"    if ({test}) return {_quote(text)};" for test, text in tests]
     size = len(p.declared) + len(p.ordered) + 1
     head = ["const char *bound_fault(const double *p)", "{"]
     if lines:

@@ -63,7 +63,7 @@ def model_description(
             facts, values = _facts(shown, names[reference], jumps=jumps)
             described(listed, reference, shown, facts, values)
     _structure(root, interface, new=new)
-    return _written(root)
+    return _write_xml(root)
 
 
 def build_description(identifier: str, sources: Sequence[str]) -> str:
@@ -73,10 +73,10 @@ def build_description(identifier: str, sources: Sequence[str]) -> str:
     files = Xml.SubElement(build, "SourceFileSet", language="C99")
     for name in sources:
         Xml.SubElement(files, "SourceFile", name=name)
-    return _written(root)
+    return _write_xml(root)
 
 
-def _written(root: Xml.Element) -> str:
+def _write_xml(root: Xml.Element) -> str:
     Xml.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + Xml.tostring(root, "unicode") + "\n"
 

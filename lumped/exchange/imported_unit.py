@@ -27,7 +27,7 @@ class UnitProgram(Program):
     Parameters
     ----------
     unit : Description
-        From `described`.
+        From `describe_unit`.
     fixed : mapping of str to object
         Values of parameters that are no real numbers, by their names in the file.
     """
@@ -141,7 +141,7 @@ class _Process:
             raise
         if answer is None:
             self.is_alive = False
-            raise SolverError(f"its binary crashed ({_ended(self._popen.wait())}).")
+            raise SolverError(f"its binary crashed ({_explain_end(self._popen.wait())}).")
         found, said = answer
         if isinstance(found, str):
             self.stop()
@@ -155,7 +155,7 @@ class _Process:
             unit_process.write(self._popen.stdin, message)
         except OSError:
             self.is_alive = False
-            raise SolverError(f"its process ended ({_ended(self._popen.wait())}).") from None
+            raise SolverError(f"its process ended ({_explain_end(self._popen.wait())}).") from None
 
     def stop(self) -> None:
         """End the process."""
@@ -173,7 +173,7 @@ def _stop(process: subprocess.Popen[bytes], owner: int) -> None:
             stream.close()
 
 
-def _ended(code: int) -> str:
+def _explain_end(code: int) -> str:
     """How a process ended, in words."""
     if code >= 0:
         return f"exit code {code}"

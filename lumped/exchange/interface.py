@@ -151,7 +151,7 @@ class Interface:
         first = len(found)
         starts = self._start_states()
         for i, name in enumerate(system.state_names):
-            unit, text = self._described(name)
+            unit, text = self._describe(name)
             found.append(
                 Shown(
                     name,
@@ -164,7 +164,7 @@ class Interface:
                 )
             )
         for i, name in enumerate(system.state_names):
-            unit, text = self._described(name)
+            unit, text = self._describe(name)
             shown = _derivative(name)
             found.append(
                 Shown(shown, rate_unit(unit), f"derivative of: {text}", "rate", state=first + i)
@@ -182,7 +182,7 @@ class Interface:
         values = np.asarray(function(self.point.theta)).ravel()
         return [float(values[i]) for i in self.system.structure.in_use]
 
-    def _described(self, name: str) -> tuple[str, str]:
+    def _describe(self, name: str) -> tuple[str, str]:
         """Unit and text of a state, which may be a derivative."""
         inner = name.replace("der(", "").rstrip(")")
         quantity = self.system.quantity(inner)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from lumped.errors import OptionError
-from lumped.exchange.c_compiler import Linked, compiled, own_compiler, zig_compiler
+from lumped.exchange.c_compiler import Linked, compile_sources, own_compiler, zig_compiler
 
 __all__ = ["Library", "libraries", "platforms_of"]
 
@@ -74,25 +74,29 @@ def libraries(
         If a compiler refuses the sources.
     """
     if platforms:
-        return [_crossed(files, sources, version, name) for name in platforms]
+        return [_cross_compile(files, sources, version, name) for name in platforms]
     own, compiler = _own_platform(), own_compiler()
     if compiler is None:
         return []
     system = own.partition("-")[2]
-    made = _linked(system, () if system == "darwin" else ("-s",))  # Apple's linker knows no -s
-    content = compiled(files, sources, compiler, made)
+    made = _link_options(
+        system, () if system == "darwin" else ("-s",)
+    )  # Apple's linker knows no -s
+    content = compile_sources(files, sources, compiler, made)
     return [Library(_folder(version, own), made.suffix, content)]
 
 
-def _crossed(files: Mapping[str, str], sources: Sequence[str], version: str, name: str) -> Library:
+def _cross_compile(
+    files: Mapping[str, str], sources: Sequence[str], version: str, name: str
+) -> Library:
     machine, _, system = name.partition("-")
     compiler = zig_compiler(f"{machine}-{_SYSTEMS[system][0]}", "export_fmu(platforms=)")
-    made = _linked(system, ("-s",))
-    content = compiled(files, sources, compiler, made)
+    made = _link_options(system, ("-s",))
+    content = compile_sources(files, sources, compiler, made)
     return Library(_folder(version, name), made.suffix, content)
 
 
-def _linked(system: str, more: tuple[str, ...]) -> Linked:
+def _link_options(system: str, more: tuple[str, ...]) -> Linked:
     _, suffix, options = _SYSTEMS[system]
     return Linked((*options, "-fvisibility=hidden"), ("-shared", "-lm", *more), suffix)
 

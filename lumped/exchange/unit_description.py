@@ -14,7 +14,7 @@ from lumped.errors import DeclarationError, nearest
 from lumped.exchange.unit_quantities import Signal, of_unit
 from lumped.support.optional_packages import extra
 
-__all__ = ["Description", "described"]
+__all__ = ["Description", "describe_unit"]
 
 _KINDS = {"co_simulation": "coSimulation", "model_exchange": "modelExchange"}
 
@@ -71,7 +71,7 @@ def _read(path: Path, stamp: int) -> Any:
         ) from None
 
 
-def described(
+def describe_unit(
     path: str | Path,
     kind: str | None,
     outputs: Sequence[str],
@@ -174,7 +174,7 @@ def described(
     }
     return Description(
         path,
-        *_unpacked(path, stamp),
+        *_unpack(path, stamp),
         kind,
         read.modelName or path.stem,
         read.description or "",
@@ -247,7 +247,7 @@ def _tells_steps(interface: Any, version: int) -> bool:
 
 
 @cache
-def _unpacked(path: Path, stamp: int) -> tuple[str, tempfile.TemporaryDirectory[str]]:
+def _unpack(path: Path, stamp: int) -> tuple[str, tempfile.TemporaryDirectory[str]]:
     """Hash of a file, and a folder with what is in it."""
     folder = tempfile.TemporaryDirectory(prefix="lumped-unit-", ignore_cleanup_errors=True)
     extra("fmpy", "fmi", f"from_fmu({path.name!r})").extract(str(path), folder.name)

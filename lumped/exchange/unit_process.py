@@ -44,7 +44,7 @@ class _Unit:
     def __init__(self, facts: dict[str, Any], tell: Callable[[str], None]) -> None:
         self.facts, self.version, self.t = facts, facts["version"], 0.0
         self._tell, self._is_begun, self._next_event = tell, False, math.inf
-        self._groups = {which: _grouped(facts[which]) for which in _SIGNALS}
+        self._groups = {which: _group(facts[which]) for which in _SIGNALS}
         name = "FMU3" if self.version == 3 else "FMU2"
         self.unit = getattr(self._module(), name + self._kind)(
             guid=facts["token"],
@@ -69,10 +69,12 @@ class _Unit:
             self.unit.instantiate(callbacks=_callbacks(self._log))
             return
 
-        def told(environment: Any, status: int, category: Any, message: bytes | None) -> None:
+        def log_message(
+            environment: Any, status: int, category: Any, message: bytes | None
+        ) -> None:
             self._log(status, message)
 
-        self.unit.instantiate(logMessage=told, **self._options())
+        self.unit.instantiate(logMessage=log_message, **self._options())
 
     def _options(self) -> dict[str, bool]:
         """How it is made in version 3."""
@@ -91,7 +93,7 @@ class _Unit:
             self._is_begun = True
         self.t, tolerance = t, self.facts["tolerance"]
         for reference, kind, value in self.facts["fixed"]:
-            getattr(self.unit, "set" + _stored(kind, self.version))([reference], [value])
+            getattr(self.unit, "set" + _find_stored_type(kind, self.version))([reference], [value])
         self.set("parameters", parameters)
         if self.version == 3:
             self.unit.enterInitializationMode(tolerance=tolerance, startTime=t)
@@ -100,9 +102,9 @@ class _Unit:
             self.unit.enterInitializationMode()
         self.set("inputs", inputs)
         self.unit.exitInitializationMode()
-        return self._begun()
+        return self._finish_begin()
 
-    def _begun(self) -> list[float]:
+    def _finish_begin(self) -> list[float]:
         return self.outputs()
 
     def go_on(self, to: float, inputs: Sequence[float]) -> list[float]:
@@ -112,14 +114,14 @@ class _Unit:
     def set(self, which: str, values: Sequence[float]) -> None:
         """Set parameters or inputs."""
         for kind, references, places in self._groups[which]:
-            own = [_given(kind, values[k]) for k in places]
-            getattr(self.unit, "set" + _stored(kind, self.version))(references, own)
+            own = [_convert(kind, values[k]) for k in places]
+            getattr(self.unit, "set" + _find_stored_type(kind, self.version))(references, own)
 
     def outputs(self) -> list[float]:
         """Values of the outputs."""
         found = [0.0] * sum(count for *_, count in self.facts["outputs"])
         for kind, references, places in self._groups["outputs"]:
-            read = getattr(self.unit, "get" + _stored(kind, self.version))
+            read = getattr(self.unit, "get" + _find_stored_type(kind, self.version))
             own = read(references, len(places)) if self.version == 3 else read(references)
             for k, value in zip(places, own, strict=True):
                 found[k] = float(value)
@@ -146,7 +148,7 @@ class _Slave(_Unit):
     def _options(self) -> dict[str, bool]:
         return dict.fromkeys(("eventModeUsed", "earlyReturnAllowed"), self.facts["has_events"])
 
-    def _begun(self) -> list[float]:
+    def _finish_begin(self) -> list[float]:
         if not self.facts["has_events"]:
             return self.outputs()
         self._update()
@@ -193,7 +195,7 @@ class _Model(_Unit):
 
     _kind = "Model"
 
-    def _begun(self) -> list[float]:
+    def _finish_begin(self) -> list[float]:
         self._update()
         self.unit.enterContinuousTimeMode()
         from fmpy.sundials import CVodeSolver
@@ -242,7 +244,7 @@ class _Model(_Unit):
         return [] if inputs is None else self.outputs()
 
 
-def _grouped(variables: Sequence[Variable]) -> list[tuple[str, list[int], list[int]]]:
+def _group(variables: Sequence[Variable]) -> list[tuple[str, list[int], list[int]]]:
     """Variables of each type: the type, their references, and the places of their values."""
     groups: dict[str, tuple[list[int], list[int]]] = {}
     place = 0
@@ -261,14 +263,14 @@ class _HeldInputs:
         """Nothing changes."""
 
 
-def _stored(kind: str, version: int) -> str:
+def _find_stored_type(kind: str, version: int) -> str:
     """Type by which values of another are set and read."""
     if kind != "Enumeration":
         return kind
     return "Int64" if version == 3 else "Integer"
 
 
-def _given(kind: str, value: float) -> Any:
+def _convert(kind: str, value: float) -> Any:
     """A number as a unit takes it."""
     if kind in ("Real", "Float64", "Float32"):
         return value
@@ -288,11 +290,11 @@ def _callbacks(log: Callable[[int, bytes | None], None]) -> Any:
     )
     from fmpy.logging import addLoggerProxy
 
-    def told(environment: Any, name: Any, status: int, category: Any, message: Any) -> None:
+    def log_message(environment: Any, name: Any, status: int, category: Any, message: Any) -> None:
         log(status, message)
 
     made = fmi2CallbackFunctions()
-    made.logger = fmi2CallbackLoggerTYPE(told)
+    made.logger = fmi2CallbackLoggerTYPE(log_message)
     made.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
     made.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
     addLoggerProxy(byref(made))

@@ -43,15 +43,15 @@ def of_unit(name: str | None, base: Any) -> _Quantity | None:
     if base is None:
         if known is None:
             return None
-        return _Quantity(_written(known.powers), known.factor, known.zero)
+        return _Quantity(_write_unit(known.powers), known.factor, known.zero)
     powers = {unit: int(getattr(base, unit)) for unit in _BASE if int(getattr(base, unit))}
     factor, zero = float(base.factor), float(base.offset)
     if known is not None and known.is_si and known.powers == powers and factor == 1 and not zero:
         return _Quantity(name, 1.0, 0.0)
-    return _Quantity(_written(powers), factor, zero)
+    return _Quantity(_write_unit(powers), factor, zero)
 
 
-def _written(powers: dict[str, int]) -> str:
+def _write_unit(powers: dict[str, int]) -> str:
     """The SI unit with these powers of base units."""
     for usual in _USUAL:
         known = measure(usual)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from importlib import resources
 
 from lumped.compiler.system import Changes, System
-from lumped.exchange.c_compiler import Linked, compiled, zig_compiler
+from lumped.exchange.c_compiler import Linked, compile_sources, zig_compiler
 from lumped.exchange.c_tables import model_files
 from lumped.exchange.interface import Interface
 from lumped.many_runs.watched import Watched
@@ -56,7 +56,7 @@ def run_code(
     for name in (*_SOURCES, "lumped.h"):
         files[name] = (folder / name).read_text()
     files["shown.h"] = _shown(interface, names, watched, grid)
-    return compiled(files, ("loop.c", "model.c", *_SOURCES), compiler, _MADE)
+    return compile_sources(files, ("loop.c", "model.c", *_SOURCES), compiler, _MADE)
 
 
 def _shown(interface: Interface, names: Sequence[str], watched: Watched, grid: int) -> str:
