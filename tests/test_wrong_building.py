@@ -32,7 +32,7 @@ from lumped.errors import (
     SingularModelError,
     UnknownNameError,
 )
-from lumped.exchange.c_tables import _quoted
+from lumped.exchange.c_tables import _quote
 
 
 def message(action, kind=LumpedError):
@@ -241,7 +241,7 @@ def test_other_keys_are_found_again_and_stand_in_the_description_of_a_unit(key, 
 
 
 def test_no_trigraph_stands_in_a_text_of_a_unit():
-    assert _quoted("what??/") == '"what\\?\\?/"'
+    assert _quote("what??/") == '"what\\?\\?/"'
 
 
 # -- expressions ---------------------------------------------------------------------------------

@@ -96,9 +96,9 @@ class _Source:
         units: tuple[tuple[str, str], ...],
         rtol: float,
     ) -> None:
-        from lumped.exchange.unit_description import described
+        from lumped.exchange.unit_description import describe_unit
 
-        self.unit = described(path, kind, outputs, dict(units), rtol)
+        self.unit = describe_unit(path, kind, outputs, dict(units), rtol)
         self.given = str(self.unit.path), kind, outputs, units, rtol
         self._all = *self.given, self.unit.content
 

@@ -113,7 +113,7 @@ def netlist(model: Component | System, depth: int | None = None) -> Netlist:
     else:
         tree = Tree(model)
         joints = join(tree)
-    return _Builder(tree, joints, depth).built()
+    return _Builder(tree, joints, depth).build()
 
 
 class _Builder:
@@ -141,7 +141,7 @@ class _Builder:
                 self.items[i] = item
                 self.frames.setdefault(i if up < 0 else up, Frame("", "")).items.append(item)
 
-    def built(self) -> Netlist:
+    def build(self) -> Netlist:
         nets = [*self._port_nets(), *self._signal_nets()]
         for unknown, name in self.joints.grounded:
             node = self.tree.node_of_unknown(unknown)

@@ -135,7 +135,7 @@ def report_html(
     sections += [("Model", _model(system)), ("Parameters", _parameters(system, choice))]
     if accuracy is not None:
         sections.append(("Error and run time", _accuracy(accuracy)))
-    sections.append(("Left out", _left_out(system)))
+    sections.append(("Left out", _list_left_out(system)))
     target = Path(path)
     write_text(target, whole_page(name, sections))
     return target
@@ -202,7 +202,7 @@ def _numbers(given: list[SourceNumber], marks: Mapping[str, str]) -> str:
     return table(("what it is", "value", "unit", "how it is known"), rows, (1,))
 
 
-def _left_out(system: System) -> str:
+def _list_left_out(system: System) -> str:
     if not system.left_out:
         return "<p>Nothing.</p>"
     return table(("what", "why"), [(item.what, item.why) for item in system.left_out])

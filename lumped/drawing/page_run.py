@@ -136,7 +136,7 @@ def energy(runs: Mapping[str, Trajectory], units: Units) -> str:
     """Energy balances of certified runs."""
     found, joule = [], display("energy", "J", units)
 
-    def told(value: float, digits: int = 6) -> str:
+    def format_energy(value: float, digits: int = 6) -> str:
         return number(joule.value(value), digits)
 
     for what, run in runs.items():
@@ -145,16 +145,16 @@ def energy(runs: Mapping[str, Trajectory], units: Units) -> str:
             continue
         most = max((abs(work) for _, work in audit.works), default=0.0)
         large = [(path, work) for path, work in audit.works if abs(work) > 1e-6 * most]
-        rows = [(f"work of {path}", told(work)) for path, work in large]
+        rows = [(f"work of {path}", format_energy(work)) for path, work in large]
         if len(large) < len(audit.works):
             rest = sum(work for _, work in audit.works) - sum(work for _, work in large)
-            rows.append((f"work of {len(audit.works) - len(large)} others", told(rest)))
+            rows.append((f"work of {len(audit.works) - len(large)} others", format_energy(rest)))
         rows += [
-            ("sum of these works", told(audit.supplied)),
-            ("stored at the end, less that at the begin", told(audit.change)),
-            ("dissipated by those that store", told(audit.dissipated)),
-            ("lost by them in impacts", told(audit.impacts)),
-            ("gap of the balance, at most", told(audit.error * audit.turnover, 2)),
+            ("sum of these works", format_energy(audit.supplied)),
+            ("stored at the end, less that at the begin", format_energy(audit.change)),
+            ("dissipated by those that store", format_energy(audit.dissipated)),
+            ("lost by them in impacts", format_energy(audit.impacts)),
+            ("gap of the balance, at most", format_energy(audit.error * audit.turnover, 2)),
         ]
         text = (
             f"Energy of the {len(audit.components)} components that say what they store "

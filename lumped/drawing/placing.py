@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Iterable
 
 from lumped.drawing.netlist import SIGNAL, Frame, Item, Net, Netlist
-from lumped.drawing.shaft_line import MECHANICAL, Group, Nets, Placed, declared, is_aside
+from lumped.drawing.shaft_line import MECHANICAL, Group, Nets, Placed, find_place, is_aside
 from lumped.drawing.signal_layers import layers
 
 __all__ = ["WIDEST", "place"]
@@ -43,14 +43,14 @@ def place(plan: Netlist, widest: int = WIDEST) -> Placed:
             touching.setdefault(frame, []).append((net, parts))
     blocks: dict[Item | Frame, Placed] = {}
     for frame in reversed(order):
-        blocks[frame] = _arranged(frame, touching.get(frame, []), blocks, widest)
+        blocks[frame] = _arrange(frame, touching.get(frame, []), blocks, widest)
     return blocks[plan.top]
 
 
-def _arranged(frame: Frame, nets: Nets, blocks: dict[Item | Frame, Placed], widest: int) -> Placed:
+def _arrange(frame: Frame, nets: Nets, blocks: dict[Item | Frame, Placed], widest: int) -> Placed:
     for item in frame.items:
         blocks[item] = Placed({item: (0, 0)}, [], 1, 1)
-    parts: list[Item | Frame] = sorted([*frame.items, *frame.frames], key=declared)
+    parts: list[Item | Frame] = sorted([*frame.items, *frame.frames], key=find_place)
     result = Placed()
     left = dict.fromkeys(parts)
     signals = [(n, p) for n, p in nets if n.kind == SIGNAL]
@@ -59,19 +59,19 @@ def _arranged(frame: Frame, nets: Nets, blocks: dict[Item | Frame, Placed], wide
     for kinds in (MECHANICAL, ("electrical pin", "thermal port")):
         chosen = [(n, p) for n, p in nets if n.kind in kinds and len(p) > 1]
         groups = []
-        for group in _connected(list(left), chosen):
+        for group in _find_connected(list(left), chosen):
             if len(group) > 1:
                 for part in group:
                     del left[part]
                 inside = set(group)
                 found = [n for n in nets if n[0].kind in kinds and inside & n[1].keys()]
-                groups.append(Group(found, blocks, group, signalled, widest).placed())
+                groups.append(Group(found, blocks, group, signalled, widest).place())
         levels.append(groups)
     loose = {part for net, members in nets if net.kind != SIGNAL for part in members}
     steps = [part for part in left if part in signalled and part not in loose]
     for part in steps:
         del left[part]
-    above = [_layered(group, signals, blocks, widest) for group in _connected(steps, signals)]
+    above = [_layer(group, signals, blocks, widest) for group in _find_connected(steps, signals)]
     single = _shelf([(0, blocks[part]) for part in left], widest)
     main, others = levels[0][:1], levels[0][1:]
     columns = {item: cell[0] for block in main for item, cell in block.cells.items()}
@@ -117,7 +117,7 @@ def _shelf(blocks: Iterable[tuple[int, Placed]], widest: int) -> list[Placed]:
     return rows
 
 
-def _layered(
+def _layer(
     parts: list[Item | Frame], nets: Nets, blocks: dict[Item | Frame, Placed], widest: int
 ) -> Placed:
     """Signal blocks, each to the right of those from which its signals come."""
@@ -136,7 +136,7 @@ def _layered(
     return result
 
 
-def _connected(parts: list[Item | Frame], nets: Nets) -> list[list[Item | Frame]]:
+def _find_connected(parts: list[Item | Frame], nets: Nets) -> list[list[Item | Frame]]:
     known = set(parts)
     around: dict[Item | Frame, list[int]] = {}
     for n, (_, members) in enumerate(nets):

@@ -60,11 +60,11 @@ def html(shown: Any) -> str:
             parts.append(_table(body, column))
             column = None
         else:
-            parts.append(f'<pre style="margin:4px 0;white-space:pre-wrap">{_escaped(body)}</pre>')
+            parts.append(f'<pre style="margin:4px 0;white-space:pre-wrap">{_escape(body)}</pre>')
     return f'<div class="lumped">{"".join(parts)}{_below(shown)}</div>'
 
 
-def _escaped(lines: Sequence[str]) -> str:
+def _escape(lines: Sequence[str]) -> str:
     return escape("\n".join(lines))
 
 
@@ -211,7 +211,7 @@ def _(found: FrequencyResponse) -> str:
         size = np.abs(found[output, input_])
         with np.errstate(divide="ignore"):
             lines.append((f"{output} by {input_}", np.log10(size)))
-    return _listed([(name, sparklines.curve(found.hertz, y)) for name, y in lines[:_MOST_BARS]])
+    return _write_rows([(name, sparklines.curve(found.hertz, y)) for name, y in lines[:_MOST_BARS]])
 
 
 @_below.register
@@ -221,7 +221,7 @@ def _(found: OrderAmplitudes) -> str:
         size = np.abs(found[output])
         largest = np.argsort(-size.max(axis=0, initial=0.0))
         rows.append((output, sparklines.curves(found.speeds, [*size[:, largest].T], output)))
-    return _listed(rows)
+    return _write_rows(rows)
 
 
 @_below.register
@@ -234,11 +234,11 @@ def _(found: Holzer) -> str:
 @_below.register
 def _(found: Gradient) -> str:
     return "".join(
-        _tornado(label, found.ranked(label)) for label in found.of[:3] if _told(found, label)
+        _tornado(label, found.ranked(label)) for label in found.of[:3] if _is_relative(found, label)
     )
 
 
-def _told(found: Gradient, label: str) -> bool:
+def _is_relative(found: Gradient, label: str) -> bool:
     """Whether something can be relative to a result."""
     return bool(found.values[found.of.index(label)])
 
@@ -270,7 +270,7 @@ def _(found: Sensitivity) -> str:
         for i, of in enumerate(found.of)
         for k, by in enumerate(found.by)
     ]
-    return _listed(rows[:_MOST_BARS])
+    return _write_rows(rows[:_MOST_BARS])
 
 
 def _tornado(what: str, ranked: Sequence[tuple[str, float]]) -> str:
@@ -278,10 +278,10 @@ def _tornado(what: str, ranked: Sequence[tuple[str, float]]) -> str:
     shown = ranked[:_MOST_BARS]
     most = max((abs(value) for _, value in shown), default=0.0)
     rows = [(f"{name} {value:+.3g}", sparklines.share(value, most)) for name, value in shown]
-    return f"<p>relative change of {escape(what)}</p>{_listed(rows)}" if rows else ""
+    return f"<p>relative change of {escape(what)}</p>{_write_rows(rows)}" if rows else ""
 
 
-def _listed(rows: Sequence[tuple[str, str]]) -> str:
+def _write_rows(rows: Sequence[tuple[str, str]]) -> str:
     """Names and their pictures."""
     told = "".join(
         f"<tr><td{_CELL.format('left')}>{escape(name)}</td><td>{picture}</td></tr>"

@@ -86,7 +86,7 @@ def route(plan: Netlist, placed: Placed, values: Mapping[str, str]) -> Routed:
     ports = terminals(plan.nets, placed)
     for shift in range(len(ports) + 1):
         runs = _runs(plan, placed, ports)
-        stuck = _ordered(runs, ports, placed)
+        stuck = _order_lanes(runs, ports, placed)
         if stuck is None:
             break
         for port in ports:
@@ -95,7 +95,7 @@ def route(plan: Netlist, placed: Placed, values: Mapping[str, str]) -> Routed:
     zones = _Zones(plan, placed)
     x = _Axis(placed.width, runs.columns, zones, 0, _widths(placed, ports, values))
     y = _Axis(placed.height, runs.rows, zones, 1, [CELL[1] + LABEL] * placed.height)
-    return _drawn(plan, placed, ports, runs, (x, y), zones)
+    return _draw_wires(plan, placed, ports, runs, (x, y), zones)
 
 
 def text_place(ports: Iterable[Terminal], side: str) -> tuple[float, bool]:
@@ -205,7 +205,7 @@ def _spine(across: dict[int, set[float]], along: dict[int, set[float]]) -> int:
     return row if lowest else row + 1
 
 
-def _ordered(runs: _Plan, ports: list[Terminal], placed: Placed) -> Item | None:
+def _order_lanes(runs: _Plan, ports: list[Terminal], placed: Placed) -> Item | None:
     """Note which lane must be left of which; if that is contradictory, give an item to move.
 
     Where ports of two nets face each other, the net from the left must turn first.
@@ -337,7 +337,7 @@ def _assign(runs: list[_Run]) -> None:
                 queue.append(other)
 
 
-def _drawn(
+def _draw_wires(
     plan: Netlist,
     placed: Placed,
     ports: list[Terminal],

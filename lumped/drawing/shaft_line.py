@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from lumped.drawing.netlist import Frame, Item, Net
 
-__all__ = ["MECHANICAL", "Cell", "Group", "Nets", "Placed", "declared", "is_aside"]
+__all__ = ["MECHANICAL", "Cell", "Group", "Nets", "Placed", "find_place", "is_aside"]
 
 RIGID = ("inertia", "mass")  # symbols of parts whose two ends are one
 MECHANICAL = ("rotational flange", "translational flange")
@@ -54,7 +54,7 @@ def _count(net: Net) -> int:
 Nets = Sequence[tuple[Net, dict[Item | Frame, list[Item]]]]
 
 
-def declared(part: Item | Frame) -> int:
+def find_place(part: Item | Frame) -> int:
     """Place of a part, or of the first item of a frame, in the order of declaration."""
     if isinstance(part, Item):
         return part.place
@@ -92,7 +92,7 @@ class Group:
         self.tried: dict[tuple[int, tuple[bool, ...], int], int] = {}
         self.ways: list[tuple[int, int, bool]] = []  # fold, boundary, and whether it is the end
 
-    def placed(self) -> Placed:
+    def place(self) -> Placed:
         """Block of all parts, as wide as the line or a fold of it."""
         line = self._line()
         self._place_line(line)
@@ -127,21 +127,23 @@ class Group:
         Its direction is that of frames, else of most parts from their first port to their last;
         without them it begins with the end declared first.
         """
-        first = min(self.parts, key=declared)
+        first = min(self.parts, key=find_place)
         back, way = self._farthest([first], set(), -1)
         if way is not None:
             ends = [part for part in self.nets[way][1] if part in self.around]
             line, _ = self._farthest([p for p in ends if not self._against(p, way, 1)], {way}, 1)
         else:  # two parts with one port each may both be the first
-            one = len(back) == 2 and not any(self._side(p, self._shared(*back)) for p in back)
+            one = len(back) == 2 and not any(
+                self._side(p, self._find_shared_net(*back)) for p in back
+            )
             line, _ = self._farthest([first if one else back[-1]], set(), 1)
         if len(line) > 1 and any(isinstance(part, Frame) for part in line):
             return line
         ahead = sum(
-            self._side(a, self._shared(a, b)) - self._side(b, self._shared(a, b))
+            self._side(a, self._find_shared_net(a, b)) - self._side(b, self._find_shared_net(a, b))
             for a, b in itertools.pairwise(line)
         )
-        ahead = ahead or declared(line[-1]) - declared(line[0])
+        ahead = ahead or find_place(line[-1]) - find_place(line[0])
         return line if ahead >= 0 else line[::-1]
 
     def _side(self, part: Item | Frame, n: int) -> int:
@@ -195,7 +197,7 @@ class Group:
                         queue.append(other)
             width = self.blocks[part].width
             leaves = way is not None
-            score = (steps[part] + leaves, leaves, width, -declared(part))
+            score = (steps[part] + leaves, leaves, width, -find_place(part))
             if score > best:
                 best, last, found = score, part, way
         chain: list[Item | Frame] = []
@@ -205,15 +207,15 @@ class Group:
             current = before[current]
         return chain[::-1], found
 
-    def _shared(self, one: Item | Frame, other: Item | Frame) -> int:
+    def _find_shared_net(self, one: Item | Frame, other: Item | Frame) -> int:
         return next(n for n in self.around[one] if other in self.nets[n][1])
 
     def _place_line(self, line: list[Item | Frame]) -> None:
         column = 0
         for i, part in enumerate(line):
             block = self.blocks[part]
-            before = self._shared(part, line[i - 1]) if i else None
-            after = self._shared(part, line[i + 1]) if i + 1 < len(line) else None
+            before = self._find_shared_net(part, line[i - 1]) if i else None
+            after = self._find_shared_net(part, line[i + 1]) if i + 1 < len(line) else None
             wide = max(self.widest, 1.25 * block.width)  # a few parts before a wide one do not turn
             if not self.taken or column + block.width > wide:
                 self.taken.append(set())

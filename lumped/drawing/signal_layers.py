@@ -34,7 +34,7 @@ def layers(
         before[b].append(a)
         after[a].append(b)
     layer: dict[_Block, int] = {}
-    for block in _ordered(before, after):
+    for block in _order_blocks(before, after):
         layer[block] = max((layer[b] + 1 for b in before[block] if b in layer), default=0)
     for block in sizes:
         if not before[block] and after[block]:
@@ -58,7 +58,7 @@ def layers(
     return places
 
 
-def _ordered(
+def _order_blocks(
     before: dict[_Block, list[_Block]], after: dict[_Block, list[_Block]]
 ) -> Iterable[_Block]:
     """Each block after those that it listens to, as far as there is no circle."""

@@ -44,7 +44,7 @@ def curves(
         x = (mark - t[0]) / length * (width - 4) + 2
         parts.append(f'<path d="M{x:.1f} 0V{height}" stroke="currentColor" opacity=".3"/>')
     for k, y in enumerate(shown):
-        rows = _thinned(y)
+        rows = _thin(y)
         xs = (t[rows] - t[0]) / length * (width - 4) + 2
         heights = height - 2 - level - (y[rows] - low) / span * (height - 4)
         there = np.isfinite(heights)
@@ -59,7 +59,7 @@ def curves(
     return _svg(width, height, title, parts)
 
 
-def _thinned(y: Real) -> NDArray[np.int64]:
+def _thin(y: Real) -> NDArray[np.int64]:
     """Places of the least and greatest value of each of some hundred stretches."""
     if len(y) <= 2 * _POINTS:
         return np.arange(len(y))

@@ -40,7 +40,7 @@ class Datum(NamedTuple):
             return Shown(hertz.unit, 0.5 / np.pi * hertz.factor)
         return display(name, self.unit, self.units)
 
-    def told(self, digits: int = 6) -> str:
+    def format_value(self, digits: int = 6) -> str:
         """The value, or its range."""
         ends = dict.fromkeys(number(self.shown.value(x), digits) for x in (self.low, self.high))
         return " to ".join(ends)
@@ -69,9 +69,9 @@ def values(every: list[Datum]) -> dict[str, str]:
     found: dict[str, list[str]] = {}
     for datum in every:
         if datum.unit == "1" and datum.name.startswith("ratio"):
-            text = f"i = {datum.told(4)}"
+            text = f"i = {datum.format_value(4)}"
         elif datum.unit in ("kg.m2", "N.m/rad"):
-            text = f"{datum.told(4)} {datum.shown[0]}"
+            text = f"{datum.format_value(4)} {datum.shown[0]}"
         else:
             continue
         found.setdefault(datum.path, []).append(text)
@@ -86,7 +86,7 @@ def data_table(every: list[Datum]) -> str:
     groups: dict[tuple[str, ...], list[str]] = {}
     for datum in (datum for datum in every if datum.is_free):
         shape = re.sub(r"\[\d+\]", "[]", datum.path)
-        key = (datum.text, shape, datum.name, datum.told(), datum.shown[0])
+        key = (datum.text, shape, datum.name, datum.format_value(), datum.shown[0])
         groups.setdefault(key, []).append(datum.path)
     rows = [(key[0], _together(paths), *key[2:]) for key, paths in groups.items()]
     if not rows:

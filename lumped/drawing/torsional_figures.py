@@ -66,7 +66,7 @@ def _panels(rows: int, columns: int, height: float) -> tuple[Figure, np.ndarray]
     return figure, axes
 
 
-def _finished(figure: Figure, axes: np.ndarray, used: int, text: str) -> None:
+def _finish(figure: Figure, axes: np.ndarray, used: int, text: str) -> None:
     """Texts, grid and one legend below all panels."""
     shown = axes.ravel()[:used]
     labels: dict[str, Artist] = {}
@@ -127,7 +127,7 @@ def campbell_figure(study: Study) -> Figure:
 def order_figure(study: Study, output: str) -> Figure:
     """The largest orders of a quantity, a panel for each response, with the same scales."""
     responses = study.having(output)
-    shown = study.shown(output)
+    shown = study.choose_unit(output)
     largest: dict[float, float] = {}
     for response in responses.values():
         for order, size in zip(response.orders, np.abs(response[output]).max(axis=0), strict=True):
@@ -140,15 +140,15 @@ def order_figure(study: Study, output: str) -> Figure:
                 size = shown.value(response.magnitude(output, order))
                 speeds = study.speed.value(response.speeds)
                 _line(axis, speeds, size, style, f"order {order:g}")
-        _framed(axis, caption, response, study)
-    _finished(figure, axes, len(responses), f"amplitude, {shown.unit}")
+        _frame(axis, caption, response, study)
+    _finish(figure, axes, len(responses), f"amplitude, {shown.unit}")
     return figure
 
 
 def synthesis_figure(study: Study, output: str) -> Figure:
     """All orders together over the speed, against the limits."""
     responses = study.having(output)
-    shown = study.shown(output)
+    shown = study.choose_unit(output)
     figure, axes = _over_speed(study, len(responses))
     for axis, (caption, response) in zip(axes.ravel(), responses.items(), strict=False):
         limits = study.limits_of(caption, output)
@@ -163,12 +163,12 @@ def synthesis_figure(study: Study, output: str) -> Figure:
             permitted = shown.value(limit.at(speeds, study.unit(output)))
             label = f"permitted: {limit.name} ({limit.measure})"
             _line(axis, study.speed.value(speeds), permitted, _LIMIT[i % len(_LIMIT)], label)
-        _framed(axis, caption, response, study)
-    _finished(figure, axes, len(responses), f"all orders, {shown.unit}")
+        _frame(axis, caption, response, study)
+    _finish(figure, axes, len(responses), f"all orders, {shown.unit}")
     return figure
 
 
-def _framed(axis: Axes, caption: str, response: OrderResponse, study: Study) -> None:
+def _frame(axis: Axes, caption: str, response: OrderResponse, study: Study) -> None:
     axis.set_title(_plain(caption), fontsize="medium")
     if len(response.speeds) > 1:
         axis.set_xlim(*(study.speed.value(response.speeds[i]) for i in (0, -1)))
@@ -182,8 +182,8 @@ def heat_figure(study: Study) -> Figure:
         for i, (part, power) in enumerate(parts.items()):
             size, speeds = study.power.value(power), study.speed.value(response.speeds)
             _line(axis, speeds, size, _STYLES[i % len(_STYLES)], part)
-        _framed(axis, caption, response, study)
-    _finished(figure, axes, len(study.heat), f"dissipated power, {study.power.unit}")
+        _frame(axis, caption, response, study)
+    _finish(figure, axes, len(study.heat), f"dissipated power, {study.power.unit}")
     return figure
 
 

@@ -28,7 +28,7 @@ def mass_elastic_table(study: Study) -> str:
     drive = study.drive
     if not isinstance(drive, MassElastic):
         return f"<p>{escape(drive)}</p>"
-    stiffness, inertia = _shown(study, "N.m/rad"), _shown(study, "kg.m2")
+    stiffness, inertia = _choose_unit(study, "N.m/rad"), _choose_unit(study, "kg.m2")
     rows = []
     for part in drive.parts:
         if isinstance(part, InertialPart):
@@ -114,8 +114,8 @@ def holzer_tables(study: Study) -> str:
 
 
 def _holzer(found: Holzer, study: Study) -> str:
-    stiffness, torque = _shown(study, "N.m/rad"), _shown(study, "N.m")
-    inertia = _shown(study, "kg.m2")
+    stiffness, torque = _choose_unit(study, "N.m/rad"), _choose_unit(study, "N.m")
+    inertia = _choose_unit(study, "kg.m2")
     rows = []
     for part, angle, load in zip(found.parts, found.angles, found.torques, strict=True):
         heavy = isinstance(part, InertialPart)
@@ -133,7 +133,7 @@ def _holzer(found: Holzer, study: Study) -> str:
     return table(head, rows, range(1, len(head))) + _paragraphs([rest])
 
 
-def _shown(study: Study, unit: str) -> Shown:
+def _choose_unit(study: Study, unit: str) -> Shown:
     return display("", unit, study.units)
 
 

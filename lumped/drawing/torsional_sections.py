@@ -119,7 +119,7 @@ def _critical(study: Study) -> str:
 
 
 def _response(study: Study, output: str, key: str) -> str:
-    shown, speed = study.shown(output), study.speed
+    shown, speed = study.choose_unit(output), study.speed
     responses = study.having(output)
     rows = []
     for caption, response in responses.items():
@@ -148,7 +148,7 @@ def _response(study: Study, output: str, key: str) -> str:
 
 def _orders(study: Study, output: str) -> str:
     """Largest amplitude of each order, the responses side by side."""
-    shown, speed = study.shown(output), study.speed
+    shown, speed = study.choose_unit(output), study.speed
     sizes = {
         caption: {
             float(order): (float(size.max()), float(response.speeds[size.argmax()]))
@@ -194,7 +194,7 @@ def _heat(study: Study) -> str:
 def _runs(study: Study) -> str:
     parts, time = [], time_unit(study.units)
     for i, (caption, run) in enumerate(study.runs.items()):
-        names = {name: run.system.quantity(name).unit for name in study.watched(caption)}
+        names = {name: run.system.quantity(name).unit for name in study.find_watched(caption)}
         rows = []
         for name, unit in names.items():
             shown = display(name, unit, study.units)

@@ -103,7 +103,7 @@ class Study:
         """SI unit of a quantity."""
         return next(iter(self.having(output).values())).system.quantity(output).unit
 
-    def shown(self, output: str) -> Shown:
+    def choose_unit(self, output: str) -> Shown:
         """How amplitudes of a quantity are shown."""
         return display(output, self.unit(output), self.units, is_change=True)
 
@@ -127,7 +127,7 @@ class Study:
         system = self.responses[caption].system
         return [x for x in self.limits.get(caption, ()) if system.key(x.quantity) == output]
 
-    def watched(self, caption: str) -> list[str]:
+    def find_watched(self, caption: str) -> list[str]:
         """Quantities of the responses and of its limits that a run has.
 
         Raises
@@ -338,7 +338,7 @@ def _limits(
         every = tuple(given)
         return dict.fromkeys(responses, every) if every else {}
     for caption in given:
-        _known(caption, [*responses, *runs], "limits", "response and no run")
+        _refuse_unknown(caption, [*responses, *runs], "limits", "response and no run")
     return {caption: tuple(own) for caption, own in given.items()}
 
 
@@ -347,7 +347,7 @@ def _heat(
 ) -> dict[str, dict[str, Real]]:
     found: dict[str, dict[str, Real]] = {}
     for caption, parts in given.items():
-        _known(caption, list(responses), "heat", "response")
+        _refuse_unknown(caption, list(responses), "heat", "response")
         found[caption] = {}
         for part, power in parts.items():
             shape = responses[caption].speeds.shape
@@ -364,7 +364,7 @@ def _heat(
     return found
 
 
-def _known(caption: str, known: Sequence[str], option: str, what: str) -> None:
+def _refuse_unknown(caption: str, known: Sequence[str], option: str, what: str) -> None:
     if caption not in known:
         raise UnknownNameError(
             f"torsional_report: {option}: '{caption}' is the caption of no {what}. "
