@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from lumped.plots.picture import Axis, Curve, Level, Panel, Picture, labelled
+from lumped.plots.picture import Axis, Curve, Level, Panel, Picture, label_axis
 from lumped.plots.style import ZERO, look
 from lumped.support.display_units import Shown
 
@@ -37,13 +37,13 @@ def draw_fit(
     time : Shown
         How instants are shown.
     """
-    x, panels = Axis(labelled("time", time.unit)), []
+    x, panels = Axis(label_axis("time", time.unit)), []
     for name, (unit, measured, fitted, rest) in channels.items():
         curves = (
             Curve(time.value(t), measured, "measured", look(1, **_POINTS)),
             Curve(time.value(run_t), fitted, "fitted", look(0)),
         )
         left = Level(0.0, look=ZERO), Curve(time.value(t), rest, "", look(1, **_POINTS))
-        panels.append(Panel(curves, x, Axis(labelled(name, unit)), height=2.2))
-        panels.append(Panel(left, x, Axis(labelled("residual", unit)), height=1.3))
+        panels.append(Panel(curves, x, Axis(label_axis(name, unit)), height=2.2))
+        panels.append(Panel(left, x, Axis(label_axis("residual", unit)), height=1.3))
     return Picture(title, tuple(panels), shared=True)

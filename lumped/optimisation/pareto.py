@@ -19,7 +19,7 @@ from lumped.optimisation.front_picture import front_picture
 from lumped.optimisation.optimise import best
 from lumped.optimisation.tasks import Objective, task_of
 from lumped.plots.draw import Backend, draw
-from lumped.plots.picture import labelled
+from lumped.plots.picture import label_axis
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display
 from lumped.support.progress import Progress
@@ -83,7 +83,7 @@ class Front(RichHtml):
         for k, (aim, label) in enumerate(zip(self.functionals, told, strict=True)):
             shown = display(label, _unit(aim, system), units)
             values[:, k] = shown.value(values[:, k])
-            labels.append(labelled(label, shown.unit))
+            labels.append(label_axis(label, shown.unit))
         logs = [isinstance(aim, Probability) for aim in self.functionals]
         title = f"{system.name}: {len(values)} designs"
         picture = front_picture(title, values, (labels[0], labels[1]), (logs[0], logs[1]))

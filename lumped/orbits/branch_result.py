@@ -15,7 +15,7 @@ from lumped.errors import OptionError
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.orbits.smooth_curves import Curve, course, curves_by, extreme, integral
 from lumped.plots.draw import Backend, draw
-from lumped.plots.picture import Axis, Item, Panel, Picture, labelled
+from lumped.plots.picture import Axis, Item, Panel, Picture, label_axis
 from lumped.plots.picture import Curve as Line
 from lumped.plots.style import COLOURS, LINES, MARKS, Look
 from lumped.support.arguments import checked
@@ -238,7 +238,7 @@ class Branch(ByName, RichHtml):
             colour = list(COLOURS.values())[1 + i % (len(COLOURS) - 1)]
             mark = Look(colour, "", mark=MARKS[i % len(MARKS)], size=6.0)
             items.append(Line(x[own_points], y[own_points], kind, mark))
-        axes = [Axis(labelled(n, s.unit)) for n, s in zip(names, shown, strict=True)]
+        axes = [Axis(label_axis(n, s.unit)) for n, s in zip(names, shown, strict=True)]
         panel = Panel(tuple(items), axes[0], axes[1], height=3.2)
         return draw(Picture(f"{self.system.name}: {key}, highest", (panel,)), backend, ax)
 

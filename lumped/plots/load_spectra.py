@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lumped.plots.picture import Axis, Bars, Curve, Item, Panel, Picture, Words, labelled
+from lumped.plots.picture import Axis, Bars, Curve, Item, Panel, Picture, Words, label_axis
 from lumped.plots.style import COLOURS, INK, Look, look
 
 __all__ = ["duty_picture"]
@@ -43,13 +43,13 @@ def duty_picture(
     curves = []
     for i, (name, (ranges, counts)) in enumerate(spectra.items()):
         line = look(i - 1) if i else Look(INK, width=2.0)
-        curves.append(Curve(*_exceeded(ranges, counts), name, line))
+        curves.append(Curve(*_count_exceedances(ranges, counts), name, line))
     exceeded = Axis("cycles of a duty cycle with a larger range", log=True)
-    spectrum = Panel(tuple(curves), exceeded, Axis(labelled("range", unit), low=0.0), height=3.0)
+    spectrum = Panel(tuple(curves), exceeded, Axis(label_axis("range", unit), low=0.0), height=3.0)
     return Picture(title, (damage, spectrum))
 
 
-def _exceeded(ranges: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _count_exceedances(ranges: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Steps of the number of cycles that have at least a range, over which it is drawn."""
     order = np.argsort(-ranges, kind="stable")
     number = np.cumsum(counts[order])

@@ -26,8 +26,8 @@ from lumped.plots.picture import (
     Picture,
     Tag,
     Words,
-    told_names,
-    wrapped,
+    choose_names,
+    wrap_text,
 )
 from lumped.plots.style import GREY, INK, LETTER, MAP, RC, SMALL, WIDTH, Look
 
@@ -54,17 +54,17 @@ def matplotlib_figure(picture: Picture, ax: Any = None) -> Figure:
         If the axes that are given are not as many as the panels.
     """
     with mpl.rc_context(RC):
-        axes = _new_axes(picture) if ax is None else _given_axes(picture, ax)
+        axes = _new_axes(picture) if ax is None else _check_axes(picture, ax)
         below: dict[str, Artist] = {}
         for i, (axis, panel) in enumerate(zip(axes, picture.panels, strict=True)):
             beside: dict[str, Artist] = {}
             for item in panel.items:
-                handle = _drawn(item, axis)
+                handle = _draw_item(item, axis)
                 if handle is not None and isinstance(item, Beside | Instants) and item.label:
                     own = isinstance(item, Beside) and not picture.below
-                    text = _plain(wrapped(item.label, 30 if own else 60))
+                    text = _plain(wrap_text(item.label, 30 if own else 60))
                     (beside if own else below).setdefault(text, handle)
-            _scaled(axis, picture, i)
+            _scale_axes(axis, picture, i)
             if ax is not None and axis is axes[-1]:
                 beside |= below
             if beside:
@@ -75,7 +75,7 @@ def matplotlib_figure(picture: Picture, ax: Any = None) -> Figure:
                     bbox_to_anchor=(1.01, 1.0),
                     borderaxespad=0.0,
                 )
-        heading = _plain("\n".join(wrapped(t, 90) for t in (picture.title, picture.note) if t))
+        heading = _plain("\n".join(wrap_text(t, 90) for t in (picture.title, picture.note) if t))
         if ax is not None:
             caption = picture.panels[0].caption
             axes[0].set_title("\n".join(filter(None, (heading, _plain(caption)))))
@@ -114,11 +114,11 @@ def _new_axes(picture: Picture) -> list[Axes]:
 
 def _height(panel: Panel, picture: Picture) -> float:
     """Of a panel, inch: as it wishes, or as its legend needs."""
-    lines = sum(1 + wrapped(label).count("\n") for label in picture.legend(panel))
+    lines = sum(1 + wrap_text(label).count("\n") for label in picture.legend(panel))
     return max(panel.height, 0.1 + 1.45 * SMALL / 72 * lines)
 
 
-def _given_axes(picture: Picture, ax: Any) -> list[Axes]:
+def _check_axes(picture: Picture, ax: Any) -> list[Axes]:
     axes = list(np.atleast_1d(np.asarray(ax, dtype=object)).ravel())
     if len(axes) != len(picture.panels) or not all(isinstance(axis, Axes) for axis in axes):
         told = [panel.caption or panel.y.label or panel.x.label for panel in picture.panels]
@@ -135,7 +135,7 @@ def _plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def _scaled(axis: Axes, picture: Picture, i: int) -> None:
+def _scale_axes(axis: Axes, picture: Picture, i: int) -> None:
     """Scales, labels and numbers of both axes."""
     panel = picture.panels[i]
     is_last = i + picture.columns >= len(picture.panels)
@@ -159,14 +159,14 @@ def _scaled(axis: Axes, picture: Picture, i: int) -> None:
         if wanted.bare:
             way.set_ticks([])
     if panel.y.names:
-        axis.set_yticks(range(len(panel.y.names)), [_plain(wrapped(n)) for n in panel.y.names])
+        axis.set_yticks(range(len(panel.y.names)), [_plain(wrap_text(n)) for n in panel.y.names])
         axis.grid(False, axis="y")
     if panel.x.names:
         _name_places(axis, panel.x.names, picture.columns, is_last or not picture.shared)
     if is_last or not picture.shared:
         axis.set_xlabel(_plain(panel.x.label))
     if is_first or panel.y.label != picture.panels[i - 1].y.label:
-        axis.set_ylabel(_plain(wrapped(panel.y.label, int(15 * panel.height))))
+        axis.set_ylabel(_plain(wrap_text(panel.y.label, int(15 * panel.height))))
     if panel.caption:
         axis.set_title(_plain(panel.caption))
     if panel.square:
@@ -176,7 +176,7 @@ def _scaled(axis: Axes, picture: Picture, i: int) -> None:
 
 def _name_places(axis: Axes, names: tuple[str, ...], columns: int, told: bool) -> None:
     """Names below places, turned if they need it, and only every n-th if they are too many."""
-    each, angle = told_names(names, columns)
+    each, angle = choose_names(names, columns)
     places = range(0, len(names), each)
     axis.set_xticks(places, [_plain(names[k]) for k in places] if told else [""] * len(places))
     for label in axis.get_xticklabels():
@@ -196,24 +196,24 @@ def _of(look: Look) -> dict[str, Any]:
 
 
 @singledispatch
-def _drawn(item: Any, axis: Axes) -> Artist | None:
+def _draw_item(item: Any, axis: Axes) -> Artist | None:
     """What stands for the item in a legend."""
     raise NotImplementedError(type(item).__name__)
 
 
-@_drawn.register
+@_draw_item.register
 def _(item: Curve, axis: Axes) -> Artist | None:
     (line,) = axis.plot(item.x, item.y, label=item.label or None, **_of(item.look))
     return line
 
 
-@_drawn.register
+@_draw_item.register
 def _(item: Level, axis: Axes) -> Artist | None:
     line = axis.axvline if item.upright else axis.axhline
     return line(item.at, label=item.label or None, **_of(item.look))
 
 
-@_drawn.register
+@_draw_item.register
 def _(item: Band, axis: Axes) -> Artist | None:
     look: dict[str, Any] = {"facecolor": item.colour, "alpha": 0.15, "linewidth": 0.0}
     if item.hatched:
@@ -221,7 +221,7 @@ def _(item: Band, axis: Axes) -> Artist | None:
     return axis.axvspan(item.begin, item.end, zorder=0, **look)
 
 
-@_drawn.register
+@_draw_item.register
 def _(item: Bars, axis: Axes) -> Artist | None:
     if item.lying:
         bars = axis.barh(item.places, item.sizes, item.width, color=item.colour)
@@ -230,14 +230,14 @@ def _(item: Bars, axis: Axes) -> Artist | None:
     return bars.patches[0] if bars.patches else None
 
 
-@_drawn.register
+@_draw_item.register
 def _(item: HeatMap, axis: Axes) -> Artist | None:
     mesh = axis.pcolormesh(item.x, item.y, item.sizes.T, shading="nearest", cmap=MAP)
     axis.get_figure(root=True).colorbar(mesh, ax=axis, label=_plain(item.label))  # type: ignore[union-attr]
     return None
 
 
-@_drawn.register
+@_draw_item.register
 def _(item: Words, axis: Axes) -> Artist | None:
     axis.annotate(
         _plain(item.text),
@@ -251,7 +251,7 @@ def _(item: Words, axis: Axes) -> Artist | None:
     return None
 
 
-@_drawn.register
+@_draw_item.register
 def _(item: Tag, axis: Axes) -> Artist | None:
     axis.annotate(
         _plain(item.text),
@@ -269,7 +269,7 @@ def _(item: Tag, axis: Axes) -> Artist | None:
     return None
 
 
-@_drawn.register
+@_draw_item.register
 def _(item: Instants, axis: Axes) -> Artist | None:
     return axis.scatter(
         item.times,

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lumped.plots.picture import Axis, Bars, Curve, Item, Level, Panel, Picture, Words, labelled
+from lumped.plots.picture import Axis, Bars, Curve, Item, Level, Panel, Picture, Words, label_axis
 from lumped.plots.style import COLOURS, GREY, LINES, MARKS, ZERO, Look, look
 from lumped.support.ranking import quantiles
 
@@ -53,7 +53,7 @@ def histograms(title: str, results: Mapping[str, tuple[str, np.ndarray]]) -> Pic
                 if np.isfinite(at):
                     line, told = Look(COLOURS["vermilion"], dash), f"{100 * q:g} %: {at:.4g}"
                     items.append(Level(at, upright=True, label=told, look=line))
-        axis = Axis(labelled(label, unit))
+        axis = Axis(label_axis(label, unit))
         panels.append(Panel(tuple(items), axis, Axis("runs", low=0.0)))
     return Picture(title, tuple(panels))
 

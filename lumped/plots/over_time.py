@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lumped.plots.picture import Axis, Curve, Instants, Panel, Picture, Real, labelled
+from lumped.plots.picture import Axis, Curve, Instants, Panel, Picture, Real, label_axis
 from lumped.plots.style import CURVES, MARKS, look
 
 __all__ = ["over_time"]
@@ -75,14 +75,14 @@ def _panel(
     unit = quantities[group[0]][0]
     texts = {quantities[name][1] for name in group}
     curves = [Curve(t, quantities[name][2], name, look(i)) for i, name in enumerate(group)]
-    label = labelled(texts.pop() if len(texts) == 1 else "", unit)
+    label = label_axis(texts.pop() if len(texts) == 1 else "", unit)
     spans = [_span(quantities[name][2]) for name in group]
     low, high = min(s[0] for s in spans), max(s[1] for s in spans)
     flat = high - low <= _CONSTANT * max(abs(low), abs(high))
     room = 0.05 * max(abs(low), abs(high)) or 1.0
     y = Axis(label, low=low - room, high=high + room) if flat else Axis(label)
     ends = (float(t[0]), float(t[-1])) if t[-1] > t[0] else (None, None)
-    return Panel((*curves, *marks), Axis(labelled("time", t_unit), low=ends[0], high=ends[1]), y)
+    return Panel((*curves, *marks), Axis(label_axis("time", t_unit), low=ends[0], high=ends[1]), y)
 
 
 def _span(values: Real) -> tuple[float, float]:

@@ -27,9 +27,9 @@ __all__ = [
     "Picture",
     "Tag",
     "Words",
-    "labelled",
-    "told_names",
-    "wrapped",
+    "choose_names",
+    "label_axis",
+    "wrap_text",
 ]
 
 Real = np.ndarray
@@ -243,7 +243,7 @@ class Picture:
         found = 0.0
         for panel in self.panels:
             if panel.x.names:
-                angle = told_names(panel.x.names, self.columns)[1]
+                angle = choose_names(panel.x.names, self.columns)[1]
                 longest = max(map(len, panel.x.names)) * LETTER * SMALL / 72
                 found = max(found, longest * math.sin(math.radians(angle)))
         return found
@@ -260,7 +260,7 @@ class Picture:
         return [item.label for item in panel.items if isinstance(item, Beside) and item.label]
 
 
-def told_names(names: tuple[str, ...], columns: int) -> tuple[int, int]:
+def choose_names(names: tuple[str, ...], columns: int) -> tuple[int, int]:
     """Every which of the names along an axis x is told, and how far they are turned, deg."""
     room = 72 * 0.8 * WIDTH / columns / len(names)
     each = max(1, math.ceil(1.1 * SMALL / room))
@@ -269,14 +269,14 @@ def told_names(names: tuple[str, ...], columns: int) -> tuple[int, int]:
     return each, 30 if room > 3 * SMALL else 90
 
 
-def labelled(text: str, unit: str) -> str:
+def label_axis(text: str, unit: str) -> str:
     """Label of an axis: what it shows, and its unit unless it has none."""
     if unit in ("", "1"):
         return text or "dimensionless"
     return f"{text}, {unit}" if text else unit
 
 
-def wrapped(text: str, longest: int = _LONGEST) -> str:
+def wrap_text(text: str, longest: int = _LONGEST) -> str:
     """A text in lines of so many letters; long names break behind a dot."""
     lines: list[str] = []
     for line in textwrap.wrap(text, longest, break_long_words=False, break_on_hyphens=False):

@@ -23,8 +23,8 @@ from lumped.plots.picture import (
     Picture,
     Tag,
     Words,
-    told_names,
-    wrapped,
+    choose_names,
+    wrap_text,
 )
 from lumped.plots.style import GREY, INK, LETTER, LETTERS, MAP, SMALL, WIDTH, Look
 
@@ -80,7 +80,7 @@ class _Drawing:
             self._scale(panel)
 
     def _height(self, panel: Panel) -> float:
-        lines = sum(1 + wrapped(label).count("\n") for label in self.picture.legend(panel))
+        lines = sum(1 + wrap_text(label).count("\n") for label in self.picture.legend(panel))
         return max(panel.height, 0.2 + 1.9 * SMALL / 72 * lines)
 
     def _lay_out(self, whole: float) -> None:
@@ -88,7 +88,7 @@ class _Drawing:
         picture, tags = self.picture, self._tags()
         captions = any(panel.caption for panel in picture.panels)
         margin = {
-            "l": 70 + self._left(),
+            "l": 70 + self._measure_left(),
             "r": 20 + 45 * (False in tags),
             "t": 50 + 18 * bool(picture.note) + 18 * captions + 50 * (True in tags),
             "b": 55 + int(picture.depth * _INCH),
@@ -100,7 +100,7 @@ class _Drawing:
             height=int(whole * _INCH + margin["t"] + margin["b"] + 30 * self._is_below()),
             margin=margin,
             title={
-                "text": _html(wrapped(picture.title, 70)),
+                "text": _html(wrap_text(picture.title, 70)),
                 "x": 0.02,
                 "xanchor": "left",
                 "y": 1.0,
@@ -108,7 +108,7 @@ class _Drawing:
                 "yref": "container",
                 "pad": {"t": 12},
                 "font": {"size": (LETTERS + 2) * _POINT},
-                "subtitle": {"text": _html(wrapped(picture.note, 90))},
+                "subtitle": {"text": _html(wrap_text(picture.note, 90))},
             },
             legend={
                 "orientation": "h",
@@ -126,10 +126,10 @@ class _Drawing:
             look = {"font": {"size": SMALL * _POINT}, "tracegroupgap": 0}
             self.figure.update_layout({f"legend{k + 2}": place | look})
 
-    def _left(self) -> int:
+    def _measure_left(self) -> int:
         """Pixels for names beside the axis y."""
         names = [name for panel in self.picture.panels for name in panel.y.names]
-        longest = max((len(line) for n in names for line in wrapped(n).split("\n")), default=0)
+        longest = max((len(line) for n in names for line in wrap_text(n).split("\n")), default=0)
         return int(LETTER * SMALL * _POINT * longest)
 
     def _tags(self) -> set[bool]:
@@ -154,7 +154,7 @@ class _Drawing:
         if not item.label:
             return {"showlegend": False}
         own = isinstance(item, Beside) and not self.picture.below
-        text = _html(wrapped(item.label, 30 if own else 60))
+        text = _html(wrap_text(item.label, 30 if own else 60))
         if own:
             return {"name": text, "legend": f"legend{self.panel + 2}"}
         first = item.label not in self.told
@@ -171,9 +171,9 @@ class _Drawing:
         again = k % columns and panel.y.label == self.picture.panels[k - 1].y.label
         x, y = (f"{name}axis{self._number(k)}" for name in "xy")
         texts = {x: panel.x.label if below else "", y: "" if again else panel.y.label}
-        names = told_names(panel.x.names, columns) if panel.x.names else (1, 0)
+        names = choose_names(panel.x.names, columns) if panel.x.names else (1, 0)
         for name, axis, how in ((x, panel.x, names), (y, panel.y, (1, 0))):
-            text = wrapped(texts[name], int(13 * panel.height)) if name == y else texts[name]
+            text = wrap_text(texts[name], int(13 * panel.height)) if name == y else texts[name]
             look = {"title": {"text": _html(text), "standoff": 8}} | _scale(axis, *how)
             self.figure.update_layout({name: look})
         self.figure.update_layout({x: {"showticklabels": below and not panel.x.bare}})
@@ -357,7 +357,7 @@ def _scale(axis: Axis, each: int = 1, angle: int = 0) -> dict[str, Any]:
         "exponentformat": "power",
     }
     if axis.names:
-        texts = [_html(wrapped(name)) for name in axis.names]
+        texts = [_html(wrap_text(name)) for name in axis.names]
         places = list(range(0, len(texts), each))
         found |= {"tickmode": "array", "tickvals": places, "tickangle": -angle}
         found["ticktext"] = [texts[k] for k in places]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lumped.plots.picture import Axis, Band, Bars, Item, Level, Panel, Picture, Words, labelled
+from lumped.plots.picture import Axis, Band, Bars, Item, Level, Panel, Picture, Words, label_axis
 from lumped.plots.style import COLOURS, LINES, Look
 
 __all__ = ["spreads_picture"]
@@ -47,7 +47,7 @@ def spreads_picture(title: str, results: Mapping[str, Row]) -> Picture:
             look = Look(COLOURS["vermilion"], dash)
             if np.isfinite(value):
                 items.append(Level(value, upright=True, label=told, look=look))
-        panels.append(Panel(tuple(items), Axis(labelled(label, unit)), Axis("density", low=0.0)))
+        panels.append(Panel(tuple(items), Axis(label_axis(label, unit)), Axis("density", low=0.0)))
         panels.append(_shares(ranking))
     return Picture(title, tuple(panels), columns=2)
 

@@ -12,7 +12,7 @@ from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import torque_speed
-from lumped.plots.picture import labelled
+from lumped.plots.picture import label_axis
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display
 from lumped.support.rich_html import RichHtml
@@ -128,7 +128,7 @@ class Sizing(RichHtml):
             (x.value(self.mean_speed), y.value(self.rms_torque)),
             told(self.rated),
             told(self.maximum),
-            (labelled(names[1], x.unit), labelled(names[0], y.unit)),
+            (label_axis(names[1], x.unit), label_axis(names[0], y.unit)),
         )
         return draw(picture, backend, ax)
 

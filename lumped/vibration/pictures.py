@@ -16,7 +16,7 @@ from lumped.plots.picture import (
     Panel,
     Picture,
     Words,
-    labelled,
+    label_axis,
 )
 from lumped.plots.style import COLOURS, GREY, INK, LETTER, SMALL, ZERO, Look, look
 from lumped.support.display_units import Shown
@@ -107,7 +107,7 @@ def frequency_response_picture(
     log = high > 10 * max(low, f[min(1, len(f) - 1)]) > 0
     first = low if low > 0 or not log else float(f[1])
     ends = (first, high) if high > first else (None, None)
-    x = Axis(labelled("frequency", frequency.unit), log, *ends)
+    x = Axis(label_axis("frequency", frequency.unit), log, *ends)
     panels = []
     for (output, unit), inputs in outputs.items():
         sizes: list[Item] = []
@@ -119,7 +119,7 @@ def frequency_response_picture(
             degrees = _phase(phase)
             angles.append(Curve(f, degrees, "", look(i)))
             span = max(span, float(np.ptp(degrees)))
-        told = labelled("magnitude", unit)
+        told = label_axis("magnitude", unit)
         label = (f"magnitude, dB of {unit}" if unit else "magnitude, dB") if decibels else told
         y = Axis(label, log=not decibels)
         step = next((step for step in _STEPS if span <= 4.5 * step), None)
@@ -156,7 +156,7 @@ def root_locus_picture(title: str, eigenvalues: np.ndarray, frequency: Shown) ->
         for k, hollow in ((0, True), (-1, False)):
             end = look(i, dash="", mark="circle", hollow=hollow)
             items.append(Curve(path.real[[k]], path.imag[[k]], look=end))
-    x, y = (Axis(labelled(f"{of} part / (2 pi)", frequency.unit)) for of in ("real", "imaginary"))
+    x, y = (Axis(label_axis(f"{of} part / (2 pi)", frequency.unit)) for of in ("real", "imaginary"))
     return Picture(title, (Panel(tuple(items), x, y, height=4.0),))
 
 
@@ -190,14 +190,14 @@ def order_response_picture(
             Curve(across, size, label, Look(INK, width=1.8) if 0 < i == last else look(i))
             for i, (label, size) in enumerate(curves.items())
         ]
-        panels.append(Panel(tuple(items), x, Axis(labelled("amplitude", unit), low=0.0), output))
+        panels.append(Panel(tuple(items), x, Axis(label_axis("amplitude", unit), low=0.0), output))
     return Picture(title, tuple(panels), shared=True, note=note)
 
 
 def _over_speed(speeds: np.ndarray, speed: Shown) -> Axis:
     values = speed.value(speeds)
     ends = (float(values.min()), float(values.max())) if len(values) > 1 else (None, None)
-    return Axis(labelled("speed", speed.unit), low=ends[0], high=ends[1])
+    return Axis(label_axis("speed", speed.unit), low=ends[0], high=ends[1])
 
 
 def holzer_picture(
@@ -244,7 +244,7 @@ def holzer_picture(
             Panel(
                 (bars, Level(0.0, look=ZERO)),
                 Axis(names=tuple(name for name, *_ in shafts), low=-0.6, high=len(shafts) - 0.4),
-                Axis(labelled("torque in the shafts", unit)),
+                Axis(label_axis("torque in the shafts", unit)),
             ),
         ),
     )
@@ -278,7 +278,7 @@ def order_tracks_picture(
     speed : Shown
         How speeds are shown.
     """
-    label = labelled("amplitude", unit)
+    label = label_axis("amplitude", unit)
     across, x = speed.value(speeds), _over_speed(speeds, speed)
     curves = [Curve(across, y, name, look(i)) for i, (name, y) in enumerate(tracks.items())]
     plane = Panel((HeatMap(across, orders, size, label),), x, Axis("order"), height=3.0)

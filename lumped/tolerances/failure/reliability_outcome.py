@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
-from lumped.plots.picture import labelled
+from lumped.plots.picture import label_axis
 from lumped.plots.reliability import exceedance, importance_factors
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, chosen, display
@@ -206,7 +206,7 @@ class Reliability(RichHtml):
         if self.levels:
             shown = display(self.label, self.unit, chosen(units, [self.label]))
             rows = np.array([(shown.value(one.value), one.probability) for one in self.levels])
-            what = labelled(self.label, shown.unit)
+            what = label_axis(self.label, shown.unit)
             bound = shown.value(self.bound)
             return draw(exceedance(head, what, (rows[:, 0], rows[:, 1]), bound), backend, ax)
         self._nearest()

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lumped.plots.picture import Axis, Band, Curve, Item, Panel, Picture, Tag, labelled
+from lumped.plots.picture import Axis, Band, Curve, Item, Panel, Picture, Tag, label_axis
 from lumped.plots.style import COLOURS, GREY, LETTER, SMALL, WIDTH, Look
 from lumped.support.display_units import Shown
 
@@ -80,8 +80,8 @@ def campbell_picture(
     height = max(3.6, 0.4 + right * _LINE * SMALL / 72)
     shares = {f"{order:g}": (float(y[0]) / top, float(y[-1]) / top) for _, order, y in rays}
     items += _tags(shares, height)
-    across = Axis(labelled("speed", speed.unit), low=float(x[0]), high=float(x[-1]))
-    up = Axis(labelled("frequency", frequency.unit), low=0.0, high=top)
+    across = Axis(label_axis("speed", speed.unit), low=float(x[0]), high=float(x[-1]))
+    up = Axis(label_axis("frequency", frequency.unit), low=0.0, high=top)
     return Picture(title, (Panel(tuple(items), across, up, height=height),), below=True)
 
 
