@@ -82,7 +82,7 @@ class Computing:
         for view in quick:
             if number != self._latest:
                 return
-            found.append(self._made(view, moment, sliders))
+            found.append(self._make(view, moment, sliders))
         slow = [view for view in self._views if view not in quick]
         if number == self._latest:
             self._tell(moment, found, slow)
@@ -94,11 +94,11 @@ class Computing:
         for i, view in enumerate(slow):
             if number != self._latest:
                 return
-            found = self._made(view, moment, sliders)
+            found = self._make(view, moment, sliders)
             if number == self._latest:
                 self._tell(moment, [found], slow[i + 1 :])
 
-    def _made(self, view: View, moment: Moment, sliders: tuple[Slider, ...]) -> Found:
+    def _make(self, view: View, moment: Moment, sliders: tuple[Slider, ...]) -> Found:
         begin = time.perf_counter()
         shown, error = None, ""
         try:

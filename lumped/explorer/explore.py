@@ -15,7 +15,7 @@ from urllib.parse import urlencode, urljoin, urlsplit
 from lumped.compiler.assemble import assemble
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
-from lumped.explorer.found_analyses import found_analyses
+from lumped.explorer.found_analyses import find_analyses
 from lumped.explorer.sliders import Ends, Slider
 from lumped.explorer.sliders import sliders as sliders_of
 from lumped.explorer.study import Analysis, Start, Study, most_effective
@@ -116,7 +116,7 @@ class Explorer:
             sockets, port = bind_sockets("127.0.0.1", 0)
             self.url, origins = _address(port)
             pages = Pages(
-                {"/": Application(FunctionHandler(self._visited))},
+                {"/": Application(FunctionHandler(self._open_page))},
                 extra_websocket_origins=origins,
                 absolute_url=self.url if len(origins) > 2 else None,
             )
@@ -136,15 +136,15 @@ class Explorer:
             http.stop()
             self._ended.set()
 
-    def _visited(self, doc: Document) -> None:
+    def _open_page(self, doc: Document) -> None:
         from lumped.explorer.page import Page
 
         context = doc.session_context
         given = {} if context is None or context.request is None else context.request.arguments
         query = urlencode([(k, v.decode()) for k, values in given.items() for v in values])
-        Page(doc, self._study, self._sliders, query, self._moved)
+        Page(doc, self._study, self._sliders, query, self._keep_values)
 
-    def _moved(self, values: Mapping[str, float]) -> None:
+    def _keep_values(self, values: Mapping[str, float]) -> None:
         self._values = dict(values)
 
 
@@ -251,7 +251,7 @@ def explore(
         dict(analyses or {}),
     )
     if analyses is None:
-        study = replace(study, analyses=found_analyses(study))
+        study = replace(study, analyses=find_analyses(study))
     if sliders is None:
         return Explorer(study, most_effective(study))
     return Explorer(study, sliders_of(system, theta, sliders))

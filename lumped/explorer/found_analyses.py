@@ -22,7 +22,7 @@ from lumped.vibration.rotating.small_vibrations import small_vibrations
 from lumped.vibration.speeds.campbell import Campbell, campbell
 from lumped.vibration.speeds.mean_campbell import mean_campbell
 
-__all__ = ["found_analyses"]
+__all__ = ["find_analyses"]
 
 Real = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ _VARIES = 1e-3
 """Relative change of a natural frequency over the speeds from which on it is shown."""
 
 
-def found_analyses(study: Study) -> dict[str, Analysis]:
+def find_analyses(study: Study) -> dict[str, Analysis]:
     """Pictures over the speed, by their titles, where the equations say that there is something.
 
     Torques that follow from the angle of a shaft excite orders. Its speeds are those up to a tenth
@@ -112,11 +112,11 @@ class _Shaft:
         moving = [each for each in first if system.quantity(each).unit in ("rad/s", "m/s")]
         own = float(point[name])
 
-        def scaled(w: float) -> OperatingPoint:
+        def scale_point(w: float) -> OperatingPoint:
             start = first | {each: first[each] * w / own for each in moving}
             return start_point(system, parameters=values, start=start)
 
-        return scaled
+        return scale_point
 
     def exciting(self, moment: Moment, turns: int) -> Real:
         """Orders in which torques follow from its angle."""

@@ -15,7 +15,7 @@ from lumped.errors import OptionError
 from lumped.exchange.uff import read_uff
 from lumped.support.units import converted
 
-__all__ = ["Measured", "measured"]
+__all__ = ["Measured", "read_measured"]
 
 
 Column = tuple[str, str, np.ndarray]
@@ -38,7 +38,7 @@ class Measured:
     curves: dict[str, np.ndarray]
 
 
-def measured(system: System, path: str, held: bytes) -> Measured:
+def read_measured(system: System, path: str, held: bytes) -> Measured:
     """Curves in the content of a csv file or of a universal file.
 
     The first line of a csv file has names and units, ``time [s], shaft.tau [kN.m]``; the time

@@ -26,7 +26,7 @@ from lumped.compiler.parameter_file import parameter_text, parameters_in
 from lumped.errors import OptionError
 from lumped.explorer.computing import Computing, Found, in_words
 from lumped.explorer.live_text import LiveText, Post
-from lumped.explorer.measured import Measured, measured
+from lumped.explorer.measured import Measured, read_measured
 from lumped.explorer.pictures import PICTURES, Picture
 from lumped.explorer.sliders import Slider, slider
 from lumped.explorer.state import from_query, query
@@ -134,7 +134,7 @@ class Page:
         self._status = LiveText(self._post, "computing ...", name="status")
         self._side = Column(LiveText(self._post).model, stylesheets=[_SIDE])
         self._lay_out()
-        self._computing = Computing([card.view for card in self._cards.values()], self._found)
+        self._computing = Computing([card.view for card in self._cards.values()], self._show_later)
         doc.on_session_destroyed(lambda _: self._computing.end())
         self._link: str | None = text
         doc.on_event("document_ready", lambda _: self._ready())
@@ -208,7 +208,7 @@ class Page:
             stylesheets=[".bk-slider-title{white-space:normal}"],
             name=each.name,
         )
-        handle.on_change("value", partial(self._moved, each))
+        handle.on_change("value", partial(self._on_move, each))
         return handle
 
     def _buttons(self) -> list[UIElement]:
@@ -244,11 +244,11 @@ class Page:
                 raise OptionError(f"{given.filename}: the file arrived damaged.") from None
             then(str(given.filename), held)
 
-        def arrived(_: str, __: object, new: object) -> None:
+        def on_arrival(_: str, __: object, new: object) -> None:
             if new:  # the name of the file arrives after its content
                 self._doc.add_next_tick_callback(lambda: self._attempt(read))
 
-        given.on_change("value", arrived)
+        given.on_change("value", on_arrival)
         return given
 
     # -- what the visitor does ---------------------------------------------------------------
@@ -262,7 +262,7 @@ class Page:
         else:
             self._message.write("")
 
-    def _moved(self, each: Slider, _: str, __: float, new: float) -> None:
+    def _on_move(self, each: Slider, _: str, __: float, new: float) -> None:
         if not self._is_setting:
             self._attempt(lambda: self._change({each.name: each.value(new)}))
 
@@ -271,7 +271,7 @@ class Page:
         self._study.system.theta(values)  # refuses what does not go together
         for each in self._sliders:
             if each.name in changes:
-                each.checked(changes[each.name])
+                each.check(changes[each.name])
                 self._handles[each.name][1].write("")
         self._values = values
         self._begin()
@@ -299,7 +299,7 @@ class Page:
             system = self._study.system
             new = slider(system, system.theta(self._study.base), name)
             values = {name: new.default} | self._values
-            new.checked(values[name])
+            new.check(values[name])
             self._values = values
             self._sliders = (*self._sliders, new)
         self._fill_side()
@@ -318,7 +318,7 @@ class Page:
         self._set(parameters_in(self._study.system, path, held))
 
     def _lay_over(self, path: str, held: bytes) -> None:
-        self._measured = measured(self._study.system, path, held)
+        self._measured = read_measured(self._study.system, path, held)
         for card in self._cards.values():
             if card.picture is not None:
                 card.picture.overlay(self._measured)
@@ -333,7 +333,7 @@ class Page:
         moment = self._moment
         self._status.write("identifying ...")
 
-        def found() -> None:
+        def search_parameters() -> None:
             try:
                 result = identify(
                     self._study.system,
@@ -347,15 +347,15 @@ class Page:
                 text = _fault(in_words(fault))
                 self._doc.add_next_tick_callback(lambda: self._say(text))
                 return
-            self._doc.add_next_tick_callback(lambda: self._identified(result))
+            self._doc.add_next_tick_callback(lambda: self._show_identification(result))
 
-        self._computing.later(found)
+        self._computing.later(search_parameters)
 
     def _say(self, text: str) -> None:
         self._message.write(text)
         self._status.write("")
 
-    def _identified(self, found: Identification) -> None:
+    def _show_identification(self, found: Identification) -> None:
         self._attempt(lambda: self._set(found.parameters))
         for name, (low, high) in found.intervals.items():
             open_ = name in found.unknown
@@ -371,7 +371,7 @@ class Page:
         self._told(self._moment.values)
         self._computing.begin(self._moment, self._sliders)
 
-    def _found(self, moment: Moment, found: list[Found], coming: list[View]) -> None:
+    def _show_later(self, moment: Moment, found: list[Found], coming: list[View]) -> None:
         """Show from the thread of the page what a thread has made."""
         self._doc.add_next_tick_callback(lambda: self._show(moment, found, coming))
 

@@ -110,7 +110,7 @@ class _Modes(Picture):
 
     def __init__(self, study: Study, shown: Shown, post: Post) -> None:
         axes = _axes(post, y_range=(-1.1, 1.1), y_axis_label="relative amplitude", height=320)
-        self._post, self._shapes = post, ColumnDataSource(_coloured(shown["shapes"]))
+        self._post, self._shapes = post, ColumnDataSource(_colour(shown["shapes"]))
         axes.multi_line("x", "y", source=self._shapes, color="colour", line_width=2)
         axes.add_layout(Span(location=0, dimension="width", line_color="black", line_width=0.7))
         parts = shown["parts"]
@@ -121,11 +121,11 @@ class _Modes(Picture):
         self.models = [axes, self._names.model]
 
     def show(self, shown: Shown) -> None:
-        self._post.table(self._shapes, _coloured(shown["shapes"]))
+        self._post.table(self._shapes, _colour(shown["shapes"]))
         self._names.write(_names_of(shown["shapes"]))
 
 
-def _coloured(curves: dict[str, list[Any]]) -> dict[str, list[Any]]:
+def _colour(curves: dict[str, list[Any]]) -> dict[str, list[Any]]:
     return {**curves, "colour": _colours(len(curves["x"]))}
 
 
@@ -208,14 +208,14 @@ class _Run(Picture):
             axes.y_range.renderers = [r for r in axes.renderers if not isinstance(r.glyph, VSpan)]
             every += axes.y_range.renderers
         panels[0].x_range.renderers = every
-        self._told = LiveText(post, _listed(shown["told"]["text"]))
+        self._told = LiveText(post, _list_texts(shown["told"]["text"]))
         names = LiveText(post, _legend([*colours], [*colours.values()])).model
         self.models = [*panels, names, self._told.model]
 
     def show(self, shown: Shown) -> None:
         self._post.table(self._curves, shown["curves"])
         self._post.table(self._events, shown["events"])
-        self._told.write(_listed(shown["told"]["text"]))
+        self._told.write(_list_texts(shown["told"]["text"]))
 
     def overlay(self, measured: Measured) -> None:
         for name, source in self._measured.items():
@@ -224,7 +224,7 @@ class _Run(Picture):
             self._post.table(source, dict(zip(("t", "y"), found, strict=True)))
 
 
-def _listed(texts: Sequence[str]) -> str:
+def _list_texts(texts: Sequence[str]) -> str:
     return "; ".join(map(escape, texts))
 
 
@@ -268,7 +268,7 @@ _EMPTY: dict[str, dict[str, list[Any]]] = {
 
 def _full(shown: Shown, name: str) -> dict[str, list[Any]]:
     columns = shown.get(name, _EMPTY[name])
-    return _coloured(columns) if name == "curves" else columns
+    return _colour(columns) if name == "curves" else columns
 
 
 class _Verdict(Picture):

@@ -80,9 +80,9 @@ class Slider:
             if self.low <= known <= self.high and abs(position - self.position(known)) <= near:
                 return known
         within = abs(position) < 400 or not self.is_ratio
-        return self.checked(10.0**position if self.is_ratio and within else position)
+        return self.check(10.0**position if self.is_ratio and within else position)
 
-    def checked(self, value: float) -> float:
+    def check(self, value: float) -> float:
         """The value itself.
 
         Raises
@@ -119,7 +119,7 @@ def slider(system: System, theta: np.ndarray, name: Name, ends: Ends | None = No
     index = parameters.free[place]
     declared, default = parameters.declared[index], float(theta[place])
     key = parameters.names[index]
-    low, high = _natural(declared, default) if ends is None else _given(key, declared, ends)
+    low, high = _natural(declared, default) if ends is None else _check_ends(key, declared, ends)
     if not low < high:
         raise OptionError(f"explore: the slider of {key} goes from {low:g} to {high:g}.")
     if not low <= default <= high:
@@ -131,7 +131,7 @@ def slider(system: System, theta: np.ndarray, name: Name, ends: Ends | None = No
     return Slider(key, declared.unit, declared.text, default, low, high, is_ratio)
 
 
-def _given(key: str, declared: Param, ends: Ends) -> tuple[float, float]:
+def _check_ends(key: str, declared: Param, ends: Ends) -> tuple[float, float]:
     if isinstance(ends, str) or len(ends) != 2:
         raise OptionError(f"explore: sliders[{key}] = {shown(ends)}: give both ends, (low, high).")
     found = []

@@ -68,5 +68,5 @@ def from_query(
         for name in dict.fromkeys(names or known)
     )
     for each in found:
-        each.checked(values.get(each.name, each.default))
+        each.check(values.get(each.name, each.default))
     return found, study.base | values

@@ -243,13 +243,13 @@ def effects_on_run(moment: Moment, names: Iterable[str]) -> Values:
     """
     study = moment.study
     every = study.system.parameter_values(moment.values)
-    here = _sampled(moment.run, study.of)
+    here = _sample(moment.run, study.of)
     size = np.sqrt(np.mean(here**2, axis=0))
     found = {}
     for name in names:
         changed = Moment(study, moment.values | {name: every[name] * (1 + _SHARE)})
         try:
-            off = np.sqrt(np.mean((_sampled(changed.run, study.of) - here) ** 2, axis=0))
+            off = np.sqrt(np.mean((_sample(changed.run, study.of) - here) ** 2, axis=0))
         except LumpedError:
             found[name] = 0.0
             continue
@@ -257,7 +257,7 @@ def effects_on_run(moment: Moment, names: Iterable[str]) -> Values:
     return found
 
 
-def _sampled(run: Trajectory, names: Sequence[str]) -> np.ndarray:
+def _sample(run: Trajectory, names: Sequence[str]) -> np.ndarray:
     """Quantities at evenly spaced times, shape (n, len(names))."""
     times = np.linspace(run.t[0], run.t[-1], _GRID)
     return np.column_stack([np.interp(times, run.t, column) for column in run.table(names).T])

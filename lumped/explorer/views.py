@@ -21,7 +21,7 @@ from lumped.vibration.responses.response import FrequencyResponse
 from lumped.vibration.rules.verdict import verdict
 from lumped.vibration.speeds.campbell import Campbell
 
-__all__ = ["Shown", "View", "told_parameters", "told_value", "value_texts", "views"]
+__all__ = ["Shown", "View", "find_shown_parameters", "format_parameter", "value_texts", "views"]
 
 Shown = dict[str, dict[str, Any]]
 """Tables by their names; columns, lists or arrays, of one table are equally long."""
@@ -76,7 +76,9 @@ def views(study: Study) -> tuple[View, ...]:
 # -- drive ---------------------------------------------------------------------------------------
 
 
-def told_parameters(system: System, values: Mapping[str, float]) -> dict[str, tuple[str, float]]:
+def find_shown_parameters(
+    system: System, values: Mapping[str, float]
+) -> dict[str, tuple[str, float]]:
     """The first parameter that is not zero of each part without parts: its name and value."""
     leaves = {node.path for node in system.structure.tree.instances if not node.children}
     found: dict[str, tuple[str, float]] = {}
@@ -87,7 +89,7 @@ def told_parameters(system: System, values: Mapping[str, float]) -> dict[str, tu
     return found
 
 
-def told_value(name: str, value: float, unit: str) -> str:
+def format_parameter(name: str, value: float, unit: str) -> str:
     """What the schematic says of a parameter."""
     own = "" if unit == "1" else f" {unit}"
     return f"{name.rpartition('.')[2]} = {number(value, 4)}{own}"
@@ -97,8 +99,10 @@ def value_texts(study: Study, values: Mapping[str, float]) -> dict[str, str]:
     """What the schematic says of each part, by its path."""
     p = study.system.structure.parameters
     units = dict(zip(p.names, (declared.unit for declared in p.declared), strict=True))
-    told = told_parameters(study.system, values)
-    return {part: told_value(name, value, units[name]) for part, (name, value) in told.items()}
+    told = find_shown_parameters(study.system, values)
+    return {
+        part: format_parameter(name, value, units[name]) for part, (name, value) in told.items()
+    }
 
 
 def _schematic(moment: Moment, _: Sequence[Slider]) -> Shown:
@@ -254,7 +258,7 @@ def _run(moment: Moment, _: Sequence[Slider]) -> Shown:
 
 
 def _verdict(moment: Moment, _: Sequence[Slider]) -> Shown:
-    judged = verdict(_judged(moment), moment.study.limits)
+    judged = verdict(_find_judged(moment), moment.study.limits)
     results = judged.results
     return {
         "limits": {
@@ -267,7 +271,7 @@ def _verdict(moment: Moment, _: Sequence[Slider]) -> Shown:
     }
 
 
-def _judged(moment: Moment) -> Trajectory | OrderAmplitudes:
+def _find_judged(moment: Moment) -> Trajectory | OrderAmplitudes:
     """The run, or where there is none the first order response."""
     if moment.study.until is not None:
         return moment.run

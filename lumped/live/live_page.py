@@ -19,7 +19,7 @@ from lumped.exchange.interface import uneven_clocks
 from lumped.explorer.sliders import Ends, Slider
 from lumped.explorer.sliders import sliders as sliders_of
 from lumped.explorer.study import Start, Study, most_effective
-from lumped.explorer.views import told_parameters, told_value
+from lumped.explorer.views import find_shown_parameters, format_parameter
 from lumped.functionals.functional import Functional, watching
 from lumped.language.component import Component
 from lumped.live.numbers import rules, watched_numbers
@@ -263,9 +263,9 @@ def _told(system: System, theta: np.ndarray) -> dict[str, dict[str, Any]]:
     return {
         part: {
             "place": names.index(name) if name in values else None,
-            "text": told_value(name, value, units[name]),
+            "text": format_parameter(name, value, units[name]),
         }
-        for part, (name, value) in told_parameters(system, values).items()
+        for part, (name, value) in find_shown_parameters(system, values).items()
     }
 
 

@@ -10,7 +10,7 @@ import lumped as lp
 from lumped.compiler.parameter_file import parameter_text, parameters_in
 from lumped.errors import LumpedError, OptionError, ParameterError, UnitError, UnknownNameError
 from lumped.explorer.computing import Computing, Found
-from lumped.explorer.measured import measured
+from lumped.explorer.measured import read_measured
 from lumped.explorer.sliders import slider, sliders
 from lumped.explorer.state import from_query, query
 from lumped.explorer.study import Moment, Study
@@ -134,7 +134,7 @@ def test_parameter_files_pass_through_texts(system, name, tmp_path):
 
 def test_measured_curves_are_read_in_their_units(system):
     held = b"time [ms],shaft.tau [kN.m]\r\n0,0.1\r\n10,-0.25\r\n"
-    found = measured(system, "rig.csv", held)
+    found = read_measured(system, "rig.csv", held)
     assert found.t == pytest.approx([0.0, 0.01])
     assert found.curves["shaft.tau"] == pytest.approx([100.0, -250.0])
 
@@ -142,21 +142,21 @@ def test_measured_curves_are_read_in_their_units(system):
 def test_what_a_run_saves_can_be_laid_over(system, tmp_path):
     run = lp.simulate(system, until=0.1, start={"shaft.phi_rel": 0.01}, grid=20)
     run.save(tmp_path / "run.csv", ["shaft.tau", "a.w"])
-    found = measured(system, "run.csv", (tmp_path / "run.csv").read_bytes())
+    found = read_measured(system, "run.csv", (tmp_path / "run.csv").read_bytes())
     assert found.curves["a.w"].tolist() == run["a.w"].tolist()
 
 
 def test_curves_of_a_universal_file_can_be_laid_over(system, tmp_path):
     run = lp.simulate(system, until=0.1, start={"shaft.phi_rel": 0.01}, grid=20)
     file = lp.exchange.write_uff(tmp_path / "run.uff", run, nodes={"shaft.tau": 1, "a.w": 2})
-    found = measured(system, "run.uff", file.read_bytes())
+    found = read_measured(system, "run.uff", file.read_bytes())
     assert found.t.tolist() == run.t.tolist()
     assert found.curves["shaft.tau"].tolist() == run["shaft.tau"].tolist()
     shapes = lp.exchange.write_uff(tmp_path / "shapes.unv", lp.modes(system), nodes={"a.phi": 1})
     with pytest.raises(OptionError, match="no curve over time"):
-        measured(system, "shapes.unv", shapes.read_bytes())
+        read_measured(system, "shapes.unv", shapes.read_bytes())
     with pytest.raises(OptionError, match=r"end in \.csv, \.uff or \.unv"):
-        measured(system, "run.mat", b"")
+        read_measured(system, "run.mat", b"")
 
 
 @pytest.mark.parametrize(
@@ -175,7 +175,7 @@ def test_curves_of_a_universal_file_can_be_laid_over(system, tmp_path):
 )
 def test_wrong_measurements_are_told(system, text, fault, told):
     with pytest.raises(fault, match=told):
-        measured(system, "rig.csv", text.encode())
+        read_measured(system, "rig.csv", text.encode())
 
 
 # -- the latest values win -----------------------------------------------------------------------

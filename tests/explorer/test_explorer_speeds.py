@@ -5,7 +5,7 @@ import pytest
 
 import lumped as lp
 from lumped.components import Inertia, Spring, SpringDamper
-from lumped.explorer.found_analyses import found_analyses
+from lumped.explorer.found_analyses import find_analyses
 from lumped.explorer.study import Moment, Study
 from lumped.explorer.views import views
 
@@ -62,7 +62,7 @@ class Spun(lp.Component):
 def found(model: lp.Component, *of: str) -> Study:
     """The study of a model with what is found for it."""
     plain = Study(lp.assemble(model, keep=["a.phi"]), {}, None, {}, of, (), (), {})
-    return Study(plain.system, {}, None, {}, of, (), (), found_analyses(plain))
+    return Study(plain.system, {}, None, {}, of, (), (), find_analyses(plain))
 
 
 def test_torques_over_the_angle_show_their_order_response():
@@ -106,6 +106,6 @@ def test_the_run_tells_the_speeds():
     system = lp.assemble(Bladed(), keep=["a.phi"])
     start = {"a.w": 40.0, "b.w": 40.0}
     study = Study(system, {}, 0.01, start, ("shaft.tau",), (), (), {})
-    response = found_analyses(study)["Order response over a.phi"]({})
+    response = find_analyses(study)["Order response over a.phi"]({})
     top = np.abs(lp.simulate(system, until=0.01, start=start)["a.w"]).max()
     assert response.speeds[-1] == pytest.approx(1.1 * top, rel=1e-5)
