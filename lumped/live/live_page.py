@@ -22,7 +22,7 @@ from lumped.explorer.study import Start, Study, most_effective
 from lumped.explorer.views import find_shown_parameters, format_parameter
 from lumped.functionals.functional import Functional, watching
 from lumped.language.component import Component
-from lumped.live.numbers import rules, watched_numbers
+from lumped.live.numbers import find_numbers, rules
 from lumped.live.run_code import run_code
 from lumped.many_runs.watched import POSITIONS, Watched
 from lumped.plots.over_time import over_time
@@ -144,13 +144,13 @@ def live_page(
         moved = most_effective(Study(system, base, end, _start_of(start), tuple(names), (), (), {}))
     else:
         moved = sliders_of(system, theta, sliders)
-    wanted = watched_numbers(system, names, numbers)
+    wanted = find_numbers(system, names, numbers)
     system = watching(system, wanted.values())
     watched = Watched(system, wanted, 0.0, end)
     code = run_code(system, names, watched, start, rtol, grid)
     options: dict[str, Any] = {"until": end, "start": start, "rtol": rtol, "method": "steps"}
     first = simulate(system, parameters=parameters, grid=grid, **options)
-    texts = _told(system, theta)
+    texts = _write_part_texts(system, theta)
     data = {
         "name": system.name,
         "until": end,
@@ -253,7 +253,7 @@ def _event_words(system: System) -> dict[str, list[Any]]:
     return {"0": conditions, "1": holds}
 
 
-def _told(system: System, theta: np.ndarray) -> dict[str, dict[str, Any]]:
+def _write_part_texts(system: System, theta: np.ndarray) -> dict[str, dict[str, Any]]:
     """What the schematic says of each part: the place of a parameter that can move, and a text."""
     own = _parameters(system, theta)
     values = {entry["name"]: entry["value"] for entry in own}

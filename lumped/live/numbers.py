@@ -11,10 +11,10 @@ from lumped.functionals import Functional, highest, lowest
 from lumped.language.expression import Call, ConstantExpression, Expr
 from lumped.many_runs.watched import Watched
 
-__all__ = ["rules", "watched_numbers"]
+__all__ = ["find_numbers", "rules"]
 
 
-def watched_numbers(
+def find_numbers(
     system: System, names: Sequence[str], wanted: Iterable[Functional] | Mapping[str, Functional]
 ) -> dict[str, Functional]:
     """Those that are wanted, then the highest and lowest values of what is drawn, by their texts.

@@ -55,11 +55,11 @@ def run_code(
     folder = resources.files("lumped.exchange") / "c"
     for name in (*_SOURCES, "lumped.h"):
         files[name] = (folder / name).read_text()
-    files["shown.h"] = _shown(interface, names, watched, grid)
+    files["shown.h"] = _write_shown(interface, names, watched, grid)
     return compile_sources(files, ("loop.c", "model.c", *_SOURCES), compiler, _MADE)
 
 
-def _shown(interface: Interface, names: Sequence[str], watched: Watched, grid: int) -> str:
+def _write_shown(interface: Interface, names: Sequence[str], watched: Watched, grid: int) -> str:
     """Sizes of the results, and where the values of the curves are found."""
     states = interface.system.state_names
     places = [
