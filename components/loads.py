@@ -136,10 +136,10 @@ def quadratic(v: Expr, nominal: Expr, v_nominal: Expr, same_direction: bool) -> 
 
 def sign(v: Expr, nominal: Expr, v0: Expr, smooth: bool) -> Expr:
     """Constant magnitude."""
-    return nominal * (tanh(v / (0.02 * v0)) if smooth else saturated(v, v0))
+    return nominal * (tanh(v / (0.02 * v0)) if smooth else saturate(v, v0))
 
 
-def saturated(v: Expr, v0: Expr) -> Expr:
+def saturate(v: Expr, v0: Expr) -> Expr:
     """``v / v0`` between -1 and 1; a run stops at both kinks."""
     return where(v >= v0, 1.0, where(v <= -v0, -1.0, v / v0))
 

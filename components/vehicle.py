@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Flange, Input, LinearFlange, Param, Var, der, param, var
-from lumped.components.loads import saturated
+from lumped.components.loads import saturate
 from lumped.ops import atan, cos, sin, smooth
 
 __all__ = ["Vehicle"]
@@ -48,7 +48,7 @@ class Vehicle(Component):
         u, slope = self.v - self.v_wind, atan(self.inclination)
         weight = self.m * self.g
         yield self.f_drag == self.rho / 2 * self.cd * self.A * smooth(u * abs(u))
-        yield self.f_roll == self.cr * weight * cos(slope) * saturated(self.v, self.v_reg)
+        yield self.f_roll == self.cr * weight * cos(slope) * saturate(self.v, self.v_reg)
         yield self.f_grade == weight * sin(slope)
         resistance = self.f_drag + self.f_roll + self.f_grade
         driving = self.wheel.tau / self.R + self.coupling.f

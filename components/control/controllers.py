@@ -49,7 +49,7 @@ __all__ = [
 ]
 
 
-def limited(u: Expr, low: Expr, high: Expr) -> Expr:
+def limit_between(u: Expr, low: Expr, high: Expr) -> Expr:
     """`u` between two limits; the run stops where it meets one."""
     return where(u > high, high, where(u < low, low, u))
 
@@ -118,7 +118,7 @@ class Limiter(Component):
     y = Output("1", "limited signal")
 
     def equations(self) -> Iterator[Equation]:
-        yield self.y == limited(self.u, self.y_min, self.y_max)
+        yield self.y == limit_between(self.u, self.y_min, self.y_max)
 
 
 class RateLimiter(Component):
@@ -194,7 +194,7 @@ class LimitedPI(Component):
     def equations(self) -> Iterator[Equation]:
         e = self.wanted - self.measured
         yield self.u == self.k * (e + self.x)
-        yield self.y == limited(self.u, self.y_min, self.y_max)
+        yield self.y == limit_between(self.u, self.y_min, self.y_max)
         yield self.T_i * der(self.x) == e + (self.y - self.u) / (self.k * self.N_i)
 
 
@@ -219,7 +219,7 @@ class FedPI(Component):
     def equations(self) -> Iterator[Equation]:
         e = self.wanted - self.measured
         yield self.u == self.k * (e + self.x) + self.feed
-        yield self.y == limited(self.u, -self.limit, self.limit)
+        yield self.y == limit_between(self.u, -self.limit, self.limit)
         yield self.T_i * der(self.x) == e + (self.y - self.u) / self.k
 
 
@@ -322,7 +322,7 @@ class LoadShare(Component):
     def equations(self) -> Iterator[Equation]:
         e = self.share * (self.own + self.other) - self.own
         yield self.u == self.k * (e + self.x)
-        yield self.y == limited(self.u, -self.y_max, self.y_max)
+        yield self.y == limit_between(self.u, -self.y_max, self.y_max)
         yield self.T_i * der(self.x) == e + (self.y - self.u) / self.k
 
 

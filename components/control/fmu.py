@@ -124,15 +124,15 @@ class _Unit(_Clocked):
 
     def equations(self) -> Iterator[Item]:
         for name in self._outputs:
-            yield der(getattr(self, _held(name))) == 0
-            yield getattr(self, name) == getattr(self, _held(name))
-        fixed = tuple((old, self._fixed(new, old)) for new, old in self._choices.items())
+            yield der(getattr(self, _name_held(name))) == 0
+            yield getattr(self, name) == getattr(self, _name_held(name))
+        fixed = tuple((old, self._check_fixed(new, old)) for new, old in self._choices.items())
         told: list[Expr] = [self.count, self.start_time + self.count * self.T_s]
         told += [getattr(self, name) for name in (*self._numbers, *self._inputs)]
-        answers = [getattr(self, _held(name)) for name in self._outputs]
-        yield from self._counted({}, question(_program(self._source, fixed), told, answers))
+        answers = [getattr(self, _name_held(name)) for name in self._outputs]
+        yield from self._count_samples({}, question(_program(self._source, fixed), told, answers))
 
-    def _fixed(self, name: str, named: str) -> Any:
+    def _check_fixed(self, name: str, named: str) -> Any:
         """Value of what is fixed."""
         value, (_, kind, default) = getattr(self, name), self._source.unit.fixed[named]
         if type(value) is not type(default):
@@ -160,7 +160,7 @@ def _program(source: _Source, fixed: tuple[tuple[str, Any], ...]) -> Program:
     return UnitProgram(source.unit, dict(fixed))
 
 
-def _held(name: str) -> str:
+def _name_held(name: str) -> str:
     return f"held_{name}"
 
 
@@ -188,7 +188,9 @@ def _class_of(source: _Source) -> type[_Unit]:
     members |= {name: Output(s.unit, s.text or s.name) for name, s, _ in outputs}
     for name, s, i in outputs:
         first = s.start[i] if s.start else 0.0
-        members[_held(name)] = var(s.unit, f"{name} since the last sample", first, state="always")
+        members[_name_held(name)] = var(
+            s.unit, f"{name} since the last sample", first, state="always"
+        )
     for name, s, i in numbers:
         default = s.start[i] if s.start else None
         members[name] = param(s.unit, s.text or s.name, default, min=s.least, max=s.largest)
@@ -213,7 +215,7 @@ class _Names:
         found = _identifier(name)
         while found in self._taken:
             found += "_"
-        self._taken |= {found, _held(found)}
+        self._taken |= {found, _name_held(found)}
         return found
 
 

@@ -77,7 +77,7 @@ def _matrix(block: Component, name: str) -> list[list[float]]:
     return [_row(block, name, row) for row in (rows if hasattr(rows, "__iter__") else [rows])]
 
 
-def _joined(block: Component) -> list[list[float]]:
+def _join_matrices(block: Component) -> list[list[float]]:
     """``[[A, B], [C, D]]`` of a block, whose shapes fit each other and its signals."""
     A, B, C, D = (_matrix(block, name) for name in "ABCD")
     n, inputs, outputs = len(A), len(_signals(block, Input)), len(_signals(block, Output))
@@ -132,7 +132,7 @@ def _signals(block: Component, kind: type[Input] | type[Output]) -> list[Expr]:
 def _rows(block: Any) -> list[Expr]:
     """``A x + B u`` and ``C x + D u`` of a block, one expression for each row."""
     signals = [*(s.x for s in block.state), *_signals(block, Input)]
-    return [_sum(row, signals) for row in _joined(block)]
+    return [_sum(row, signals) for row in _join_matrices(block)]
 
 
 def _clock(cls: type[Component], system: Any, other: str) -> dict[str, float]:
@@ -316,11 +316,11 @@ class TransferFunction(_Polynomials):
             yield connect(following.y, state.u)
 
 
-def _kept_states(block: SampledLinearBlock) -> list[_Kept]:
+def _make_kept_states(block: SampledLinearBlock) -> list[_Kept]:
     return [_Kept() for _ in _matrix(block, "A")]
 
 
-def _kept_outputs(block: Component) -> list[_Kept]:
+def _make_kept_outputs(block: Component) -> list[_Kept]:
     return [_Kept() for _ in _signals(block, Output)]
 
 
@@ -332,15 +332,15 @@ class SampledLinearBlock(_StateSpace, _Clocked):
     """
 
     symbol = "stairs"
-    state: Any = Made(_kept_states)
-    held: Any = Made(_kept_outputs)
+    state: Any = Made(_make_kept_states)
+    held: Any = Made(_make_kept_outputs)
 
     def equations(self) -> Iterator[Item]:
         rows, outputs = _rows(self), _signals(self, Output)
         kept = [s.x for s in (*self.state, *self.held)]
         for y, row, held in zip(outputs, rows[len(self.state) :], self.held, strict=True):
             yield y == where(self.due, row, held.x)
-        yield from self._counted(dict(zip(kept, rows, strict=True)))
+        yield from self._count_samples(dict(zip(kept, rows, strict=True)))
 
 
 class SampledStateSpace(SampledLinearBlock):
@@ -353,7 +353,7 @@ class SampledStateSpace(SampledLinearBlock):
     y = Output("1", "signal")
 
 
-def _kept_chain(block: SampledTransferFunction) -> list[_Kept]:
+def _make_kept_chain(block: SampledTransferFunction) -> list[_Kept]:
     return [_Kept() for _ in _polynomials(block)[0]]
 
 
@@ -367,11 +367,11 @@ class SampledTransferFunction(_Polynomials, _Sampled):
 
     symbol = "stairs"
     u: Input = Input("1", "signal")
-    state: Any = Made(_kept_chain)
+    state: Any = Made(_make_kept_chain)
 
     def equations(self) -> Iterator[Item]:
         last, c, d = _polynomials(self)
         states = [s.x for s in self.state]
         ahead = [*states[1:], _sum([*last, 1.0], [*states, self.u])][: len(states)]
         value = _sum([*c, d], [*states, self.u])
-        yield from self._sampled(value, dict(zip(states, ahead, strict=True)))
+        yield from self._hold_samples(value, dict(zip(states, ahead, strict=True)))

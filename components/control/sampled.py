@@ -46,7 +46,7 @@ class _Clocked(Component):
         begun = passed + interpolate(-passed, [0, 1], [0, 1], period=1)
         yield self.count == where(time > self.start_time, begun, 0)
 
-    def _counted(
+    def _count_samples(
         self, changes: Mapping[Expr, Number], question: Question | None = None
     ) -> Iterator[Item]:
         """The clock: states that change at each sample, and what a program is asked."""
@@ -60,11 +60,11 @@ class _Sampled(_Clocked):
     held: Var = var("1", "output since the last sample", state="always")
     y = Output("1", "held signal")
 
-    def _sampled(self, value: Expr, changes: Mapping[Expr, Number]) -> Iterator[Item]:
+    def _hold_samples(self, value: Expr, changes: Mapping[Expr, Number]) -> Iterator[Item]:
         """Equations of an output that is `value` at the instants, where states change too."""
         yield der(self.held) == 0
         yield self.y == where(self.due, value, self.held)
-        yield from self._counted({self.held: value, **changes})
+        yield from self._count_samples({self.held: value, **changes})
 
 
 class SampleHold(_Sampled):
@@ -77,7 +77,7 @@ class SampleHold(_Sampled):
     u: Input = Input("1", "signal")
 
     def equations(self) -> Iterator[Item]:
-        yield from self._sampled(self.u, {})
+        yield from self._hold_samples(self.u, {})
 
 
 class SampledPI(_Sampled):
@@ -97,4 +97,4 @@ class SampledPI(_Sampled):
         e = self.wanted - self.measured
         x = self.x + self.T_s / self.T_i * e
         yield der(self.x) == 0
-        yield from self._sampled(self.k * (x + e), {self.x: x})
+        yield from self._hold_samples(self.k * (x + e), {self.x: x})

@@ -61,7 +61,7 @@ class Elasticity:
         found = self._number("torque", twist) + self._number("linear", twist) * s
         if not self._bends:
             return found
-        return found + self._number("growth", twist) * (self._grown(s, twist) - 1)
+        return found + self._number("growth", twist) * (self._grow(s, twist) - 1)
 
     def slope(self, twist: Expr) -> Expr:
         """Stiffness, N.m/rad."""
@@ -70,7 +70,7 @@ class Elasticity:
             return found
         s = twist - self._number("base", twist)
         bent = self._number("growth", twist) * self._number("rate", twist)
-        return found + bent * self._grown(s, twist)
+        return found + bent * self._grow(s, twist)
 
     def energy(self, twist: Expr) -> Expr:
         """Integral of the torque from no twist on, J."""
@@ -79,10 +79,10 @@ class Elasticity:
         found = found + 0.5 * self._number("linear", twist) * s**2
         if not self._bends:
             return found
-        more = (self._grown(s, twist) - 1) / self._number("rate", twist) - s
+        more = (self._grow(s, twist) - 1) / self._number("rate", twist) - s
         return found + self._number("growth", twist) * more
 
-    def _grown(self, s: Expr, twist: Expr) -> Expr:
+    def _grow(self, s: Expr, twist: Expr) -> Expr:
         return exp(self._number("rate", twist) * s)
 
     def _number(self, name: str, twist: Expr) -> Expr:

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from lumped import Equation, Expr, Input, Output, Param, Var, der, param, var
-from lumped.components.control.controllers import limited
+from lumped.components.control.controllers import limit_between
 from lumped.components.electric.motors import _Machine
 from lumped.errors import EquationError
 from lumped.language.value_types import Rows
@@ -48,7 +48,7 @@ class ConverterDrive(_Converter):
 
     def equations(self) -> Iterator[Equation]:
         yield from super().equations()
-        wanted = limited(self.wanted, -self.limit, self.limit)
+        wanted = limit_between(self.wanted, -self.limit, self.limit)
         yield self.T * der(self.tau) == wanted - self.tau
 
 
@@ -70,7 +70,7 @@ class SpeedDrive(_Converter):
     def equations(self) -> Iterator[Equation]:
         yield from super().equations()
         error = self.wanted - self.droop * self.tau - self._speed
-        y = limited(self.u, -self.limit, self.limit)
+        y = limit_between(self.u, -self.limit, self.limit)
         yield self.u == self.k * (error + self.x)
         yield self.T_i * der(self.x) == error + (y - self.u) / self.k
         yield self.T * der(self.tau) == y - self.tau
@@ -129,7 +129,7 @@ class FieldOrientedMotor(_Machine):
         along = minimum(maximum(both, reach / 2), full)
         across = minimum(most - along, (reach - along) / leakage**2)
         per_ampere = 1.5 * self.pairs * L_m / L_r * self.psi
-        wanted = limited(self.wanted / per_ampere, -self.i_most, self.i_most)
+        wanted = limit_between(self.wanted / per_ampere, -self.i_most, self.i_most)
         yield self.i_most == sqrt(across)
         yield self.limit == per_ampere * self.i_most
         yield self.T * der(self.i_d) == sqrt(along) - self.i_d
@@ -179,7 +179,7 @@ class MappedMotor(_Machine):
         places, torques, table = _efficiencies(self.efficiency)
         w = abs(self._speed)
         yield self.limit == _at(w, *_limits(self.limits))
-        wanted = limited(self.wanted, -self.limit, self.limit)
+        wanted = limit_between(self.wanted, -self.limit, self.limit)
         yield self.T * der(self.tau) == wanted - self.tau
         yield self.tau_meas == self.tau
         columns = [_at(w, places, column) for column in zip(*table, strict=True)]

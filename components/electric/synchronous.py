@@ -140,13 +140,13 @@ class WoundFieldMachine(_Machine):
         yield self.psi_md == self.L_md * (i_d + self.i_f + self.i_1d + self.i_2d)
         yield self.psi_mq == self.L_mq * (i_q + self.i_1q + self.i_2q)
         yield self.tau == 1.5 * self.pairs * (psi_d * i_q - psi_q * i_d)
-        yield from self._seen_from_the_wires()
+        yield from self._transform_to_rotor()
         yield self.V == sqrt(v_d**2 + v_q**2)
         yield self.i == sqrt(i_d**2 + i_q**2)
         yield self.P == 1.5 * (v_d * i_d + v_q * i_q)
         yield self.Q == 1.5 * (v_q * i_d - v_d * i_q)
 
-    def _seen_from_the_wires(self) -> Iterator[Equation]:
+    def _transform_to_rotor(self) -> Iterator[Equation]:
         """Park's transformation: alpha along the axis of phase a, beta a quarter ahead."""
         yield self.theta == self.pairs * (self.phi - self.support.phi)
         cosine, sine, root = cos(self.theta), sin(self.theta), 3**0.5

@@ -204,7 +204,7 @@ class Cylinder(Component):
     def _curve(self, a: Expr) -> Expr:
         """Pressure of the load over the crank angle."""
         if not self.loads:
-            return self._joined(a, self.pressure)
+            return self._interpolate(a, self.pressure)
         loads = [x for (x,) in rows_of("loads", [(x,) for x in self.loads], "loads", "(0.5, 1)", 1)]
         if len(loads) != len(self.pressure):
             raise EquationError(
@@ -217,10 +217,10 @@ class Cylinder(Component):
         for i, table in enumerate(self.pressure):
             own = [float(k == i) for k in range(len(loads))]
             share = interpolate(self.load, places, [own[0], *own, own[-1]])
-            total = total + smooth(share) * self._joined(a, table)
+            total = total + smooth(share) * self._interpolate(a, table)
         return total
 
-    def _joined(self, a: Expr, table: Rows) -> Expr:
+    def _interpolate(self, a: Expr, table: Rows) -> Expr:
         """The curve through the rows of a table."""
         angles, values = self._table(table)
         if self.shape == "smooth":

@@ -46,7 +46,7 @@ class LossyGear(Component):
     position: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 without loss")
 
     def equations(self) -> Iterator[Item]:
-        rows = checked(self.losses)
+        rows = check_loss_table(self.losses)
         yield from _kinematics(self)
         if all(tuple(row[1:]) == (1.0, 1.0, 0.0, 0.0) for row in rows):
             yield self.tau_loss == 0
@@ -147,7 +147,7 @@ def _border(speed: float, eta_a: float, eta_b: float, tau_a: float, tau_b: float
     return tau_a / 2 if eta_a * eta_b == 1 else (tau_a - tau_b) / (eta_a - 1 / eta_b)
 
 
-def checked(rows: Rows) -> list[tuple[float, ...]]:
+def check_loss_table(rows: Rows) -> list[tuple[float, ...]]:
     """The loss table of a gear.
 
     Raises

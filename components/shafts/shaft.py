@@ -26,7 +26,7 @@ from lumped.components.shafts.element import ShaftElement
 from lumped.components.shafts.fineness import elements_needed
 from lumped.components.shafts.materials import Material, material_of_name
 from lumped.components.shafts.notch import Notch
-from lumped.components.shafts.steps import RULES, moved
+from lumped.components.shafts.steps import RULES, lengthen
 from lumped.errors import DeclarationError, UnknownNameError, nearest, shown
 from lumped.language.component import Made, path_of
 from lumped.language.declared import place_of, values_of
@@ -83,7 +83,7 @@ def _of_material(name: str) -> Any:
     return default
 
 
-def _moved_at(side: int) -> Any:
+def _lengthen_at(side: int) -> Any:
     """Default of the length that the step at end a (0) or b (1) adds."""
 
     def default(section: Section) -> Expr | float:
@@ -95,7 +95,7 @@ def _moved_at(side: int) -> Any:
                 f"{_label(shaft)}: step = {shown(shaft.step)} is no rule. "
                 f"{nearest(str(shaft.step), RULES)}"
             )
-        return moved(shaft.step, section.outside()[side], other.outside()[1 - side])
+        return lengthen(shaft.step, section.outside()[side], other.outside()[1 - side])
 
     return default
 
@@ -207,8 +207,8 @@ class Section(Component):
         "rad/s", "angular frequency at which a run has that loss", _of_shaft("w_loss"), above=0
     )
     K_ts: Param = param("1", "notch factor, largest stress over nominal shear stress", 1.0, min=1)
-    x_a: Param = param("m", "length that the step at flange a adds", _moved_at(0))
-    x_b: Param = param("m", "length that the step at flange b adds", _moved_at(1))
+    x_a: Param = param("m", "length that the step at flange a adds", _lengthen_at(0))
+    x_b: Param = param("m", "length that the step at flange b adds", _lengthen_at(1))
     c: Param = param("N.m/rad", "torsional stiffness", lambda s: s.stiffness(), above=0)
     J: Param = param("kg.m2", "moment of inertia", lambda s: s.inertia(), above=0)
     W: Param = param(

@@ -13,10 +13,10 @@ from collections.abc import Callable
 from lumped.language.expression import Expr
 from lumped.ops import interpolate, log, maximum, minimum, sign
 
-__all__ = ["RULES", "moved"]
+__all__ = ["RULES", "lengthen"]
 
 
-def _computed(small: Expr, large: Expr) -> Expr:
+def _compute_share(small: Expr, large: Expr) -> Expr:
     """``u (0.106436 - 0.151035 ln u + 0.217521 u - 0.248238 u^2 + 0.0824799 u^3)``, u = 1 - d/D.
 
     Fitted to finite-volume solutions of ``div(r^3 grad psi) = 0`` at nine ratios D/d from 1.05 to
@@ -29,7 +29,7 @@ def _computed(small: Expr, large: Expr) -> Expr:
     return u * (0.10643566 - 0.15103485 * log(u + 1e-30) + u * bend)  # u log(u) is 0 at 0
 
 
-def _textbook(small: Expr, large: Expr) -> Expr:
+def _read_textbook(small: Expr, large: Expr) -> Expr:
     """Rows D/d = 1, 1.25, 1.5, 2, 3, infinity: 0, 0.055, 0.085, 0.1, 0.107, 0.125, joined by lines.
 
     Beyond 3 the line is over d/D. The table is often printed in the trade, but no source of it
@@ -42,14 +42,14 @@ def _textbook(small: Expr, large: Expr) -> Expr:
 _ROWS = (0.0, 0.055, 0.085, 0.100, 0.107)
 
 RULES: dict[str, Callable[[Expr, Expr], Expr | float]] = {
-    "computed": _computed,
-    "textbook": _textbook,
+    "computed": _compute_share,
+    "textbook": _read_textbook,
     "none": lambda small, large: 0.0,
 }
 """Rules by name: share of the smaller diameter, from the smaller and the larger one."""
 
 
-def moved(rule: str, own: Expr, other: Expr) -> Expr:
+def lengthen(rule: str, own: Expr, other: Expr) -> Expr:
     """Length by which a part is longer than drawn at a step, m; negative for the thicker part.
 
     Parameters
