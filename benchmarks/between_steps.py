@@ -71,21 +71,21 @@ def main() -> None:
     system, reference, rows = rotor(), exact(TIMES), []
     size = float(np.ptp(reference))
 
-    def noted(label: str, rtol: float, steps, at_steps, between) -> None:
+    def note_error(label: str, rtol: float, steps, at_steps, between) -> None:
         errors = [np.abs(at_steps - exact(steps)).max(), np.abs(between - reference).max()]
         shares = [f"{e / size / rtol:.2f}" for e in errors]
         rows.append((f"{rtol:g}", label, str(len(steps) - 1), *shares))
 
     for rtol in (1e-4, 1e-6, 1e-8):
         between, steps, ends = by_scipy("DOP853", rtol, TIMES)
-        noted("SciPy DOP853", rtol, steps, np.array(ends), between)
+        note_error("SciPy DOP853", rtol, steps, np.array(ends), between)
         for method in ("explicit", "implicit", "auto"):
             given = {"until": EDGES[-1], "rtol": rtol, "method": method}
             run = lp.simulate(system, **given, grid=None)
             fine = lp.simulate(system, **given, grid=TIMES)
             used = run.statistics.method
             label = f"lumped {'default (' + used + ')' if method == 'auto' else method}"
-            noted(label, rtol, run.t, run["rotor.w"], fine["rotor.w"])
+            note_error(label, rtol, run.t, run["rotor.w"], fine["rotor.w"])
     head = ("rtol", "way", "steps", "error at steps over rtol x range")
     head = (*head, "error between steps over rtol x range")
     publish("between_steps", head, rows)

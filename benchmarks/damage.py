@@ -25,7 +25,7 @@ VARIED = ("upper.shaft.c", "upper.spindle.c", "upper.rolls.J", "M_s")
 RUNS, RECORDED, TURNS, AWAY = 2000, 20, 3, 1e-5
 
 
-def streamed(system: lp.System) -> list[str]:
+def measure_streams(system: lp.System) -> list[str]:
     """Many runs with damage and with a peak alone; the damage against that of recorded runs."""
     over = {name: lp.ensembles.scaled(lp.uniform(0.95, 1.05)) for name in VARIED[:3]}
     options = {"over": over, "runs": RUNS, "workers": 1, **SCENE}
@@ -44,7 +44,7 @@ def streamed(system: lp.System) -> list[str]:
     return [f"{RUNS} runs, against their peaks", *times, f"{worst:.1e}"]
 
 
-def differentiated(system: lp.System) -> list[str]:
+def measure_gradients(system: lp.System) -> list[str]:
     """One gradient by four parameters against the differences of eight runs."""
     damage = fun.damage(LOAD, CURVE)
     own = np.array([system.parameters[name] for name in VARIED])
@@ -70,7 +70,7 @@ def main() -> None:
     """Print the table, and write it to results."""
     system = lp.assemble(pulled_apart())
     head = ("damage of a spindle", "s", "against, s", "ratio", "deviation")
-    publish("damage", head, [streamed(system), differentiated(system)])
+    publish("damage", head, [measure_streams(system), measure_gradients(system)])
 
 
 if __name__ == "__main__":

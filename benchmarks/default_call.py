@@ -17,7 +17,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import lumped as lp
-from benchmarks.harness import built, publish, timed
+from benchmarks.harness import build, publish, time_action
 from benchmarks.time_loop import THREE
 from lumped.components import Inertia, SpringDamper, Torque
 from lumped.errors import OptionError
@@ -73,14 +73,14 @@ def fastest(action, limit: float, error, rounds: int) -> tuple[float, float, flo
     for rtol in TOLERANCES:
         found = error(action(rtol))
         if found <= limit:
-            return rtol, found, timed(lambda r=rtol: action(r), rounds)[0]
+            return rtol, found, time_action(lambda r=rtol: action(r), rounds)[0]
     return None
 
 
 def rows_of(name: str) -> list[tuple[str, ...]]:
     """All ways on one problem."""
     model, rate, edges, wanted = PROBLEMS[name]
-    (system, set_up), until = built(model()), edges[-1]
+    (system, set_up), until = build(model()), edges[-1]
     times = np.linspace(0, until, 501)
     reference = by_scipy(rate, edges, len(wanted), times, 1e-12)
     ranges = np.ptp(reference, axis=1)
@@ -95,15 +95,15 @@ def rows_of(name: str) -> list[tuple[str, ...]]:
     run = lp.simulate(system, until=until)
     own = error(states(run))
     limit = max(1e-6, own)
-    seconds = timed(lambda: lp.simulate(system, until=until), ROUNDS)[0]
+    seconds = time_action(lambda: lp.simulate(system, until=until), ROUNDS)[0]
     ways = [(f"no options ({run.statistics.method})", set_up, 1e-6, own, seconds)]
     for method in ("explicit", "implicit", "exact"):
 
-        def simulated(rtol: float, method=method) -> lp.Trajectory:
+        def simulate(rtol: float, method=method) -> lp.Trajectory:
             return lp.simulate(system, until=until, rtol=rtol, method=method)
 
         try:
-            found = fastest(simulated, limit, lambda r: error(states(r)), ROUNDS)
+            found = fastest(simulate, limit, lambda r: error(states(r)), ROUNDS)
         except OptionError:  # there is no closed form
             continue
         if found:

@@ -23,7 +23,7 @@ import numpy as np
 
 import lumped as lp
 from benchmarks._ensemble_tasks import Task, tasks
-from benchmarks.harness import built_in_c, publish, timed
+from benchmarks.harness import build_in_c, publish, time_action
 from lumped.many_runs.native_runs import NativeRuns
 from lumped.timeloop.run_options import RunOptions, run_plan
 
@@ -51,7 +51,7 @@ def library(kind: str) -> CDLL | None:
         said = subprocess.run(ask, check=True, capture_output=True, text=True).stdout.split()
         lanes = 8 if "__AVX512F__" in said else 4 if "__AVX2__" in said else 1
         options = (*options, f"-DLANES={lanes}", f"-DGROUPS={GROUPS}")
-    return built_in_c("ensembles.c", *options)
+    return build_in_c("ensembles.c", *options)
 
 
 def in_c(letter: str, rtol: float, kind: str, points: np.ndarray) -> tuple[float, np.ndarray]:
@@ -64,7 +64,9 @@ def in_c(letter: str, rtol: float, kind: str, points: np.ndarray) -> tuple[float
     function.restype, function.argtypes = None, (c_void_p, c_long, c_double, c_void_p, c_void_p)
     points = np.ascontiguousarray(points)
     given = (points.ctypes.data, len(points), rtol, found.ctypes.data, steps)
-    return timed(lambda: function(*given), SLICES, time.thread_time).seconds / len(points), found
+    return time_action(lambda: function(*given), SLICES, time.thread_time).seconds / len(
+        points
+    ), found
 
 
 class Alone(NativeRuns):
@@ -73,7 +75,7 @@ class Alone(NativeRuns):
     has_lanes = False
 
 
-def prepared(task: Task, rtol: float, kind: type[NativeRuns], letter: str) -> NativeRuns:
+def prepare(task: Task, rtol: float, kind: type[NativeRuns], letter: str) -> NativeRuns:
     """Runs of a task."""
     system = lp.assemble(task.model, keep=["wheel.phi"] if letter == "c" else ())
     options: RunOptions = {"atol": rtol if letter == "d" else None}
@@ -81,7 +83,7 @@ def prepared(task: Task, rtol: float, kind: type[NativeRuns], letter: str) -> Na
     return kind(system, task.names, system.theta(None), task.of, plan)
 
 
-def shown(letter: str, values: np.ndarray) -> np.ndarray:
+def match_reference(letter: str, values: np.ndarray) -> np.ndarray:
     """Functionals as the reference has them."""
     if letter == "a":
         return values.max(axis=1, keepdims=True)
@@ -90,12 +92,12 @@ def shown(letter: str, values: np.ndarray) -> np.ndarray:
     return values
 
 
-def sliced(runs_of: Callable[[], NativeRuns], points: np.ndarray) -> tuple[float, float]:
+def time_slices(runs_of: Callable[[], NativeRuns], points: np.ndarray) -> tuple[float, float]:
     """Processor time of a run, and of all before it, s."""
     begin = time.process_time()
     runs = runs_of()
     made = time.process_time() - begin
-    found = timed(lambda: runs.run(points), SLICES, time.thread_time)
+    found = time_action(lambda: runs.run(points), SLICES, time.thread_time)
     return found.seconds / len(points), made + found.first - found.seconds
 
 
@@ -114,10 +116,14 @@ def against_c() -> list[tuple[str, ...]]:
         points = task.points[:count]
         if letter == "d":
             points = task.points[np.linspace(0, len(task.points) - 1, count).round().astype(int)]
-        reference = shown(letter, prepared(task, TIGHT, NativeRuns, letter).run(points).values)
-        found = shown(letter, prepared(task, rtol, NativeRuns, letter).run(points).values)
-        alone, _ = sliced(functools.partial(prepared, task, rtol, Alone, letter), points)
-        lanes, set_up = sliced(functools.partial(prepared, task, rtol, NativeRuns, letter), points)
+        reference = match_reference(
+            letter, prepare(task, TIGHT, NativeRuns, letter).run(points).values
+        )
+        found = match_reference(letter, prepare(task, rtol, NativeRuns, letter).run(points).values)
+        alone, _ = time_slices(functools.partial(prepare, task, rtol, Alone, letter), points)
+        lanes, set_up = time_slices(
+            functools.partial(prepare, task, rtol, NativeRuns, letter), points
+        )
         plain, own = in_c(letter, rtol, "plain", points)
         tuned, _ = in_c(letter, rtol, "tuned", points)
         side, _ = in_c(letter, rtol, "side by side", points)

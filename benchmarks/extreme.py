@@ -29,7 +29,7 @@ import numpy as np
 from scipy.integrate import quad
 
 import lumped as lp
-from benchmarks.harness import publish, timed
+from benchmarks.harness import publish, time_action
 from lumped.components import CrankSlider, EllipticalGear, Inertia, Spring
 from lumped.components.translation import Force
 from lumped.errors import LumpedError
@@ -55,7 +55,7 @@ class Case:
     most: int = 200_000
 
 
-def joined(keep=(), **parts) -> lp.System:
+def join_row(keep=(), **parts) -> lp.System:
     """Parts in a row."""
     return lp.assemble(lp.compose(**parts, connections=lp.chain(*parts.values())), keep=keep)
 
@@ -68,7 +68,7 @@ def apart(received: np.ndarray, expected: np.ndarray) -> float:
 def stiffness(ratio: float) -> Iterator[Case]:
     """Three bodies with a soft and a stiff shaft; the slow mode alone, and both."""
     J = np.array([1.0, 2.0, 3.0])
-    system = joined(
+    system = join_row(
         a=Inertia(J=J[0]),
         soft=Spring(c=1.0),
         b=Inertia(J=J[1]),
@@ -110,7 +110,7 @@ def two_masses(J_a: float, c: float, J_b: float, periods: float, name: str, valu
         speeds = J_a * run["a.w"] ** 2 + J_b * run["b.w"] ** 2
         return speeds + c * run["shaft.phi_rel"] ** 2
 
-    system = joined(a=Inertia(J=J_a), shaft=Spring(c=c), b=Inertia(J=J_b))
+    system = join_row(a=Inertia(J=J_a), shaft=Spring(c=c), b=Inertia(J=J_b))
     return Case(name, value, system, periods * TURN / w, {"a.w": 1.0}, error, energy, **more)
 
 
@@ -133,7 +133,7 @@ def gears(e: float) -> Case:
     def ratio(phi):
         return (1 - e**2) / ((1 - e) ** 2 + 4 * e * np.sin(phi / 2) ** 2)
 
-    system = joined(a=Inertia(J=2.0), gear=EllipticalGear(e=e), b=Inertia(J=1.0), keep=["a.phi"])
+    system = join_row(a=Inertia(J=2.0), gear=EllipticalGear(e=e), b=Inertia(J=1.0), keep=["a.phi"])
     return turning(
         *("elliptical gears, e", e, system, lambda phi: 2 + ratio(phi) ** 2),
         lambda run: 2 * run["a.w"] ** 2 + run["b.w"] ** 2,
@@ -148,7 +148,9 @@ def slope(phi: float, rod: float) -> float:
 
 def crank(ratio: float) -> Case:
     """A crank almost as long as its rod turns a heavy piston."""
-    system = joined(a=Inertia(J=1.0), slider=CrankSlider(r=1.0, L=1 / ratio, m=3.0), keep=["a.phi"])
+    system = join_row(
+        a=Inertia(J=1.0), slider=CrankSlider(r=1.0, L=1 / ratio, m=3.0), keep=["a.phi"]
+    )
     return turning(
         *("crank over rod", ratio, system, lambda phi: 1 + 3 * slope(phi, 1 / ratio) ** 2),
         lambda run: run["a.w"] ** 2 + 3 * run["slider.v"] ** 2,
@@ -223,7 +225,7 @@ def cases() -> Iterator[Case]:
     yield dead_centre(1e-9, 1e-17)
 
 
-def measured(case: Case, method: str) -> tuple:
+def measure_case(case: Case, method: str) -> tuple:
     """Row of the table."""
 
     def action():
@@ -240,7 +242,7 @@ def measured(case: Case, method: str) -> tuple:
 
     first = (case.name, f"{case.value:g}", method, f"{case.rtol:g}")
     try:
-        spent, _, run = timed(action, 2)
+        spent, _, run = time_action(action, 2)
         error, energy = case.error(run), case.energy(run)
     except LumpedError as fault:
         text = f"{type(fault).__name__}: {str(fault).splitlines()[0]}"
@@ -258,7 +260,7 @@ def measured(case: Case, method: str) -> tuple:
 
 def main() -> None:
     """Print the table and write it to the results."""
-    publish("extreme", HEAD, [measured(case, method) for case in cases() for method in METHODS])
+    publish("extreme", HEAD, [measure_case(case, method) for case in cases() for method in METHODS])
 
 
 if __name__ == "__main__":

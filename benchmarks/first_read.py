@@ -12,7 +12,7 @@ import numpy as np
 
 import lumped as lp
 from benchmarks.default_call import Two
-from benchmarks.harness import publish, timed
+from benchmarks.harness import publish, time_action
 
 ROUNDS, SYSTEMS = 200, 5
 
@@ -37,7 +37,7 @@ def main() -> None:
     )
 
     def note(what: str, action) -> None:
-        best[what] = min(best[what], timed(action, 1).seconds)
+        best[what] = min(best[what], time_action(action, 1).seconds)
 
     for _ in range(SYSTEMS):
         system = lp.assemble(Two())

@@ -64,7 +64,7 @@ print(times[1] - times[0], 0.0, 0.0, times[2] - times[1])
 """
 
 
-def measured(program: str, cache: str | None) -> list[float]:
+def measure_program(program: str, cache: str | None) -> list[float]:
     """Parts of the time of a new process, s; with nothing cached unless a folder is given."""
     with tempfile.TemporaryDirectory() as empty:
         environment = {**os.environ, "LUMPED_CACHE": cache or empty, "OMP_NUM_THREADS": "1"}
@@ -76,11 +76,11 @@ def measured(program: str, cache: str | None) -> list[float]:
 def main() -> None:
     """Print the table and write it to the results."""
     with tempfile.TemporaryDirectory() as folder:
-        measured(LUMPED, folder)
+        measure_program(LUMPED, folder)
         ways = {
-            "lumped, nothing cached": [measured(LUMPED, None) for _ in range(3)],
-            "lumped, cached": [measured(LUMPED, folder) for _ in range(6)],
-            "SciPy DOP853, NumPy": [measured(SCIPY, folder) for _ in range(5)],
+            "lumped, nothing cached": [measure_program(LUMPED, None) for _ in range(3)],
+            "lumped, cached": [measure_program(LUMPED, folder) for _ in range(6)],
+            "SciPy DOP853, NumPy": [measure_program(SCIPY, folder) for _ in range(5)],
         }
     best = {way: min(runs, key=sum) for way, runs in ways.items()}
     last = sum(best["SciPy DOP853, NumPy"])

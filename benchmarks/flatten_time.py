@@ -32,7 +32,7 @@ Line = tuple[int, tuple[lp.Component, ...], int]
 """Body, parts from there on, body."""
 
 
-def joined(bodies: list[Inertia], lines: list[Line]) -> lp.Component:
+def join_bodies(bodies: list[Inertia], lines: list[Line]) -> lp.Component:
     """Bodies that are joined by lines of parts, all of one length."""
     kinds = zip(*(parts for _, parts, _ in lines), strict=True)
     parts = {f"part_{k}": list(kind) for k, kind in enumerate(kinds)}
@@ -59,39 +59,39 @@ def chain(size: int) -> Made:
     """Free inertias and springs in a row."""
     n = (size + 1) // 2
     lines = [(i, (Spring(c=1e3),), i + 1) for i in range(n - 1)]
-    return joined(equal(n), lines), 2 * n - 1
+    return join_bodies(equal(n), lines), 2 * n - 1
 
 
 def tree(size: int) -> Made:
     """Two springs on each inertia."""
     n = (size + 1) // 2
     lines = [((i - 1) // 2, (Spring(c=1e3),), i) for i in range(1, n)]
-    return joined(equal(n), lines), 2 * n - 1
+    return join_bodies(equal(n), lines), 2 * n - 1
 
 
 def star(size: int) -> Made:
     """All springs on one inertia."""
     n = (size + 1) // 2
     lines = [(0, (Spring(c=1e3),), i) for i in range(1, n)]
-    return joined(equal(n), lines), 2 * n - 1
+    return join_bodies(equal(n), lines), 2 * n - 1
 
 
 def gear_ladder(size: int) -> Made:
     """Inertias and rigid gears in a row."""
     n = (size + 1) // 2
-    return joined(equal(n), [(i, (gear(i),), i + 1) for i in range(n - 1)]), 1
+    return join_bodies(equal(n), [(i, (gear(i),), i + 1) for i in range(n - 1)]), 1
 
 
-def geared_chain(size: int) -> Made:
+def chain_with_gears(size: int) -> Made:
     """Inertias in a row, with a spring and a gear between them."""
     n = max((size + 2) // 3, 2)
     lines = [(i, (Spring(c=1e3), gear(i)), i + 1) for i in range(n - 1)]
-    return joined(equal(n), lines), 2 * n - 1
+    return join_bodies(equal(n), lines), 2 * n - 1
 
 
 def rigid(size: int) -> Made:
     """Inertias in a row, joined directly."""
-    return joined(equal(size), [(i, (), i + 1) for i in range(size - 1)]), 1
+    return join_bodies(equal(size), [(i, (), i + 1) for i in range(size - 1)]), 1
 
 
 def random_drive(size: int) -> Made:
@@ -111,7 +111,7 @@ def random_drive(size: int) -> Made:
     parts = [SpringDamper(c=float(c), d=0.1) for c in rng.uniform(100, 1000, len(elastic))]
     lines = [(i, (part,), j) for (i, j), part in zip(elastic, parts, strict=True)]
     lines += [(i, (IdealGear(ratio=2.0),), j) for i, j in rigid_pairs]
-    model = joined(bodies, lines)
+    model = join_bodies(bodies, lines)
     turns = all(speed[i] == speed[j] for i, j in loops)
     return model, 2 * (n - len(rigid_pairs)) - turns
 
@@ -121,7 +121,7 @@ TOPOLOGIES: dict[str, Callable[[int], Made]] = {
     "tree": tree,
     "star": star,
     "gear ladder": gear_ladder,
-    "geared chain": geared_chain,
+    "geared chain": chain_with_gears,
     "rigid couplings": rigid,
     "random drive": random_drive,
 }
@@ -143,7 +143,7 @@ def by_hand(n: int, geared: bool) -> ca.Function:
     )
 
 
-def timed(name: str, size: int) -> tuple[float, float, int]:
+def time_model(name: str, size: int) -> tuple[float, float, int]:
     """Processor time to assemble and to build the right-hand side; number of components."""
     gc.collect()
     begin = time.process_time()
@@ -162,7 +162,7 @@ def times() -> dict[str, list[tuple[int, float, float]]]:
     for _ in range(ROUNDS):
         for key in plan:
             if key not in best or sum(best[key][:2]) < LONG:
-                found = timed(*key)
+                found = time_model(*key)
                 best[key] = min(best.get(key, found), found, key=lambda f: f[0] + f[1])
     return {
         name: [(c, a, b) for (own, _), (a, b, c) in sorted(best.items()) if own == name]

@@ -41,14 +41,14 @@ def in_turn(
     return [Timed(*row) for row in zip(seconds.min(axis=0), seconds[0], results, strict=True)]
 
 
-def timed(
+def time_action(
     action: Callable[[], Any], rounds: int, clock: Callable[[], float] = time.perf_counter
 ) -> Timed:
     """Time one action."""
     return in_turn(action, rounds=rounds, clock=clock)[0]
 
 
-def built(model: lp.Component) -> tuple[lp.System, float]:
+def build(model: lp.Component) -> tuple[lp.System, float]:
     """A model assembled and compiled, and the time of it, s."""
     begin = time.perf_counter()
     system = lp.assemble(model)
@@ -66,10 +66,10 @@ def run_timed(system: lp.System, rounds: int, **options: Any) -> tuple[Timed, fl
         inner = min(inner, found.statistics.seconds)
         return found
 
-    return timed(run, rounds), inner
+    return time_action(run, rounds), inner
 
 
-def built_in_c(source: str, *options: str, headers: dict[str, str] | None = None) -> CDLL | None:
+def build_in_c(source: str, *options: str, headers: dict[str, str] | None = None) -> CDLL | None:
     """A file of this folder as a library, built by gcc; None without a compiler."""
     compiler = os.environ.get("CC") or shutil.which("gcc")
     if compiler is None:

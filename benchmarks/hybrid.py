@@ -16,7 +16,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import lumped as lp
-from benchmarks.harness import built, publish, run_timed, timed
+from benchmarks.harness import build, publish, run_timed, time_action
 from lumped.components import BearingFriction, Clutch, Fixed, Inertia, Spring, Torque
 from lumped.ops import pi, sin, where
 
@@ -178,9 +178,9 @@ def changes(run: lp.Trajectory) -> int:
 def clutches() -> list[tuple[object, ...]]:
     """Errors and times of the clutches, beside the loop by hand."""
     reference, rows = ByHand(1e-12).run(), []
-    system, set_up = built(Coupled())
+    system, set_up = build(Coupled())
     for rtol in (1e-4, 1e-6, 1e-8):
-        hand = timed(ByHand(rtol).run, 3)
+        hand = time_action(ByHand(rtol).run, 3)
         own, _ = run_timed(system, 40, until=END, rtol=rtol, grid=[END])
         w = np.array([own.result[f"body[{i}].w"][-1] for i in range(4)])
         errors = (f"{np.abs(found - reference).max():.1e}" for found in (w, hand.result))
@@ -194,7 +194,7 @@ def elements() -> list[tuple[object, ...]]:
     """What an event costs among many bodies that rub on the ground."""
     rows = []
     for n in ELEMENTS:
-        system, set_up = built(rubbing(n))
+        system, set_up = build(rubbing(n))
         own, inner = run_timed(system, 10, until=10.0, grid=[10.0], method="steps")
         run, count = own.result, changes(own.result)
         times = (f"{set_up:.2f}", f"{own.seconds * 1e3:.2f}", f"{inner * 1e3:.2f}")

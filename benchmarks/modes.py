@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 
 import lumped as lp
-from benchmarks.harness import publish, timed
+from benchmarks.harness import publish, time_action
 from lumped.components import Inertia, Spring
 
 SIZES = (1000, 3000, 10_000, 30_000, 100_000)
@@ -31,7 +31,7 @@ def peak() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
-def measured(n: int) -> list[float]:
+def measure_modes(n: int) -> list[float]:
     """Seconds to assemble, seconds and MB for the modes, relative error."""
     begin = time.process_time()
     system = lp.assemble(
@@ -47,7 +47,7 @@ def measured(n: int) -> list[float]:
     system.state_matrix((point.x, point.theta, point.time, point.settings))
     assembled, before = time.process_time() - begin, peak()
     lowest = partial(lp.modes, system, at=point, near=0.0, count=COUNT)
-    found = timed(lowest, ROUNDS, time.process_time)
+    found = time_action(lowest, ROUNDS, time.process_time)
     k = np.arange(1, COUNT + 1)
     exact = np.sqrt(C / J) * np.sin(k * np.pi / (2 * n)) / np.pi
     error = float(np.abs(found.result.hertz / exact - 1).max())
@@ -68,6 +68,6 @@ def main() -> None:
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
-        print(*measured(int(sys.argv[1])))
+        print(*measure_modes(int(sys.argv[1])))
     else:
         main()

@@ -64,12 +64,12 @@ def by_lumped(J: np.ndarray, k: np.ndarray, T: np.ndarray) -> Solved:
     given = {f"gas[{i}].tau": dict(zip(orders.tolist(), T[i], strict=True)) for i in range(6)}
     names = ["shaft[0].tau_c", f"shaft[{n - 2}].tau_c"]
 
-    def solved() -> np.ndarray:
+    def solve() -> np.ndarray:
         return lp.vibration.order_response(
             system, speeds=SPEEDS, of=names, excitations=given
         ).values
 
-    return solved
+    return solve
 
 
 def by_hand(J: np.ndarray, k: np.ndarray, T: np.ndarray) -> tuple[Solved, Solved]:

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.stats import norm
 
 import lumped as lp
-from benchmarks.harness import publish, timed
+from benchmarks.harness import publish, time_action
 from lumped import functionals as fun
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
 from lumped.ensembles import lognormal, truncated
@@ -52,7 +52,7 @@ class Task:
     call: dict[str, Any]
 
 
-def pulled() -> Task:
+def pull_inertia() -> Task:
     """``w(1 s) = (t + s) / J`` above 9 rad/s."""
     model = lp.compose(
         a=Inertia(J=2.0),
@@ -68,7 +68,7 @@ def pulled() -> Task:
     )
 
 
-def grounded() -> Task:
+def ground_inertia() -> Task:
     """Natural frequency of an inertia on a spring above 3.8 Hz."""
     model = lp.compose(
         wall=Fixed(),
@@ -109,7 +109,7 @@ def two_masses() -> Task:
     return Task(value, 3, np.nan, call | {"above": 5.0})
 
 
-def sampled(task: Task) -> float:
+def sample_limit(task: Task) -> float:
     """Share of all samples beyond the limit."""
     random = np.random.default_rng(0)
     beyond = 0
@@ -122,7 +122,7 @@ def sampled(task: Task) -> float:
 
 def rows_of(name: str, task: Task) -> Iterator[tuple[str, ...]]:
     """All methods on a drive, after the samples."""
-    many = sampled(task)
+    many = sample_limit(task)
 
     def probabilities(p: float) -> tuple[str, ...]:
         exact = "" if np.isnan(task.exact) else f"{p / task.exact:.4f}"
@@ -131,7 +131,7 @@ def rows_of(name: str, task: Task) -> Iterator[tuple[str, ...]]:
     error = f"{np.sqrt((1 - many) / many / SAMPLES):.1%}"
     yield name, f"{SAMPLES} samples", *probabilities(many), error, "", "", "", ""
     for options in METHODS:
-        one = timed(lambda o=options: lp.reliability(**task.call, **o), 1)
+        one = time_action(lambda o=options: lp.reliability(**task.call, **o), 1)
         found = one.result
         p, off = found.probability, found.sampled.deviation
         told = (f"{off:.1%}", f"{(1 - p) / p / off**2:.0f}") if off else ("", "")
@@ -144,8 +144,8 @@ def main() -> None:
     head = ("drive", "method", "probability", "over samples", "over closed form", "deviation")
     head = (*head, "evaluations", "with gradients", "time, s", "plain samples")
     tasks = {
-        "linear, normal": pulled(),
-        "frequency, lognormal": grounded(),
+        "linear, normal": pull_inertia(),
+        "frequency, lognormal": ground_inertia(),
         "two masses, curved": two_masses(),
     }
     publish("reliability", head, [row for item in tasks.items() for row in rows_of(*item)])

@@ -71,7 +71,7 @@ def final_speed(inertia: np.ndarray, stiffness: np.ndarray, torque: complex) -> 
     return expm(a * END)[n - 1, n]
 
 
-def expected() -> np.ndarray:
+def derive_expected() -> np.ndarray:
     """Derivatives of the final speed by the checked parameters."""
     h, found = 1e-20, []
     for which, place in ((0, 7), (1, 40), (2, 0)):
@@ -173,7 +173,7 @@ def main() -> None:
         to = [*CHECKED[:1], *names[50 : 49 + count]]
         cases.append(("sensitivities forward", count, partial(ahead, to=to)))
     actions = [action for *_, action in cases]
-    measured, right = in_turn(*actions, rounds=ROUNDS, clock=time.process_time), expected()
+    measured, right = in_turn(*actions, rounds=ROUNDS, clock=time.process_time), derive_expected()
     head = ("what", "parameters", "time, ms", "first call, ms", "runs", "own runs", "error", "told")
     text = []
     for (label, count, _), (spent, first, found) in zip(cases, measured, strict=True):

@@ -19,7 +19,7 @@ from scipy.linalg import expm
 
 import lumped as lp
 from benchmarks._ensemble_tasks import DELAY, ThreeMasses
-from benchmarks.harness import publish, run_timed, timed
+from benchmarks.harness import publish, run_timed, time_action
 from lumped import functionals
 
 END, ALLOWED, RUNS, ROUNDS = 2.0, 1e-8, 20_000, 2000
@@ -50,7 +50,9 @@ def in_lumped(method: str, rtol: float) -> Measured:
     speeds = np.array([call.result[name][-1] for name in SPEEDS])
     options = {"until": END, "rtol": rtol, "method": method, "workers": 1}
     over, of = {"motor.tau": np.full(RUNS, TORQUE)}, [functionals.final(name) for name in SPEEDS]
-    lanes = timed(lambda: lp.ensemble(system, over=over, of=of, **options), 5, time.process_time)
+    lanes = time_action(
+        lambda: lp.ensemble(system, over=over, of=of, **options), 5, time.process_time
+    )
     return {
         "call": (call.first - call.seconds, call.seconds, speeds),
         "loop": (call.first - call.seconds, inner, speeds),
@@ -80,7 +82,7 @@ def in_heyoka(_: str, rtol: float) -> Measured:
             stepper.propagate_until(END)
             return stepper.state[2:].reshape(3, -1)[:, 0].copy()
 
-        one = timed(run, ROUNDS)
+        one = time_action(run, ROUNDS)
         found[what] = (made, one.seconds / many, one.result)
     return found
 

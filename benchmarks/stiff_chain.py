@@ -20,7 +20,7 @@ import scipy.sparse
 from scipy.sparse.linalg import expm_multiply
 
 import lumped as lp
-from benchmarks.harness import publish, run_timed, timed
+from benchmarks.harness import publish, run_timed, time_action
 from lumped.components import Inertia, SpringDamper, Torque
 from lumped.ops import where
 from lumped.timeloop.plants.executable import executable
@@ -106,7 +106,7 @@ def speeds(run: lp.Trajectory, n: int) -> np.ndarray:
     return np.array([run[f"body[{i}].w"][-1] for i in range(n)])
 
 
-def compared(n: int, system: lp.System) -> list[tuple[str, ...]]:
+def compare(n: int, system: lp.System) -> list[tuple[str, ...]]:
     """Times and errors of both."""
     reference, ways = exact(n), []
     largest = np.abs(reference).max()
@@ -120,7 +120,7 @@ def compared(n: int, system: lp.System) -> list[tuple[str, ...]]:
         label = f"lumped, {'default' if method == 'auto' else method} ({used}), rtol {RTOL:g}"
         ways.append((label, error(speeds(run, n)), seconds))
     for rtol in TOLERANCES:
-        found = timed(by_cvode(n, rtol), 3)
+        found = time_action(by_cvode(n, rtol), 3)
         way = (f"CVODE BDF, banded, NumPy, rtol {rtol:g}", error(found.result), found.seconds)
         if way[1] <= ways[0][1]:
             break
@@ -131,7 +131,7 @@ def compared(n: int, system: lp.System) -> list[tuple[str, ...]]:
     ]
 
 
-def measured() -> tuple[list[tuple[str, ...]], list[tuple[str, ...]]]:
+def measure_chains() -> tuple[list[tuple[str, ...]], list[tuple[str, ...]]]:
     """Rows of both tables; nothing of the chains is compiled yet."""
     rows, growth, base = [], [], np.inf
     for n in GROWING:
@@ -145,7 +145,7 @@ def measured() -> tuple[list[tuple[str, ...]], list[tuple[str, ...]]]:
         executable(system).compile()
         compiled = time.perf_counter() - begin
         if n in COMPARED:
-            rows += compared(n, system)
+            rows += compare(n, system)
         seconds, run = own(system, "auto")
         attempts = run.steps + run.statistics.rejected
         each = seconds / attempts / n
@@ -160,7 +160,7 @@ def main() -> None:
     lp.simulate(lp.assemble(chain(2)), until=END)  # the time loop itself is compiled
     with tempfile.TemporaryDirectory() as folder:
         os.environ["LUMPED_CACHE"] = folder
-        rows, growth = measured()
+        rows, growth = measure_chains()
     head = ("inertias", "way", "error", "ms", "ratio to CVODE")
     publish("stiff_chain_peers", head, rows)
     head = ("inertias", "assemble, s", "first run, s", "compile, s", "run, s", "attempted steps")

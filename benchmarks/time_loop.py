@@ -20,7 +20,7 @@ import numpy as np
 from scipy.integrate import DOP853, solve_ivp
 
 import lumped as lp
-from benchmarks.harness import built, built_in_c, publish, run_timed, timed
+from benchmarks.harness import build, build_in_c, publish, run_timed, time_action
 from benchmarks.hybrid import END, ByHand, Coupled
 from lumped.components import Inertia, SpringDamper, Torque
 from lumped.ops import sin, where
@@ -155,24 +155,24 @@ def by_c(library: CDLL, name: str, atol: np.ndarray, rtol: float) -> Run:
 
 def ways(case, c_name: str, rtol: float, tight: float, rounds: int, library, compiled: float):
     """Label, set-up and time in s, and result of each way."""
-    system, made = built(case.model())
+    system, made = build(case.model())
     if library is not None:
         atol = rtol * 1e-3 * np.array([system.quantity(name).nominal for name in case.names])
-        found = timed(by_c(library, c_name, atol, tight), rounds)
+        found = time_action(by_c(library, c_name, atol, tight), rounds)
         yield "C loop", compiled, found.seconds, found.result
     options = {"until": case.until, "rtol": rtol, "grid": [case.until], "method": "steps"}
     found, inner = run_timed(system, rounds, **options)
     made, x = made + found.first - found.seconds, [found.result[name][-1] for name in case.names]
     yield "lumped, inside the loop", made, inner, x
     yield "lumped", made, found.seconds, x
-    found = timed(case.by_scipy(rtol), 10 if len(case.names) < 100 else 3)
+    found = time_action(case.by_scipy(rtol), 10 if len(case.names) < 100 else 3)
     yield "SciPy, NumPy", 0.0, found.seconds, found.result
 
 
 def main() -> None:
     """Print the table and write it to the results."""
     begin = time.perf_counter()
-    library = built_in_c("time_loop.c", "-O2", headers={"stages.h": stages()})
+    library = build_in_c("time_loop.c", "-O2", headers={"stages.h": stages()})
     compiled, rows = time.perf_counter() - begin, []
     for problem, (case, *options) in CASES.items():
         reference = case.by_scipy(1e-13 if isinstance(case, Masses) else 1e-12)()

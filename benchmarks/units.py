@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import lumped as lp
-from benchmarks.harness import built_in_c, in_turn, publish
+from benchmarks.harness import build_in_c, in_turn, publish
 from lumped.models.reversing_mill.scenes import RATED, StripGap
 
 RTOL, ROUNDS = 1e-6, 15
@@ -39,7 +39,7 @@ def main() -> None:
         token = text.split('instantiationToken="')[1].split('"')[0]
         (binary,) = (folder / "binaries").glob("*/*")
         headers = resources.files("lumped.exchange") / "c"
-        library = built_in_c("units.c", "-O2", f"-I{headers}")
+        library = build_in_c("units.c", "-O2", f"-I{headers}")
         assert library, "the importer needs a compiler"
         library.runs.restype = ctypes.c_double
         count = unit.counts["parameters"] + 1
@@ -63,11 +63,11 @@ def _row(
     references, values = (ctypes.c_uint32 * len(listed))(*listed), (ctypes.c_double * len(listed))()
     given = (path.encode(), token.encode(), ctypes.c_double(end), ctypes.c_double(RTOL), points)
 
-    def imported() -> float:
+    def run_imported() -> float:
         return float(library.runs(*given, 2, references, len(listed), values))
 
     options = {"until": end, "grid": points, "rtol": RTOL}
-    own, unit_runs = in_turn(lambda: lp.simulate(system, **options), imported, rounds=ROUNDS)
+    own, unit_runs = in_turn(lambda: lp.simulate(system, **options), run_imported, rounds=ROUNDS)
     run, others = own.result, unit_runs.result
     expected = run.table([*system.state_names, *OUTPUTS])[-1]
     worst = np.max(np.abs(np.array(values) - expected) / (np.abs(expected) + 1e-3))

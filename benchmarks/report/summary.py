@@ -21,12 +21,12 @@ def rows(name: str, **wanted: str) -> list[Row]:
     return found
 
 
-def told(answer: str, name: str, **wanted: str) -> str:
+def fill_in(answer: str, name: str, **wanted: str) -> str:
     """An answer with the numbers of the first such row, by the names of its columns."""
     return answer.format_map(rows(name, **wanted)[0])
 
 
-def listed(column: str, name: str, *choices: Row) -> str:
+def list_column(column: str, name: str, *choices: Row) -> str:
     """A column of several rows."""
     return ", ".join(rows(name, **wanted)[0][column] for wanted in choices or rows(name))
 
@@ -64,11 +64,11 @@ def edges() -> str:
 def summary() -> list[tuple[str, str, str]]:
     """Question, benchmark, answer."""
     two, three = (
-        told("{over the fastest}", "default_call", problem=name)
+        fill_in("{over the fastest}", "default_call", problem=name)
         for name in ("two masses, 1 s", THREE)
     )
     ratios = {row["what"]: row["over heyoka"] for row in rows("series")}
-    a_run = told(
+    a_run = fill_in(
         "a run costs {lanes over C} of one in C, {lanes over fastest C} of one in C in vector "
         "registers",
         "ensembles",
@@ -79,7 +79,9 @@ def summary() -> list[tuple[str, str, str]]:
         (
             "assembling a chain of 29 999 components",
             "flatten_time",
-            told("{assemble, s} s, {us/component} us for each", "flatten_time", components="29999"),
+            fill_in(
+                "{assemble, s} s, {us/component} us for each", "flatten_time", components="29999"
+            ),
         ),
         *map(by_hand, (THREE, ROW, CLUTCHES)),
         (
@@ -95,29 +97,29 @@ def summary() -> list[tuple[str, str, str]]:
         (
             "first result of a new process, three masses",
             "first_result",
-            told(
+            fill_in(
                 "{all, s} s, {over SciPy} times SciPy's; with nothing cached ",
                 "first_result",
                 **{"new process": "lumped, cached"},
             )
-            + told("{all, s} s", "first_result", **{"new process": "lumped, nothing cached"}),
+            + fill_in("{all, s} s", "first_result", **{"new process": "lumped, nothing cached"}),
         ),
         (
             "stiff chains of 300 and 1 000 inertias: time over that of CVODE's BDF, banded",
             "stiff_chain",
-            listed(
+            list_column(
                 "ratio to CVODE", "stiff_chain_peers", {"inertias": "300"}, {"inertias": "1000"}
             ),
         ),
         (
             "gradient of three functionals by 200 parameters",
             "sensitivity",
-            told("{own runs} runs with its steps", "sensitivity", what="sweep back, all three"),
+            fill_in("{own runs} runs with its steps", "sensitivity", what="sweep back, all three"),
         ),
         (
             "gradients across events: rolling mill that skids, three clutches, impacts",
             "sensitivity",
-            listed("own runs", "sensitivity_across_events") + " runs with their steps",
+            list_column("own runs", "sensitivity_across_events") + " runs with their steps",
         ),
         (
             "three masses by Taylor's series, error 1e-8: time over that of heyoka.py",
@@ -128,12 +130,12 @@ def summary() -> list[tuple[str, str, str]]:
         (
             "20 lowest modes of 10 000 inertias",
             "modes",
-            told("{modes, s} s, error {error}", "modes", inertias="10000"),
+            fill_in("{modes, s} s, error {error}", "modes", inertias="10000"),
         ),
         (
             "1 000 speeds and 24 orders of a drive of nine inertias",
             "order_response",
-            told(
+            fill_in(
                 "{order response, ms} ms, {over batched solver} of a batched solver in numpy by "
                 "hand",
                 "order_response",
@@ -143,7 +145,7 @@ def summary() -> list[tuple[str, str, str]]:
         (
             "100 000 runs of three masses on 2 cores, peak of both shafts, rtol 1e-6",
             "ensembles",
-            told("{s on all threads} s; ", "ensembles_whole", task="a") + a_run,
+            fill_in("{s on all threads} s; ", "ensembles_whole", task="a") + a_run,
         ),
         (
             "100 000 variants: time of the processor one by one over that of a scatter",
