@@ -15,7 +15,7 @@ import numpy as np
 import lumped as lp
 from benchmarks.harness import in_turn, publish
 from lumped import functionals as fun
-from lumped.models.reversing_mill.scenes import pulled_apart
+from lumped.models.reversing_mill.scenes import pull_apart
 from lumped.models.reversing_mill.stand import RATED, SHAFTS
 
 LOAD = "upper.spindle.tau"
@@ -68,7 +68,7 @@ def measure_gradients(system: lp.System) -> list[str]:
 
 def main() -> None:
     """Print the table, and write it to results."""
-    system = lp.assemble(pulled_apart())
+    system = lp.assemble(pull_apart())
     head = ("damage of a spindle", "s", "against, s", "ratio", "deviation")
     publish("damage", head, [measure_streams(system), measure_gradients(system)])
 

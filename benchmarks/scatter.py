@@ -20,7 +20,7 @@ import lumped as lp
 from benchmarks.harness import in_turn, publish
 from lumped import functionals as fun
 from lumped.ensembles import scaled, truncated
-from lumped.models.reversing_mill.scenes import pulled_apart
+from lumped.models.reversing_mill.scenes import pull_apart
 from lumped.models.reversing_mill.stand import RATED, SHAFTS, ClosedGap
 from lumped.tolerances.scene import scene_of
 
@@ -57,7 +57,7 @@ def row(what: str, together: Values, alone: Values) -> tuple[str, ...]:
 
 def mill() -> tuple[str, ...]:
     """The 0.1 %, 50 % and 99.9 % quantiles of the peak torque, with their intervals."""
-    system = lp.assemble(pulled_apart())
+    system = lp.assemble(pull_apart())
     peak = fun.peak("upper.spindle.tau")
     points = scene_of(system, over=TOLERANCES, of=[peak], **SCENE).draw(RUNS, 1)[:ALONE]
 

@@ -85,7 +85,7 @@ def skidding_mill():
     """System, functionals, parameters, end and start values."""
     of = [functionals.peak("upper.spindle.tau"), functionals.rms("upper.shaft.tau")]
     of += [functionals.final("lower.motor.w"), functionals.instant("gap", "forward")]
-    system = lp.assemble(mill.pulled_apart())
+    system = lp.assemble(mill.pull_apart())
     return system, of, list(system.parameters)[:20], 0.2, dict.fromkeys(mill.SHAFTS, mill.RATED)
 
 

@@ -252,7 +252,7 @@ def _report(name: str, file: Path, changes: Changes) -> None:
 def _machine_report(chosen: Machine, name: str, file: Path, changes: Changes) -> None:
     from lumped.compiler.assemble import assemble
     from lumped.drawing.page import report_html
-    from lumped.models.about import sized
+    from lumped.models.about import size_motor
     from lumped.models.sources import constants
     from lumped.simulation.work_precision import work_precision
 
@@ -281,7 +281,7 @@ def _machine_report(chosen: Machine, name: str, file: Path, changes: Changes) ->
         marks=MARKS,
         figures=figures,
         runs={about.scene: run},
-        sizing={motor.name: sized(run, motor) for motor in about.motors},
+        sizing={motor.name: size_motor(run, motor) for motor in about.motors},
         accuracy=accuracy,
     )
     print(f"written: {written}")

@@ -10,7 +10,16 @@ from typing import Any, NamedTuple
 import lumped as lp
 from lumped.simulation.sizing import Limit
 
-__all__ = ["About", "Measure", "Motor", "extremes", "numbered", "read_about", "shared", "sized"]
+__all__ = [
+    "About",
+    "Measure",
+    "Motor",
+    "extremes",
+    "find_shared",
+    "number_values",
+    "read_about",
+    "size_motor",
+]
 
 
 class Motor(NamedTuple):
@@ -90,15 +99,15 @@ def read_about(machine: str, until: float, watched: Mapping[str, str], **more: A
     head, *sections = re.split(r"^## ", file.read_text(encoding="utf-8"), flags=re.MULTILINE)
     parts = {title: body for title, _, body in (section.partition("\n") for section in sections)}
     source, findings, assumptions = (
-        _listed(parts[title]) for title in ("Source", "Findings", "Assumptions")
+        _list_items(parts[title]) for title in ("Source", "Findings", "Assumptions")
     )
-    captions = (text.split(": ", 1) for text in _listed(parts["Figures"]))
+    captions = (text.split(": ", 1) for text in _list_items(parts["Figures"]))
     return About(
-        _joined(head.partition("\n")[2]),
+        _join_words(head.partition("\n")[2]),
         source,
         findings,
         assumptions,
-        scene=_joined(parts["Run"]),
+        scene=_join_words(parts["Run"]),
         captions={name.strip("`"): caption for name, caption in captions},
         until=until,
         watched=watched,
@@ -106,15 +115,15 @@ def read_about(machine: str, until: float, watched: Mapping[str, str], **more: A
     )
 
 
-def _joined(text: str) -> str:
+def _join_words(text: str) -> str:
     return " ".join(text.split())
 
 
-def _listed(text: str) -> tuple[str, ...]:
-    return tuple(_joined(item) for item in re.split(r"^\* ", text, flags=re.MULTILINE)[1:])
+def _list_items(text: str) -> tuple[str, ...]:
+    return tuple(_join_words(item) for item in re.split(r"^\* ", text, flags=re.MULTILINE)[1:])
 
 
-def numbered(text: str, unit: str, values: Iterable[float]) -> list[Measure]:
+def number_values(text: str, unit: str, values: Iterable[float]) -> list[Measure]:
     """Values of one kind, counted from 1."""
     return [Measure(f"{text} {i}", unit, float(value)) for i, value in enumerate(values, 1)]
 
@@ -126,19 +135,19 @@ def extremes(run: lp.Trajectory, about: About) -> Iterator[Measure]:
         yield Measure(f"{words}, least", unit, float(values.min()))
         yield Measure(f"{words}, greatest", unit, float(values.max()))
     for motor in about.motors:
-        asked = sized(run, motor)
+        asked = size_motor(run, motor)
         yield Measure(f"{motor.name}, RMS torque", "N.m", asked.rms_torque)
         yield Measure(f"{motor.name}, peak power", "W", asked.peak_power)
     lost = sum(event.loss for event in run.events)
     yield Measure("energy lost in impacts", "J", float(lost))
 
 
-def sized(run: lp.Trajectory, motor: Motor) -> lp.simulation.Sizing:
+def size_motor(run: lp.Trajectory, motor: Motor) -> lp.simulation.Sizing:
     """Demand of a run on a motor."""
     limits = {"rated": motor.rated, "maximum": motor.maximum}
     return lp.simulation.sizing(run, of=(motor.torque, motor.speed), **limits)
 
 
-def shared(system: lp.System, parameters: Mapping[str, Any] | None) -> dict[str, Any]:
+def find_shared(system: lp.System, parameters: Mapping[str, Any] | None) -> dict[str, Any]:
     """Those of some parameters of a machine that another model of it also has."""
     return {name: x for name, x in (parameters or {}).items() if name in system.parameters}

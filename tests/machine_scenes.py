@@ -12,7 +12,7 @@ from lumped.models.carrousel_coiler.scenes import (
 from lumped.models.eccentric_shear.scenes import free_run
 from lumped.models.pilger_mill.drive import start_up
 from lumped.models.reversing_mill.scenes import skidding
-from lumped.models.rotary_arm.control import controlled
+from lumped.models.rotary_arm.control import run_controlled
 
 SCENES = {
     "coiler": lambda **o: elastic_winding(length=400.0, until=2.0, **o),
@@ -20,7 +20,7 @@ SCENES = {
     "shear": lambda **o: free_run(eps=0.1, turns=1, **o),
     "pilger mill": lambda **o: start_up(until=2.0, **o),
     "reversing mill": lambda **o: skidding(until=0.2, **o),
-    "rotary arm": lambda **o: controlled(until=3.0, **o),
+    "rotary arm": lambda **o: run_controlled(until=3.0, **o),
 }
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.models import Machine, Row
-from lumped.models.about import Measure, shared
+from lumped.models.about import Measure, find_shared
 from lumped.models.carrousel_coiler import drive, scenes, sizing
 from lumped.models.carrousel_coiler.about import ABOUT
 from lumped.models.carrousel_coiler.turret import half_turn
@@ -31,7 +31,7 @@ def rows() -> list[Row]:
 
 
 def _motors() -> Iterator[Row]:
-    motor, second = sizing.chosen_motor(), sizing.chosen_motor(sizing.SPEED_2)
+    motor, second = sizing.choose_motor(), sizing.choose_motor(sizing.SPEED_2)
     note = "print cut off, not rounded; (3.4) [R] times 1.25 [I], which is read off this number"
     row = Row("motor power, 20 m/s", "kW", 2347.0, motor.power / 1e3, EXAMPLE_1, note)
     yield row._replace(fitted=True)
@@ -64,7 +64,7 @@ def _motors() -> Iterator[Row]:
 
 
 def _gears() -> Iterator[Row]:
-    motor, drawn = sizing.chosen_motor(), sizing.drawn_motor()
+    motor, drawn = sizing.choose_motor(), sizing.drawn_motor()
     slow = np.array([5.0])
     for name, found, i, note in (
         ("high gear", motor, drive.I_HIGH, "80 as a = 1.25 says"),
@@ -82,7 +82,7 @@ def _gears() -> Iterator[Row]:
 
 
 def _run() -> Iterator[Row]:
-    motor = sizing.chosen_motor()
+    motor = sizing.choose_motor()
     run = drive.winding(grid=20_000, rtol=1e-9)
     asked = sizing.demand(run, motor)
     note = "1892.0 closed form, at the end of the acceleration; (3.4) gives 1878.3"
@@ -170,8 +170,8 @@ def scene(until: float, **options: Any) -> lp.Trajectory:
 def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
     """Demand of a coil that the line winds, with changed parameters."""
     system = lp.assemble(drive.UnderTension())
-    wound = drive.winding(grid=4000, rtol=1e-9, parameters=shared(system, parameters))
-    asked = sizing.demand(wound, sizing.chosen_motor())
+    wound = drive.winding(grid=4000, rtol=1e-9, parameters=find_shared(system, parameters))
+    asked = sizing.demand(wound, sizing.choose_motor())
     return [
         Measure("prescribed motion, greatest motor power", "W", asked.peak_power),
         Measure("prescribed motion, greatest motor torque", "N.m", asked.peak_torque),

@@ -4,7 +4,7 @@ from math import inf
 
 from lumped.models.about import Motor, read_about
 from lumped.models.carrousel_coiler.sizing import (
-    chosen_motor,
+    choose_motor,
     limit_rows,
 )
 
@@ -22,8 +22,8 @@ ABOUT = read_about(
             "motor of 2348 kW",
             "drive.motor.tau",
             "drive.rotor.w",
-            chosen_motor().torque,
-            limit_rows(chosen_motor()),
+            choose_motor().torque,
+            limit_rows(choose_motor()),
         ),
     ),
 )

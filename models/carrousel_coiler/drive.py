@@ -165,7 +165,7 @@ def line_speed(
     return travel, speed, acceleration, slows + v / b
 
 
-def turned(length: lp.Expr) -> lp.Expr:
+def turn_mandrel(length: lp.Expr) -> lp.Expr:
     """Angle of the mandrel of a `WindingDrive` from the wound length in m.
 
     From the drive's own radius and thickness, without a difference of large numbers.
@@ -174,7 +174,7 @@ def turned(length: lp.Expr) -> lp.Expr:
     return 2 * length / (r + sqrt(r**2 + WindingDrive.h * length / pi))
 
 
-def checked_length(length: float | None, found: Mapping[str, float]) -> float:
+def check_length(length: float | None, found: Mapping[str, float]) -> float:
     """Length of a strip that fits on the coil: as given, or that of the full coil.
 
     Parameters
@@ -239,7 +239,7 @@ def winding(
     """
     model = (UnderTension() if model is None else model).with_({"drive.gear.u": gear})
     found = lp.assemble(model).parameter_values(parameters)
-    travel, _, _, end = line_speed(checked_length(length, found), v, a, b)
+    travel, _, _, end = line_speed(check_length(length, found), v, a, b)
     ratio = WindingDrive.gear.ratio_1 if gear == HIGH else WindingDrive.gear.ratio_2
-    system = lp.assemble(model.with_({"drive.motor.phi": ratio * turned(travel)}))
+    system = lp.assemble(model.with_({"drive.motor.phi": ratio * turn_mandrel(travel)}))
     return lp.simulate(system, until=end, parameters=parameters, **({"rtol": 1e-11} | options))

@@ -13,7 +13,7 @@ from lumped.models.panels import panels
 
 def draw_winding_run() -> Figure:
     run = drive.winding(grid=1000, rtol=1e-9)
-    motor = sizing.chosen_motor()
+    motor = sizing.choose_motor()
     torque, w = run["drive.rotor.flange_a.tau"], run["drive.rotor.w"]
     figure, ((line, speeds), (radius, inertia), (torques, powers)) = panels(3, 2, size=(10, 8))
     figure.suptitle("Strip of 1 mm wound at 20 m/s under 80 kN in high gear")
@@ -80,7 +80,7 @@ def draw_elastic_strip() -> Figure:
 def draw_gear_map() -> Figure:
     speeds = np.concatenate([np.arange(100.0, 1300, 10), [812.4, 812.5, 1199.9, 1200.1]])
     speeds = np.sort(speeds)
-    motor = sizing.chosen_motor()
+    motor = sizing.choose_motor()
     drawn = sizing.drawn_motor()
     figure, axis = panels(size=(8, 5))
     for found, line, name in ((motor, "-", "2348 kW"), (drawn, "--", "2160 kW")):

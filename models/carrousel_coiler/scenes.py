@@ -32,9 +32,9 @@ from lumped.models.carrousel_coiler.drive import (
     UnderTension,
     WindingDrive,
     capacity,
-    checked_length,
+    check_length,
     line_speed,
-    turned,
+    turn_mandrel,
 )
 from lumped.models.sources import Given
 from lumped.ops import pi, sqrt, where
@@ -173,7 +173,7 @@ def elastic_winding(
     model = ElasticStrip() if model is None else model
     at_rest = {"line.v": 0.0, "drive.control.v": 0.0, "drive.control.a": 0.0}
     found = lp.assemble(model.with_(at_rest)).parameter_values(parameters)
-    _, speed, acceleration, end = line_speed(checked_length(length, found), v, a, b)
+    _, speed, acceleration, end = line_speed(check_length(length, found), v, a, b)
     if until is not None and until > end * (1 + 1e-9):
         raise OptionError(
             f"elastic_winding: until = {until:g} s, but the strip ends at {end:.6g} s: wind a "
@@ -209,7 +209,7 @@ class PlacedDrive(WindingDrive):
     v: lp.Param = lp.param("m/s", "speed at the time zero", 0.0)
     a: lp.Param = lp.param("m/s2", "acceleration", 0.0)
     motor: Position = Position(
-        phi=WindingDrive.gear.ratio_1 * turned(L_0 + v * lp.time + a * lp.time**2 / 2)
+        phi=WindingDrive.gear.ratio_1 * turn_mandrel(L_0 + v * lp.time + a * lp.time**2 / 2)
     )
 
 

@@ -76,7 +76,7 @@ def speed_range(i: float = I_HIGH, v_max: float = SPEED_2, v_min: float = SPEED_
     return RADIUS / MANDREL * v_max / v_min * I_HIGH / i
 
 
-def chosen_motor(v: float = SPEED, a: float = AMPLIFICATION) -> Motor:
+def choose_motor(v: float = SPEED, a: float = AMPLIFICATION) -> Motor:
     """Motor of example 3.1, (3.4), (3.12), (3.13) [R].
 
     Its greatest speed is that at the empty coil in high gear. Its power is `a` times that of the
@@ -98,7 +98,7 @@ def drawn_power() -> float:
 
 def drawn_motor() -> Motor:
     """Motor on the drawing, with the base speed and the greatest speed of example 3.1 [I]."""
-    motor = chosen_motor()
+    motor = choose_motor()
     return Motor(drawn_power() / motor.base, drawn_power(), motor.speed)
 
 
@@ -163,7 +163,7 @@ def _limit(motor: Motor, speeds: np.ndarray) -> np.ndarray:
 
 def gear_for(v: float, T: float, motor: Motor | None = None) -> str | None:
     """Gear for a strip: "high" if this suffices, else "low" if this does, else None."""
-    motor = chosen_motor() if motor is None else motor
+    motor = choose_motor() if motor is None else motor
     for name, ratio in (("high", I_HIGH), ("low", I_LOW)):
         if T <= greatest_tension(motor, np.array([v]), ratio)[0] * (1 + 1e-12):
             return name

@@ -13,7 +13,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.models import Machine, Row
-from lumped.models.about import Measure, numbered
+from lumped.models.about import Measure, number_values
 from lumped.models.diesel_genset import scenes
 from lumped.models.diesel_genset.about import ABOUT
 from lumped.models.diesel_genset.drive import SHAFTS, Genset
@@ -34,23 +34,23 @@ OUTER = {8: "shaft_8.tau_c", 1: "shaft_1.tau_c"}
 
 def rows() -> list[Row]:
     """Published and computed numbers."""
-    found = [*_published(), *_natural()]
+    found = [*_compare_published(), *_natural()]
     for case in scenes.CASES:
         for (number, name), known in zip(OUTER.items(), BY_SCIPY[case], strict=True):
-            size = float(scenes.published(case).synthesis(name).maximum.max())
+            size = float(scenes.solve_crankshaft(case).synthesis(name).maximum.max())
             remark = f"{known} by complex matrices in SciPy"
             text = f"shaft {number}, largest torque, {case}"
             found.append(Row(text, "N.m", None, size, NOT, remark))
     rated = scenes.SLOW.index(1500)
     for case in scenes.CASES:
-        size = float(scenes.coupled(case).synthesis("coupling.tau").maximum[rated])
+        size = float(scenes.solve_coupling(case).synthesis("coupling.tau").maximum[rated])
         text = f"coupling at 1500 1/min, {case}"
         found.append(Row(text, "N.m", None, size, ASSUMED, "vibratory torque"))
     return found
 
 
-def _published() -> list[Row]:
-    steady, found = scenes.published(), []
+def _compare_published() -> list[Row]:
+    steady, found = scenes.solve_crankshaft(), []
     for number, (torque, rpm) in PUBLISHED.items():
         size = steady.synthesis(OUTER[number]).sum
         text = f"shaft {number}, largest sum of amplitudes"
@@ -79,7 +79,7 @@ def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Me
     """Natural frequencies and steady vibration with changed parameters."""
     modes = scenes.mean_modes(Genset(), parameters)
     hertz = lp.vibration.mass_elastic(modes, shaft="flywheel.phi").hertz
-    found = numbered("natural frequency, mode", "Hz", hertz)
+    found = number_values("natural frequency, mode", "Hz", hertz)
     of = [*SHAFTS, "coupling.tau"]
     steady = scenes.response(np.arange(1000.0, 1801.0, 50.0), Genset(), of, parameters)
     for name in of:

@@ -24,7 +24,7 @@ def draw_phases() -> Any:
 
 
 def draw_orders() -> Figure:
-    fired = scenes.published()
+    fired = scenes.solve_crankshaft()
     figure, axis = panels()
     sizes = {float(order): fired.magnitude(OUTER[8], float(order)) for order in fired.orders}
     largest = sorted(sizes, key=lambda order: -sizes[order].max())[:_LARGEST]
@@ -37,7 +37,7 @@ def draw_orders() -> Figure:
 
 
 def draw_synthesis() -> Figure:
-    fired = scenes.published()
+    fired = scenes.solve_crankshaft()
     figure, axes = panels(2, size=(8, 6))
     for axis, (number, name) in zip(axes, OUTER.items(), strict=True):
         both = fired.synthesis(name)
@@ -55,9 +55,11 @@ def draw_misfire() -> Figure:
     figure, (above, below) = panels(2, size=(8, 6), sharex=False)
     for case in scenes.CASES:
         above.plot(
-            scenes.SPEEDS, scenes.published(case).synthesis(OUTER[8]).maximum / 1e3, label=case
+            scenes.SPEEDS,
+            scenes.solve_crankshaft(case).synthesis(OUTER[8]).maximum / 1e3,
+            label=case,
         )
-        below.plot(scenes.SLOW, scenes.coupled(case).synthesis("coupling.tau").maximum / 1e3)
+        below.plot(scenes.SLOW, scenes.solve_coupling(case).synthesis("coupling.tau").maximum / 1e3)
     above.set(ylabel="shaft 8, kN.m", xlim=(scenes.SPEEDS[0], scenes.SPEEDS[-1]), ylim=(0, None))
     below.set(
         ylabel="coupling, kN.m",
@@ -70,7 +72,7 @@ def draw_misfire() -> Figure:
 
 
 def draw_damper() -> Figure:
-    fired = scenes.published()
+    fired = scenes.solve_crankshaft()
     damped = scenes.response(model=Genset())
     figure, axis = panels()
     for label, found in (("crankshaft", fired), ("with damper and generator", damped)):

@@ -19,12 +19,12 @@ __all__ = [
     "SLOW",
     "SPEEDS",
     "Start",
-    "coupled",
     "mean_modes",
     "misfiring",
-    "published",
     "response",
     "run_up",
+    "solve_coupling",
+    "solve_crankshaft",
     "starting",
     "vector_sums",
 ]
@@ -98,13 +98,13 @@ def response(
 
 
 @cache
-def published(case: str = "all cylinders fire") -> lp.vibration.OrderResponse:
+def solve_crankshaft(case: str = "all cylinders fire") -> lp.vibration.OrderResponse:
     """Steady vibration of the crankshaft at the speeds of the source, by a key of `CASES`."""
     return response(model=misfiring(Crankshaft(), CASES[case]))
 
 
 @cache
-def coupled(case: str = "all cylinders fire") -> lp.vibration.OrderResponse:
+def solve_coupling(case: str = "all cylinders fire") -> lp.vibration.OrderResponse:
     """Steady vibration of the coupling of the genset at the speeds `SLOW`."""
     return response(SLOW, misfiring(Genset(), CASES[case]), ["coupling.tau"])
 

@@ -20,7 +20,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.models import Machine, Row, compare
-from lumped.models.about import Measure, numbered, shared
+from lumped.models.about import Measure, find_shared, number_values
 from lumped.models.eccentric_shear import scenes, stand
 from lumped.models.eccentric_shear.about import ABOUT
 
@@ -134,7 +134,10 @@ def rows() -> list[Row]:
         *reductions(ellipses=(BEST,), **slow),
         *(twice, tau.max() / 1e3),
         np.sqrt(np.trapezoid(tau**2, even.t[even.t <= twice]) / twice) / 1e3,
-        *(scenes.kept(even)[0], sum(e.loss for e in even.events if e.time == first) / 1e3),
+        *(
+            scenes.compare_speeds(even)[0],
+            sum(e.loss for e in even.events if e.time == first) / 1e3,
+        ),
         *map(scenes.landing, elliptical),
     ]
     return compare(TITLES, computed)
@@ -176,12 +179,12 @@ def _at_the_change() -> Iterator[float]:
 def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
     """Torque at constant crank speed, and what impacts leave, with changed parameters."""
     demand = scenes.turn(
-        scenes.CrankTurned, parameters=shared(lp.assemble(scenes.CrankTurned()), parameters)
+        scenes.CrankTurned, parameters=find_shared(lp.assemble(scenes.CrankTurned()), parameters)
     )
     return [
         Measure("constant crank speed, greatest motor torque", "N.m", demand.peak),
         Measure("constant crank speed, RMS motor torque", "N.m", demand.rms),
-        *numbered("speed of the crank kept at impact", "1", scenes.kept(run)),
+        *number_values("speed of the crank kept at impact", "1", scenes.compare_speeds(run)),
     ]
 
 

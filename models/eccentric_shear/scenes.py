@@ -95,7 +95,7 @@ class FreeShear(lp.Component):
         yield lp.connect(self.voltage.y, self.source.v)
 
 
-def seated(shear: type[Shear], path: str = "loaded.shear") -> dict[str, float]:
+def seat_support(shear: type[Shear], path: str = "loaded.shear") -> dict[str, float]:
     """Start values of a shear whose lower support is at rest.
 
     Parameters
@@ -194,15 +194,15 @@ def turn(
     """
     centre = PULSES[pulse][1] if slowest is None else slowest
     changes = {"eps": eps, "slowest": centre, "w": speed} | dict(parameters or {})
-    run = _turned(_system(motion, pulse, shear), shear, changes, grid)  # type: ignore[arg-type] # classes do have a hash
+    run = _turn_crank(_system(motion, pulse, shear), shear, changes, grid)  # type: ignore[arg-type] # classes do have a hash
     return Demand(run)
 
 
-def _turned(
+def _turn_crank(
     system: lp.System, shear: type[Shear], changes: dict[str, float], grid: Any
 ) -> lp.Trajectory:
     until = 2 * np.pi / system.parameter_values(changes)["w"]
-    start = seated(shear)
+    start = seat_support(shear)
     return lp.simulate(system, until=until, parameters=changes, start=start, grid=grid, rtol=1e-10)
 
 
@@ -220,7 +220,7 @@ def inertia(shear: type[Shear], grid: Any = 720, width: float = 2 * MEETS) -> lp
     """
     bare = {"motor.J": 1e-9, "loaded.idle.tau": 0.0, "loaded.cut.tau_max": 0.0}
     system = _system(CrankTurned, "half-sine", shear)  # type: ignore[arg-type] # as above
-    return _turned(system, shear, bare | {"loaded.shear.switch.width": width}, grid)
+    return _turn_crank(system, shear, bare | {"loaded.shear.switch.width": width}, grid)
 
 
 def motions(run: lp.Trajectory, shear: type[Shear]) -> np.ndarray:
@@ -252,7 +252,7 @@ def motions(run: lp.Trajectory, shear: type[Shear]) -> np.ndarray:
 
 def upright(shear: type[Shear]) -> dict[str, float]:
     """Start values of `free_run`: upper position, no current."""
-    return {"motor.phi": 0.0, "motor.i": 0.0} | seated(shear)
+    return {"motor.phi": 0.0, "motor.i": 0.0} | seat_support(shear)
 
 
 def free_run(
@@ -290,7 +290,7 @@ def free_run(
     return lp.simulate(system, parameters=changed, start=begin, **options)
 
 
-def kept(run: lp.Trajectory) -> list[float]:
+def compare_speeds(run: lp.Trajectory) -> list[float]:
     """Speed of the crank after over that before, for each change of the carriage."""
     instants = sorted({e.time for e in run.events if e.component.endswith("shear.switch")})
     w = run["loaded.shear.shaft.body.w"]

@@ -13,7 +13,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.models import Machine, Row
-from lumped.models.about import Measure, numbered, shared
+from lumped.models.about import Measure, find_shared, number_values
 from lumped.models.marine_turbine.about import ABOUT
 from lumped.models.marine_turbine.drive import BLADES, MarineTurbine
 from lumped.models.marine_turbine.scenes import response, run_up, slow_turning
@@ -73,8 +73,8 @@ def rows() -> list[Row]:
 def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
     """Natural frequencies and steady vibration with changed parameters."""
     system = lp.assemble(MarineTurbine())
-    own = shared(system, parameters)
-    found = numbered("natural frequency, mode", "Hz", lp.modes(system, parameters=own).hertz)
+    own = find_shared(system, parameters)
+    found = number_values("natural frequency, mode", "Hz", lp.modes(system, parameters=own).hertz)
     steady = response(np.arange(20.0, 100.1, 0.2), parameters=own)
     for name in steady.of:
         size = steady.magnitude(name, BLADES).max()

@@ -13,7 +13,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.models import Machine, Row
-from lumped.models.about import Measure, shared
+from lumped.models.about import Measure, find_shared
 from lumped.models.pilger_mill import drive, stand
 from lumped.models.pilger_mill.about import ABOUT
 from lumped.models.pilger_mill.balance import (
@@ -71,7 +71,7 @@ def rows() -> list[Row]:
         ),
     ]
     for name in ("F", "P"):
-        found += _compared(name)
+        found += _compare(name)
     run = drive.running(until=TWO_CYCLES, grid=4000, rtol=1e-9)
     torque = run["motor.tau"]
     phi = float(run["mill.crank.phi"][-1] / (2 * np.pi))
@@ -96,7 +96,7 @@ def powers(of: Balance, design: str, w: float) -> dict[str, float]:
     }
 
 
-def _compared(name: str) -> Iterator[Row]:
+def _compare(name: str) -> Iterator[Row]:
     """Table 2 and the optimum with the parameters of a set and the source's torque."""
     for row in (*_table(name), *_optimum(name)):
         yield row._replace(quantity=f"set {name}, {row.quantity}")
@@ -177,12 +177,12 @@ def _optimum(name: str) -> Iterator[Row]:
 def _swing(name: str, kind: type[stand.Mill]) -> float:
     """Inertia torque of the published design from crest to trough, kN.m."""
     w = stand.SPEED[name]
-    system = stand.turned(stand.mill(name, kind=kind, T_f=0.0, M0=0.0), w * lp.time)
+    system = stand.turn_mill(stand.mill(name, kind=kind, T_f=0.0, M0=0.0), w * lp.time)
     torque = stand.crank_torque(stand.revolution(system, w, np.arange(0.0, 360.05, 0.1)))
     return float(np.ptp(torque)) / 1e3
 
 
-def drawn() -> drive.Driven:
+def build_drawn() -> drive.Driven:
     """The machine with a wanted speed."""
     return drive.Driven(wanted=drive.Driven.gear.ratio * drive.Driven.w)
 
@@ -190,8 +190,10 @@ def drawn() -> drive.Driven:
 def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
     """Force and torque of a turn at constant speed with changed parameters."""
     w = stand.SPEED["P"]
-    system = stand.turned(stand.mill("P"), w * lp.time)
-    turn = stand.revolution(system, w, np.arange(0.0, 360.05, 0.25), shared(system, parameters))
+    system = stand.turn_mill(stand.mill("P"), w * lp.time)
+    turn = stand.revolution(
+        system, w, np.arange(0.0, 360.05, 0.25), find_shared(system, parameters)
+    )
     force = float(np.hypot(*stand.shaking_force(turn).T).max())
     return [
         Measure("greatest force on the foundation", "N", force),
@@ -203,4 +205,4 @@ def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Me
     ]
 
 
-MACHINE = Machine("pilger_mill", ABOUT, rows, drawn, drive.start_up, effects, short=3.0)
+MACHINE = Machine("pilger_mill", ABOUT, rows, build_drawn, drive.start_up, effects, short=3.0)

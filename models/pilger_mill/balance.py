@@ -27,7 +27,7 @@ from lumped.models.pilger_mill.stand import (
     mill,
     revolution,
     shaking_force,
-    turned,
+    turn_mill,
 )
 
 POINTS = 1440
@@ -175,7 +175,7 @@ def balance(
     w = SPEED[name]
     degrees = np.arange(points + 1) * 360 / points
     corners = ((0.0, 0.0), (STEPS[0], 0.0), (0.0, STEPS[1]))
-    torque_of, force_of = (turned(mill(name, kind=k, g=g), w * lp.time) for k in (kind, Mill))
+    torque_of, force_of = (turn_mill(mill(name, kind=k, g=g), w * lp.time) for k in (kind, Mill))
     forces, torques = [], []
     for m2, U in corners:
         changed = {"mill.m2": m2, "mill.U": U}

@@ -19,7 +19,7 @@ from lumped.models.pilger_mill.stand import (
 )
 from lumped.ops import pi, sqrt
 
-__all__ = ["Turned", "revolved"]
+__all__ = ["Turned", "run_revolution"]
 
 
 class Turned(lp.Component):
@@ -44,7 +44,7 @@ class Turned(lp.Component):
         yield lp.connect(self.turn_printed.flange, self.printed.crank)
 
 
-def revolved(points: int = 1440) -> lp.Trajectory:
+def run_revolution(points: int = 1440) -> lp.Trajectory:
     """One revolution of set P before the optimisation of the source, at even crank angles.
 
     Parameters

@@ -26,7 +26,7 @@ def _turn(
 ) -> lp.Trajectory:
     w = stand.SPEED[name]
     part = stand.mill(name, design, kind, g=g, **(changes or {}))
-    return stand.revolution(stand.turned(part, w * lp.time), w, DEGREES)
+    return stand.revolution(stand.turn_mill(part, w * lp.time), w, DEGREES)
 
 
 def _label_angle(axis: object) -> None:

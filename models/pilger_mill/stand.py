@@ -209,7 +209,7 @@ def mill(name: str, design: str = "after", kind: type[Mill] = Mill, **changes: f
     return kind().with_(SETS[name] | DESIGNS[design] | changes)
 
 
-def turned(part: Mill, motion: lp.Expr) -> lp.System:
+def turn_mill(part: Mill, motion: lp.Expr) -> lp.System:
     """The mill with a prescribed crank angle."""
 
     def connections(model: Any) -> Iterator[lp.Connection]:
@@ -226,12 +226,12 @@ def revolution(
     degrees: np.ndarray,
     parameters: Mapping[str, float] | None = None,
 ) -> lp.Trajectory:
-    """One revolution of `turned(mill, w * time)`, at the given angles.
+    """One revolution of `turn_mill(mill, w * time)`, at the given angles.
 
     Parameters
     ----------
     system : System
-        From `turned`.
+        From `turn_mill`.
     w : float
         Speed of the crank, rad/s.
     degrees : ndarray, shape (n,)

@@ -14,7 +14,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.models import Machine, Row, compare, unpublished
-from lumped.models.about import Measure, numbered, shared
+from lumped.models.about import Measure, find_shared, number_values
 from lumped.models.reversing_mill import drives, scenes, stand
 from lumped.models.reversing_mill.about import ABOUT
 
@@ -183,7 +183,7 @@ def scene(start: Mapping[str, Any] | None = None, **options: Any) -> lp.Trajecto
     )
 
 
-def given(system: lp.System, parameters: Mapping[str, Any] | None) -> dict[str, float]:
+def give_start(system: lp.System, parameters: Mapping[str, Any] | None) -> dict[str, float]:
     """Start values of that run, which hold with changed parameters."""
     return dict.fromkeys(drives.TURNING, float(scenes.SPEED)) | dict.fromkeys(
         stand.SHAFTS, float(stand.RATED)
@@ -195,11 +195,11 @@ def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Me
     found = []
     for name, gap in (("open", stand.OpenGap()), ("closed", stand.ClosedGap())):
         system = lp.assemble(gap)
-        hertz = lp.modes(system, parameters=shared(system, parameters)).hertz
-        found += numbered(f"gap {name}, natural frequency", "Hz", hertz)
+        hertz = lp.modes(system, parameters=find_shared(system, parameters)).hertz
+        found += number_values(f"gap {name}, natural frequency", "Hz", hertz)
     return found
 
 
 MACHINE = Machine(
-    "reversing_mill", ABOUT, rows, scenes.StripGap, scene, effects, short=0.4, given=given
+    "reversing_mill", ABOUT, rows, scenes.StripGap, scene, effects, short=0.4, given=give_start
 )

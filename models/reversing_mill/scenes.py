@@ -101,10 +101,10 @@ def skidding(
         Passed to `lumped.simulate`, among them ``parameters={"M_s": ..., "M_k": ...}``.
     """
     rolling = dict.fromkeys(SHAFTS, RATED) | dict(start or {})
-    return lp.simulate(lp.assemble(pulled_apart(stand)), until=until, start=rolling, **options)
+    return lp.simulate(lp.assemble(pull_apart(stand)), until=until, start=rolling, **options)
 
 
-def pulled_apart(stand: StripGap | None = None) -> StripGap:
+def pull_apart(stand: StripGap | None = None) -> StripGap:
     """Stand whose motors give 1.6 and 0.4 Mr for 0.12 s, then Mr each [A].
 
     Parameters

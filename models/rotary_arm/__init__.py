@@ -15,7 +15,7 @@ import numpy as np
 import lumped as lp
 from lumped.components import Torque
 from lumped.models import Machine, Row
-from lumped.models.about import Measure, shared
+from lumped.models.about import Measure, find_shared
 from lumped.models.rotary_arm import control, loads, parts
 from lumped.models.rotary_arm.about import ABOUT
 from lumped.models.rotary_arm.cycle import (
@@ -25,7 +25,7 @@ from lumped.models.rotary_arm.cycle import (
     REDUCER,
     carrying,
     demand,
-    loaded_rms,
+    measure_loaded_rms,
     run_cycle,
 )
 
@@ -160,7 +160,7 @@ def _cycle() -> Iterator[Row]:
         yield row._replace(fitted=solved)
         note = f"{peak} by hand"
         yield Row(f"peak torque, {what}", "N.m", None, other.peak_torque, ASSUMED, note)
-    nine = loaded_rms(run_cycle(carrying(9.0), printed=True))
+    nine = measure_loaded_rms(run_cycle(carrying(9.0), printed=True))
     note = "9 s from pick-up to release [A]; 6044.7 by hand, more than rated: excluded"
     yield Row("RMS torque, loaded for 9 s", "N.m", None, nine, ASSUMED, note)
     slow = np.degrees(ADOPTED.slow)
@@ -183,7 +183,7 @@ def _cycle() -> Iterator[Row]:
 
 def _loop() -> Iterator[Row]:
     t = np.linspace(0.0, 10.98, 499)  # the samples of the calculation by hand
-    run = control.controlled(until=590 * t[1], grid=590, rtol=1e-10)
+    run = control.run_controlled(until=590 * t[1], grid=590, rtol=1e-10)
     taken, put, near = control.instants(run)
     note = "0.577318 by hand, where friction drives the arm at rest: it comes 1.5 us later"
     yield Row("pick-up under control", "s", None, taken, ASSUMED, note)
@@ -221,7 +221,7 @@ def jump(run: lp.Trajectory, instant: float) -> float:
 
 def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
     """Torque of the prescribed cycle, and the way left, with changed parameters."""
-    given = shared(lp.assemble(parts.Driven(drive=Torque(tau=0.0))), parameters)
+    given = find_shared(lp.assemble(parts.Driven(drive=Torque(tau=0.0))), parameters)
     asked = demand(run_cycle(parameters=given))
     return [
         Measure("prescribed motion, RMS motor torque", "N.m", asked.rms_torque),
@@ -235,7 +235,7 @@ MACHINE = Machine(
     ABOUT,
     rows,
     control.Controlled,
-    control.controlled,
+    control.run_controlled,
     effects,
     short=4.0,
     given=control.at_rest,

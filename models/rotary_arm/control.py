@@ -94,7 +94,7 @@ class Controlled(lp.Component):
         yield lp.connect(self.at_motor.y, self.motor.wanted)
 
 
-def controlled(
+def run_controlled(
     until: float = 10.98,
     parameters: Mapping[str, Any] | None = None,
     start: Mapping[str, Any] | None = None,

@@ -215,7 +215,7 @@ def carrying(seconds: float) -> Cycle:
     )
 
 
-def loaded_rms(run: lp.Trajectory) -> float:
+def measure_loaded_rms(run: lp.Trajectory) -> float:
     """RMS of the torque without the rotor while the mandrel is on the arm, N.m."""
     on = run["arm.carried.y"] == 1
     t, torque = run.t[on], run[REDUCER][on]

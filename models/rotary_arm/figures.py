@@ -34,7 +34,7 @@ def draw_cycle() -> Figure:
 
 
 def draw_control() -> Figure:
-    run = control.controlled(grid=3000)
+    run = control.run_controlled(grid=3000)
     figure, (speed, torque, error) = panels(3, size=(8, 8))
     speed.plot(run.t, run["wanted.y"], "--", label="wanted")
     speed.plot(run.t, run["arm.trays.w"], label="arm")
@@ -57,14 +57,14 @@ def draw_control() -> Figure:
     return figure
 
 
-def _shown(axes: Sequence[Axes], run: lp.Trajectory, label: str) -> None:
+def _show(axes: Sequence[Axes], run: lp.Trajectory, label: str) -> None:
     speed, angle, torque = axes
     speed.plot(run.t, run["arm.trays.w"], label=label)
     angle.plot(run.t, np.degrees(run["arm.phi"]))
     torque.plot(run.t, run["motor.tau"] / 1e3)
 
 
-def _finished(figure: Figure, axes: Sequence[Axes], limit: float, until: float) -> Figure:
+def _finish(figure: Figure, axes: Sequence[Axes], limit: float, until: float) -> Figure:
     speed, angle, torque = axes
     speed.set(ylabel="speed of the arm, rad/s")
     angle.axhline(np.degrees(cycle.ADOPTED.pick_up), color="grey", linestyle=":")
@@ -80,19 +80,19 @@ def _finished(figure: Figure, axes: Sequence[Axes], limit: float, until: float) 
 def draw_pick_up() -> Figure:
     figure, axes = panels(3, size=(8, 8))
     for bandwidth in (30.0, 20.0, 10.0):
-        run = control.controlled(until=2.0, parameters={"bandwidth": bandwidth}, grid=2000)
-        _shown(axes, run, f"speed control of {bandwidth:g} rad/s")
+        run = control.run_controlled(until=2.0, parameters={"bandwidth": bandwidth}, grid=2000)
+        _show(axes, run, f"speed control of {bandwidth:g} rad/s")
     axes[1].set_ylim(-7, 5)
     axes[0].set_title("Pick-up: a slow speed control lets the mandrel back on the table")
-    return _finished(figure, axes, loads.MAXIMUM, 2.0)
+    return _finish(figure, axes, loads.MAXIMUM, 2.0)
 
 
 def draw_first_motor() -> Figure:
     figure, axes = panels(3, size=(8, 8))
     for eta in (0.86, 0.84, 0.83, 0.80):
         changed = {"motor.tau_max": loads.OVERLOAD * loads.FIRST, "reducer.eta": eta}
-        run = control.controlled(until=3.0, parameters=changed, grid=2000)
-        _shown(axes, run, f"efficiency {eta:g}")
+        run = control.run_controlled(until=3.0, parameters=changed, grid=2000)
+        _show(axes, run, f"efficiency {eta:g}")
     axes[0].set(ylim=(0, 0.2), title="First motor: below 0.832 the loaded arm stalls")
     axes[1].set_ylim(-7, 7)
-    return _finished(figure, axes, loads.OVERLOAD * loads.FIRST, 3.0)
+    return _finish(figure, axes, loads.OVERLOAD * loads.FIRST, 3.0)

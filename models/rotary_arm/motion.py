@@ -41,7 +41,7 @@ from lumped.models.rotary_arm.parts import (
 
 NOTHING = 1e-3  # kg  an arm without mandrel; a mass is positive
 
-__all__ = ["Carrying", "best_motion", "driven_by"]
+__all__ = ["Carrying", "best_motion", "run_motion"]
 
 
 class Carrying(lp.Component):
@@ -102,7 +102,7 @@ def best_motion(cycle: Cycle = ADOPTED, intervals: int = 20) -> lp.optimisation.
     )
 
 
-def driven_by(
+def run_motion(
     found: lp.optimisation.Motion, cycle: Cycle = ADOPTED, grid: int = 3600
 ) -> lp.Trajectory:
     """The arm with latches, table, rollers and sticking friction, turned by an optimal motion.

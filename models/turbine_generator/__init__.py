@@ -13,10 +13,15 @@ import numpy as np
 
 import lumped as lp
 from lumped.models import Machine, Row
-from lumped.models.about import Measure, numbered, shared
+from lumped.models.about import Measure, find_shared, number_values
 from lumped.models.turbine_generator.about import ABOUT
 from lumped.models.turbine_generator.drive import BEGIN, SHAFTS, Train, TurbineGenerator
-from lumped.models.turbine_generator.scenes import FREE, faulted, per_unit, rated
+from lumped.models.turbine_generator.scenes import (
+    FREE,
+    find_rated_point,
+    per_unit,
+    run_short_circuit,
+)
 
 BENCHMARK = "torsional frequencies [P]"
 NOT = "not published [R]"
@@ -48,7 +53,7 @@ def rows() -> list[Row]:
     ]
     grid = np.concatenate([[0.0], BEGIN + np.linspace(0.0, 0.5, 15_001)])
     for phases, text in (("abc", "three-phase fault"), ("bc", "line-to-line fault")):
-        run = faulted(phases=phases, grid=grid, rtol=1e-9)
+        run = run_short_circuit(phases=phases, grid=grid, rtol=1e-9)
         for name, torque in TORQUES.items():
             course = per_unit(run, torque)
             remark = "in rated torques; no other value"
@@ -64,18 +69,18 @@ def rows() -> list[Row]:
 def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
     """Torsional frequencies with changed parameters."""
     train = lp.assemble(Train())
-    hertz = lp.modes(train, parameters=shared(train, parameters)).hertz
-    return numbered("torsional frequency, mode", "Hz", hertz)
+    hertz = lp.modes(train, parameters=find_shared(train, parameters)).hertz
+    return number_values("torsional frequency, mode", "Hz", hertz)
 
 
 def begin(system: lp.System, parameters: Mapping[str, Any] | None) -> lp.OperatingPoint:
     """The steady state before the fault, from which bus, excitation and steam follow."""
     given = {name: value for name, value in (parameters or {}).items() if name not in FREE}
-    return rated(system, given)
+    return find_rated_point(system, given)
 
 
 MACHINE = Machine(
-    *("turbine_generator", ABOUT, rows, TurbineGenerator, faulted, effects),
+    *("turbine_generator", ABOUT, rows, TurbineGenerator, run_short_circuit, effects),
     short=0.2,
     searched=begin,
     grid=8000,

@@ -8,7 +8,12 @@ from matplotlib.figure import Figure
 import lumped as lp
 from lumped.models.panels import panels
 from lumped.models.turbine_generator import drive
-from lumped.models.turbine_generator.scenes import cleared, faulted, per_unit, reclosed
+from lumped.models.turbine_generator.scenes import (
+    clear_faults,
+    per_unit,
+    run_reclosing,
+    run_short_circuit,
+)
 
 SHAFT = drive.SHAFTS["LPB-GEN"]
 BODIES = {
@@ -37,7 +42,7 @@ def draw_shapes() -> Figure:
 def draw_fault() -> Figure:
     figure, (top, bottom) = panels(2, size=(8, 5.5))
     for phases, text in (("abc", "three phases"), ("bc", "line to line")):
-        run = faulted(0.32, phases, grid=6000)
+        run = run_short_circuit(0.32, phases, grid=6000)
         time = 1e3 * (run.t - drive.BEGIN)
         top.plot(time, per_unit(run, "gen.tau"), linewidth=1, label=text)
         bottom.plot(time, per_unit(run, SHAFT), linewidth=1, label=text)
@@ -49,7 +54,7 @@ def draw_fault() -> Figure:
 
 def draw_cleared() -> Figure:
     durations = np.arange(0.03, 0.2001, 0.0005)
-    found = cleared(durations)
+    found = clear_faults(durations)
     figure, axis = panels()
     for text in drive.SHAFTS:
         axis.plot(1e3 * durations, found[text] / drive.BASE.tau, label=text)
@@ -60,7 +65,7 @@ def draw_cleared() -> Figure:
 
 
 def draw_reclosed() -> Figure:
-    run = reclosed(grid=8000)
+    run = run_reclosing(grid=8000)
     figure, axis = panels()
     axis.plot(run.t, per_unit(run, "gen.tau"), linewidth=0.8, label="air gap")
     axis.plot(run.t, per_unit(run, SHAFT), linewidth=1.2, label="LPB-GEN")

@@ -17,7 +17,15 @@ from lumped.models.turbine_generator.drive import (
     TurbineGenerator,
 )
 
-__all__ = ["FREE", "at_maximum", "cleared", "faulted", "per_unit", "rated", "reclosed"]
+__all__ = [
+    "FREE",
+    "at_maximum",
+    "clear_faults",
+    "find_rated_point",
+    "per_unit",
+    "run_reclosing",
+    "run_short_circuit",
+]
 
 FREE = ["bus.V", "bus.phase", "gen.v_f", "turbine.steam"]
 """What follows from the state at the start: bus, excitation, steam."""
@@ -57,7 +65,7 @@ def at_maximum(system: lp.System, parameters: Mapping[str, Any] | None = None) -
     return {"gen.phi": float(np.angle(inner)) - np.pi / 2 - w * value["fault.begin"]}
 
 
-def faulted(
+def run_short_circuit(
     until: float = 0.52,
     phases: str = "abc",
     model: TurbineGenerator | None = None,
@@ -80,7 +88,7 @@ def faulted(
     return _run(system, until, options)
 
 
-def cleared(
+def clear_faults(
     durations: ArrayLike, until: float = 0.8, parameters: Mapping[str, Any] | None = None
 ) -> lp.ensembles.Ensemble:
     """Largest torque of each shaft after three-phase faults that are cleared.
@@ -100,7 +108,7 @@ def cleared(
         N.m, by the names of the shafts.
     """
     system = lp.assemble(TurbineGenerator())
-    point = rated(system, parameters)
+    point = find_rated_point(system, parameters)
     begin = system.parameter_values(parameters)["fault.begin"]
     ends = begin + np.asarray(durations, dtype=float)
     over: dict[str | lp.Expr, Any] = {"fault.end": ends}
@@ -114,7 +122,9 @@ def cleared(
     )
 
 
-def reclosed(until: float = 0.6, model: Reclosed | None = None, **options: Any) -> lp.Trajectory:
+def run_reclosing(
+    until: float = 0.6, model: Reclosed | None = None, **options: Any
+) -> lp.Trajectory:
     """Three-phase fault cleared after 50 ms; then the breaker opens, and closes again.
 
     Parameters
@@ -129,7 +139,9 @@ def reclosed(until: float = 0.6, model: Reclosed | None = None, **options: Any) 
     return _run(lp.assemble(model or Reclosed()), until, options)
 
 
-def rated(system: lp.System, parameters: Mapping[str, Any] | None = None) -> lp.OperatingPoint:
+def find_rated_point(
+    system: lp.System, parameters: Mapping[str, Any] | None = None
+) -> lp.OperatingPoint:
     """The steady state before the fault."""
     start = at_maximum(system, parameters)
     return lp.start_point(system, start=start, free=FREE, parameters=parameters)

@@ -17,7 +17,7 @@ from lumped.models.eccentric_shear.scenes import (
     SPEED,
     FreeShear,
     free_run,
-    seated,
+    seat_support,
 )
 from lumped.models.eccentric_shear.stand import (
     ECCENTRICITY,
@@ -31,7 +31,7 @@ from lumped.models.pilger_mill.stand import (
     ROD,
     ROD_1,
 )
-from lumped.models.rotary_arm.control import controlled
+from lumped.models.rotary_arm.control import run_controlled
 
 R, L, E, AXIS = 0.3, 1.1, 0.1, 0.4
 
@@ -128,7 +128,7 @@ def test_supports_of_the_shear_hang_on_the_shaft_in_their_guides():
     hub = [f"loaded.shear.shaft.arm.hub_{axis}.s" for axis in "xy"]
     system = lp.assemble(FreeShear().with_({"loaded.shear": GuidedShear()}), keep=hub)
     start = {"motor.w": SPEED, "motor.phi": 0.0, "motor.i": 0.0, **dict.fromkeys(hub, 0.0)}
-    run = lp.simulate(system, start=start | seated(GuidedShear), until=3.0, grid=600)
+    run = lp.simulate(system, start=start | seat_support(GuidedShear), until=3.0, grid=600)
     _, lines = drawn(run)
     arm, rod = lines["loaded.shear.shaft.arm.arm"], lines["loaded.shear.upper.rod.rod"]
     assert np.allclose(lengths(arm), ECCENTRICITY, rtol=1e-4)
@@ -146,7 +146,7 @@ def test_positions_left_out_are_named_all_at_once(tmp_path: Path):
 
 
 def test_arm_carries_the_mandrel_between_table_and_rollers():
-    run = controlled(grid=600)
+    run = run_controlled(grid=600)
     times, lines = drawn(run, 200)
     trays, mandrel = lines["arm.trays.body"][:, 0], lines["arm.weight.body"][:, 0]
     taken, put = sorted(e.time for e in run.events if e.component == "arm.carried")[-2:]

@@ -12,7 +12,7 @@ from lumped.kernel import engine
 from lumped.kernel.enclosures import turning
 from lumped.life import SNCurve, goodman
 from lumped.many_runs import watched
-from lumped.models.reversing_mill.scenes import RATED, SHAFTS, pulled_apart
+from lumped.models.reversing_mill.scenes import RATED, SHAFTS, pull_apart
 from lumped.ops import log, sin, sqrt, where
 from lumped.timeloop.cycle_count import count_cycles
 
@@ -136,7 +136,7 @@ def test_the_count_of_a_run_is_that_of_its_turning_points(monkeypatch, kind, see
 
 
 def test_spindles_of_the_reversing_mill(monkeypatch):
-    system, start = lp.assemble(pulled_apart()), dict.fromkeys(SHAFTS, RATED)
+    system, start = lp.assemble(pull_apart()), dict.fromkeys(SHAFTS, RATED)
     curve, scale = SNCurve("50 MPa", 1e6, 5.0, "haibach"), 40e6 / float(RATED)
     rule = goodman("700 MPa")
     name, M_s = "upper.spindle.tau", system.parameters["M_s"]

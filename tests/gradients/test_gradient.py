@@ -344,7 +344,7 @@ def cutting():
     # over the instants at which the carriage is taken along and let go
     system = shear.free_run(until=1e-3).system
     start = {"motor.w": shear.SPEED, "motor.phi": 0.0, "motor.i": 0.0}
-    start |= shear.seated(shear.PrintedShear)
+    start |= shear.seat_support(shear.PrintedShear)
     of = [fun.peak("motor.tau"), fun.rms("motor.tau"), fun.final("motor.w")]
     to = ["loaded.cut.tau_max", "motor.k"]
     return system, of, to, 2.0, start, {"eps": 0.1}, 3
@@ -352,7 +352,7 @@ def cutting():
 
 def taking():
     # already moving, over the instant at which the mandrel is taken
-    system = arm.controlled(until=1e-3).system
+    system = arm.run_controlled(until=1e-3).system
     start = {"arm.phi": arm.BEGIN, "motor.tau": 0.0, "motor.x": 0.0, "motor.w": 2.0}
     start |= {"arm.mandrel.phi": arm.ADOPTED.pick_up, "arm.table.gap": 0.0}
     of = [fun.lowest("arm.trays.w"), fun.rms("motor.tau"), fun.final("arm.trays.w")]
@@ -399,7 +399,7 @@ def test_the_machines_have_the_same_bits_with_few_states_kept(scene, monkeypatch
 
 def test_shares_of_indeterminate_constraints_that_let_go_are_told():
     # at rest reducer and bearings both hold the arm
-    run = arm.controlled(until=1e-3, grid=2)
+    run = arm.run_controlled(until=1e-3, grid=2)
     system, held, gain = run.system, run["motor.tau"][0], arm.BANDWIDTH * arm.J_M
     start = {"arm.phi": arm.BEGIN, "motor.tau": held, "motor.x": held / gain}
     start |= {"arm.mandrel.phi": arm.ADOPTED.pick_up, "arm.table.gap": 0.0}

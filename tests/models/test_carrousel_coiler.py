@@ -117,7 +117,7 @@ class TestRows:
 
 class TestSizing:
     def test_rated_torque_suffices_for_the_full_coil_in_high_gear(self):
-        motor = sizing.chosen_motor()
+        motor = sizing.choose_motor()
         assert motor.torque == pytest.approx(T * R * 1.08 / (0.92 * 1.354), rel=1e-14)
         assert motor.speed / motor.base == pytest.approx(2.623, abs=5e-4)
 
@@ -127,7 +127,7 @@ class TestSizing:
     @pytest.mark.parametrize("ratio", [1.354, 2.0])
     @pytest.mark.parametrize("power", [None, 2160e3])
     def test_gear_map(self, ratio, power):
-        motor, name = sizing.chosen_motor(), "high" if ratio < 2 else "low"
+        motor, name = sizing.choose_motor(), "high" if ratio < 2 else "low"
         if power is not None:
             motor = sizing.Motor(power / motor.base, power, motor.speed)
         file = reference("gear_map")
@@ -261,7 +261,7 @@ class TestWindingRun:
         assert work == pytest.approx(given - brought, rel=1e-7)
 
     def test_use_of_the_motor(self, whole):
-        asked = sizing.demand(whole, sizing.chosen_motor())
+        asked = sizing.demand(whole, sizing.choose_motor())
         assert asked.rms_torque == pytest.approx(44.96e3, abs=5)
         assert asked.fits
 

@@ -16,7 +16,7 @@ from lumped.models.eccentric_shear.scenes import (
     MotorTurned,
     inertia,
     motions,
-    seated,
+    seat_support,
 )
 from lumped.models.eccentric_shear.stand import (
     CENTRE_RECTANGLE,
@@ -45,7 +45,7 @@ def crank_turned(cut: lp.Component = HALF_SINE, **changes: float) -> lp.Trajecto
         lp.assemble(model, keep=["motor.phi", "loaded.cut.flange.phi"]),
         until=2 * np.pi / SPEED,
         parameters=changes,
-        start=seated(PrintedShear),
+        start=seat_support(PrintedShear),
         grid=DEGREES / SPEED,
         rtol=1e-10,
     )
@@ -191,7 +191,7 @@ class TestEllipses:
             system,
             until=2 * np.pi / SPEED,
             parameters={"eps": 0.5},
-            start=seated(PrintedShear),
+            start=seat_support(PrintedShear),
             grid=8000,
         )
         w = run["loaded.shear.shaft.body.w"]

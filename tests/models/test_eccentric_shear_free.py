@@ -16,10 +16,10 @@ from lumped.errors import ParameterError
 from lumped.models.eccentric_shear.scenes import (
     CrankTurned,
     FreeShear,
+    compare_speeds,
     free_run,
-    kept,
     landing,
-    seated,
+    seat_support,
 )
 from lumped.models.eccentric_shear.stand import (
     IDLE,
@@ -57,7 +57,7 @@ class Coasting(lp.Component):
 
 def coast(shear: type[Shear], begin: float = 1.5, until: float = 0.5, **p: float) -> lp.Trajectory:
     system = lp.assemble(Coasting().with_({"loaded.shear": shear()}))
-    start = {"motor.w": SPEED, "motor.phi": begin} | seated(shear)
+    start = {"motor.w": SPEED, "motor.phi": begin} | seat_support(shear)
     return lp.simulate(system, until=until, parameters=p, start=start, rtol=1e-11)
 
 
@@ -77,17 +77,17 @@ class TestChangeOfCarriage:
     @pytest.mark.parametrize("shear", READINGS)
     @pytest.mark.parametrize("J", [1e-3, 54e3, 1e9])
     def test_speed_jumps_by_the_momentum_in_the_new_direction(self, shear, J):
-        received = kept(coast(shear, J=J))[0]
+        received = compare_speeds(coast(shear, J=J))[0]
         expected = (CROSS[shear] + J) / (AFTER[shear] + J)
         assert abs(received - expected) < 2e-5
 
     def test_kept_speed_is_that_of_the_reference(self):
-        assert abs(kept(coast(PrintedShear))[0] - 0.952650) < 5e-7
-        assert abs(kept(coast(PrintedShear, J=1e-3))[0] - 0.1323) < 5e-5
+        assert abs(compare_speeds(coast(PrintedShear))[0] - 0.952650) < 5e-7
+        assert abs(compare_speeds(coast(PrintedShear, J=1e-3))[0] - 0.1323) < 5e-5
 
     @pytest.mark.parametrize("shear", READINGS)
     def test_return_has_the_mirrored_jump(self, shear):
-        received = kept(coast(shear, begin=4.6))[0]
+        received = compare_speeds(coast(shear, begin=4.6))[0]
         expected = (CROSS[shear] + J_MOTOR) / (BEFORE + J_MOTOR)
         assert abs(received - expected) < 2e-6
 
@@ -97,7 +97,7 @@ class TestChangeOfCarriage:
         heavy = 1e9
         run = coast(shear, J=heavy)
         expected = (AFTER[shear] - CROSS[shear]) * SPEED
-        assert abs(heavy * SPEED * (1 - kept(run)[0]) / expected - 1) < 1e-4
+        assert abs(heavy * SPEED * (1 - compare_speeds(run)[0]) / expected - 1) < 1e-4
         received = sum(event.loss for event in run.events)
         lost = (BEFORE + AFTER[shear] - 2 * CROSS[shear]) * SPEED**2 / 2
         assert abs(received / lost - 1) < 1e-4
@@ -108,7 +108,7 @@ class TestChangeOfCarriage:
     def test_prescribed_speed_takes_the_impulse_and_the_event_tells_its_loss(self, shear):
         """No torque of the drive grows with it: 2812 J at 1.05 rad/s with printed supports."""
         system = lp.assemble(CrankTurned().with_({"loaded.shear": shear()}))
-        run = lp.simulate(system, until=3.0, start=seated(shear), rtol=1e-10)
+        run = lp.simulate(system, until=3.0, start=seat_support(shear), rtol=1e-10)
         instant = next(v.time for v in run.events if v.component.endswith("shear.switch"))
         received = sum(event.loss for event in run.events if event.time == instant)
         expected = (BEFORE + AFTER[shear] - 2 * CROSS[shear]) * SPEED**2 / 2
@@ -131,7 +131,7 @@ class TestChangeOfCarriage:
         u = run["motor.w"][at] / run["loaded.shear.shaft.body.w"][at]
         assert abs(u[0] - u[-1]) < 1e-12
         expected = (CROSS[PrintedShear] + u[0] ** 2 * J_MOTOR) / (3117.0 + u[0] ** 2 * J_MOTOR)
-        assert abs(kept(run)[0] - expected) < 1e-5
+        assert abs(compare_speeds(run)[0] - expected) < 1e-5
 
     def test_stiff_contacts_without_modes_lead_to_the_same_speed(self):
         """Springs that close the contacts instead: 0.95202 to 0.95224 in the reference."""
@@ -142,7 +142,7 @@ class TestChangeOfCarriage:
             system = lp.assemble(Coasting().with_({"loaded.shear": GuidedShear(**changes)}))
             start = {"motor.w": SPEED, "motor.phi": 1.5}
             if name == "rigid":
-                start |= seated(GuidedShear)
+                start |= seat_support(GuidedShear)
             run = lp.simulate(system, until=0.15, start=start, rtol=1e-9)
             received[name] = run["motor.w"][-1]
         lost = SPEED - received["rigid"]
@@ -214,7 +214,7 @@ class TestFreeRun:
     @pytest.mark.parametrize("e", [0.0, 0.5])
     def test_energy_supplied_is_stored_or_lost_in_impacts(self, shear, e):
         system = lp.assemble(Audited().with_({"loaded.shear": shear()}))
-        start = {"motor.w": SPEED, "motor.phi": 0.0, "motor.i": 0.0} | seated(shear)
+        start = {"motor.w": SPEED, "motor.phi": 0.0, "motor.i": 0.0} | seat_support(shear)
         start |= {"W_motor": 0.0, "W_load": 0.0}
         table = reference()
         t = table["t_s"]

@@ -74,7 +74,7 @@ class TestCurves:
         """An accelerated crank: tau = J alpha + J' w^2 / 2, the latter from the reference."""
         table = data(f"curves_{name}")
         w, alpha = stand.SPEED[name], 20.0
-        system = stand.turned(
+        system = stand.turn_mill(
             stand.mill(name, design, T_f=0.0, M0=0.0, m_pin=0.0).with_({"sectors.m": 0.0}),
             w * lp.time + alpha / 2 * lp.time**2,
         )
@@ -300,7 +300,7 @@ class TestErrorsOfThePrint:
     def test_swapped_ends_of_the_rods_change_the_force(self):
         swapped = stand.mill("P").with_({"stand.k": 0.55, "weight.k": 0.55})
         w = stand.SPEED["P"]
-        run = stand.revolution(stand.turned(swapped, w * lp.time), w, np.arange(361.0))
+        run = stand.revolution(stand.turn_mill(swapped, w * lp.time), w, np.arange(361.0))
         p = stand.SETS["P"]
         change = stand.shaking_force(run) - stand.shaking_force(turn("P"))
         angle = np.radians(np.arange(361.0))

@@ -186,7 +186,7 @@ class TestBalance:
     def test_curves_of_a_design_are_those_of_its_own_run(self, found):
         name, of = found
         w, degrees = SPEED[name], np.arange(1441) / 4
-        own = stand.revolution(stand.turned(stand.mill(name), w * lp.time), w, degrees)
+        own = stand.revolution(stand.turn_mill(stand.mill(name), w * lp.time), w, degrees)
         force = np.hypot(*stand.shaking_force(own).T)[:-1]
         assert error(of.forces(PUBLISHED), force) < 1e-11
 

@@ -60,7 +60,7 @@ class TestExtremes:
         ):
             assert round(degrees, 4) in (-3.9096, 174.8270)
             part = stand.mill("P", T_f=0.0)
-            point = lp.start_point(stand.turned(part, np.radians(degrees) + lp.time))
+            point = lp.start_point(stand.turn_mill(part, np.radians(degrees) + lp.time))
             assert abs(point["mill.stand.v"]) < 1e-14
             assert np.isfinite(point["turn.flange.tau"])
             assert abs(point["mill.weight.v"]) > 0.5
@@ -108,7 +108,7 @@ class TestExtremes:
             free = {"m_rod": 0.0, "m_rod_1": 0.0, "T_f": 0.0, "M0": 0.0}
             part = Mill(**balanced | free | {"L": length, "L1": 0.8 * length})
             part = part.with_({"rolls.J": 1e-9})
-            runs.append(stand.revolution(stand.turned(part, w * lp.time), w, np.degrees(angle)))
+            runs.append(stand.revolution(stand.turn_mill(part, w * lp.time), w, np.degrees(angle)))
         if length > 5:
             slope = np.abs(runs[0]["mill.stand.a"] / w**2 - R * np.cos(angle)).max()
             assert abs(slope * length / (R * (R + E)) - 1) < 0.02

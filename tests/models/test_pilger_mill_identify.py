@@ -22,7 +22,7 @@ L, L1 = stand.ROD, stand.ROD_1
 def per_mass(step: float = 1.0) -> np.ndarray:
     """Inertia torque over w^2 for 1 kg of stand, counterweight, rod of either; crank angles."""
     w = stand.SPEED["P"]
-    system = stand.turned(stand.mill("P"), w * lp.time)
+    system = stand.turn_mill(stand.mill("P"), w * lp.time)
     run = stand.revolution(system, w, np.arange(0.0, 360.0, step))
     v, v1, turn, turn1 = (
         run[f"mill.{part}.{rate}"] * run[f"mill.{part}.{course}"] / w**3

@@ -13,8 +13,8 @@ from lumped.models.rotary_arm.control import (
     BEGIN,
     J_M,
     Controlled,
-    controlled,
     instants,
+    run_controlled,
 )
 from lumped.models.rotary_arm.cycle import ADOPTED
 from lumped.models.rotary_arm.loads import FIRST
@@ -34,7 +34,7 @@ def following(**grid):
     start = {"arm.phi": phi, "arm.trays.w": w, "ramp.x": ramp}
     start |= {"motor.x": integral / (BANDWIDTH * J_M), "motor.tau": torque}
     until = reference[-1, 0] - t0
-    return controlled(until=until, rtol=1e-11, start=start, **grid), t0
+    return run_controlled(until=until, rtol=1e-11, start=start, **grid), t0
 
 
 def deviations(run, row, values, ranges):
@@ -109,7 +109,7 @@ def test_from_rest_the_arm_waits_until_the_torque_suffices():
     assert pytest.approx(12.8 + LOADED / 2500, rel=1e-12) == J_M
     J_m, rates = J_M, leaving(sticks=True)
     held = gravity(BEGIN, 0) / 42.5
-    assert controlled(until=0.01, grid=2)["motor.tau"][0] == pytest.approx(held, rel=1e-12)
+    assert run_controlled(until=0.01, grid=2)["motor.tau"][0] == pytest.approx(held, rel=1e-12)
     start = [BEGIN, 0.0, 0.0, held, held]
     times = np.linspace(0.0, 0.4, 21)
     # first to the breakaway, then on, so that the kink is met
@@ -120,7 +120,7 @@ def test_from_rest_the_arm_waits_until_the_torque_suffices():
     y = still.y[:, -1] + [0, 1e-15, 0, 0, 0]
     begin = still.t[-1]
     moving = solve_ivp(rates, (begin, 0.4), y, t_eval=times[1:], max_step=1e-3, **tight)
-    run = controlled(until=0.4, grid=20, rtol=1e-11)
+    run = run_controlled(until=0.4, grid=20, rtol=1e-11)
     row = [np.abs(run.t - t).argmin() for t in times[1:]]
     assert begin == pytest.approx(0.0054, abs=1e-4)
     assert next(e.time for e in run.events if e.component == "arm.journal") == pytest.approx(
@@ -133,7 +133,7 @@ def test_from_rest_the_arm_waits_until_the_torque_suffices():
 
 
 def test_from_rest_it_passes_the_published_instants():
-    run = controlled(until=13.0, grid=499, rtol=1e-10)
+    run = run_controlled(until=13.0, grid=499, rtol=1e-10)
     # friction at rest instead of friction that drives: 1.5 us earlier at P
     expected = data("closed_loop_events")[:, 0]
     np.testing.assert_allclose(instants(run), expected, atol=2e-6)
@@ -144,7 +144,7 @@ def test_from_rest_it_passes_the_published_instants():
 
 
 def test_momentum_is_kept_at_the_pick_up_and_speed_at_the_release():
-    run = controlled(until=6.0, rtol=1e-10)
+    run = run_controlled(until=6.0, rtol=1e-10)
     taken, put, _ = instants_until_release(run)
     ratio = (EMPTY + ROTOR) / (LOADED + ROTOR)
     assert ratio == pytest.approx(0.52448, abs=5e-6)
@@ -164,9 +164,9 @@ def test_momentum_is_kept_at_the_pick_up_and_speed_at_the_release():
 
 
 def test_samples_at_exactly_the_pick_up_and_the_release_change_nothing():
-    run = controlled(until=6.0, rtol=1e-10)
+    run = run_controlled(until=6.0, rtol=1e-10)
     taken, put, _ = instants_until_release(run)
-    sampled = controlled(until=6.0, grid=[0.0, taken, put, 6.0], rtol=1e-10)
+    sampled = run_controlled(until=6.0, grid=[0.0, taken, put, 6.0], rtol=1e-10)
     for t in (taken, put):
         sides = run["arm.trays.w"][run.t == t]
         found = sampled["arm.trays.w"][sampled.t == t]
@@ -186,7 +186,7 @@ def instants_until_release(run):
 
 @pytest.mark.parametrize("eta", [0.60, 0.80, 0.83])
 def test_the_first_motor_stalls_past_the_pick_up_and_holds_the_mandrel(eta):
-    run = controlled(until=8.0, grid=800, parameters=FIRST_MOTOR | {"reducer.eta": eta})
+    run = run_controlled(until=8.0, grid=800, parameters=FIRST_MOTOR | {"reducer.eta": eta})
     rest = max(e.time for e in run.events if e.component == "arm.journal")
     late = run.t > rest
     assert late.sum() > 100
@@ -205,12 +205,12 @@ def test_the_first_motor_stalls_past_the_pick_up_and_holds_the_mandrel(eta):
 @pytest.mark.parametrize("eta", [0.835, 0.85])
 def test_above_the_critical_efficiency_it_lifts(eta):
     assert (gravity(0.0, 1) + friction(1)) / 100 / FIRST == pytest.approx(0.832, abs=5e-4)
-    run = controlled(until=8.0, parameters=FIRST_MOTOR | {"reducer.eta": eta})
+    run = run_controlled(until=8.0, parameters=FIRST_MOTOR | {"reducer.eta": eta})
     assert run["arm.phi"].max() > np.pi / 2
 
 
 def test_a_slow_speed_control_rests_the_mandrel_on_the_table_until_the_torque_suffices():
-    run = controlled(until=2.0, grid=4000, rtol=1e-9, parameters={"bandwidth": 10.0})
+    run = run_controlled(until=2.0, grid=4000, rtol=1e-9, parameters={"bandwidth": 10.0})
     taken = next(e.time for e in run.events if e.component == "arm.carried")
     closed = next(e.time for e in run.events if e.component == "arm.table" and e.after == "closed")
     # what the journals bear, and what the table, is not determined before both let go
@@ -228,7 +228,7 @@ def test_a_slow_speed_control_rests_the_mandrel_on_the_table_until_the_torque_su
 
 def test_time_never_runs_backward_while_rounding_alone_moves_what_rests():
     for tolerance in (1e-5, 1e-7):
-        run = controlled(until=2.0, grid=None, rtol=tolerance, parameters={"bandwidth": 10.0})
+        run = run_controlled(until=2.0, grid=None, rtol=tolerance, parameters={"bandwidth": 10.0})
         assert (np.diff(run.t) >= 0).all()
         rests = (run.t > 0.7) & (run.t < 1.74)  # and the integral of the error grows
         assert (np.diff(run["motor.x"][rests]) > -1e-12).all()
@@ -241,7 +241,7 @@ def test_without_a_linear_zone_it_chatters_at_the_aim():
     def last_two_seconds(K):
         free = {"arm.mu": 0.0, "reducer.eta": 1.0}
         changed = free | {"aim.K": K}
-        run = controlled(until=12.0, grid=6000, rtol=1e-8, parameters=changed)
+        run = run_controlled(until=12.0, grid=6000, rtol=1e-8, parameters=changed)
         zone = AIM - run["arm.phi"][np.abs(run.t - instants(run)[2]).argmin()]
         assert zone == pytest.approx(1 / K**2, rel=1e-6)  # a / K^2, where the law becomes linear
         seconds = [(run.t > t) & (run.t < t + 1) for t in (10, 11)]

@@ -16,8 +16,8 @@ from lumped.models.reversing_mill import stand
 from lumped.models.rotary_arm.control import (
     AIM,
     Controlled,
-    controlled,
     instants,
+    run_controlled,
 )
 from lumped.models.rotary_arm.cycle import run_cycle
 from lumped.models.rotary_arm.parts import Driven
@@ -179,20 +179,20 @@ class TestShear:
 
 class TestArm:
     def test_the_linear_zone_begins_where_the_law_becomes_linear(self):
-        run = controlled(until=11.0, grid=2000, parameters={"aim.K": 3.0})
+        run = run_controlled(until=11.0, grid=2000, parameters={"aim.K": 3.0})
         place = run["arm.phi"][np.flatnonzero(run.t == instants(run)[2])[0]]
         assert place == pytest.approx(AIM - 1.0 / 3.0**2, abs=1e-9)
 
     def test_the_arm_is_held_by_the_torque_that_it_takes(self):
         changed = {"arm.m_w": 4000.0, "arm.g": 9.0, "reducer.ratio": 60.0, "reducer.eta": 0.9}
-        run = controlled(until=0.01, grid=2, parameters=changed)
+        run = run_controlled(until=0.01, grid=2, parameters=changed)
         begin = run["arm.phi"][0]
         moment = 9.0 * np.cos(begin) * (325 * 1.008 + 7315 * 0.504 - 4000 * 0.35)
         assert run["motor.tau"][0] == pytest.approx(moment / (60 * 0.9), rel=1e-12)
         assert run["at_motor.y"][0] == pytest.approx(60 * run["at_motor.u"][0], rel=1e-12)
 
     def test_scenes_take_models(self):
-        run = controlled(until=0.02, model=Controlled().with_({"motor.J": 20.0}))
+        run = run_controlled(until=0.02, model=Controlled().with_({"motor.J": 20.0}))
         assert run.system.parameters["motor.J"] == 20.0
         fast = run_cycle(model=Driven().with_({"rotor.J": 0.1}), grid=200)
         slow = run_cycle(grid=200)

@@ -28,9 +28,9 @@ from lumped.models.turbine_generator.drive import (
 )
 from lumped.models.turbine_generator.scenes import (
     FREE,
-    cleared,
-    faulted,
+    clear_faults,
     per_unit,
+    run_short_circuit,
 )
 from lumped.points.direct_start import direct_start
 
@@ -86,7 +86,7 @@ def test_the_start_is_the_steady_state_of_the_phasors():
 def test_phase_a_has_its_largest_voltage_when_the_fault_begins():
     for changed in ({}, {"gen.P_0": -0.5 * BASE.S, "fault.begin": 0.013, "bus.f": 50.0}):
         begin, f = changed.get("fault.begin", BEGIN), changed.get("bus.f", BASE.f)
-        run = faulted(begin, parameters=changed, grid=200, rtol=1e-9)
+        run = run_short_circuit(begin, parameters=changed, grid=200, rtol=1e-9)
         wires = [run[f"gen.{name}.v"][0] for name in "abc"]
         angles = 2 * np.pi * (-f * begin - np.arange(3) / 3)
         assert wires == pytest.approx(BASE.v * np.cos(angles), rel=1e-9)
@@ -96,7 +96,7 @@ def test_phase_a_has_its_largest_voltage_when_the_fault_begins():
 def test_a_terminal_fault_follows_the_table(phases):
     table = columns(CASE, f"{FAULTS[phases]}.csv")
     grid = np.concatenate([[0.0], BEGIN + table["t_s"]])
-    run = faulted(phases=phases, grid=grid, rtol=1e-9)
+    run = run_short_circuit(phases=phases, grid=grid, rtol=1e-9)
     later = np.isin(run.t, grid[1:])
     known = {
         "air_gap_torque_pu": per_unit(run, "gen.tau"),
@@ -207,9 +207,9 @@ def test_modes_are_those_of_the_benchmark():
 
 def test_clearing_takes_the_peaks_of_single_runs():
     durations = (0.03, 0.0475)
-    found = cleared(durations, until=0.3)
+    found = clear_faults(durations, until=0.3)
     for i, duration in enumerate(durations):
-        run = faulted(0.3, parameters={"fault.end": BEGIN + duration}, grid=20_000)
+        run = run_short_circuit(0.3, parameters={"fault.end": BEGIN + duration}, grid=20_000)
         for name, torque in SHAFTS.items():
             expected = np.abs(run[torque]).max()
             assert found[name][i] == pytest.approx(expected, rel=1e-4)
@@ -235,4 +235,4 @@ def test_what_is_changed_changes():
 @pytest.mark.parametrize("name", FREE)
 def test_what_follows_from_the_start_is_not_given(name):
     with pytest.raises(OptionError, match=rf"{name} follows from the steady state.*gen\.P_0"):
-        faulted(0.1, parameters={name: 1.0})
+        run_short_circuit(0.1, parameters={name: 1.0})

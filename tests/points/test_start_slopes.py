@@ -11,7 +11,7 @@ from lumped.points.start import start_slopes
 
 def pulled():
     """Torques of the shafts are given: twists follow from them and the stiffnesses."""
-    system = lp.assemble(mill.pulled_apart())
+    system = lp.assemble(mill.pull_apart())
     start = dict.fromkeys(mill.SHAFTS, mill.RATED)
     return system, start, ["upper.spindle.c", "upper.shaft.c", "lower.spindle.c", "M_pr"], []
 

@@ -28,7 +28,7 @@ from lumped.models.turbine_generator.drive import (
     Generator,
     Reclosed,
 )
-from lumped.models.turbine_generator.scenes import reclosed
+from lumped.models.turbine_generator.scenes import run_reclosing
 
 DATA = Path(__file__).parents[2] / "data" / "torsional" / "03_ieee_first_benchmark"
 STAGES = ("hp", "ip", "lpa", "lpb")
@@ -279,7 +279,7 @@ class Rejected(Reclosed):
 @pytest.fixture(scope="module")
 def rejected():
     """A fault of three phases, cleared; then the load rejected, and reclosed."""
-    return reclosed(0.41, model=Rejected(), grid=2051, rtol=1e-10)
+    return run_reclosing(0.41, model=Rejected(), grid=2051, rtol=1e-10)
 
 
 def test_energy_of_a_fault_its_clearing_and_a_reclosing_closes(rejected):

@@ -25,4 +25,4 @@ def turn(name, design="after", kind=Mill, degrees=None, **changes):
     w = stand.SPEED[name]
     degrees = np.arange(361.0) if degrees is None else degrees
     part = stand.mill(name, design, kind, **changes)
-    return stand.revolution(stand.turned(part, w * lp.time), w, degrees)
+    return stand.revolution(stand.turn_mill(part, w * lp.time), w, degrees)

@@ -36,7 +36,7 @@ def cutting():
 
 
 def turning():
-    run = arm.controlled(until=2.5)
+    run = arm.run_controlled(until=2.5)
     return run.point(2.2), ["motor.J", "arm.m_x", "reducer.eta", "arm.arms.m"]
 
 
