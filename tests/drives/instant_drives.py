@@ -31,6 +31,8 @@ from lumped.errors import LumpedError, ModelWarning
 RTOL, POINTS, STEPS = 1e-9, 30, 20_000
 SAME = 1e-6
 """Difference of times and states of two orders of declaration that is none."""
+MOVED = 1e-9
+"""Change of start speeds that shows how far a drive is chaotic."""
 
 
 @dataclass
@@ -98,8 +100,8 @@ def difference(one, two, drive):
 
 
 def beside(drive):
-    """Start speeds that differ by 1e-9."""
-    speeds = drive.v + 1e-9 * (-1.0) ** np.arange(drive.n)
+    """Start speeds that differ by little."""
+    speeds = drive.v + MOVED * (-1.0) ** np.arange(drive.n)
     return dict(zip(drive.names()[drive.n :], speeds.tolist(), strict=True))
 
 
@@ -116,7 +118,7 @@ def in_both_orders(seed, family=InstantDrive):
     if not text:
         return Verdict("agrees", "", finding)
     also, moved = difference(runs[0], simulated(drive, False, beside(drive)), drive)
-    chaotic = moved > 0.1 * apart if apart > SAME else bool(also)
+    chaotic = moved > 0.1 * apart > 0.1 * MOVED or bool(also)
     return Verdict("chaotic" if chaotic else "depends on the order", text, finding)
 
 
