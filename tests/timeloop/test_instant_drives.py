@@ -26,6 +26,7 @@ BY_A_HAIR = {
     207919: "accelerations that are rounding",
     305046: "freewheels that can bear only zero against each other",
     302140: "two stops at one place, with different restitutions",
+    603241: "a brake of 3 mN.m beside a stop that carries a thousand times as much",
 }
 
 

@@ -154,6 +154,9 @@ def weigh(run: Run, x: Numbers, m: Numbers) -> None:
     look_at(run, x, m, look)
     for h in range(plant.holds):
         reach = min(abs(look.upper[h]), abs(look.lower[h]))
+        # a contact has no limit: it is as strong as what it carries
+        if reach == 0.0 or not reach < _INFINITE:
+            reach = abs(look.reaction[h]) if is_held(plant, m, h) else 0.0
         if reach < _INFINITE:
             strongest = max(strongest, reach)
     for h in range(plant.holds):
