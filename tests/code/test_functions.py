@@ -14,12 +14,7 @@ from lumped.kernel.plant import Function, Plant
 from lumped.kernel.run import Run
 
 _CALL = ctypes.CFUNCTYPE(
-    None,
-    ctypes.c_void_p,
-    ctypes.c_void_p,
-    ctypes.c_double,
-    ctypes.c_void_p,
-    ctypes.c_void_p,
+    None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p
 )
 
 ONE = {

@@ -5,6 +5,7 @@ from importlib import import_module
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.integrate import simpson
 from scipy.linalg import expm
 
@@ -152,11 +153,10 @@ def test_the_error_of_the_balance_is_the_drift_of_an_undamped_drive(two_mass, rt
 
 
 def test_an_impact_loses_what_newton_says():
-    model = lp.compose(
+    model = in_a_row(
         body=translation.Mass(m=2.0, s=0.0, v=1.0),
         stop=translation.Stop(restitution=0.5),
         wall=translation.Fixed(s0=0.5),
-        connections=lambda m: lp.chain(m.body, m.stop, m.wall),
     )
     run = lp.simulate(lp.assemble(model), until=1.0, certify=True)
     audit = run.certificate.energy
@@ -241,11 +241,7 @@ def test_where_output_times_are_events_inner_instants_are_compared(grid, method)
 def test_a_closed_form_between_events_is_compared_inside_too():
     """A torque that jumps every 0.1 s, seen at these instants only."""
     torque = sum(where(lp.time >= 0.1 * k, (-1.0) ** k, 0.0) for k in range(1, 10))
-    model = lp.compose(
-        drive=Torque(tau=torque),
-        body=Inertia(J=1.0, w=1.0),
-        connections=lambda m: lp.chain(m.drive, m.body),
-    )
+    model = in_a_row(drive=Torque(tau=torque), body=Inertia(J=1.0, w=1.0))
     grid = np.arange(11) * 0.1
     run = lp.simulate(lp.assemble(model), until=1.0, grid=grid, certify=True)
     assert run.statistics.method == run.certificate.run.statistics.method == "exact"

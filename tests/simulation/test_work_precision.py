@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import BearingFriction, Damper, Fixed, Inertia, Spring, SpringDamper, Torque
@@ -86,14 +87,13 @@ def test_a_missed_event_counts():
 
 
 def test_a_run_that_fails_is_a_row_with_its_reason():
-    model = lp.compose(
+    model = in_a_row(
         drive=Torque(tau=sin(lp.time)),
         motor=Inertia(J=1e-6),
         coupling=SpringDamper(c=1e9, d=1e6),
         rotor=Inertia(J=1.0),
         load=Damper(d=2.0),
         ground=Fixed(),
-        connections=lambda m: lp.chain(m.drive, m.motor, m.coupling, m.rotor, m.load, m.ground),
     )
     found = lp.simulation.work_precision(
         lp.assemble(model),
@@ -117,11 +117,6 @@ def test_what_makes_no_sense_is_refused(two_mass):
     system = lp.assemble(two_mass)
     with pytest.raises(OptionError, match="at least one tolerance"):
         lp.simulation.work_precision(system, until=1.0, tolerances=[])
-    empty = lp.compose(
-        a=Fixed(),
-        b=Spring(c=1.0),
-        c=Fixed(),
-        connections=lambda m: lp.chain(m.a, m.b, m.c),
-    )
+    empty = in_a_row(a=Fixed(), b=Spring(c=1.0), c=Fixed())
     with pytest.raises(OptionError, match="no states to compare"):
         lp.simulation.work_precision(lp.assemble(empty), until=1.0)

@@ -10,14 +10,7 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.components import (
-    BearingFriction,
-    CrankSlider,
-    Inertia,
-    Spring,
-    SwingingMass,
-    Torque,
-)
+from lumped.components import BearingFriction, CrankSlider, Inertia, Spring, SwingingMass, Torque
 from lumped.errors import Interrupted, OptionError
 from lumped.ops import where
 from lumped.support import progress

@@ -5,6 +5,7 @@ import builtins
 import numpy as np
 import pint
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import ConverterDrive, Inertia, SpeedSensor, Spring, Vehicle
@@ -108,11 +109,10 @@ def test_a_unit_that_is_none_is_told_of_the_declaration():
 
 
 def test_units_enter_at_every_boundary():
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J="0.02 t.m2"),
         shaft=Spring(c=pint.UnitRegistry().Quantity(1.0, "kN*m/degree")),
         b=Inertia(J=5.0),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
     ).with_({"b.J": "7 kg.m2"})
     system = lp.assemble(model)
     assert system.parameters["a.J"] == 20.0

@@ -6,7 +6,8 @@
 import numpy as np
 import pytest
 from dense_drives import InstantDrive
-from hybrid_reference import BACKWARD, FORWARD, OFF, STICK, Contact, Drive, Line, Load, steady
+from hybrid_parts import Contact, Line, Load, steady
+from hybrid_reference import BACKWARD, FORWARD, OFF, STICK, Drive
 from instant_checks import check
 from instant_drives import in_both_orders, simulated
 from instant_laws import Law, Part
