@@ -285,6 +285,9 @@ def compare(seed, method=None, rtol=1e-9):
     scale = np.maximum(np.abs(expected).max(axis=0), [1.0] * n + [3.0] * n)
     quiet = np.all(np.abs(grid[:, None] - np.array([*exact.events, -1.0])) > 1e-5, axis=1)
     error = (np.abs(received - expected) / scale)[quiet].max(axis=1)
+    if error.max() > 1e-5:  # the reference may have stepped over a kink
+        expected = drive.reference().run(grid, 1e-12)
+        error = (np.abs(received - expected) / scale)[quiet].max(axis=1)
     worth = np.zeros(1)
     if error.max() > 1e-5:  # how far apart two references go that differ by 1e-9
         beside = drive.reference(1e-9).run(grid)
