@@ -191,6 +191,15 @@ def test_time_never_runs_backward_while_rounding_alone_moves_what_rests():
     assert (np.diff(run["motor.x"][run.t > 0.7]) > -1e-12).all()
 
 
+def test_an_arm_that_begins_to_lift_slowly_takes_few_implicit_steps():
+    """At lift-off the acceleration is 3e-7 rad/s2, less than the polynomial of a step can tell."""
+    options = {"until": 2.0, "grid": 20, "parameters": {"bandwidth": 10.0}}
+    coarse, fine = (controlled(rtol=rtol, **options) for rtol in (1e-5, 1e-9))
+    assert coarse.statistics.steps < 1000
+    size = np.abs(fine["motor.tau"]).max()
+    assert coarse["motor.tau"][-1] == pytest.approx(fine["motor.tau"][-1], abs=1e-4 * size)
+
+
 # -- extremes and energy -----------------------------------------------------------------------
 
 
