@@ -162,7 +162,8 @@ def sense(moved, length, speed, rate, still, rest):
         slows = speed[0] * rate[0] < 0 and abs(speed[0]) > rest
         return speed[0] if slows else rate[0]
     if abs(rate[1]) > still:
-        grows = speed[1] * rate[1] > 0 and abs(speed[1]) > ROUNDING
+        least = min(ROUNDING, 0.1 * abs(rate[1]) * length)
+        grows = speed[1] * rate[1] > 0 and abs(speed[1]) > least
         return speed[1] if grows else -rate[1]
     return 0.0
 
