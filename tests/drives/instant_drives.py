@@ -157,7 +157,7 @@ def as_unit(seed, family=InstantDrive):
         )
     received, expected = doubled(found["time"]), doubled(run.t)
     # loads are shared anew where rounding says so
-    happened = {t for t, changes in instants(run) if changes and 1e-9 < t < END - 1e-9}
+    happened = near(expected, [t for t, changes in instants(run) if changes])
     lost = min(happened - near(happened, received), default=np.inf)
     more = len(received) - len(expected)
     last = np.array([found[name][-1] for name in names])

@@ -19,6 +19,8 @@ _ASKED = 64
 """Holds, evenly chosen, at which the compliance of the parts is found."""
 _WEAKEST = 1e3
 """Most times that one constraint yields more than the strongest."""
+_BESIDE = 30.0
+"""The same, beside a contact: it has no limit, so it counts as strong as what it carries."""
 _AGREE = 1e-6
 _INFINITE = float("inf")
 
@@ -148,21 +150,21 @@ def weigh(run: Run, x: Numbers, m: Numbers) -> None:
     """Let all holds yield while they stick, the weaker ones more."""
     plant, instant = run.plant, run.instant
     _know_yielding(run, x, m)
-    look, strongest = instant.at_rest, 0.0
+    look, strongest, heaviest = instant.at_rest, 0.0, 0.0
     for h in range(plant.holds):
         m[plant.hold_setting[h] + COMPLIANCE] = run.yielding
     look_at(run, x, m, look)
     for h in range(plant.holds):
         reach = min(abs(look.upper[h]), abs(look.lower[h]))
-        # a contact has no limit: it is as strong as what it carries
-        if reach == 0.0 or not reach < _INFINITE:
-            reach = abs(look.reaction[h]) if is_held(plant, m, h) else 0.0
-        if reach < _INFINITE:
+        if reach > 0.0 and reach < _INFINITE:
             strongest = max(strongest, reach)
+        elif is_held(plant, m, h) and abs(look.reaction[h]) < _INFINITE:
+            heaviest = max(heaviest, abs(look.reaction[h]))
     for h in range(plant.holds):
         reach = min(abs(look.upper[h]), abs(look.lower[h]))
-        if reach > 0.0 and reach < _INFINITE and strongest > 0.0:
-            m[plant.hold_setting[h] + COMPLIANCE] *= min(strongest / reach, _WEAKEST)
+        if reach > 0.0 and reach < _INFINITE:
+            weaker = max(min(strongest / reach, _WEAKEST), min(heaviest / reach, _BESIDE))
+            m[plant.hold_setting[h] + COMPLIANCE] *= max(weaker, 1.0)
 
 
 @kernel
