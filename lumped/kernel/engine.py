@@ -41,11 +41,11 @@ def _once(function: Callable[[], _T]) -> Callable[[], _T]:
     kept = cache(function)
 
     @wraps(function)
-    def found() -> _T:
+    def call_once() -> _T:
         with process_lock:
             return kept()
 
-    return found
+    return call_once
 
 
 _engine: ContextVar[Engine] = ContextVar("engine", default="llvm")

@@ -74,8 +74,8 @@ class OtherLeads:
             _take_over(own, slot)
             own.run.edges, own.run.timed_values = edges, values
             own.run.p[: len(theta)], own.run.x[:], own.run.m[:] = theta, lead.x, lead.settings
-            engine.call("prepared", own.run)
-            engine.call("watched", own.run)
+            engine.call("prepare_parameters", own.run)
+            engine.call("watch_constraints", own.run)
             if run.is_implicit:
                 records.add_matrix(own.run)
                 own.run.is_implicit = 1

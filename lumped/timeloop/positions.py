@@ -78,7 +78,7 @@ def settled(
     run.instant.before[:] = settings
     run.instant.fired_count = 0
     run.instant.prepared_at = -np.inf
-    engine.call("watched", run)
+    engine.call("watch_constraints", run)
     _check(system, run, engine.call("find_positions", run))
     found, positions = run.instant.m.copy(), system.switching.positions
     same = (positions(found) == positions(settings)).all() and not run.instant.is_struck.any()

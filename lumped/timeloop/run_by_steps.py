@@ -180,7 +180,7 @@ class RunBySteps(Simulation):
         self.largest = self._sizes.get(self.system, np.zeros(0))
         self._executable.place(run, self.point.theta, x, settings)
         if plant.holds:
-            engine.call("watched", run)
+            engine.call("watch_constraints", run)
         self._modes = settings[: len(settings) - plant.implicit].copy()
 
     def _longest(self) -> float:

@@ -59,7 +59,7 @@ def closed_with(
         return modes
     code = executable(system)
     run = code.at(theta, time, x, np.concatenate([modes, guesses]))
-    if engine.call("closed", run):
+    if engine.call("close_linkages", run):
         return run.m.copy()
     raise StartError(closing_fault(system, time))
 
@@ -81,4 +81,4 @@ def followed(
     if not system.structure.implicit:
         return settings
     run = executable(system).at(theta, time, x, settings)
-    return run.m.copy() if engine.call("converged", run) else None
+    return run.m.copy() if engine.call("converge_linkages", run) else None

@@ -16,7 +16,7 @@ from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.any_method import IMPLICIT_NODES, NODES
 from lumped.kernel.run import Run
 
-__all__ = ["is_clear", "seen"]
+__all__ = ["is_clear", "limit_by_forcing"]
 
 _SHARE = 0.25
 """Part of the span at the nodes by which bounds may be wider."""
@@ -107,7 +107,7 @@ def _is_even(number: float) -> bool:
 
 
 @kernel
-def seen(run: Run, h: float) -> float:
+def limit_by_forcing(run: Run, h: float) -> float:
     """A step no longer than a given one in which nothing that acts by the time alone is missed."""
     plant, e = run.plant, run.enclosed_rates
     first, second = NODES[0], NODES[1]

@@ -18,7 +18,16 @@ from lumped.kernel.methods.any_method import inside
 from lumped.kernel.plant import Function
 from lumped.kernel.run import DONE, GIVEN_UP, Run
 
-__all__ = ["LOOKS", "Course", "Sweep", "interpolated", "looked", "of_columns", "replayed", "stand"]
+__all__ = [
+    "LOOKS",
+    "Course",
+    "Sweep",
+    "evaluate_inside",
+    "interpolate_step",
+    "of_columns",
+    "replay_steps",
+    "stand",
+]
 
 LOOKS = 8
 """Points of each step that are looked at, the last of them its end."""
@@ -134,7 +143,7 @@ def _step(run: Run, h: float) -> bool:
 
 
 @kernel
-def replayed(run: Run, course: Course) -> int:
+def replay_steps(run: Run, course: Course) -> int:
     """Find the states at the ends of steps where they are not known.
 
     This entry and the others give GIVEN_UP where an implicit step has no solution.
@@ -150,7 +159,7 @@ def replayed(run: Run, course: Course) -> int:
 
 
 @kernel
-def interpolated(run: Run, course: Course, k: int) -> bool:
+def interpolate_step(run: Run, course: Course, k: int) -> bool:
     """Make a step again with its interpolation; false if an implicit one has no solution."""
     h = stand(run, course, k)
     if not _step(run, h):
@@ -163,12 +172,12 @@ def interpolated(run: Run, course: Course, k: int) -> bool:
 
 
 @kernel
-def looked(run: Run, function: Function, course: Course) -> int:
+def evaluate_inside(run: Run, function: Function, course: Course) -> int:
     """Evaluate a function inside all steps; where there is none, nothing is written."""
     width = course.width
     for k in range(course.steps):
         if course.is_step[k]:
-            if not interpolated(run, course, k):
+            if not interpolate_step(run, course, k):
                 return GIVEN_UP
             h = run.t_new - run.t
             for j in range(1, LOOKS):

@@ -9,7 +9,7 @@ from lumped.kernel.recorded_steps.course import Course, Sweep, stand
 from lumped.kernel.recorded_steps.stops_back import Stops, add_pulses, begin_stops, cross
 from lumped.kernel.run import DONE, GIVEN_UP, Run
 
-__all__ = ["LEAST", "swept"]
+__all__ = ["LEAST", "sweep_steps"]
 
 LEAST = 1e-3
 """What results owe to a state, relative to the most they owe to any, below which its accuracy does
@@ -19,7 +19,7 @@ _DOUBT = 2.0
 
 
 @kernel
-def _judged(run: Run, sweep: Sweep, r: int) -> float:
+def _estimate_error(run: Run, sweep: Sweep, r: int) -> float:
     """Error that one step adds to what a result owes to the states, relative to its size."""
     n, columns, most = run.plant.states, sweep.columns, 0.0
     for i in range(n):
@@ -65,7 +65,7 @@ def _over(run: Run, sweep: Sweep, course: Course, k: int) -> bool:
     else:
         dop853_back.back(run, sweep, h)
     for r in range(results):
-        course.errors[k * results + r] = _judged(run, sweep, r)
+        course.errors[k * results + r] = _estimate_error(run, sweep, r)
     for i in range(n):
         for r in range(results):
             sweep.adjoint[i * columns + r] = sweep.before[i * columns + r]
@@ -74,7 +74,7 @@ def _over(run: Run, sweep: Sweep, course: Course, k: int) -> bool:
 
 
 @kernel
-def swept(run: Run, sweep: Sweep, course: Course, stops: Stops) -> int:
+def sweep_steps(run: Run, sweep: Sweep, course: Course, stops: Stops) -> int:
     """Carry back over all steps, and changes between them, what results owe to the states."""
     begin_stops(stops)
     for k in range(course.steps - 1, -1, -1):

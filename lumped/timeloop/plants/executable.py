@@ -184,7 +184,7 @@ class Executable:
         """Set parameters, what is computed from them alone, states and settings."""
         run.p[: len(theta)], run.x[:], run.m[:] = theta, x, settings
         if self._prepares:
-            engine.call("prepared", run)
+            engine.call("prepare_parameters", run)
 
     def room(self, sizes: tuple[int, int, int, int, int, int]) -> OutputRoom:
         """Room for output, that of a run that is over if it has the sizes."""
