@@ -8,7 +8,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from lumped.code.functions import compiled_functions
+from lumped.code.functions import compile_functions
 from lumped.code.operations import Operations, operations_of
 from lumped.code.records import address
 from lumped.compiler.system import System
@@ -105,7 +105,7 @@ class RunRecords:
     def _compiled(self, operations: Mapping[str, Operations]) -> dict[str, Function]:
         if not operations:
             return {}
-        self._machine_code = compiled_functions(operations)
+        self._machine_code = compile_functions(operations)
         return {
             name: Function(
                 address=self._machine_code.address(name),
@@ -122,7 +122,7 @@ class RunRecords:
         if not names:
             return
         operations = {name: self.watched.functions[name] for name in names}
-        self._wide_code = compiled_functions(operations, engine.LANES)
+        self._wide_code = compile_functions(operations, engine.LANES)
         for name in names:
             self._functions[name].wide_address = self._wide_code.address(name)
 

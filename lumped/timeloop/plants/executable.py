@@ -9,9 +9,9 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from lumped.code.functions import compiled_functions, known_functions
+from lumped.code.functions import compile_functions, load_functions
 from lumped.code.operations import Operations, operations_of
-from lumped.code.prepared import prepared
+from lumped.code.prepared import prepare_parts
 from lumped.compiler.system import System
 from lumped.kernel import engine
 from lumped.kernel.methods.pivots import pattern_of
@@ -87,7 +87,7 @@ class Executable:
             if field.kind is Function:
                 setattr(plant, name, none)
         whole = {**functions, **operations_of_each(beside or {})}
-        found, parts = prepared(whole, sizes["parameters"], beside or ())
+        found, parts = prepare_parts(whole, sizes["parameters"], beside or ())
         self.beside = {name: found.pop(name) for name in beside or ()}
         self.sizes = {**sizes, "prepared": parts.results, **enclosed_sizes(enclosed_of(found))}
         plant.parameters, plant.prepared = sizes["parameters"], parts.results
@@ -97,7 +97,7 @@ class Executable:
 
     def _add(self, found: dict[str, Operations]) -> None:
         """Take functions, in machine code if that was made before."""
-        code = known_functions(found)
+        code = load_functions(found)
         for name, operations in found.items():
             made = Function(
                 count=len(operations.table),
@@ -120,7 +120,7 @@ class Executable:
             if not getattr(self.plant, name).address
         }
         if waiting:
-            code = compiled_functions(waiting)
+            code = compile_functions(waiting)
             self._kept.append(code)
             for name in waiting:
                 getattr(self.plant, name).address = code.address(name)
@@ -135,7 +135,7 @@ class Executable:
         ]
         if self.plant.rates.wide_address:
             return
-        code = compiled_functions({name: self._operations[name] for name in names}, count)
+        code = compile_functions({name: self._operations[name] for name in names}, count)
         self._kept.append(code)
         for name in names:
             getattr(self.plant, name).wide_address = code.address(name)
