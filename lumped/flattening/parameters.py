@@ -207,7 +207,7 @@ class Parameters:
             found.append(self._places[number])
         return found
 
-    def changed(self, changes: Mapping[int, float], model: str) -> np.ndarray:
+    def change_values(self, changes: Mapping[int, float], model: str) -> np.ndarray:
         """Values of `theta` with some changed, by their places, and checked.
 
         Raises

@@ -113,7 +113,7 @@ class Template:
         self.branches: dict[int, tuple[tuple[int, bool], ...]] = {}
         self._numbers: dict[int, int] = {}
         self._alike: dict[tuple[bool, str, str], list[Relation]] = {}
-        lowered = partial(self._lowered, component, place, plain)
+        lowered = partial(self._lower, component, place, plain)
         for item in items:
             if isinstance(item, Hold):
                 self._stick(item, lowered)
@@ -144,7 +144,7 @@ class Template:
             self._residuals[number, order] = found
         return found
 
-    def _lowered(self, component: Component, place: Place, plain: bool, expression: Expr) -> ca.SX:
+    def _lower(self, component: Component, place: Place, plain: bool, expression: Expr) -> ca.SX:
         return lower(
             expression,
             lambda node: self._leaf(node, component, place),
@@ -175,7 +175,7 @@ class Template:
             free = 0 if item.gap is not None else 2 * (1 - stuck - forward - backward)
             self._add(lowered(item.position) - code - free)
 
-        def given_or_none(given: Expr | None) -> ca.SX:
+        def lower_or_nan(given: Expr | None) -> ca.SX:
             return ca.SX.nan() if given is None else lowered(given)
 
         limits = (item.upper, item.lower, item.forward, item.backward, item.gap)
@@ -187,9 +187,9 @@ class Template:
                 self._key_of[speed.element_hash()],
                 self._key_of[acceleration.element_hash()],
                 self._key_of[reaction.element_hash()],
-                given_or_none(item.upper),
-                given_or_none(item.lower),
-                given_or_none(item.gap),
+                lower_or_nan(item.upper),
+                lower_or_nan(item.lower),
+                lower_or_nan(item.gap),
                 lowered(item.restitution),
                 (*(limit is not None for limit in limits), item.pressed),
             )
@@ -209,7 +209,7 @@ class Template:
 
     def _condition(self, condition: Compare, lowered: Lowered) -> int:
         mode = self.mode(condition, lowered(condition.greater), lowered(condition.less))
-        self.nested(mode, ())
+        self.note_branches(mode, ())
         return [m.element_hash() for m in self.modes].index(mode.element_hash())
 
     def _leaf(self, node: Expr, component: Component, place: Place) -> ca.SX:
@@ -273,7 +273,7 @@ class Template:
         self.modes.append(ca.SX.sym("mode"))
         return self.modes[-1]
 
-    def nested(self, mode: ca.SX, branches: Branches) -> None:
+    def note_branches(self, mode: ca.SX, branches: Branches) -> None:
         """Note that a mode matters only in some branches: all these other modes must be 1 or 0."""
         for i in range(len(self._numbers), len(self.modes)):
             self._numbers[self.modes[i].element_hash()] = i

@@ -150,7 +150,7 @@ def compose(
         raise DeclarationError(f"compose: name = {name!r}: letters are needed.")
     joints = connections if callable(connections) else tuple(connections)
 
-    def joined(self: Component) -> Iterable[Connection]:
+    def join(self: Component) -> Iterable[Connection]:
         return joints(self) if callable(joints) else joints
 
     for key, value in members.items():
@@ -164,7 +164,7 @@ def compose(
                 f"compose({key}={value!r}): a component, a list or dictionary of components, "
                 "a port or a parameter is needed."
             )
-    body = {"__doc__": name, **members, "connections": joined}
+    body = {"__doc__": name, **members, "connections": join}
     if initial_equations is not None:
         body["initial_equations"] = initial_equations
     cls = type(name, (Component,), body)

@@ -130,7 +130,7 @@ def _tree(nodes: tuple[Any, ...], leaf: Callable[[str], Expr]) -> Expr:
     for kind, what, *places in nodes:
         parts = [done[place] for place in places]
         if kind is Ref:
-            done.append(leaf(_dotted(what)))
+            done.append(leaf(_join_path(what)))
         elif issubclass(kind, ConstantExpression):
             done.append(kind(float(what)))
         elif kind is Call:
@@ -191,6 +191,6 @@ def _over(unit: str, by: str) -> str:
     return f"{unit or '1'}/({by})" if " " in by or "/" in by else f"{unit or '1'}/{by}"
 
 
-def _dotted(what: tuple[str, str, bool]) -> str:
+def _join_path(what: tuple[str, str, bool]) -> str:
     path, name, _ = what
     return f"{path}.{name}" if path else name

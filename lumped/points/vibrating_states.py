@@ -16,7 +16,8 @@ __all__ = ["finite", "moving", "stuck"]
 def moving(system: System, point: OperatingPoint) -> NDArray[np.bool_]:
     """States that can vibrate: neither cyclic nor held at the operating point, shape (n,)."""
     found: NDArray[np.bool_] = ~np.isin(
-        system.structure.states, [*system.structure.cyclic, *system.switching.held(point.settings)]
+        system.structure.states,
+        [*system.structure.cyclic, *system.switching.find_held(point.settings)],
     )
     return found
 

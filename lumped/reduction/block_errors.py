@@ -9,7 +9,7 @@ from lumped.reduction.diagnosis import class_names, equation_text, factors, some
 from lumped.reduction.incidence import Incidence
 from lumped.reduction.reduce import Reduced
 
-__all__ = ["singular_block", "unheld"]
+__all__ = ["make_unheld_error", "singular_block"]
 
 
 def singular_block(
@@ -46,7 +46,7 @@ def singular_block(
     )
 
 
-def unheld(incidence: Incidence, row: int) -> SingularModelError:
+def make_unheld_error(incidence: Incidence, row: int) -> SingularModelError:
     """The error for a constraint whose reaction is known and whose speed is not."""
     model, name = incidence.flat.name, _owner(incidence, row)
     return SingularModelError(

@@ -17,10 +17,10 @@ from lumped.support.units import amount
 
 __all__ = [
     "class_names",
-    "combined",
     "equation_text",
     "factors",
-    "listed",
+    "find_combination",
+    "list_equations",
     "lock",
     "misfit",
     "some",
@@ -54,7 +54,7 @@ def class_names(incidence: Incidence, number: int, most: int) -> list[str]:
     return [*names, "..."] if len(members) > most else names
 
 
-def listed(incidence: Incidence, rows: Iterable[int], most: int = 10) -> str:
+def list_equations(incidence: Incidence, rows: Iterable[int], most: int = 10) -> str:
     """Lines with the equations of some rows."""
     return _lines(incidence, [incidence.origin(int(r)) for r in rows], most)
 
@@ -344,7 +344,7 @@ def lock(incidence: Incidence, rows: Iterable[int]) -> str:
 # -- redundant constraints -----------------------------------------------------------------------
 
 
-def combined(constraints: Entries, row: int) -> list[int]:
+def find_combination(constraints: Entries, row: int) -> list[int]:
     """Rows of which multiples add up to a redundant one, itself included."""
     rows, i = np.unique(constraints.rows, return_inverse=True)
     nodes = constraints.classes * (constraints.orders.max() + 1) + constraints.orders

@@ -13,7 +13,7 @@ import scipy
 from lumped.errors import SingularModelError
 from lumped.flattening.flat_model import FlatModel
 from lumped.reduction.aliases import Aliases, eliminate_aliases
-from lumped.reduction.diagnosis import class_names, combined, equation_text, listed
+from lumped.reduction.diagnosis import class_names, equation_text, find_combination, list_equations
 from lumped.reduction.incidence import GenericPoint, Incidence
 from lumped.reduction.index_reduction import check_matching, differentiate
 from lumped.reduction.state_selection import RANK, constraint_rows, select_dependent
@@ -189,7 +189,7 @@ def _dependent(
         row, order = labels[unused[0]] if unused else (int(np.argmax(times)), 0)
         raise SingularModelError(
             f"{incidence.flat.name}: these constraints are redundant or contradict each other:\n"
-            + listed(incidence, combined(constraints[order], row))
+            + list_equations(incidence, find_combination(constraints[order], row))
             + "\nLikely a closed loop of rigid gears or linkages fixes the same motion twice. "
             "Make one member of the loop elastic, or remove it."
         )
@@ -239,7 +239,7 @@ def _blocks(
     )
     led = np.zeros(count, dtype=bool)
     led[label[rows[known]]] = True
-    return _ordered(labels, unknown[match], label, led, label[users], label[needed], first[-1])
+    return _order_blocks(labels, unknown[match], label, led, label[users], label[needed], first[-1])
 
 
 def _all_entries(
@@ -258,7 +258,7 @@ def _all_entries(
     return np.concatenate(row_parts), np.concatenate(node_parts), labels
 
 
-def _ordered(
+def _order_blocks(
     labels: list[tuple[int, int]],
     solved: np.ndarray,
     label: np.ndarray,

@@ -51,7 +51,7 @@ def exchanged(
 @made_once
 def _changed(system: System, follower: int, leader: int) -> tuple[System, ArrayFunction]:
     """The system led by another motion, and its states and implicit quantities."""
-    new = system.led_by(follower, leader)
+    new = system.exchange_state(follower, leader)
     wanted = (new.structure.states, new.structure.implicit)
     found = [ca.densify(system.structure.values.of(nodes)) for nodes in wanted]
     return new, ArrayFunction(ca.Function("change", system.inputs, found))

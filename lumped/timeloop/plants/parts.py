@@ -148,8 +148,8 @@ def _tables(system: System) -> dict[str, Any]:
     counts = [0 if p is None else p.count * p.width for p in pieces]
     relations = s.relation_modes.tolist()
     begins = np.cumsum([0, *(jump.width for jump in s.jumps)])
-    signs = [sign for jump in s.jumps for sign in jump.filled(jump.signs, 0.0)]
-    changed = [node for jump in s.jumps for node in jump.filled(jump.nodes, -1)]
+    signs = [sign for jump in s.jumps for sign in jump.fill(jump.signs, 0.0)]
+    changed = [node for jump in s.jumps for node in jump.fill(jump.nodes, -1)]
     kinds = ("relation", "upper", "lower", "slide")
     integers = {
         "condition_setting": s.relation_modes,

@@ -9,7 +9,7 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import SolverError, told_by
 from lumped.language.formula import Formula
-from lumped.language.validity import Range, borders, checked_ranges
+from lumped.language.validity import Range, borders, check_ranges
 from lumped.support.made_once import made_once
 from lumped.support.text_table import number
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -65,7 +65,7 @@ def ranges(system: System) -> tuple[Held, ...]:
     found = []
     for node in system.structure.tree.instances:
         with told_by(node.label, "valid()"):
-            for each in checked_ranges(node.component.valid()):
+            for each in check_ranges(node.component.valid()):
                 found.append(Held(node.path, node.label, Formula.of(each.expression), each))
     return tuple(found)
 
