@@ -12,7 +12,7 @@ import numpy as np
 
 from lumped.errors import SolverError
 from lumped.many_runs.native_runs import Batch, NativeRuns
-from lumped.numerics.cluster import handed_out
+from lumped.numerics.cluster import hand_out
 
 __all__ = ["DIED", "Done", "in_threads", "on_cluster"]
 
@@ -83,7 +83,7 @@ def on_cluster(runs: NativeRuns, points: np.ndarray, client: Any) -> Generator[D
 
     threads = sum(client.nthreads().values()) or 1
     size = max(1, min(_MOST, -(-len(points) // (_CHUNKS * threads))))
-    held = handed_out(client, runs)
+    held = hand_out(client, runs)
     futures = {
         client.submit(_work, held, points[first : first + size], pure=False): first
         for first in range(0, len(points), size)

@@ -14,7 +14,7 @@ from lumped.gradients.instant_values import margin_sizes
 from lumped.gradients.legs import Leg
 from lumped.gradients.readings.samples import sampled, values_at
 from lumped.gradients.steps import Steps
-from lumped.numerics.bracketed_roots import bracketed_roots
+from lumped.numerics.bracketed_roots import find_bracketed_roots
 from lumped.support.made_once import made_once
 from lumped.timeloop.holds import turned
 from lumped.timeloop.plants.many_points import ManyPoints
@@ -98,7 +98,7 @@ class _Touches:
             return own
 
         accuracy = 1e-14 * (1 + end)
-        lowest = bracketed_roots(slopes_at, begin, end, at_begin, at_end, accuracy)
+        lowest = find_bracketed_roots(slopes_at, begin, end, at_begin, at_end, accuracy)
         values = self.at(legs, lowest)[np.arange(len(legs)), rows]
         for i in np.flatnonzero(values <= TURNING * self.rtol * highest[legs, rows]).tolist():
             yield int(legs[i]), int(rows[i]), float(lowest[i])

@@ -386,7 +386,7 @@ class _MotionSearch:
             tuple(stations.tolist()),
             self.minimise,
             0.0,
-            self.programme.reached(solution),
+            self.programme.list_active(solution),
             solution,
         )
         names = self.minimise.names

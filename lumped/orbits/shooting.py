@@ -14,7 +14,7 @@ from lumped.errors import OptionError, ParameterError, SolverError
 from lumped.flattening.hold_modes import PARTED
 from lumped.gradients.forward import Forward
 from lumped.gradients.steps import steps_of
-from lumped.numerics.damping import damped
+from lumped.numerics.damping import damp_step
 from lumped.simulation.simulate import simulate
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.executable import evaluated
@@ -211,7 +211,7 @@ def shoot(problem: OrbitProblem, guess: Guess) -> Orbit:
         step, change = _newton_step(problem, shot, slopes, forward)
         tried: list[Shot] = []
         trial = partial(_tried, problem, shot, step, change, tried)
-        better = damped(trial, float(np.linalg.norm(shot.residuals)), _SHORTEST)
+        better = damp_step(trial, float(np.linalg.norm(shot.residuals)), _SHORTEST)
         evaluations += sum(one.run.statistics.evaluations for one in tried)
         if better is not None:
             shot = better

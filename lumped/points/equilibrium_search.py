@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from lumped.errors import SolverError, StartError
-from lumped.numerics.damping import damped
+from lumped.numerics.damping import damp_step
 from lumped.points.linearise import growth
 from lumped.points.pseudo_time import settled
 from lumped.timeloop.results.operating_point import Convergence, OperatingPoint
@@ -233,7 +233,7 @@ class EquilibriumSearch:
             return (tried, found), far
 
         before = float(np.linalg.norm(self.residual / scale))
-        return damped(trial, before * (1 - 1e-4), _SHORTEST)
+        return damp_step(trial, before * (1 - 1e-4), _SHORTEST)
 
     def _check_determined(self, z: np.ndarray, settings: np.ndarray, movable: np.ndarray) -> None:
         """Refuse free parameters that could be others."""

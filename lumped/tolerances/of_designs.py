@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lumped.errors import SolverError
-from lumped.numerics.nearest_points import FURTHEST, Search, searched
+from lumped.numerics.nearest_points import FURTHEST, Search, search_together
 from lumped.support.text_table import amounts, listed, number
 from lumped.tolerances.evaluated import Array
 from lumped.tolerances.failure.form import form, is_same, joined, nothing_found, search_all
@@ -168,7 +168,7 @@ class DesignProbability:
 
     def _planes(self, limit: Limit, design: Design) -> list[Plane]:
         """The limit at the design points that are followed, or at the nearest if there is none."""
-        known = searched(limit.slopes, self._followed)
+        known = search_together(limit.slopes, self._followed)
         ends = [search for search in known if search.is_found]
         if ends:
             kept: list[Plane] = []
