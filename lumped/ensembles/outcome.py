@@ -14,7 +14,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import histograms
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
-from lumped.support.display_units import Shown, Units, chosen, display
+from lumped.support.display_units import Shown, Units, choose_units, display
 from lumped.support.optional_packages import extra
 from lumped.support.ranking import quantiles, ranks
 from lumped.support.rich_html import RichHtml
@@ -205,7 +205,7 @@ class Ensemble(ByName, RichHtml):
         return dict.fromkeys(self.labels, "") | dict(zip(self.labels, self.units, strict=False))
 
     def _shown(self, units: Units) -> dict[str, Shown]:
-        choice = chosen(units, self.labels)
+        choice = choose_units(units, self.labels)
         varied = dict.fromkeys(self.names, Shown(""))
         return varied | {k: display(k, unit, choice) for k, unit in self._units().items()}
 

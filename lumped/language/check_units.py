@@ -28,7 +28,7 @@ from lumped.language.expression import (
 from lumped.language.quantity import Param
 from lumped.language.switch import Hold, Item, When
 from lumped.support.arguments import checked
-from lumped.support.units import Dimension, dimension, written
+from lumped.support.units import Dimension, dimension, format_dimension
 
 __all__ = ["check_terms", "check_units"]
 
@@ -204,7 +204,7 @@ def _match(parts: list[Dimension | None]) -> Dimension | None:
     known = [part for part in parts if part is not None]
     for part in known[1:]:
         if part != known[0]:
-            raise _ClashError(f"{written(known[0])} against {written(part)}")
+            raise _ClashError(f"{format_dimension(known[0])} against {format_dimension(part)}")
     return known[0] if known else None
 
 

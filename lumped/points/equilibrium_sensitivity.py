@@ -17,8 +17,8 @@ from lumped.plots.numbers import tornado
 from lumped.points.kink_refusals import refuse_kinks
 from lumped.points.moved_equilibrium import moved_point, places_to
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen
-from lumped.support.ranking import ranked
+from lumped.support.display_units import Units, choose_units
+from lumped.support.ranking import rank_by_size
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -68,7 +68,7 @@ class EquilibriumSensitivity(RichHtml):
         varied = np.array([known[name] for name in self.by])
         with np.errstate(divide="ignore", invalid="ignore"):
             relative = self.derivatives[row] * varied / self.values[row]
-        return ranked(self.of[row], self.values[row], self.by, relative)
+        return rank_by_size(self.of[row], self.values[row], self.by, relative)
 
     @checked
     def plot(
@@ -99,7 +99,7 @@ class EquilibriumSensitivity(RichHtml):
         """
         row = 0 if of is None else self._row(of)
         name = self.of[row]
-        system, choice = self.point.system, chosen(units, self.of)
+        system, choice = self.point.system, choose_units(units, self.of)
         told = amounts(name, system.quantity(name).unit, self.values[row], digits=4, units=choice)
         title = f"{system.name}: {name} = {' '.join(told)} at the equilibrium"
         return draw(tornado(self.ranked(name), title, name), backend, ax)

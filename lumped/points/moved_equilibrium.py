@@ -16,7 +16,7 @@ from lumped.errors import OptionError, SolverError
 from lumped.points.initial_equations import initial_residuals
 from lumped.points.steady_directions import unsteady_part
 from lumped.points.vibrating_states import stuck
-from lumped.support.text_table import listed
+from lumped.support.text_table import list_names
 from lumped.timeloop.results.operating_point import Kept, OperatingPoint
 
 __all__ = ["MovedPoint", "held_still", "moved_point", "places_to", "point_matters", "still_point"]
@@ -296,7 +296,9 @@ def _none_near(point: OperatingPoint, place: int) -> str:
     system = point.system
     p, switching = system.structure.parameters, system.switching
     held = list(dict.fromkeys(np.array(switching.names)[stuck(point)].tolist()))
-    staying = f" while {listed(held)} {'stays' if len(held) == 1 else 'stay'} held" if held else ""
+    staying = (
+        f" while {list_names(held)} {'stays' if len(held) == 1 else 'stay'} held" if held else ""
+    )
     given = " and the given start values hold" if point.kept is not None and point.kept.free else ""
     return (
         f"{system.name}: there is no equilibrium near the operating point when "

@@ -10,7 +10,7 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.points.borders import at_borders, bent, border_text, is_law, sides
 from lumped.support.made_once import made_once
-from lumped.support.text_table import listed
+from lumped.support.text_table import list_names
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.programs import programs_of
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -36,7 +36,7 @@ def situation(point: OperatingPoint) -> str:
     named = defaultdict(list)
     for name, word in words.items():
         named[word].append(name)
-    return "".join(f"; {word}: {listed(named[word])}" for word in _ORDER if named[word])
+    return "".join(f"; {word}: {list_names(named[word])}" for word in _ORDER if named[word])
 
 
 def one_sided(point: OperatingPoint) -> str:
@@ -55,7 +55,7 @@ def one_sided(point: OperatingPoint) -> str:
     texts = list(dict.fromkeys(border_text(point, row) for row in found))
     if not texts:
         return ""
-    return f"one-sided: exactly at a border of {listed(texts)}; beyond it the linearisation differs"
+    return f"one-sided: exactly at a border of {list_names(texts)}; beyond it the linearisation differs"
 
 
 def _holds(point: OperatingPoint) -> dict[str, str]:

@@ -14,7 +14,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import torque_speed
 from lumped.plots.picture import labelled
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, display
+from lumped.support.display_units import Units, choose_units, display
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.trajectory import Trajectory
@@ -114,7 +114,7 @@ class Sizing(RichHtml):
         """
         turning = self.units[0] == "N.m"
         names = ("torque", "angular velocity") if turning else ("force", "speed")
-        choice = chosen(units, names)
+        choice = choose_units(units, names)
         y, x = (display(name, unit, choice) for name, unit in zip(names, self.units, strict=True))
 
         def told(limit: Limit | None) -> Limit | None:

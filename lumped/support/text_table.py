@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 from lumped.support.display_units import Units, display
 
-__all__ = ["amounts", "compared", "listed", "number", "table"]
+__all__ = ["amounts", "format_comparison", "list_names", "number", "table"]
 
 
-def listed(names: Sequence[str], most: int = 6) -> str:
+def list_names(names: Sequence[str], most: int = 6) -> str:
     """Names with commas; those beyond `most` are only counted."""
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more
@@ -45,7 +45,7 @@ def amounts(
     return *(number(to_show.value(float(value)), digits) for value in values), to_show.unit
 
 
-def compared(
+def format_comparison(
     published: float | None,
     computed: float,
     bounds: tuple[float | None, float | None] | None = None,

@@ -11,7 +11,7 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.support.made_once import made_once
 from lumped.support.progress import Progress
-from lumped.support.units import in_seconds
+from lumped.support.units import read_time
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Piece
 
@@ -71,7 +71,7 @@ def _numbers(grid: object) -> np.ndarray:
         return np.asarray(grid, dtype=float)
     except (TypeError, ValueError):
         listed = grid if isinstance(grid, Iterable) else [grid]
-        return np.array([in_seconds(time, "grid: time") for time in listed])
+        return np.array([read_time(time, "grid: time") for time in listed])
 
 
 def scale(begin: float, until: float) -> float:

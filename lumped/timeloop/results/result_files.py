@@ -18,7 +18,7 @@ from lumped.plots.over_time import over_time
 from lumped.plots.picture import Picture
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
-from lumped.support.display_units import Units, chosen, display, time_unit
+from lumped.support.display_units import Units, choose_units, display, time_unit
 from lumped.support.made_once import made_once
 from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
@@ -99,7 +99,7 @@ class Saved(Contents, ByName, RichHtml):
         UnknownNameError
             If a name does not exist.
         """
-        choice = chosen(units, self)
+        choice = choose_units(units, self)
         found = {name: display(name, unit, choice) for name, unit in self.units.items()}
         values = {name: found[name].value(y) for name, y in self.values.items()}
         return replace(self, values=values, units={name: to.unit for name, to in found.items()})
@@ -121,7 +121,7 @@ class Saved(Contents, ByName, RichHtml):
         found = {name: self[name] for name in wanted}
         own, texts = {"time": "s", **self.units}, {"time": "time", **self.texts}
         told = {name: (own[name], texts[name], y) for name, y in found.items()}
-        choice = chosen(units, ("time", *self))
+        choice = choose_units(units, ("time", *self))
         picture = pictured(self.model, self.t, told, self.events, choice, names is not None)
         return draw(picture, backend, ax)
 

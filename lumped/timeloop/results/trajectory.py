@@ -16,9 +16,9 @@ from lumped.errors import OptionError, SolverError, UnknownNameError
 from lumped.functionals import Functional
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen
+from lumped.support.display_units import Units, choose_units
 from lumped.support.text_table import amounts, table
-from lumped.support.units import in_seconds
+from lumped.support.units import read_time
 from lumped.timeloop.programs import Told
 from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.left_out_states import PointOfRun, on_both_sides, with_left_out
@@ -215,7 +215,7 @@ class Trajectory(Named):
         OptionError
             If the time is not within the run.
         """
-        time = in_seconds(time, "t")
+        time = read_time(time, "t")
         if not len(self.t):
             raise OptionError(f"{self.system.name}: nothing was computed, so there is no point.")
         self.check_instant(time)
@@ -332,7 +332,7 @@ class Trajectory(Named):
         wanted = [*(state_names(system) if names is None else map(system.key, names))]
         quantities = {name: system.quantity(name) for name in wanted}
         found = {name: (q.unit, q.text, self[name]) for name, q in quantities.items()}
-        choice = chosen(units, ("time", *self))
+        choice = choose_units(units, ("time", *self))
         picture = pictured(system.name, self.t, found, self.events, choice, names is not None)
         return draw(picture, backend, ax)
 
