@@ -16,7 +16,7 @@ from lumped.gradients.readings.samples import sampled, values_at
 from lumped.gradients.steps import Steps
 from lumped.numerics.bracketed_roots import find_bracketed_roots
 from lumped.support.made_once import made_once
-from lumped.timeloop.holds import turned
+from lumped.timeloop.holds import turn_condition
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.trajectory import Trajectory
 
@@ -137,7 +137,7 @@ class _Touches:
             mode = int(s.relation_modes[k])
             if mode in {jump.mode for jump in s.jumps} or (s.engaged == mode).any():
                 return True
-            other = turned(self.system, x, self.run.theta, t, m, k)
+            other = turn_condition(self.system, x, self.run.theta, t, m, k)
             return self._apart(x, t, m, other)
         first = int(s.first_modes[k])
         if kind == "slide":

@@ -11,7 +11,7 @@ from lumped.kernel import engine
 from lumped.kernel.many_runs.variants import Queue, Variants
 from lumped.kernel.run import ASKS, NEEDS_MATRIX, RESTART, UNFIT
 from lumped.many_runs.run_records import RunRecords
-from lumped.timeloop.leading_states import exchanged
+from lumped.timeloop.leading_states import exchange_lead
 from lumped.timeloop.programs import Answers
 
 __all__ = ["AloneRecords", "OtherLeads"]
@@ -66,7 +66,7 @@ class OtherLeads:
                 slot.status[slot.number] = UNFIT
                 return
             changed_at = run.t
-            lead = exchanged(system, theta, changed_at, run.x.copy(), run.m.copy())
+            lead = exchange_lead(system, theta, changed_at, run.x.copy(), run.m.copy())
             system, records = lead.system, self._records(lead.system)
             if system not in self._slots:
                 self._slots[system] = records.new_run()

@@ -29,7 +29,7 @@ from lumped.points.targets import TOLERANCE
 from lumped.timeloop.clocks import clocks, modes_at
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.instants import Instants, instants
-from lumped.timeloop.moved_clocks import moved_clocks
+from lumped.timeloop.moved_clocks import find_moved_clocks
 from lumped.timeloop.plants.executable import executable, span
 from lumped.timeloop.plants.kept_run import remember
 from lumped.timeloop.plants.taylor_series import TaylorSeries
@@ -87,7 +87,7 @@ class RunRecords:
         if self._start is not None:
             functions["start"] = operations_of(_with_inputs(system, self._start, len(changed)))
         varied = system.inputs[1][self.places.tolist()]
-        self._moved = moved_clocks(system, varied)
+        self._moved = find_moved_clocks(system, varied)
         self.are_instants_same = self._moved.are_plain and not options.free
         if self._moved.numbers:
             functions["at"] = operations_of(self._moved.function)

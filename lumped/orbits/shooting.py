@@ -17,7 +17,7 @@ from lumped.gradients.steps import steps_of
 from lumped.numerics.damping import damp_step
 from lumped.simulation.simulate import simulate
 from lumped.support.made_once import made_once
-from lumped.timeloop.plants.executable import evaluated
+from lumped.timeloop.plants.executable import evaluate_at
 from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
@@ -144,7 +144,7 @@ class Shot:
     def rate(self) -> np.ndarray:
         """Derivatives of the active states at the end."""
         point = self.end, self.run.theta, self.guess.period, self.settings
-        found: np.ndarray = evaluated(self.run.system, "rates", *point)[self.active]
+        found: np.ndarray = evaluate_at(self.run.system, "rates", *point)[self.active]
         return found
 
 

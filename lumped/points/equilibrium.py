@@ -20,7 +20,7 @@ from lumped.points.steady_directions import unsteady_part
 from lumped.support.arguments import checked
 from lumped.support.units import amount
 from lumped.timeloop.holds import Holds
-from lumped.timeloop.positions import settled
+from lumped.timeloop.positions import settle_positions
 from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.results.operating_point import Kept, OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
@@ -323,7 +323,7 @@ def _settled(point: OperatingPoint) -> OperatingPoint:
     _, forward, backward = holds.parts(modes)
     turned = (forward & (speed < 0) | backward & (speed > 0)) & ~switching.has_gap
     holds.stop(x, turned)
-    found = settled(system, point.theta, time, x, point.settings)
+    found = settle_positions(system, point.theta, time, x, point.settings)
     return point if found is None else OperatingPoint(system, point.time, x, point.theta, found)
 
 

@@ -24,7 +24,7 @@ from lumped.support.units import amount
 from lumped.timeloop.clocks import clocks, modes_at
 from lumped.timeloop.holds import Holds
 from lumped.timeloop.positions import calm_positions
-from lumped.timeloop.settings import closed_with, just_after
+from lumped.timeloop.settings import close_settings, just_after
 
 __all__ = ["ROUNDING", "StartSearch"]
 
@@ -203,7 +203,7 @@ class StartSearch:
 
     def _closed(self, trial: _Trial) -> np.ndarray:
         used = trial.x[self.system.structure.in_use]
-        return closed_with(self.system, used, trial.theta, self.time, trial.modes, self.guesses)
+        return close_settings(self.system, used, trial.theta, self.time, trial.modes, self.guesses)
 
     def _met(self, first: _Trial) -> _Trial:
         """Where everything that is demanded holds, in the positions that hold there."""

@@ -15,7 +15,7 @@ from lumped.flattening.residual import CONSTANT
 from lumped.points.target_values import Matrix, target_values
 from lumped.reduction.state_selection import RANK, select_dependent
 from lumped.support.made_once import made_once
-from lumped.timeloop.settings import closed_with
+from lumped.timeloop.settings import close_settings
 
 __all__ = ["Targets"]
 
@@ -175,7 +175,7 @@ class Targets:
 
     def _settings(self, x: np.ndarray, theta: np.ndarray) -> np.ndarray:
         used = x[self.system.structure.in_use]
-        return closed_with(self.system, used, theta, self.time, self.modes, self.guesses)
+        return close_settings(self.system, used, theta, self.time, self.modes, self.guesses)
 
     @staticmethod
     def _missed(miss: np.ndarray, goal: np.ndarray, matrix: Matrix, z: np.ndarray) -> np.ndarray:

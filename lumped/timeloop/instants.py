@@ -72,7 +72,7 @@ def instants(
         return Instants(np.zeros(0), edges, [], np.zeros(0, dtype=int), np.zeros((1, 0)))
     key = theta[clock_parameters(system)].tobytes(), begin, end, without
     search = _InstantSearch(system, theta, begin, end, without)
-    return _latest(system).of(key, search.found)
+    return _latest(system).of(key, search.find)
 
 
 @made_once
@@ -112,7 +112,7 @@ class _InstantSearch:
         self.without = without
         self.clocks = clocks(system)
 
-    def found(self) -> Instants:
+    def find(self) -> Instants:
         """All instants, with those that rounding alone keeps apart in one."""
         courses: list[_Course] = []
         plain = self._plain()
@@ -241,7 +241,7 @@ class _InstantSearch:
             narrow = b - a <= _NARROWEST * size
             one = (count > 0) & (monotone | narrow)
             if one.any():
-                found.append(self._located(clock, a[one], b[one], given[segment[one]]))
+                found.append(self._locate(clock, a[one], b[one], given[segment[one]]))
             more = (count > 0) & ~one
             a, b, segment = a[more], b[more], segment[more]
             middle = 0.5 * (a + b)
@@ -279,7 +279,7 @@ class _InstantSearch:
         last = clock.number(np.where(wide, 0.0, high))
         return np.where(wide, 2, np.minimum(last - first, 2))
 
-    def _located(self, clock: Clock, a: np.ndarray, b: np.ndarray, given: np.ndarray) -> np.ndarray:
+    def _locate(self, clock: Clock, a: np.ndarray, b: np.ndarray, given: np.ndarray) -> np.ndarray:
         """Changes in intervals in which the argument only rises or only falls."""
         first = clock.number(self._values(clock, a, given)[0])
         last = clock.number(self._values(clock, b, given)[0])

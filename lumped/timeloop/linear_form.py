@@ -74,12 +74,12 @@ def linear_form(system: System) -> LinearForm:
 @made_once
 def _form_or_refusal(system: System) -> LinearForm | OptionError:
     try:
-        return _made(system)
+        return _make(system)
     except OptionError as refusal:
         return refusal
 
 
-def _made(system: System) -> LinearForm:
+def _make(system: System) -> LinearForm:
     if system.switching:
         raise _refusal(system, f"its modes depend on states, in {_listed(_switching(system))}")
     if system.structure.implicit:

@@ -17,8 +17,8 @@ from lumped.support.made_once import made_once
 __all__ = [
     "Answers",
     "Told",
-    "asking_ranks",
     "programs_of",
+    "rank_programs",
     "refuse_programs",
     "set_twice_fault",
 ]
@@ -63,7 +63,7 @@ def set_twice_fault(system: System, run: Run) -> str:
 
 
 @made_once
-def asking_ranks(system: System) -> list[int]:
+def rank_programs(system: System) -> list[int]:
     """Order in which programs are asked at one instant, from 1; 0 for jumps without any.
 
     One that needs what another answers comes later. In a ring the first that was declared is asked
@@ -159,7 +159,7 @@ class Answers:
             raise SolverError(
                 f"at t = {run.t:.9g} s {jump.name} asks {jump.program.text}: {error}"
             ) from None
-        which, states, signs = self._taken(system, number)
+        which, states, signs = self._find_taken(system, number)
         for state in states.tolist():
             if run.instant.set_by[state] > 0:
                 run.instant.set_twice, run.instant.setting_again = state, number
@@ -168,7 +168,7 @@ class Answers:
         run.instant.x[states] = signs * answers[which]
         return np.array([run.t, *values])
 
-    def _taken(self, system: System, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _find_taken(self, system: System, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Which answers states take, which states, and their signs."""
         found = self._places.get((system, number))
         if found is None:
@@ -180,7 +180,7 @@ class Answers:
             found = self._places[system, number] = np.array(which, dtype=int), states, signs
         return found
 
-    def given(self, system: System, run: Run) -> bool:
+    def try_give(self, system: System, run: Run) -> bool:
         """Whether the program answers, as `give`."""
         try:
             self.give(system, run)

@@ -94,7 +94,7 @@ class Simulation:
             self.point.system,
             pieces,
             self.point.theta,
-            tuple(sorted(self._told(end), key=lambda event: event.time)),
+            tuple(sorted(self._cut_events(end), key=lambda event: event.time)),
             Statistics(
                 tuple(self.methods),
                 self.steps,
@@ -107,7 +107,7 @@ class Simulation:
             told=self.answers.told,
         )
 
-    def _told(self, end: float) -> Iterator[Event]:
+    def _cut_events(self, end: float) -> Iterator[Event]:
         """Events up to a time; bounces that end later end there."""
         for event in self.events:
             if event.time <= end:

@@ -33,7 +33,7 @@ from lumped.kernel.run import (
 )
 from lumped.timeloop.guards import finite_fault, shrinking_fault
 from lumped.timeloop.holds import hold_words
-from lumped.timeloop.leading_states import exchanged
+from lumped.timeloop.leading_states import exchange_lead
 from lumped.timeloop.plants.executable import executable, span
 from lumped.timeloop.plants.kept_run import KeptRun
 from lumped.timeloop.plants.output_room import OutputRoom
@@ -134,7 +134,7 @@ class RunBySteps(Simulation):
         count = None if times is None else len(times)
         options = self.rtol, self._relative_atol, self._method, self.max_steps, count
         self._executable = executable(self.system)
-        kept = self._executable.begun(options) or self._with_options(options)
+        kept = self._executable.reuse_run(options) or self._with_options(options)
         grid = None if times is None else times.tobytes()
         changing = self.instants if len(self.instants.places) else None
         when = self.begin, self.until, grid, self.output.both_sides, changing
@@ -278,7 +278,7 @@ class RunBySteps(Simulation):
     def _change_states(self) -> None:
         """Let another motion lead."""
         run, t = self._run, float(self._run.t)
-        lead = exchanged(self.system, self.point.theta, t, run.x.copy(), run.m.copy())
+        lead = exchange_lead(self.system, self.point.theta, t, run.x.copy(), run.m.copy())
         if t == self._changed_at:
             self.refuse(
                 f"at t = {t:.9g} s no choice of states determines the position: "

@@ -12,7 +12,7 @@ from lumped.kernel import engine
 from lumped.timeloop.clocks import clocks, modes_at
 from lumped.timeloop.plants.executable import executable
 
-__all__ = ["closed_with", "closing_fault", "followed", "just_after", "settings_at"]
+__all__ = ["close_settings", "closing_fault", "follow_settings", "just_after", "settings_at"]
 
 
 def just_after(time: float) -> float:
@@ -43,10 +43,10 @@ def settings_at(
         kept = modes[: len(now)].copy()
         kept[timed] = now[timed]
         now = kept
-    return closed_with(system, x, theta, time, now, guesses)
+    return close_settings(system, x, theta, time, now, guesses)
 
 
-def closed_with(
+def close_settings(
     system: System,
     x: np.ndarray,
     theta: np.ndarray,
@@ -74,7 +74,7 @@ def closing_fault(system: System, time: float) -> str:
     )
 
 
-def followed(
+def follow_settings(
     system: System, x: np.ndarray, theta: np.ndarray, time: float, settings: np.ndarray
 ) -> np.ndarray | None:
     """Settings near those of a neighbouring point with the same modes; None if there are none."""

@@ -18,19 +18,19 @@ from lumped.kernel.methods.pivots import pattern_of
 from lumped.kernel.plant import Function, Plant
 from lumped.kernel.run import Matrix, Pattern, Run
 from lumped.support.made_once import made_once
-from lumped.timeloop.plants.kept_run import KeptRun, made_run, remember
+from lumped.timeloop.plants.kept_run import KeptRun, make_run, remember
 from lumped.timeloop.plants.output_room import OutputRoom
 from lumped.timeloop.plants.parts import (
     any_direction,
-    enclosed_of,
-    enclosed_sizes,
+    find_enclosed_sizes,
     operations_of_each,
     parts_of,
     plant_sizes,
+    select_enclosed,
 )
 from lumped.timeloop.plants.taylor_series import TaylorSeries
 
-__all__ = ["WORTH", "Executable", "evaluated", "executable", "smooth_executable", "span"]
+__all__ = ["WORTH", "Executable", "evaluate_at", "executable", "smooth_executable", "span"]
 
 WORTH = 30_000
 """Evaluations of all functions that take as long as compiling them."""
@@ -89,7 +89,11 @@ class Executable:
         whole = {**functions, **operations_of_each(beside or {})}
         found, parts = prepare_parts(whole, sizes["parameters"], beside or ())
         self.beside = {name: found.pop(name) for name in beside or ()}
-        self.sizes = {**sizes, "prepared": parts.results, **enclosed_sizes(enclosed_of(found))}
+        self.sizes = {
+            **sizes,
+            "prepared": parts.results,
+            **find_enclosed_sizes(select_enclosed(found)),
+        }
         plant.parameters, plant.prepared = sizes["parameters"], parts.results
         self._prepares = parts.results > 0
         self.taylor = TaylorSeries(found["rates"], sizes["states"], sizes["implicit"])
@@ -174,7 +178,7 @@ class Executable:
             return run
         work = max(operations.work for operations in self._operations.values())
         sizes = {**self.sizes, "work": work}
-        run = made_run(sizes, self.plant)
+        run = make_run(sizes, self.plant)
         run.yielding = -1.0
         span(run, 1.0)
         remember(run)
@@ -197,7 +201,7 @@ class Executable:
         over: list[KeptRun] = self._own.__dict__.setdefault("over", [])
         return over
 
-    def begun(self, options: object) -> KeptRun | None:
+    def reuse_run(self, options: object) -> KeptRun | None:
         """A run that is over, at its begin again, if the last one had these options."""
         over = self._over
         if not over or over[-1].options != options:
@@ -306,7 +310,7 @@ def smooth_executable(
     return Executable(operations_of_each(functions), jacobian, sizes, plant, beside)
 
 
-def evaluated(
+def evaluate_at(
     system: System, name: str, x: np.ndarray, theta: np.ndarray, t: float, settings: np.ndarray
 ) -> np.ndarray:
     """Results of a function of a system ("rates", "look", "margin") at a point."""

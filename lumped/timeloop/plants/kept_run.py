@@ -12,7 +12,7 @@ from lumped.kernel.roots import Bracket
 from lumped.kernel.run import Run
 from lumped.timeloop.plants.output_room import OutputRoom
 
-__all__ = ["KeptRun", "made_run", "remember"]
+__all__ = ["KeptRun", "make_run", "remember"]
 
 _PARTS = {name: f.kind for name, f in InstantSearch.fields.items() if isinstance(f.kind, type)}
 """Records that belong to an instant."""
@@ -68,7 +68,7 @@ class KeptRun:
         return run, self.room
 
 
-def made_run(sizes: dict[str, int], plant: Plant) -> Run:
+def make_run(sizes: dict[str, int], plant: Plant) -> Run:
     """A run; what it writes stands in one block of memory."""
     kinds: list[type[Record]] = [Run, InstantSearch, *_PARTS.values()]
     words = [kind.words(sizes) for kind in kinds]

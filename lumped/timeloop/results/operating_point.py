@@ -17,7 +17,7 @@ from lumped.support.text_table import amounts, table
 from lumped.timeloop.programs import Told
 from lumped.timeloop.results.event import Change
 from lumped.timeloop.results.left_out_states import with_left_out
-from lumped.timeloop.results.result_files import computed
+from lumped.timeloop.results.result_files import list_computable
 
 __all__ = ["Convergence", "Kept", "Named", "OperatingPoint"]
 
@@ -92,7 +92,7 @@ class Named(ByName, RichHtml):
         return ["time", *self._names()]
 
     def _names(self) -> list[str]:
-        return computed(self.system) if self.again is None else self.system.names()
+        return list_computable(self.system) if self.again is None else self.system.names()
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,10 +153,10 @@ class OperatingPoint(Named):
             return self
         found = self.again(self.system.whole)
 
-        def left_out(name: str) -> np.ndarray:
+        def read_left_out(name: str) -> np.ndarray:
             return np.array([found[name]])
 
-        system, x = with_left_out(self.system, self.x[None, :], left_out)
+        system, x = with_left_out(self.system, self.x[None, :], read_left_out)
         return replace(self, system=system, x=x[0], again=None)
 
     @overload

@@ -152,7 +152,7 @@ class Recorder:
 
     def pieces(self) -> tuple[Piece, ...]:
         """What was recorded so far."""
-        return tuple([Piece(system, *_joined(system, rows)) for system, rows in self._parts])
+        return tuple([Piece(system, *_join(system, rows)) for system, rows in self._parts])
 
 
 @made_once
@@ -200,7 +200,7 @@ class SparingRecorder(Recorder):
         places = self._counts[-1] + np.arange(len(own))
         ends.append(t[own])
         self._counts[-1] += len(own)
-        kept = _thinned(places, self._stride)
+        kept = _mark_multiples(places, self._stride)
         own, places = own[kept], places[kept]
         self._places[-1].append(places)
         super().add(t[own], x[own], settings[own])
@@ -216,8 +216,8 @@ class SparingRecorder(Recorder):
             for number, (system, rows) in enumerate(self._parts):
                 if rows:
                     places = np.concatenate(self._places[number])
-                    kept = _thinned(places, self._stride)
-                    whole = tuple(v[kept] for v in _joined(system, rows))
+                    kept = _mark_multiples(places, self._stride)
+                    whole = tuple(v[kept] for v in _join(system, rows))
                     self._parts[number] = system, [whole]
                     self._places[number] = [places[kept]]
                     self._size += whole[1].nbytes + whole[2].nbytes
@@ -232,14 +232,14 @@ class SparingRecorder(Recorder):
         return tuple(replace(p, ends=own) for p, own in zip(found, ends, strict=True))
 
 
-def _thinned(places: np.ndarray, stride: int) -> np.ndarray:
+def _mark_multiples(places: np.ndarray, stride: int) -> np.ndarray:
     """Which of some places are multiples of a stride, or the last."""
     kept: np.ndarray = places % stride == 0
     kept[-1] = True
     return kept
 
 
-def _joined(system: System, rows: list[_Rows]) -> _Rows:
+def _join(system: System, rows: list[_Rows]) -> _Rows:
     """Points of a piece in one."""
     if len(rows) == 1:
         return rows[0]

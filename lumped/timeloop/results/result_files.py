@@ -28,7 +28,15 @@ from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.file_formats import READERS, WRITERS, Contents, apart
 from lumped.timeloop.results.fingerprint import fingerprint
 
-__all__ = ["Saved", "computed", "fingerprint", "load", "pictured", "saved", "state_names"]
+__all__ = [
+    "Saved",
+    "draw_curves",
+    "fingerprint",
+    "list_computable",
+    "load",
+    "select_quantities",
+    "state_names",
+]
 
 _TOLD = 12
 """Quantities of a printed file."""
@@ -122,7 +130,7 @@ class Saved(Contents, ByName, RichHtml):
         own, texts = {"time": "s", **self.units}, {"time": "time", **self.texts}
         told = {name: (own[name], texts[name], y) for name, y in found.items()}
         choice = choose_units(units, ("time", *self))
-        picture = pictured(self.model, self.t, told, self.events, choice, names is not None)
+        picture = draw_curves(self.model, self.t, told, self.events, choice, names is not None)
         return draw(picture, backend, ax)
 
     def to_pandas(self, *, units: Units = None) -> Any:
@@ -228,7 +236,7 @@ class Saved(Contents, ByName, RichHtml):
         return head + "\n" + table(("quantity", "start", "end", "min", "max", "unit"), rows)
 
 
-def pictured(
+def draw_curves(
     title: str,
     t: NDArray[np.float64],
     quantities: Mapping[str, tuple[str, str, NDArray[np.float64]]],
@@ -245,11 +253,11 @@ def pictured(
     for name, (unit, text, values) in quantities.items():
         to_show = display(name, unit, units)
         told[name] = to_show.unit, text, to_show.value(values)
-    happened = [(time.value(event.time), *_told(event)) for event in events]
+    happened = [(time.value(event.time), *_describe_event(event)) for event in events]
     return over_time(title, (time.value(t), time.unit), told, happened, all_of_them=all_of_them)
 
 
-def _told(event: Event) -> tuple[str, str]:
+def _describe_event(event: Event) -> tuple[str, str]:
     """What happened, and of what sort it is."""
     sort = "impacts" if event.loss else "changes of mode"
     if event.kind == "time":
@@ -257,7 +265,7 @@ def _told(event: Event) -> tuple[str, str]:
     return f"{event.component}: {event.before} to {event.after}", sort
 
 
-def saved(
+def select_quantities(
     system: System,
     names: Iterable[Name] | None,
     t: NDArray[np.float64],
@@ -287,7 +295,7 @@ def saved(
     OptionError
         If no quantity is named.
     """
-    chosen = computed(system) if names is None else [system.key(name) for name in names]
+    chosen = list_computable(system) if names is None else [system.key(name) for name in names]
     if names is not None and not chosen:
         raise OptionError(f"{system.name}: name at least one quantity.")
     quantities = {name: system.quantity(name) for name in chosen}
@@ -312,7 +320,7 @@ def state_names(system: System) -> list[str]:
 
 
 @made_once
-def computed(system: System) -> list[str]:
+def list_computable(system: System) -> list[str]:
     """Quantities that do not need a state that was left out."""
     tree = system.structure.tree
     names = system.names()

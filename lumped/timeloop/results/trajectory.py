@@ -24,7 +24,7 @@ from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.left_out_states import PointOfRun, on_both_sides, with_left_out
 from lumped.timeloop.results.operating_point import Named, OperatingPoint
 from lumped.timeloop.results.quantity_values import quantity_along
-from lumped.timeloop.results.result_files import Saved, pictured, saved, state_names
+from lumped.timeloop.results.result_files import Saved, draw_curves, select_quantities, state_names
 from lumped.timeloop.results.statistics import Statistics
 
 __all__ = ["Piece", "Trajectory"]
@@ -191,10 +191,10 @@ class Trajectory(Named):
             here = slice(first, first + len(piece.t))
             first = here.stop
 
-            def left_out(name: str, here: slice = here) -> np.ndarray:
+            def read_left_out(name: str, here: slice = here) -> np.ndarray:
                 return on_both_sides(run.t, run[name], self.t)[here]
 
-            system, x = with_left_out(piece.system, piece.x, left_out)
+            system, x = with_left_out(piece.system, piece.x, read_left_out)
             pieces.append(replace(piece, system=system, x=x))
         return replace(self, pieces=tuple(pieces), again=None, _known={})
 
@@ -273,20 +273,22 @@ class Trajectory(Named):
         OSError
             If the file cannot be written.
         """
-        return self._saved(names).write(path, units=units)
+        return self._select(names).write(path, units=units)
 
     @checked
     def to_pandas(self, names: Iterable[Name] | None = None, *, units: Units = None) -> Any:
         """A pandas DataFrame over the time, one column for each quantity (see `Saved`)."""
-        return self._saved(names).to_pandas(units=units)
+        return self._select(names).to_pandas(units=units)
 
     @checked
     def to_xarray(self, names: Iterable[Name] | None = None, *, units: Units = None) -> Any:
         """An xarray Dataset over the time, with units and texts as attributes (see `Saved`)."""
-        return self._saved(names).to_xarray(units=units)
+        return self._select(names).to_xarray(units=units)
 
-    def _saved(self, names: Iterable[Name] | None) -> Saved:
-        return saved(self.system, names, self.t, self.theta, self.events, self.__getitem__)
+    def _select(self, names: Iterable[Name] | None) -> Saved:
+        return select_quantities(
+            self.system, names, self.t, self.theta, self.events, self.__getitem__
+        )
 
     @checked
     def plot(
@@ -333,7 +335,7 @@ class Trajectory(Named):
         quantities = {name: system.quantity(name) for name in wanted}
         found = {name: (q.unit, q.text, self[name]) for name, q in quantities.items()}
         choice = choose_units(units, ("time", *self))
-        picture = pictured(system.name, self.t, found, self.events, choice, names is not None)
+        picture = draw_curves(system.name, self.t, found, self.events, choice, names is not None)
         return draw(picture, backend, ax)
 
     def __repr__(self) -> str:
