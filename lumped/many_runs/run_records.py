@@ -91,7 +91,7 @@ class RunRecords:
         self.are_instants_same = self._moved.are_plain and not options.free
         if self._moved.numbers:
             functions["at"] = operations_of(self._moved.function)
-        self._functions, self._nothing = self._compiled(functions), Function()
+        self._functions, self._nothing = self._compile(functions), Function()
         self._first_instants = self._instants(theta)
         if options.method == "taylor":
             self._taylor.order(options.rtol)  # refused before there are threads
@@ -102,7 +102,7 @@ class RunRecords:
             engine.lanes()
             self._compile_watch()
 
-    def _compiled(self, operations: Mapping[str, Operations]) -> dict[str, Function]:
+    def _compile(self, operations: Mapping[str, Operations]) -> dict[str, Function]:
         if not operations:
             return {}
         self._machine_code = compile_functions(operations)
@@ -296,7 +296,7 @@ class RunRecords:
         """Whether the loop finds the start itself."""
         return self._start is not None
 
-    def started(self, values: np.ndarray) -> OperatingPoint | None:
+    def start_variant(self, values: np.ndarray) -> OperatingPoint | None:
         """The start of a variant, given or found by a search; None if there is none."""
         theta = dict(zip(self.system.parameters, self.theta.tolist(), strict=True))
         theta |= dict(zip(self.names, values.tolist(), strict=True))

@@ -47,7 +47,7 @@ def plain(
     Parameters
     ----------
     value, unit, what
-        See `converted`.
+        See `convert_value`.
     fault : callable
         Makes an error from its text, if the value is neither.
     more : str
@@ -56,7 +56,7 @@ def plain(
     Raises
     ------
     UnitError
-        See `converted`.
+        See `convert_value`.
     """
     if type(value) is float:
         return value
@@ -112,7 +112,7 @@ def convert_value(value: Any, unit: str, what: str) -> float:
 
 
 def convert_number(value: float, given: str, unit: str, said: str) -> float:
-    """A number of one unit in another; both as in `converted`.
+    """A number of one unit in another; both as in `convert_value`.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def convert_number(value: float, given: str, unit: str, said: str) -> float:
     Raises
     ------
     UnitError
-        See `converted`.
+        See `convert_value`.
     """
     return _convert_to_si(
         value, given, _spell_for_pint(given), unit, said, f"{said}: a unit is needed"
