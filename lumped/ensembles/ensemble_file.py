@@ -65,8 +65,8 @@ class EnsembleFile(LineFile):
                 self.write(
                     {
                         "first": int(which[part[0]]),
-                        "values": _packed(values.astype("<f8")),
-                        "status": _packed(status.astype("<i8")),
+                        "values": _pack(values.astype("<f8")),
+                        "status": _pack(status.astype("<i8")),
                     }
                 )
 
@@ -81,5 +81,5 @@ class EnsembleFile(LineFile):
         self.known.append((first, batch))
 
 
-def _packed(numbers: np.ndarray) -> str:
+def _pack(numbers: np.ndarray) -> str:
     return base64.b64encode(np.ascontiguousarray(numbers).tobytes()).decode()

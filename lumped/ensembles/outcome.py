@@ -168,7 +168,7 @@ class Ensemble(ByName, RichHtml):
             If a name does not exist.
         """
         found = {label: self[label] for label in (self.labels if labels is None else labels)}
-        told = self._shown(units)
+        told = self._choose_units(units)
         results = {k: (told[k].unit, told[k].value(y)) for k, y in found.items()}
         return draw(histograms(self.title, results), backend, ax)
 
@@ -192,7 +192,7 @@ class Ensemble(ByName, RichHtml):
             If a name does not exist.
         """
         pandas = extra("pandas", "data", "to_pandas")
-        told = self._shown(units)
+        told = self._choose_units(units)
         columns = {name: self[name] for name in self.names}
         columns |= {label: told[label].value(self[label]) for label in self.labels}
         reasons = [self.failures.get(i, "") for i in range(len(self.points))]
@@ -204,7 +204,7 @@ class Ensemble(ByName, RichHtml):
         """SI units of the results; empty where they are not known."""
         return dict.fromkeys(self.labels, "") | dict(zip(self.labels, self.units, strict=False))
 
-    def _shown(self, units: Units) -> dict[str, Shown]:
+    def _choose_units(self, units: Units) -> dict[str, Shown]:
         choice = choose_units(units, self.labels)
         varied = dict.fromkeys(self.names, Shown(""))
         return varied | {k: display(k, unit, choice) for k, unit in self._units().items()}
