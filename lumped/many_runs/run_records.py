@@ -24,7 +24,7 @@ from lumped.kernel.watch import Watch
 from lumped.many_runs.watched import POSITIONS, Watched
 from lumped.points.direct_start import DirectStart, direct_start
 from lumped.points.start import by_name, run_start
-from lumped.points.start_values import given_values
+from lumped.points.start_values import read_start_values
 from lumped.points.targets import TOLERANCE
 from lumped.timeloop.clocks import clocks, modes_at
 from lumped.timeloop.holds import hold_words
@@ -80,7 +80,7 @@ class RunRecords:
         changed: dict[int, float] = {}
         self._start: DirectStart | None = None
         if not (isinstance(options.start, OperatingPoint) or options.free):
-            changed = given_values(system, by_name(options.start))
+            changed = read_start_values(system, by_name(options.start))
             self._start = direct_start(system, tuple(changed))
         self._start_values = np.array(list(changed.values()), dtype=float)
         functions = dict(self.watched.functions)

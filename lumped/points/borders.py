@@ -11,7 +11,7 @@ from lumped.flattening.hold_modes import FORWARD
 from lumped.timeloop.holds import hold_words, turn_condition
 from lumped.timeloop.results.operating_point import OperatingPoint
 
-__all__ = ["at_borders", "bent", "border_text", "differ", "is_law", "sides"]
+__all__ = ["at_borders", "border_text", "differ", "is_bent", "is_law", "sides"]
 
 Real = NDArray[np.float64]
 Numbers = NDArray[np.inexact[Any]]
@@ -49,7 +49,7 @@ def sides(point: OperatingPoint, rows: list[int], signs: Real) -> tuple[Real, Re
     return first, second
 
 
-def bent(point: OperatingPoint, first: Real, second: Real) -> bool:
+def is_bent(point: OperatingPoint, first: Real, second: Real) -> bool:
     """Whether the rates or their derivatives by states are others in these modes."""
     system = point.system
     both = [(point.x, point.theta, point.time, modes) for modes in (first, second)]

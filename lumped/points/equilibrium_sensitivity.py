@@ -15,7 +15,7 @@ from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
 from lumped.points.kink_refusals import refuse_kinks
-from lumped.points.moved_equilibrium import moved_point, places_to
+from lumped.points.moved_equilibrium import find_moved_point, places_to
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units
 from lumped.support.ranking import rank_by_size
@@ -161,7 +161,7 @@ def equilibrium_sensitivity(
     wanted = [system.key(name) for name in of]
     if not wanted or not names:
         raise OptionError("equilibrium_sensitivity: name at least one quantity and one parameter.")
-    moved = moved_point(point, places)
+    moved = find_moved_point(point, places)
     if moved is None:
         raise OptionError(
             f"{system.name}: derivatives of states do not vanish at this point, so it is no "

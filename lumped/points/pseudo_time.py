@@ -13,7 +13,7 @@ from lumped.timeloop.plants.executable import evaluate_at
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.settings import follow_settings
 
-__all__ = ["Settled", "settled"]
+__all__ = ["Settled", "settle_states"]
 
 _MOST_STEPS = 500
 _FIRST_MOVE = 0.1
@@ -38,7 +38,7 @@ class Settled(NamedTuple):
     changed: bool
 
 
-def settled(
+def settle_states(
     point: OperatingPoint, movable: np.ndarray, change: scipy.sparse.csc_array
 ) -> Settled | None:
     """States near those that the system approaches, and settings there; None if it settles nowhere.

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.points.borders import at_borders, bent, border_text, is_law, sides
+from lumped.points.borders import at_borders, border_text, is_bent, is_law, sides
 from lumped.support.made_once import made_once
 from lumped.support.text_table import list_names
 from lumped.timeloop.holds import hold_words
@@ -49,7 +49,7 @@ def one_sided(point: OperatingPoint) -> str:
             continue
         for chosen in ([row], laws):
             first, second = sides(point, chosen, np.ones(len(chosen)))
-            if bent(point, first, second):
+            if is_bent(point, first, second):
                 found.append(row)
                 break
     texts = list(dict.fromkeys(border_text(point, row) for row in found))

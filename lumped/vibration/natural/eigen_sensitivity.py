@@ -15,7 +15,7 @@ from lumped.errors import OptionError, SolverError
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
 from lumped.points.kink_refusals import refuse_kinks
-from lumped.points.moved_equilibrium import moved_point, places_to, point_matters, still_point
+from lumped.points.moved_equilibrium import find_moved_point, places_to, point_matters, still_point
 from lumped.points.situation import situation
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units, frequency_unit
@@ -262,7 +262,7 @@ def eigen_sensitivity(modes: Modes, *, by: Iterable[Name] | None = None) -> Eige
 
     both = slopes(point.settings)
     matters = point_matters(point, both / np.abs(values)[:, None], _ROUNDING)
-    moved = moved_point(point, places) if matters else None
+    moved = find_moved_point(point, places) if matters else None
     moving = moved is not None
     moved = moved or still_point(point, places)
     refuse_kinks(point, moved, names, slopes)
