@@ -14,7 +14,7 @@ import scipy
 
 from lumped.errors import SingularModelError
 from lumped.flattening.flat_model import FlatModel
-from lumped.reduction.diagnosis import list_equations, lock, some
+from lumped.reduction.diagnosis import list_each_once, list_equations, lock
 from lumped.reduction.pruning import LeftOut
 from lumped.reduction.reduce import Block, Reduced
 
@@ -54,7 +54,7 @@ def find_locked_loops(reduced: Reduced) -> list[LeftOut]:
                 f"{flat.name}: these constraints leave no motion of {names}:\n"
                 f"{list_equations(incidence, rows)}\n{lock(incidence, rows)}"
             )
-        parts = some(flat.origin(incidence.origin(r)[1])[0].label for r in rows)
+        parts = list_each_once(flat.origin(incidence.origin(r)[1])[0].label for r in rows)
         found[classes] = LeftOut(names, f"locked: {parts} and what is held leave no motion")
     return list(found.values())
 
@@ -129,4 +129,4 @@ def _names(flat: FlatModel, members: list[list[int]]) -> str:
     """A name for each class; a variable's before that of a port."""
     tree = flat.tree
     best = (min(own, key=lambda u: (tree.quantity(u).kind != "variable", u)) for own in members)
-    return some(tree.unknown_name(u) for u in best)
+    return list_each_once(tree.unknown_name(u) for u in best)
