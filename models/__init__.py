@@ -93,7 +93,7 @@ class Row(NamedTuple):
 
     @property
     def texts(self) -> tuple[str, str, str]:
-        """Published and computed value and their deviation (`support.text_table.format_comparison`)."""
+        """Published and computed value and their deviation (`format_comparison`)."""
         return format_comparison(self.published, self.computed, self.bounds, self.fitted)
 
 

@@ -55,7 +55,8 @@ def one_sided(point: OperatingPoint) -> str:
     texts = list(dict.fromkeys(border_text(point, row) for row in found))
     if not texts:
         return ""
-    return f"one-sided: exactly at a border of {list_names(texts)}; beyond it the linearisation differs"
+    borders = list_names(texts)
+    return f"one-sided: exactly at a border of {borders}; beyond it the linearisation differs"
 
 
 def _holds(point: OperatingPoint) -> dict[str, str]:

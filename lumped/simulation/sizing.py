@@ -117,7 +117,7 @@ class Sizing(RichHtml):
         choice = choose_units(units, names)
         y, x = (display(name, unit, choice) for name, unit in zip(names, self.units, strict=True))
 
-        def told(limit: Limit | None) -> Limit | None:
+        def convert_limit(limit: Limit | None) -> Limit | None:
             if limit is None or isinstance(limit, float | int):
                 return None if limit is None else y.value(float(limit))
             return [(x.value(float(w)), y.value(float(bound))) for w, bound in limit]
@@ -126,8 +126,8 @@ class Sizing(RichHtml):
         picture = torque_speed(
             (x.value(speed), y.value(torque)),
             (x.value(self.mean_speed), y.value(self.rms_torque)),
-            told(self.rated),
-            told(self.maximum),
+            convert_limit(self.rated),
+            convert_limit(self.maximum),
             (labelled(names[1], x.unit), labelled(names[0], y.unit)),
         )
         return draw(picture, backend, ax)
