@@ -4,7 +4,7 @@ A function becomes ``void name(x, p, t, m, out)`` with the arguments of `emit_ll
 coefficients of the states of orders 0, 1, ... up to a fixed one, each order after the other. At
 order k all sums over lower orders are taken in loops of their own, and the rest needs no loop. For
 several lanes each number is a vector of as many; else four sums at a time are one vector, so what
-is multiplied stands side by side, if need be more than once.
+is multiplied lies side by side, if need be more than once.
 """
 
 from __future__ import annotations

@@ -200,7 +200,7 @@ class LlvmFunction(Writer):
         return self._put(place, "").text
 
     def _place_of(self, record: Value, field: Field) -> str:
-        """Where a field stands; a wide number stands where its word points to."""
+        """Address of a field; a wide number is where its word points to."""
         word = self._word(record, field)
         return self._load(word, "wides").text if field.kind == "wide" else word
 

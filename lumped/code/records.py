@@ -127,7 +127,7 @@ class Record(metaclass=_Kind):
     sizes : mapping of str to int
         Values of the names in the lengths of its fields.
     memory : ndarray of int64, optional
-        Where it stands, as many words as `words` tells, all zero.
+        Where it is, as many words as `words` tells, all zero.
     **given
         Values of fields.
     """

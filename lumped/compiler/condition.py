@@ -38,7 +38,7 @@ class Condition:
     relation : Relation
         What it is an instance of.
     active : SX, optional
-        1 while it matters, as it stands in a branch that another condition chooses.
+        1 while it matters, as it occurs in a branch that another condition chooses.
     """
 
     name: str
@@ -85,7 +85,7 @@ def sort_conditions(
 ) -> tuple[list[Condition], list[list[int]], list[Condition]]:
     """Those that depend on the time alone, the numbers of those that each needs, and the others.
 
-    Each stands after those that it needs.
+    Each comes after those that it needs.
     """
     if not found:
         return [], [], []

@@ -1,4 +1,4 @@
-"""Parts that do nothing where they stand: connected to nothing, or with all ends in one place."""
+"""Parts that do nothing: connected to nothing, or with all ends in one place."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class Structure(Shared):
     all_rates : SX
         Derivatives of the states in use, by the symbols of all states.
     rate_uses : ndarray of int
-        Places of all states that stand in them.
+        Places of all states that occur in them.
     inputs : list of SX
         Symbols x, p, t and m of all functions; m is modes, then guesses of implicit nodes.
     left_out : list of LeftOut

@@ -43,7 +43,7 @@ class _Jumps:
     nodes, signs : list of int, list of float
         Nodes that change.
     first, width : int
-        Their new values among those of all, and with what a program is told.
+        Their new values among those of all, and with what a program is given.
     program : Program or None
         What is asked.
     answers, answer_signs : list of int, list of float

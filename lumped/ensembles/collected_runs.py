@@ -30,7 +30,7 @@ __all__ = [
     "label_functionals",
 ]
 
-_TOLD = 20
+_EXPLAINED = 20
 """Failed runs that are made again, each alone, to say why."""
 _WORDS = {
     FULL: "interrupted before it was run",
@@ -177,18 +177,18 @@ def failures_of(
 ) -> Failures:
     """Why runs failed."""
     found: dict[int, str] = {}
-    told: dict[int, tuple[int, str]] = {}
+    first_of: dict[int, tuple[int, str]] = {}
     for i in np.flatnonzero(status != DONE).tolist():
         why = int(status[i])
         if why in _WORDS:
             found[i] = _WORDS[why]
-        elif len(found) < _TOLD or why not in told:
+        elif len(found) < _EXPLAINED or why not in first_of:
             found[i] = _fault(made, points[i], why)
-            told.setdefault(why, (i, found[i]))
+            first_of.setdefault(why, (i, found[i]))
         else:
-            first, text = told[why]
+            first, text = first_of[why]
             found[i] = f"as run {first}: {text}"
-    every = next(iter(told.values())) if told and len(found) == len(status) else None
+    every = next(iter(first_of.values())) if first_of and len(found) == len(status) else None
     labels = tuple(made.watched.of)
     for i in np.flatnonzero((status == DONE) & np.isnan(values).any(axis=1)).tolist():
         missing = [label for label, v in zip(labels, values[i], strict=True) if np.isnan(v)]

@@ -52,8 +52,8 @@ class SweepFile(LineFile):
     def add(self, point: Point, outcome: Outcome) -> None:
         """Keep a result, at once."""
         kind = "failure" if isinstance(outcome, str) else "values"
-        told = outcome if isinstance(outcome, str) else _encode(outcome)
-        self.write({"point": point, kind: told})
+        content = outcome if isinstance(outcome, str) else _encode(outcome)
+        self.write({"point": point, kind: content})
 
     def read(self, entry: Any) -> None:
         """Take over a run that was written before."""

@@ -261,7 +261,7 @@ class _ParameterReader:
 
     def _numbers(self, number: int, values: Column) -> Array:
         if isinstance(values, np.ndarray) or _PLAIN.issuperset(map(type, values)):
-            with suppress(OverflowError):  # of whole numbers, which is told below
+            with suppress(OverflowError):  # of whole numbers, which is refused below
                 return np.array(values, dtype=float)
         return np.array([self.parameters.number(number, value) for value in values])
 

@@ -131,7 +131,7 @@ def _bind(
 
 
 def _describe(least: Expr, quantity: Param, node: Instance) -> tuple[str, tuple[str, str]]:
-    """What a lower limit is called, its unit, and what stands behind that."""
+    """What a lower limit is called, its unit, and what follows that."""
     if isinstance(least, Param):
         return node.name(least.name), (least.unit, f" ({least.text})")
     return repr(least), (quantity.unit, "")

@@ -71,7 +71,7 @@ class Parameters:
         Their dotted names.
     ordered : list of (int, SX, str, (str, str))
         A parameter, its lower limit as an expression of `theta`, what that is called, and what
-        stands behind its value in a text.
+        follows its value in a text.
     """
 
     free: list[int]

@@ -72,7 +72,7 @@ class Template:
         Path of the owner below the component ("" for itself) and name of each local unknown.
     parameters : list of (str, str)
         The same for the parameters; `ENCLOSING` is the path of the component around it, whose
-        parameters may stand in structural choices.
+        parameters may occur in structural choices.
     relations, sticks, jumps : list
         What changes modes or states.
     measures : list of SX
@@ -198,9 +198,9 @@ class Template:
     def _jump(self, item: When, lowered: Lowered) -> None:
         mode = self._condition(item.condition, lowered)
         asked = item.question
-        told, answers = ((), ()) if asked is None else (asked.values, asked.answers)
+        inputs, answers = ((), ()) if asked is None else (asked.values, asked.answers)
         program = None if asked is None else asked.program
-        values = [lowered(value) for value in (*(value for _, value in item.changes), *told)]
+        values = [lowered(value) for value in (*(value for _, value in item.changes), *inputs)]
         targets, taken = (
             [self._key_of[lowered(ref).element_hash()][0] for ref in refs]
             for refs in ((ref for ref, _ in item.changes), answers)
@@ -249,7 +249,7 @@ class Template:
         return self._symbols[key]
 
     def present(self, expression: ca.SX) -> list[tuple[int, int]]:
-        """Local unknowns and orders of derivative that stand in an expression."""
+        """Local unknowns and orders of derivative that occur in an expression."""
         hashes = [s.element_hash() for s in ca.symvar(expression)]
         return sorted(self._key_of[h] for h in hashes if h in self._key_of)
 
@@ -315,7 +315,7 @@ class Template:
         for i in range(n):
             entry = gradient[i]
             if entry.is_zero() and has_steps(expression, symbols[i]):
-                affine[i] = False  # its slope is zero, but it stands there
+                affine[i] = False  # its slope is zero, but it occurs there
             elif entry.is_constant():
                 kinds[i], values[i] = CONSTANT, float(entry)
             elif not any(ca.which_depends(entry, varying)):

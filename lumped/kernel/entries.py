@@ -30,7 +30,7 @@ __all__ = ["ENTRIES"]
 
 @kernel
 def value(run: Run, function: Function, out: Numbers) -> int:
-    """Evaluate a function where a run stands."""
+    """Evaluate a function where a run is."""
     evaluate(function, run, run.x, run.t, run.m, out)
     return 0
 
@@ -46,7 +46,7 @@ def values(run: Run, function: Function, course: Samples) -> int:
 
 @kernel
 def close_linkages(run: Run) -> int:
-    """Close the linkages where a run stands; whether they close."""
+    """Close the linkages where a run is; whether they close."""
     return close(run, run.x, run.t, run.m)
 
 

@@ -49,7 +49,7 @@ class Made:
     """Parts that a function makes of a component, as many as its structural choices need.
 
     Written as a class attribute, ``pieces = Made(function)``. Parameters of the parts may be bound
-    to expressions of the component's own, or of what stands beside it.
+    to expressions of the component's own, or of what is beside it.
 
     Parameters
     ----------

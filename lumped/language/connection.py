@@ -78,7 +78,7 @@ def label(end: Port | Ref) -> str:
 def chain(*parts: Component | Port) -> Iterator[Connection]:
     """Connect parts one after the other: ``flange_b`` of each to ``flange_a`` of the next.
 
-    A part with a single ``flange`` (a source, a support) may stand at either end; a port may be
+    A part with a single ``flange`` (a source, a support) may be at either end; a port may be
     named instead of a part.
 
     Parameters

@@ -20,7 +20,7 @@ def read_given_number(component: Component, name: str) -> float:
     Parameters
     ----------
     component : Component
-        As it stands in the model.
+        As it is in the model.
     name : str
         Of a parameter.
 

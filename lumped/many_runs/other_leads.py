@@ -16,7 +16,7 @@ from lumped.timeloop.programs import Answers
 
 __all__ = ["AloneRecords", "OtherLeads"]
 
-_SO_FAR = ("sums", "best", "totals", "happened", "told", "taken", "ring", "load_size")
+_SO_FAR = ("sums", "best", "totals", "happened", "last_time", "taken", "ring", "load_size")
 _COUNTED = ("held", "held_at", "size", "fed", "last", "last_at", "direction", "damage")
 """What functionals have taken from a run, and what is counted of loads."""
 

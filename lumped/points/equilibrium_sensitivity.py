@@ -100,8 +100,8 @@ class EquilibriumSensitivity(RichHtml):
         row = 0 if of is None else self._row(of)
         name = self.of[row]
         system, choice = self.point.system, choose_units(units, self.of)
-        told = amounts(name, system.quantity(name).unit, self.values[row], digits=4, units=choice)
-        title = f"{system.name}: {name} = {' '.join(told)} at the equilibrium"
+        texts = amounts(name, system.quantity(name).unit, self.values[row], digits=4, units=choice)
+        title = f"{system.name}: {name} = {' '.join(texts)} at the equilibrium"
         return draw(tornado(self.ranked(name), title, name), backend, ax)
 
     def _row(self, of: Name) -> int:

@@ -1,4 +1,4 @@
-"""Where a point stands: what is open, sticks, slides or is at a border there, in words."""
+"""Situation at a point: what is open, sticks, slides or is at a border there, in words."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ def start_point(
     together : bool
         Parts move together: no twist of a spring and no play changes, so that one given speed
         turns a whole drive train. Twists themselves keep their start values. Parts that only a
-        damper or slipping friction joins move as they are told.
+        damper or slipping friction joins move as they are given.
 
     Returns
     -------

@@ -58,7 +58,7 @@ def solve(
     right : list of (Term, float)
         Right sides and their values at the generic point; used up.
     tape : Tape
-        Where the terms stand.
+        Where the terms are.
     last : mapping of int to int, optional
         Rows to be eliminated after all others, and the column of the pivot of each.
 

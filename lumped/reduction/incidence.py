@@ -1,4 +1,4 @@
-"""Which unknown stands in which equation, at which derivative, with which coefficient."""
+"""Which unknown occurs in which equation, at which derivative, with which coefficient."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Entries:
 
 @dataclass(frozen=True, eq=False)
 class Occurrence:
-    """Where the symbols of one template equation stand, for some of its instances.
+    """Where the symbols of one template equation occur, for some of its instances.
 
     Attributes
     ----------

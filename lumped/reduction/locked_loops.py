@@ -24,7 +24,7 @@ __all__ = ["find_locked_loops"]
 def find_locked_loops(reduced: Reduced) -> list[LeftOut]:
     """Rigid loops in which nothing can move because something outside them is held.
 
-    Whether this is meant cannot be told: two brakes may hold a gearbox on purpose.
+    Whether this is meant cannot be known: two brakes may hold a gearbox on purpose.
 
     Raises
     ------

@@ -37,14 +37,14 @@ class LeftOut:
 
 
 def uses(expression: ca.SX, values: Values) -> scipy.sparse.csr_array:
-    """Which state stands in which element of an expression, as a sparse (elements, states)."""
+    """Which state occurs in which element of an expression, as a sparse (elements, states)."""
     rows, columns = ca.jacobian_sparsity(expression, values.states).get_triplet()
     shape = (expression.numel(), values.states.numel())
     return links(np.array(rows, dtype=int), np.array(columns, dtype=int), shape)
 
 
 def find_used_states(expression: ca.SX, values: Values) -> np.ndarray:
-    """Numbers of the states that stand in an expression; costs one pass, whatever stands where."""
+    """Numbers of the states that occur in an expression; costs one pass, wherever they occur."""
     if not expression.numel():
         return np.zeros(0, dtype=int)
     return np.flatnonzero(ca.which_depends(expression, values.states, 1, False))
@@ -104,7 +104,7 @@ def samples(expression: ca.SX, values: Values) -> tuple[np.ndarray, np.ndarray, 
 
 
 def independent_of(expression: ca.SX, columns: Sequence[int], values: Values) -> np.ndarray:
-    """Whether an expression does not change with states although they stand in it.
+    """Whether an expression does not change with states although they occur in it.
 
     Returns
     -------

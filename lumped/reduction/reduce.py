@@ -32,9 +32,9 @@ class Block(NamedTuple):
     nodes : list of int
         Unknowns (numbers of class and derivative) that it determines.
     needs : list of int
-        Blocks whose unknowns stand in its equations.
+        Blocks whose unknowns occur in its equations.
     led : bool
-        A state stands in its equations.
+        A state occurs in its equations.
     """
 
     equations: list[tuple[int, int]]
@@ -62,7 +62,7 @@ class Reduced:
     dependent : list of int
         Candidates that constraints determine.
     tied : frozenset of int
-        Candidates that stand in constraints.
+        Candidates that occur in constraints.
     blocks : list of Block
         In an order in which they can be computed.
     block_of : ndarray of int, shape (nodes,)
@@ -269,7 +269,7 @@ def _order_blocks(
 ) -> tuple[list[Block], np.ndarray]:
     """Blocks from the equations' labels, the nodes matched to them and their block's label.
 
-    Block ``users[k]`` needs block ``needed[k]``; both may stand there several times. States stand
+    Block ``users[k]`` needs block ``needed[k]``; both may occur there several times. States occur
     in the equations of block k if ``led[k]``.
     """
     count = len(led)

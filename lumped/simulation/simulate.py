@@ -73,7 +73,7 @@ def simulate(
     The time loop is compiled once on a machine, which takes a second or two. The functions of a
     system are interpreted until they were evaluated so often that compiling them would have taken
     as long; results are the same to the last bit. Machine code is kept in the user's folder of
-    caches, or in ``LUMPED_CACHE``. That folder is trusted, as what stands there is executed: one
+    caches, or in ``LUMPED_CACHE``. That folder is trusted, as what it holds is executed: one
     that belongs to another user, or that others may write, is not used, and a warning says so.
 
     Parameters

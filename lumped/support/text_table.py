@@ -69,7 +69,7 @@ def format_comparison(
     tuple of str
         Published, computed, and the deviation in per cent, or whether the range is met.
     """
-    told = number(computed)
+    text_computed = number(computed)
     if bounds is not None:
         low, high = bounds
         met = (low is None or computed >= low) and (high is None or computed <= high)
@@ -77,10 +77,10 @@ def format_comparison(
     elif published is not None:
         off = round(100 * (computed / published - 1), 2) + 0.0  # never "-0.00"
         text, verdict = number(published, 12), f"{off:+.2f}"
-        told = number(computed, max(6, len(text.strip("-").replace(".", ""))))
+        text_computed = number(computed, max(6, len(text.strip("-").replace(".", ""))))
     else:
-        return "-", told, "-"
-    return text, told, verdict + ", fitted" * fitted
+        return "-", text_computed, "-"
+    return text, text_computed, verdict + ", fitted" * fitted
 
 
 def _range(low: float | None, high: float | None) -> str:

@@ -36,7 +36,7 @@ class Instants:
         Instants after the begin of the span, up to its end.
     edges : ndarray, shape (k + 2,)
         Begin of the span, the instants, and its end.
-    told : list of (str, str, str)
+    words : list of (str, str, str)
         What changes at each: the components, and their pieces before and after in words.
     places : ndarray of int, shape (m,)
         Modes that depend on the time alone.
@@ -46,7 +46,7 @@ class Instants:
 
     times: np.ndarray
     edges: np.ndarray
-    told: list[tuple[str, str, str]]
+    words: list[tuple[str, str, str]]
     places: np.ndarray
     modes: np.ndarray
 
@@ -133,7 +133,7 @@ class _InstantSearch:
         middles = 0.5 * (edges[:-1] + edges[1:])
         if len(times) and times[-1] == self.end:
             middles[-1] = self.end + apart
-        told: list[list[tuple[str, str, str]]] = [[] for _ in times]
+        words: list[list[tuple[str, str, str]]] = [[] for _ in times]
         columns = [np.zeros((len(middles), 0))]
         changes: list[np.ndarray] = []
         for clock, course in zip(self.clocks, courses, strict=True):
@@ -149,12 +149,12 @@ class _InstantSearch:
                 name, texts = clock.condition.name, clock.condition.texts
                 pairs = zip(texts(numbers[where]), texts(numbers[where + 1]), strict=True)
                 for k, (before, after) in zip(where.tolist(), pairs, strict=True):
-                    told[k].append((name, before, after))
+                    words[k].append((name, before, after))
         places = [m for clock in self.clocks for m in clock.condition.modes]
         return Instants(
             times,
             edges,
-            [_together(changes) for changes in told],
+            [_together(changes) for changes in words],
             np.array(places, dtype=int),
             np.hstack(columns),
         )

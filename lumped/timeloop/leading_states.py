@@ -17,7 +17,7 @@ __all__ = ["Lead", "exchange_lead"]
 
 
 class Lead(NamedTuple):
-    """A system with another choice of states, and where a run stands in it.
+    """A system with another choice of states, and the states of a run in it.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Runs by steps: what stands around the time loop."""
+"""Runs by steps: what surrounds the time loop."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ class RunBySteps(Simulation):
     # -- into the loop -----------------------------------------------------------------------
 
     def _begin(self) -> None:
-        """Stand at the start, in the records of a run that is over if it had the same options."""
+        """Begin at the start, in the records of a run that is over if it had the same options."""
         self._edges, times = self.find_instants(), self.output.times
         count = None if times is None else len(times)
         options = self.rtol, self._relative_atol, self._method, self.max_steps, count
@@ -144,7 +144,7 @@ class RunBySteps(Simulation):
         self._stand(kept, self.point.x, self.point.settings)
 
     def _with_options(self, options: object) -> KeptRun:
-        """Records of a run with options that stands nowhere yet."""
+        """Records of a run with options, at no point yet."""
         run = self._executable.blank_run()
         run.rtol, run.max_steps = self.rtol, self.max_steps
         run.atol[:] = self._relative_atol * nominals(self.system)
@@ -173,7 +173,7 @@ class RunBySteps(Simulation):
         kept.room.begin(grid, output.taken, on_grid=on_grid, both_sides=both_sides)
 
     def _stand(self, kept: KeptRun, x: np.ndarray, settings: np.ndarray) -> None:
-        """Stand somewhere with the states of the present system."""
+        """Go to a point with the states of the present system."""
         self._kept, self._room, run = kept, kept.room, kept.run
         self._run, plant = run, self._executable.plant
         self.atol = self._relative_atol * nominals(self.system)
@@ -261,8 +261,8 @@ class RunBySteps(Simulation):
             self._note_method(t)
         out.turns = 0
         if changes:
-            told = zip(room.changes[:changes].tolist(), room.when[:changes].tolist(), strict=True)
-            self.events += [self._event(*change) for change in told]
+            pairs = zip(room.changes[:changes].tolist(), room.when[:changes].tolist(), strict=True)
+            self.events += [self._event(*change) for change in pairs]
             out.changes = 0
 
     def _event(self, change: list[int], when: list[float]) -> Event:

@@ -82,7 +82,7 @@ def smooth_part(
 
 
 def _with_options(code: Executable, options: tuple[float, Method, int]) -> KeptRun:
-    """Records of a run that stands nowhere yet."""
+    """Records of a run at no point yet."""
     rtol, method, rows = options
     run, plant = code.blank_run(), code.plant
     run.rtol, run.max_steps = rtol, 1 << 60

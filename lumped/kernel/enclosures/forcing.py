@@ -42,7 +42,7 @@ def is_clear(run: Run, h: float, first: float, second: float) -> float:
         evaluate(run.plant.forcing, run, run.x, t, run.m, force)
         for i in range(n):
             low[i], high[i] = min(low[i], force[i]), max(high[i], force[i])
-    # the ends of the step stand in place of the states
+    # the ends of the step take the place of the states
     run.ranges[0], run.ranges[1] = run.t, run.t + h
     evaluate(run.plant.forcing_range, run, run.ranges, run.t, run.m, run.force_range)
     clear = 1.0 + h * 0.0

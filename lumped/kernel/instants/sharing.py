@@ -264,7 +264,7 @@ def _find_stresses(run: Run, m: Numbers, count: int) -> None:
 
 @kernel
 def _look_ahead(run: Run, x: Numbers, m: Numbers) -> None:
-    """Look where the motion goes; the result stands in `seen`."""
+    """Look where the motion goes; the result is in `seen`."""
     rest, ahead, t = run.instant.at_rest, run.argument, run.t
     step = _AHEAD * run.span
     for i in range(run.plant.states):

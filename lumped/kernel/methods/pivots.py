@@ -38,7 +38,7 @@ def pattern_of(rows: np.ndarray, columns: np.ndarray, n: int) -> Pattern:
         begin.append(len(at))
     columns_of = np.array(at, dtype=np.int64)
     row_of = np.repeat(np.arange(n), np.diff(begin))
-    # entries stand in the order of row and column, so their numbers are found by bisection
+    # entries are in the order of row and column, so their numbers are found by bisection
     wanted = place[rows] * n + place[columns]
     entry = np.searchsorted(row_of * n + columns_of, wanted)
     return Pattern(

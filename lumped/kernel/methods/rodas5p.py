@@ -1,7 +1,7 @@
 """One attempt of Rodas5P (Steinebach, BIT Numerical Mathematics 63 (2023) 27).
 
 A stiffly accurate L-stable Rosenbrock method with the exact sparse Jacobian. The increments of its
-eight stages stand between the derivatives at both ends of the step.
+eight stages lie between the derivatives at both ends of the step.
 """
 
 from __future__ import annotations

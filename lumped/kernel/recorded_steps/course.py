@@ -1,9 +1,9 @@
 """Recorded steps of a run: made again, looked into, and differentiated backwards.
 
 Derivatives are those of the steps as they were made, their lengths held (the discrete adjoint;
-Hairer, Norsett, Wanner, vol. I, II.6). Each result has two columns: what it owes to the states, and
-what it would owe to the estimate of the error of one step. The second shows how well steps that
-were chosen for the states serve the derivatives.
+Hairer, Norsett, Wanner, vol. I, II.6). Each result has two columns: its derivatives by the states,
+and by the estimate of the error of one step. The second shows how well steps that were chosen for
+the states serve the derivatives.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ __all__ = [
     "Course",
     "Sweep",
     "evaluate_inside",
+    "go_to_step",
     "interpolate_step",
     "of_columns",
     "replay_steps",
-    "stand",
 ]
 
 LOOKS = 8
@@ -51,7 +51,7 @@ class Course(Record):
     width, found : int, Numbers
         Results of a function, and these at `LOOKS` points of each step.
     errors : Numbers
-        Error of each result by each step, relative to what it owes to the states by then.
+        Error of each result by each step, relative to its derivatives by the states then.
     parts, part_errors : Numbers
         Integrals over each step, and their errors.
     """
@@ -74,9 +74,9 @@ class Course(Record):
 
 
 class Sweep(Record):
-    """What results owe to the states and parameters, carried back from step to step.
+    """Derivatives of results by the states and parameters, carried back from step to step.
 
-    Numbers with columns stand one state, or parameter, after the other.
+    Numbers with columns come one state, or parameter, after the other.
 
     Attributes
     ----------
@@ -88,9 +88,9 @@ class Sweep(Record):
         States, increments, a part of time, then weights: the weighted derivative of the rates
         along both, differentiated by states and parameters.
     adjoint, judged : Numbers
-        What results owe to the states, zero in the second columns; the same in these.
+        Derivatives by the states, zero in the second columns; the same in these.
     by_parameters : Numbers
-        What results owe to the parameters so far.
+        Derivatives by the parameters so far.
     weight : Numbers
         Nominal values of the states; zero for integrals.
     largest, errors : Numbers
@@ -119,8 +119,8 @@ class Sweep(Record):
 
 
 @kernel
-def stand(run: Run, course: Course, k: int) -> float:
-    """Stand at the begin of a step; gives its length."""
+def go_to_step(run: Run, course: Course, k: int) -> float:
+    """Go to the begin of a step; gives its length."""
     n = course.states
     for i in range(run.plant.states):
         run.x[i] = course.x[n * k + i] if i < n else 0.0
@@ -151,7 +151,7 @@ def replay_steps(run: Run, course: Course) -> int:
     n = course.states
     for k in range(course.steps):
         if not course.is_given[k + 1]:
-            if not _step(run, stand(run, course, k)):
+            if not _step(run, go_to_step(run, course, k)):
                 return GIVEN_UP
             for i in range(n):
                 course.x[n * (k + 1) + i] = run.new[i]
@@ -161,7 +161,7 @@ def replay_steps(run: Run, course: Course) -> int:
 @kernel
 def interpolate_step(run: Run, course: Course, k: int) -> bool:
     """Make a step again with its interpolation; false if an implicit one has no solution."""
-    h = stand(run, course, k)
+    h = go_to_step(run, course, k)
     if not _step(run, h):
         return False
     if run.is_implicit:

@@ -1,4 +1,4 @@
-"""One step of DOP853 backwards: from what results owe to the states after it to those before it."""
+"""One step of DOP853 backwards: derivatives of results by the states before it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _C = tuple(float(c) for c in tableau.C)
 
 
 def _weights(number: int) -> Any:
-    """What results owe to the rates at a stage, from what they owe to later stages."""
+    """Derivatives of results by the rates at a stage, from those at later stages."""
     terms = [
         f"{float(row[number])!r} * g[{j} * w + r]"
         for j, row in enumerate(tableau.A)
@@ -66,12 +66,12 @@ _stages_back = make_kernel(
 """,
     globals(),
 )
-"""What results owe to the rates at the twelfth to the second stage."""
+"""Derivatives of results by the rates at the twelfth to the second stage."""
 
 
 @kernel
 def back(run: Run, sweep: Sweep, h: float) -> None:
-    """Carry the adjoint back over a step, which ends in `before`, and what parameters are owed."""
+    """Carry the adjoint back over a step, which ends in `before`; add derivatives by parameters."""
     n, columns, g, point = run.plant.states, sweep.columns, sweep.pulled, sweep.point
     flat, w = n * columns, (n + sweep.parameters) * columns
     evaluate(run.plant.rates, run, run.x, run.t, run.m, run.stages)

@@ -161,7 +161,7 @@ class Executable:
         return int(_HALF_SECOND // work) + 1
 
     def new_run(self, theta: np.ndarray, t: float, x: np.ndarray, settings: np.ndarray) -> Run:
-        """A run that stands somewhere, without output.
+        """A run at a point, without output.
 
         Times count as about one second (see `span`).
         """
@@ -171,7 +171,7 @@ class Executable:
         return run
 
     def blank_run(self) -> Run:
-        """A run without options that stands nowhere; that of one that is over if there is any."""
+        """A run without options, at no point yet; that of one that is over if there is any."""
         over = self._over
         if over:
             run, self._own.room = over.pop().begin_again()
@@ -242,7 +242,7 @@ class Executable:
         return found
 
     def at(self, theta: np.ndarray, t: float, x: np.ndarray, settings: np.ndarray) -> Run:
-        """The same run each time, of this thread, standing somewhere else."""
+        """The same run each time, of this thread, at another point."""
         run: Run | None = getattr(self._own, "run", None)
         if run is None:
             run = self._own.run = self.new_run(theta, t, x, settings)

@@ -19,12 +19,12 @@ _PARTS = {name: f.kind for name, f in InstantSearch.fields.items() if isinstance
 
 
 class KeptRun:
-    """A run with its room for output, which has its options and stands nowhere yet.
+    """A run with its room for output, which has its options and is at no point yet.
 
     Parameters
     ----------
     options : object
-        All that the records depend on, but for where and when a run stands.
+        All that the records depend on, but for the point and the time of a run.
     run : Run
         With these options.
     room : OutputRoom
@@ -69,7 +69,7 @@ class KeptRun:
 
 
 def make_run(sizes: dict[str, int], plant: Plant) -> Run:
-    """A run; what it writes stands in one block of memory."""
+    """A run; what it writes is in one block of memory."""
     kinds: list[type[Record]] = [Run, InstantSearch, *_PARTS.values()]
     words = [kind.words(sizes) for kind in kinds]
     block = np.zeros(sum(words), dtype=np.int64)

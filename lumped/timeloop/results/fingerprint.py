@@ -56,7 +56,7 @@ _PLAIN = (bool, int, float, complex, str, bytes, range, PurePath, np.generic)
 class _Hashing:
     """Hashes of values, each made once.
 
-    What contains itself, such as a function that calls itself, is told by how far above it is.
+    What contains itself, such as a function that calls itself, is named by how far above it is.
     """
 
     def __init__(self) -> None:
@@ -135,7 +135,7 @@ class _Hashing:
                 yield self.of(value.__globals__[name])
 
     def _code(self, value: types.CodeType) -> Iterator[bytes]:
-        """Instructions and what stands in them; not where they were written."""
+        """Instructions and what they hold; not where they were written."""
         yield value.co_code
         yield repr((value.co_names, value.co_varnames, value.co_freevars)).encode()
         yield from map(self.of, value.co_consts)
@@ -246,7 +246,7 @@ def _energies(system: System) -> Iterator[bytes]:
     tree = system.structure.tree
     for node in {template_key(node.component): node for node in tree.instances}.values():
         for name in ("stored", "loss"):
-            tell = getattr(type(node.component), name, None)
-            if inspect.isfunction(tell):
-                told = content_of(tell(node.component), lambda c, n=node: tree.below(c, n))  # type: ignore[misc]
-                yield repr((node.path, name, told)).encode()
+            method = getattr(type(node.component), name, None)
+            if inspect.isfunction(method):
+                result = content_of(method(node.component), lambda c, n=node: tree.below(c, n))  # type: ignore[misc]
+                yield repr((node.path, name, result)).encode()

@@ -14,7 +14,7 @@ from lumped.errors import UnknownNameError
 from lumped.support.by_name import ByName
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
-from lumped.timeloop.programs import Told
+from lumped.timeloop.programs import ProgramInputs
 from lumped.timeloop.results.event import Change
 from lumped.timeloop.results.left_out_states import with_left_out
 from lumped.timeloop.results.result_files import list_computable
@@ -123,8 +123,8 @@ class OperatingPoint(Named):
     again : callable or None
         Makes the same point of the system with the states that were left out; None where there are
         none, or nobody knows them.
-    told : dict of int to ndarray
-        What programs were told on the way (see `Trajectory`).
+    program_inputs : dict of int to ndarray
+        What programs were given on the way (see `Trajectory`).
     """
 
     system: System
@@ -138,7 +138,7 @@ class OperatingPoint(Named):
     residual: float | None = None
     lost: tuple[str, ...] = ()
     again: Callable[[System], OperatingPoint] | None = None
-    told: Told = field(default_factory=dict)
+    program_inputs: ProgramInputs = field(default_factory=dict)
 
     @property
     def parameters(self) -> dict[str, float]:

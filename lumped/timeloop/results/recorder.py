@@ -96,7 +96,7 @@ class Recorder:
     Attributes
     ----------
     progress : Progress
-        Is told how far the run has come.
+        Is given how far the run has come.
     taken : int
         Output times that were handed out.
     """
@@ -191,7 +191,7 @@ class SparingRecorder(Recorder):
         self._counts.append(0)
 
     def add(self, t: np.ndarray, x: np.ndarray, settings: np.ndarray) -> None:
-        """Points of the present piece; the same time does not stand twice in it."""
+        """Points of the present piece; the same time does not occur twice in it."""
         ends = self._ends[-1]
         new = np.diff(t, prepend=ends[-1][-1] if ends else -np.inf) > 0
         if not new.any():

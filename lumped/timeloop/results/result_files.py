@@ -38,7 +38,7 @@ __all__ = [
     "state_names",
 ]
 
-_TOLD = 12
+_SHOWN = 12
 """Quantities of a printed file."""
 
 
@@ -89,7 +89,7 @@ class Saved(Contents, ByName, RichHtml):
 
     @property
     def main(self) -> list[str]:
-        """What is drawn and told unless others are named: the states, or all if none are known."""
+        """What is shown unless others are named: the states, or all if none are known."""
         return [*(self.states or self.values)]
 
     def in_units(self, units: Units) -> Saved:
@@ -128,15 +128,15 @@ class Saved(Contents, ByName, RichHtml):
         wanted = self.main if names is None else [*map(key_of, names)]
         found = {name: self[name] for name in wanted}
         own, texts = {"time": "s", **self.units}, {"time": "time", **self.texts}
-        told = {name: (own[name], texts[name], y) for name, y in found.items()}
+        shown = {name: (own[name], texts[name], y) for name, y in found.items()}
         choice = choose_units(units, ("time", *self))
-        picture = draw_curves(self.model, self.t, told, self.events, choice, names is not None)
+        picture = draw_curves(self.model, self.t, shown, self.events, choice, names is not None)
         return draw(picture, backend, ax)
 
     def to_pandas(self, *, units: Units = None) -> Any:
         """A DataFrame over the time, one column for each quantity; units in ``frame.attrs``.
 
-        Its index increases strictly: where values jump, those before the jump stand one step of
+        Its index increases strictly: where values jump, those before the jump are one step of
         rounding earlier, and ``frame.loc[t]`` gives those after it.
 
         Parameters
@@ -154,9 +154,9 @@ class Saved(Contents, ByName, RichHtml):
             If a name does not exist.
         """
         pandas = extra("pandas", "data", "to_pandas")
-        told = self.in_units(units)
-        frame = pandas.DataFrame(told.values, index=pandas.Index(apart(self.t), name="time"))
-        frame.attrs = {"model": self.model, "fingerprint": self.fingerprint, "units": told.units}
+        shown = self.in_units(units)
+        frame = pandas.DataFrame(shown.values, index=pandas.Index(apart(self.t), name="time"))
+        frame.attrs = {"model": self.model, "fingerprint": self.fingerprint, "units": shown.units}
         return frame
 
     def to_xarray(self, *, units: Units = None) -> Any:
@@ -179,10 +179,10 @@ class Saved(Contents, ByName, RichHtml):
             If a name does not exist.
         """
         xarray = extra("xarray", "data", "to_xarray")
-        told = self.in_units(units)
+        shown = self.in_units(units)
         columns = {
-            name: ("time", values, {"units": told.units[name], "long_name": self.texts[name]})
-            for name, values in told.values.items()
+            name: ("time", values, {"units": shown.units[name], "long_name": self.texts[name]})
+            for name, values in shown.values.items()
         }
         time = ("time", apart(self.t), {"units": "s", "long_name": "time"})
         about = {"model": self.model, "fingerprint": self.fingerprint}
@@ -218,9 +218,9 @@ class Saved(Contents, ByName, RichHtml):
         path = Path(path)
         if path.suffix not in WRITERS:
             raise OptionError(f"{path.name}: the ending must be one of {', '.join(WRITERS)}.")
-        told = self if units is None else self.in_units(units)
+        shown = self if units is None else self.in_units(units)
         with whole_file(path) as file:
-            WRITERS[path.suffix](told, file)
+            WRITERS[path.suffix](shown, file)
         return path
 
     def __repr__(self) -> str:
@@ -230,7 +230,7 @@ class Saved(Contents, ByName, RichHtml):
             f"points{over}; {len(self.events)} events"
         )
         rows = []
-        for name in self.main[:_TOLD] if len(self.t) else ():
+        for name in self.main[:_SHOWN] if len(self.t) else ():
             y = self.values[name]
             rows.append((name, *amounts(name, self.units[name], y[0], y[-1], y.min(), y.max())))
         return head + "\n" + table(("quantity", "start", "end", "min", "max", "unit"), rows)
@@ -249,12 +249,12 @@ def draw_curves(
         raise OptionError(f"{title}: nothing was computed, so there is nothing to draw.")
     if not quantities:
         raise OptionError(f"{title}: no states to draw; name the quantities to see.")
-    time, told = time_unit(units), {}
+    time, shown = time_unit(units), {}
     for name, (unit, text, values) in quantities.items():
         to_show = display(name, unit, units)
-        told[name] = to_show.unit, text, to_show.value(values)
+        shown[name] = to_show.unit, text, to_show.value(values)
     happened = [(time.value(event.time), *_describe_event(event)) for event in events]
-    return over_time(title, (time.value(t), time.unit), told, happened, all_of_them=all_of_them)
+    return over_time(title, (time.value(t), time.unit), shown, happened, all_of_them=all_of_them)
 
 
 def _describe_event(event: Event) -> tuple[str, str]:

@@ -19,7 +19,7 @@ from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units
 from lumped.support.text_table import amounts, table
 from lumped.support.units import read_time
-from lumped.timeloop.programs import Told
+from lumped.timeloop.programs import ProgramInputs
 from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.left_out_states import PointOfRun, on_both_sides, with_left_out
 from lumped.timeloop.results.operating_point import Named, OperatingPoint
@@ -81,8 +81,8 @@ class Trajectory(Named):
     again : callable or None
         Makes the same run with the states that were left out, at some times and on both sides of
         its own jumps; None where there are none, or nobody can.
-    told : dict of int to ndarray, shape (samples, 1 + values)
-        Instants at which programs were asked, s, and what they were told, by the number of the
+    program_inputs : dict of int to ndarray, shape (samples, 1 + values)
+        Instants at which programs were asked, s, and what they were given, by the number of the
         jump; with it a run that goes on from here brings them to where they were.
     """
 
@@ -94,12 +94,12 @@ class Trajectory(Named):
     certificate: Any = None
     read: Callable[[Sequence[Functional]], np.ndarray] | None = None
     again: Callable[[np.ndarray], Trajectory] | None = None
-    told: Told = field(default_factory=dict)
+    program_inputs: ProgramInputs = field(default_factory=dict)
     _known: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
 
     @cached_property
     def t(self) -> np.ndarray:
-        """Times, s; on a jump the same time stands twice, before and after it."""
+        """Times, s; on a jump the same time occurs twice, before and after it."""
         return np.concatenate([np.zeros(0), *(piece.t for piece in self.pieces)])
 
     @cached_property
@@ -233,7 +233,9 @@ class Trajectory(Named):
             self.theta,
             piece.settings[k].copy(),
             again=again,
-            told={k: rows[rows[:, 0] <= found] for k, rows in self.told.items()},
+            program_inputs={
+                k: rows[rows[:, 0] <= found] for k, rows in self.program_inputs.items()
+            },
         )
 
     @checked
