@@ -10,7 +10,7 @@ import numpy as np
 
 from lumped.compiler.system import Changes, System
 from lumped.ensembles.ensemble_file import EnsembleFile
-from lumped.ensembles.spread import DIED, on_cluster, run_in_threads
+from lumped.ensembles.parallel_runs import DIED, on_cluster, run_in_threads
 from lumped.errors import LumpedError, OptionError
 from lumped.functionals import Functional
 from lumped.kernel.run import DONE, FULL

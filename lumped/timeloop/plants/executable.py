@@ -11,7 +11,7 @@ import numpy as np
 
 from lumped.code.functions import compile_functions, load_functions
 from lumped.code.operations import Operations, operations_of
-from lumped.code.prepared import prepare_parts
+from lumped.code.parameter_parts import prepare_parts
 from lumped.compiler.system import System
 from lumped.kernel import engine
 from lumped.kernel.methods.pivots import pattern_of
