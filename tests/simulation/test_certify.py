@@ -262,7 +262,7 @@ def test_an_interrupt_while_certifying_leaves_the_run(two_mass, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(import_module("lumped.simulation.simulate"), "audited", interrupted)
+    monkeypatch.setattr(import_module("lumped.simulation.simulate"), "audit_energy", interrupted)
     with pytest.raises(Interrupted, match="interrupted while it was certified") as caught:
         lp.simulate(lp.assemble(two_mass), until=1.0, certify=True)
     assert caught.value.partial.t[-1] == 1.0
