@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lumped.code.operations import RESULT, SETTING, Operations, places_read
 
-__all__ = ["StepsApart", "take_steps_out"]
+__all__ = ["TabulatedSteps", "tabulate_steps"]
 
 Real: TypeAlias = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ class _Steps(NamedTuple):
     values: Real
 
 
-class StepsApart(NamedTuple):
+class TabulatedSteps(NamedTuple):
     """A function whose step functions are settings.
 
     Attributes
@@ -71,7 +71,7 @@ class StepsApart(NamedTuple):
         return np.hstack(found)
 
 
-def take_steps_out(operations: Operations, settings: int) -> StepsApart | None:
+def tabulate_steps(operations: Operations, settings: int) -> TabulatedSteps | None:
     """A function with its step functions apart; None if it has none worth it.
 
     Results have the same bits: values of step functions are made by the same operations.
@@ -107,7 +107,7 @@ def take_steps_out(operations: Operations, settings: int) -> StepsApart | None:
         rows.append(table[row])
         if row in used:
             rows.append(np.array((RESULT, wanted.index(row), table[row, 1], 0)))
-    return StepsApart(
+    return TabulatedSteps(
         Operations(np.array(rows), operations.constants, operations.work, len(wanted)),
         tuple(compared[number] for number in wanted),
         tuple(np.column_stack([steps[s].values for s in used[number]]) for number in wanted),

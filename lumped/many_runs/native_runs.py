@@ -179,7 +179,7 @@ class _Worker:
             elif why == UNFIT:
                 self._others.finish(self._runs.system, slot, self._answers)
                 slot.is_begun = 0
-            elif why == ASKS and not self._answers.try_give(self._runs.system, slot.run):
+            elif why == ASKS and not self._answers.does_answer(self._runs.system, slot.run):
                 slot.status[slot.number] = ASKS
                 slot.is_begun = 0
 

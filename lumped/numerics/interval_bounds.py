@@ -12,7 +12,7 @@ import casadi as ca
 
 from lumped.support.follow_operations import follow_operations
 
-__all__ = ["INFINITE", "Intervals", "Operands", "interval_bounds"]
+__all__ = ["INFINITE", "Intervals", "ValueMaker", "interval_bounds"]
 
 V = TypeVar("V")
 
@@ -21,7 +21,7 @@ INFINITE = 1e290
 _LOWEST, _HIGHEST = -1e300, 1e300
 
 
-class Operands(Protocol[V]):
+class ValueMaker(Protocol[V]):
     """What makes values: expressions, or rows of a table."""
 
     def constant(self, value: float) -> V:
@@ -39,11 +39,11 @@ class Intervals(Generic[V]):
 
     Parameters
     ----------
-    by : Made
+    by : ValueMaker
         Makes the ends.
     """
 
-    def __init__(self, by: Operands[V]) -> None:
+    def __init__(self, by: ValueMaker[V]) -> None:
         self._by = by
         self._apply, self._constant = by.apply, by.constant
         self._one = {

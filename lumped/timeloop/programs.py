@@ -180,7 +180,7 @@ class Answers:
             found = self._places[system, number] = np.array(which, dtype=int), states, signs
         return found
 
-    def try_give(self, system: System, run: Run) -> bool:
+    def does_answer(self, system: System, run: Run) -> bool:
         """Whether the program answers, as `give`."""
         try:
             self.give(system, run)
