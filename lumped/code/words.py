@@ -156,7 +156,7 @@ class Kernel:
     @property
     def tree(self) -> ast.FunctionDef:
         """Its text, parsed."""
-        return _parse(self.source)
+        return _parse_function(self.source)
 
     @property
     def widened(self) -> Kernel:
@@ -177,7 +177,7 @@ def kernel(function: Written) -> Written:
 
 
 @cache
-def _parse(source: str) -> ast.FunctionDef:
+def _parse_function(source: str) -> ast.FunctionDef:
     tree = ast.parse(textwrap.dedent(source)).body[0]
     assert isinstance(tree, ast.FunctionDef)
     return tree

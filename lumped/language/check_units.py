@@ -71,7 +71,7 @@ def check_units(model: Component) -> int:
         for left, right, shown in pairs:
             count += 1
             try:
-                _match([_dimension(left), _dimension(right)])
+                _match_dimensions([_dimension(left), _dimension(right)])
             except _ClashError as clash:
                 faults.append(f"{path}: {shown}: {clash}")
     if faults:
@@ -153,7 +153,7 @@ def _of(node: Expr, parts: list[Dimension | None]) -> Dimension | None:
     if isinstance(node, Datum):
         return None
     if isinstance(node, Piecewise):
-        return _match(parts[1:])
+        return _match_dimensions(parts[1:])
     if isinstance(node, Smooth):
         return parts[0]
     if isinstance(node, ConstantExpression):
@@ -169,15 +169,15 @@ def _of(node: Expr, parts: list[Dimension | None]) -> Dimension | None:
     if isinstance(node, Partial):
         return _times(parts[0], parts[1], -1)
     if isinstance(node, Where):
-        _match(parts[:2])
-        return _match(parts[2:])
+        _match_dimensions(parts[:2])
+        return _match_dimensions(parts[2:])
     assert isinstance(node, Call)
     return _check_call(node, parts)
 
 
 def _check_call(node: Call, parts: list[Dimension | None]) -> Dimension | None:
     if node.op in _SAME:
-        return _match(parts)
+        return _match_dimensions(parts)
     if node.op in ("*", "/"):
         return _times(parts[0], parts[1], 1 if node.op == "*" else -1)
     if node.op in ("neg", "abs"):
@@ -187,20 +187,20 @@ def _check_call(node: Call, parts: list[Dimension | None]) -> Dimension | None:
     if node.op == "sqrt":
         return _power(parts[0], 0.5)
     if node.op == "**":
-        _match([parts[1], _NUMBER])
+        _match_dimensions([parts[1], _NUMBER])
         exponent = node.args[1]
         if isinstance(exponent, ConstantExpression):
             return _power(parts[0], exponent.value)
-        return _match([parts[0], _NUMBER])
+        return _match_dimensions([parts[0], _NUMBER])
     if node.op == "atan2":
-        _match(parts)
+        _match_dimensions(parts)
         return _NUMBER
     for part in parts:
-        _match([part, _NUMBER])
+        _match_dimensions([part, _NUMBER])
     return _NUMBER
 
 
-def _match(parts: list[Dimension | None]) -> Dimension | None:
+def _match_dimensions(parts: list[Dimension | None]) -> Dimension | None:
     known = [part for part in parts if part is not None]
     for part in known[1:]:
         if part != known[0]:

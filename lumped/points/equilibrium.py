@@ -275,7 +275,7 @@ class _Equilibrium:
 
     def _reposition(self, found: OperatingPoint) -> OperatingPoint:
         """The point with the positions that hold there; itself if it is an equilibrium in them."""
-        point = _settle(found)
+        point = _settle_positions(found)
         if point is found and self._on_the_way:
             raise SolverError(
                 f"{self._system.name}: no equilibrium near the start values: on the way there, "
@@ -307,7 +307,7 @@ def _find_closed_gaps(point: OperatingPoint) -> ca.SX:
     return s.gap[numbers] if numbers else ca.SX(0, 1)
 
 
-def _settle(point: OperatingPoint) -> OperatingPoint:
+def _settle_positions(point: OperatingPoint) -> OperatingPoint:
     """The point, with what sticks, slides and is switched there; itself if nothing changes.
 
     What would have to slide backwards on the way there is tried at standstill first.

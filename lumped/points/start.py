@@ -118,7 +118,7 @@ def run_start(system: System, plan: RunPlan) -> OperatingPoint:
     settings[: len(modes)] = modes
     x, collisions = point.x, point.collisions
     if system.switching:
-        x, settings, collisions = _begin(system, theta, plan.begin, x, settings)
+        x, settings, collisions = _begin_motion(system, theta, plan.begin, x, settings)
     return replace(point, x=x, theta=theta, settings=settings, collisions=collisions)
 
 
@@ -156,7 +156,7 @@ def find_start(
     collisions: tuple[Change, ...] = ()
     if system.switching:
         begun = np.concatenate(search.begin_settings())
-        x, settings, collisions = _begin(system, search.theta, time, x, begun)
+        x, settings, collisions = _begin_motion(system, search.theta, time, x, begun)
         if not collisions:
             search.check(settings)
     point = OperatingPoint(system, time, x, search.theta, settings, collisions)
@@ -188,7 +188,7 @@ def _direct(
     settings = modes_at(system, theta, just_after(time))
     collisions: tuple[Change, ...] = ()
     if system.switching:
-        x, settings, collisions = _begin(system, theta, time, x, settings)
+        x, settings, collisions = _begin_motion(system, theta, time, x, settings)
     residual = missed if form.searches else None
     return OperatingPoint(system, time, x, theta, settings, collisions, residual=residual)
 
@@ -256,7 +256,7 @@ def by_name(start: object) -> Changes:
     )
 
 
-def _begin(
+def _begin_motion(
     system: System, theta: np.ndarray, time: float, x: np.ndarray, settings: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, tuple[Change, ...]]:
     """States and settings after what collides at once, and what does."""

@@ -193,7 +193,7 @@ class Incidence:
         if not parts:
             none = np.zeros(0, dtype=int)
             return Entries(none, none, none, none, np.zeros(0))
-        return _merge(*(np.concatenate(p) for p in zip(*parts, strict=True)))
+        return _merge_entries(*(np.concatenate(p) for p in zip(*parts, strict=True)))
 
     def _component_part(
         self, block: int, order: int, places: np.ndarray, first: int, at: GenericPoint | None
@@ -255,7 +255,7 @@ class GenericPoint:
         return result
 
 
-def _merge(
+def _merge_entries(
     rows: np.ndarray,
     classes: np.ndarray,
     orders: np.ndarray,

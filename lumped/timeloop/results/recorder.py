@@ -152,7 +152,7 @@ class Recorder:
 
     def pieces(self) -> tuple[Piece, ...]:
         """What was recorded so far."""
-        return tuple([Piece(system, *_join(system, rows)) for system, rows in self._parts])
+        return tuple([Piece(system, *_join_rows(system, rows)) for system, rows in self._parts])
 
 
 @made_once
@@ -217,7 +217,7 @@ class SparingRecorder(Recorder):
                 if rows:
                     places = np.concatenate(self._places[number])
                     kept = _mark_multiples(places, self._stride)
-                    whole = tuple(v[kept] for v in _join(system, rows))
+                    whole = tuple(v[kept] for v in _join_rows(system, rows))
                     self._parts[number] = system, [whole]
                     self._places[number] = [places[kept]]
                     self._size += whole[1].nbytes + whole[2].nbytes
@@ -239,7 +239,7 @@ def _mark_multiples(places: np.ndarray, stride: int) -> np.ndarray:
     return kept
 
 
-def _join(system: System, rows: list[_Rows]) -> _Rows:
+def _join_rows(system: System, rows: list[_Rows]) -> _Rows:
     """Points of a piece in one."""
     if len(rows) == 1:
         return rows[0]
