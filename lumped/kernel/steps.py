@@ -7,13 +7,13 @@ import math
 from lumped.code.words import Numbers, kernel, sqrt
 from lumped.kernel.choice import (
     FIRST_PATIENCE,
+    choose_method,
     is_trial_due,
     note_softness,
     note_stiffness,
-    turned,
 )
 from lumped.kernel.enclosures.crossing import find_crossing
-from lumped.kernel.enclosures.forcing import seen
+from lumped.kernel.enclosures.forcing import limit_by_forcing
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.any_method import dense_error, prepare
 from lumped.kernel.methods.rates import find_rates, note_sharing
@@ -34,7 +34,7 @@ from lumped.kernel.run import (
     WAITING,
     Run,
 )
-from lumped.kernel.step_error import SAFETY, is_dense_wanted, is_finite, tried
+from lumped.kernel.step_error import SAFETY, is_dense_wanted, is_finite, try_step
 
 __all__ = [
     "LEAST",
@@ -149,7 +149,7 @@ def _move_on(run: Run) -> None:
 
 
 @kernel
-def _bounded(run: Run, growth: float) -> float:
+def _bound_growth(run: Run, growth: float) -> float:
     most = 1.0 if run.was_rejected else _MOST_GROWTH
     return min(max(growth, _LEAST_GROWTH), most)
 
@@ -157,7 +157,7 @@ def _bounded(run: Run, growth: float) -> float:
 @kernel
 def explicit_growth(run: Run, error: float, is_dense: bool) -> float:
     """The same for a step of order eight."""
-    growth = _bounded(run, _EXPLICIT_SAFETY / sqrt(sqrt(sqrt(max(error, 1e-12)))))
+    growth = _bound_growth(run, _EXPLICIT_SAFETY / sqrt(sqrt(sqrt(max(error, 1e-12)))))
     # beyond the limit of stability the interpolation fails first, and the step is repeated
     stable = min(growth, max(1.0, _DENSE_LIMIT / max(run.stiffness, 1e-300)))
     return stable if is_dense else growth
@@ -167,7 +167,7 @@ def explicit_growth(run: Run, error: float, is_dense: bool) -> float:
 def _growth(run: Run, error: float, is_dense: bool) -> float:
     """Length of the next step over that of this one."""
     if run.is_implicit:
-        return _bounded(run, SAFETY * max(error, 1e-12) ** -_IMPLICIT_POWER)
+        return _bound_growth(run, SAFETY * max(error, 1e-12) ** -_IMPLICIT_POWER)
     return explicit_growth(run, error, is_dense)
 
 
@@ -178,14 +178,14 @@ def _attempt(run: Run) -> int:
     prepare(run)
     h = min(max(min(run.h, run.longest), LEAST * abs(t)), end - t)
     if plant.forcings > 0:
-        h = seen(run, h)
+        h = limit_by_forcing(run, h)
     if is_trial_due(run, h):
         if not run.has_matrix:
             return NEEDS_MATRIX
-        h = turned(run, h)
+        h = choose_method(run, h)
     run.t_new = end if h >= end - t else t + h
     h = run.t_new - t  # as it can be made again
-    error = tried(run, h)
+    error = try_step(run, h)
     is_dense = error <= 1.0 and is_finite(run) and is_dense_wanted(run)
     if is_dense:
         error = max(error, dense_error(run, h))

@@ -15,7 +15,7 @@ from lumped.errors import ParameterError
 from lumped.flattening.hold_modes import PARTED
 from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, corrected, in_phase
 from lumped.orbits.shooting import sizes
-from lumped.timeloop.plants.executable import evaluated
+from lumped.timeloop.plants.executable import evaluate_at
 
 __all__ = ["TESTS", "Ahead", "Course", "Passed", "Segment", "followed"]
 
@@ -345,7 +345,7 @@ def _begun_elsewhere(
     middle = int(np.searchsorted(piece.t, 0.5 * (piece.t[0] + piece.t[-1])))
     x, modes = piece.x[middle], piece.settings[middle].copy()
     modes[orbits.system.switching.first_modes + PARTED] = 0.0
-    rate = evaluated(orbits.system, "rates", x, theta, 0.0, modes)[orbits.active]
+    rate = evaluate_at(orbits.system, "rates", x, theta, 0.0, modes)[orbits.active]
     z = last.z.copy()
     z[: len(orbits.active)] = x[orbits.active]
     phase = rate / sizes(orbits, last.run.x) ** 2

@@ -8,8 +8,8 @@ from linkages import four_bar
 
 import lumped as lp
 from lumped import functionals as fun
-from lumped.code.functions import compiled_series
-from lumped.code.operations import joined, operations_of
+from lumped.code.functions import compile_series
+from lumped.code.operations import join_functions, operations_of
 from lumped.code.words import call
 from lumped.errors import OptionError
 from lumped.kernel import engine
@@ -45,8 +45,8 @@ def series(rates, x, t, order=ORDER, p=(), m=(), integrands=None):
 
     given = operations(rates)
     if integrands is not None:
-        given = joined(given, operations(integrands))
-    code = compiled_series(given, order, len(x))
+        given = join_functions(given, operations(integrands))
+    code = compile_series(given, order, len(x))
     out = np.full((order + 1) * given.results, np.nan)
     point = [np.array(v, dtype=float) for v in (x, p, m)]
     call(code.address("series"), point[0], point[1], t, point[2], out)

@@ -56,7 +56,7 @@ def test_a_steep_motor_runs_up_to_its_steady_speed(k, monkeypatch):
     torque = 5.0 + k * expected**2
     assert point["shaft.phi_rel"] == pytest.approx(-torque / 4e4, rel=1e-8)
     if k == 0.0:  # Newton's method alone fails: nothing there reacts to the speed
-        monkeypatch.setattr(module, "settled", lambda *_: None)
+        monkeypatch.setattr(module, "settle_states", lambda *_: None)
         with pytest.raises(SolverError, match="no equilibrium"):
             lp.equilibrium(system)
 
@@ -79,7 +79,7 @@ def test_a_spring_without_stiffness_where_the_search_begins_finds_its_rest(monke
     expected = brentq(lambda p: 300.0 * (p - 0.02 * np.tanh(p / 0.02)) - 4.0, 0, 1, xtol=1e-15)
     for rest in (False, True):
         assert lp.equilibrium(system, rest=rest)["body.phi"] == pytest.approx(expected, rel=1e-9)
-    monkeypatch.setattr(module, "settled", lambda *_: None)
+    monkeypatch.setattr(module, "settle_states", lambda *_: None)
     with pytest.raises(SolverError, match="no equilibrium"):
         lp.equilibrium(system)
 

@@ -22,7 +22,7 @@ from lumped.components import (
 )
 from lumped.errors import EquationError, Interrupted, SolverError
 from lumped.ops import sin, where
-from lumped.simulation.compare import compared
+from lumped.simulation.compare import compare_runs
 from lumped.timeloop.run_by_steps import RunBySteps
 
 
@@ -253,7 +253,7 @@ def test_a_closed_form_between_events_is_compared_inside_too():
 def test_a_comparison_of_nothing_is_no_agreement(two_mass):
     run = lp.simulate(lp.assemble(two_mass), until=1.0, grid=[0.5])
     spoiled = replace(run, events=(lp.simulation.Event(0.5, "shaft", "condition", "a", "b"),))
-    found = compared(spoiled, spoiled, ["a.w"])
+    found = compare_runs(spoiled, spoiled, ["a.w"])
     assert np.isnan(found.worst.relative)
     assert len(found.t) == 0
 
@@ -262,7 +262,7 @@ def test_an_interrupt_while_certifying_leaves_the_run(two_mass, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(import_module("lumped.simulation.simulate"), "audited", interrupted)
+    monkeypatch.setattr(import_module("lumped.simulation.simulate"), "audit_energy", interrupted)
     with pytest.raises(Interrupted, match="interrupted while it was certified") as caught:
         lp.simulate(lp.assemble(two_mass), until=1.0, certify=True)
     assert caught.value.partial.t[-1] == 1.0

@@ -8,7 +8,7 @@ import lumped as lp
 from lumped.components import BearingFriction, Damper, Fixed, Inertia, Spring, SpringDamper, Torque
 from lumped.errors import OptionError
 from lumped.ops import sin, where
-from lumped.simulation.compare import compared
+from lumped.simulation.compare import compare_runs
 
 W = np.sqrt(450.0)
 
@@ -80,7 +80,7 @@ def test_a_missed_event_counts():
         until=2.0,
         grid=grid,
     )
-    comparison = compared(free, right, ["body.w"])
+    comparison = compare_runs(free, right, ["body.w"])
     print(comparison)
     assert "in the reference" in comparison.missed
     assert comparison.worst.relative > 0.1

@@ -5,7 +5,7 @@ from __future__ import annotations
 from lumped.code.words import Numbers, kernel
 from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, SHARE, STUCK
 from lumped.kernel.instant_search import Look
-from lumped.kernel.instants.holds import copy_settings, is_held, look_at, put
+from lumped.kernel.instants.holds import copy_settings, is_held, look_at, set_position
 from lumped.kernel.plant import FREE
 from lumped.kernel.run import Run
 
@@ -50,7 +50,7 @@ def watch_redundancy(run: Run) -> None:
     plant, trial = run.plant, run.instant.trial
     copy_settings(plant, run.m, trial)
     for h in range(plant.holds):
-        put(plant, trial, h, STUCK)
+        set_position(plant, trial, h, STUCK)
         trial[plant.hold_setting[h] + COMPLIANCE] = 0.0
     run.may_be_redundant = plant.holds > 0 and _is_redundant(run, run.x, trial)
     run.yielding = -1.0
@@ -62,18 +62,18 @@ def _softest(run: Run, x: Numbers, alone: Numbers) -> float:
     plant, rest, pushed = run.plant, run.instant.at_rest, run.instant.pushed
     found = 0.0
     for h in range(plant.holds):
-        put(plant, alone, h, FREE)
+        set_position(plant, alone, h, FREE)
         alone[plant.hold_setting[h] + COMPLIANCE] = 0.0
     asked = min(plant.holds, _ASKED)
     for k in range(asked):
         h = k * (plant.holds - 1) // max(asked - 1, 1)
         demand = plant.hold_setting[h] + DEMAND
-        put(plant, alone, h, STUCK)
+        set_position(plant, alone, h, STUCK)
         look_at(run, x, alone, rest)
         alone[demand] = 1.0
         look_at(run, x, alone, pushed)
         alone[demand] = 0.0
-        put(plant, alone, h, FREE)
+        set_position(plant, alone, h, FREE)
         # the force is infinite where a motion is prescribed
         force = abs(pushed.reaction[h] - rest.reaction[h])
         if force > 0.0 and force < _INFINITE:
@@ -113,7 +113,7 @@ def would_share(run: Run, h: int) -> bool:
     """Whether constraints are redundant if one more sticks."""
     plant, instant, trial = run.plant, run.instant, run.instant.sole
     copy_settings(plant, instant.m, trial)
-    put(plant, trial, h, STUCK)
+    set_position(plant, trial, h, STUCK)
     for other in range(plant.holds):
         trial[plant.hold_setting[other] + COMPLIANCE] = 0.0
     return _is_redundant(run, instant.x, trial)
