@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 import lumped as lp
 from lumped.errors import UnknownNameError, nearest
 from lumped.language.component import Component
-from lumped.support.text_table import compared
+from lumped.support.text_table import format_comparison
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -93,8 +93,8 @@ class Row(NamedTuple):
 
     @property
     def texts(self) -> tuple[str, str, str]:
-        """Published and computed value and their deviation (`support.text_table.compared`)."""
-        return compared(self.published, self.computed, self.bounds, self.fitted)
+        """Published and computed value and their deviation (`format_comparison`)."""
+        return format_comparison(self.published, self.computed, self.bounds, self.fitted)
 
 
 def compare(titles: Iterable[tuple[Any, ...]], computed: Iterable[float]) -> list[Row]:

@@ -5,10 +5,7 @@ from unittest.mock import patch
 
 import lumped as lp
 from lumped.kernel import engine
-from lumped.models.carrousel_coiler.scenes import (
-    elastic_winding,
-    gear_change,
-)
+from lumped.models.carrousel_coiler.scenes import elastic_winding, gear_change
 from lumped.models.eccentric_shear.scenes import free_run
 from lumped.models.pilger_mill.drive import start_up
 from lumped.models.reversing_mill.scenes import skidding

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import scipy
+from rows import assemble_row
 
 import lumped as lp
 from lumped.components import Inertia, QuadraticTorque, Spring, Torque
@@ -31,15 +32,12 @@ class Progressive(Spring):
 
 def drive(coupling):
     """Motor, coupling and propeller; the motor balances the torque of the water."""
-    return lp.assemble(
-        lp.compose(
-            motor=Torque(tau=0.0),
-            a=Inertia(J=J_A),
-            coupling=coupling,
-            b=Inertia(J=J_B),
-            water=QuadraticTorque(tau_nominal=-RATED, w_nominal=W_RATED),
-            connections=lambda m: lp.chain(m.motor, m.a, m.coupling, m.b, m.water),
-        )
+    return assemble_row(
+        motor=Torque(tau=0.0),
+        a=Inertia(J=J_A),
+        coupling=coupling,
+        b=Inertia(J=J_B),
+        water=QuadraticTorque(tau_nominal=-RATED, w_nominal=W_RATED),
     )
 
 

@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -116,19 +117,6 @@ def test_a_model_that_is_refused_is_not_warned_of_too():
         )
 
 
-def test_two_clutches_without_inertia_between_them_are_named():
-    clutch = {"f_max": 10.0, "u": 1.0}
-    text = message(
-        built(
-            lambda m: lp.chain(m.a, m.k, m.l, m.b), **two(k=Clutch(**clutch), l=Clutch(**clutch))
-        ),
-        SingularModelError,
-    )
-    assert "k, l hold and slide without inertia between them" in text
-    assert "Put an Inertia or Mass between each two of them" in text
-    assert "rigid paths" not in text
-
-
 # -- constructors --------------------------------------------------------------------------------
 
 
@@ -194,7 +182,7 @@ def test_parameters_beyond_all_quantities_are_refused(J):
     ],
 )
 def test_building_blocks_check_what_they_are_given(action):
-    model = lp.compose(a=Inertia(J=1.0), b=Inertia(J=1.0), connections=lambda m: lp.chain(m.a, m.b))
+    model = in_a_row(a=Inertia(J=1.0), b=Inertia(J=1.0))
     message(lambda: list(action(model) or ()), OptionError)
 
 

@@ -31,7 +31,7 @@ from lumped.errors import DeclarationError, UnknownNameError, nearest, shown
 from lumped.language.component import Made, path_of
 from lumped.language.declared import place_of, values_of
 from lumped.language.expression import Number
-from lumped.language.given_numbers import given_number
+from lumped.language.given_numbers import read_given_number
 from lumped.ops import maximum, minimum, pi, smooth, where
 
 __all__ = ["Section", "Shaft", "neighbours"]
@@ -139,9 +139,9 @@ def _count(section: Section) -> int:
     f_max, accuracy = shaft.limit()
     begin, end = section.ends()
     if _is_continuous(section) and begin is end:  # no cone
-        c, J = (given_number(section, name) for name in ("c", "J"))
+        c, J = (read_given_number(section, name) for name in ("c", "J"))
         return bars_needed((J / c) ** 0.5, f_max) if c > 0 and J > 0 else 1
-    length, G, rho = (given_number(section, name) for name in ("L", "G", "rho"))
+    length, G, rho = (read_given_number(section, name) for name in ("L", "G", "rho"))
     if f_max == 0 or not (length > 0 and G > 0 and rho > 0):  # what is wrong is told with all else
         return 1
     return elements_needed(length * (rho / G) ** 0.5, f_max, accuracy)

@@ -15,7 +15,7 @@ from lumped.code.operations import (
     TWO,
     Operations,
     first_results,
-    packed,
+    reuse_places,
 )
 from lumped.numerics.interval_bounds import Intervals
 
@@ -41,7 +41,7 @@ class _Rows:
         self._constants: dict[tuple[float, float], int] = {}
         self._numbers: dict[int, float] = {}
 
-    def made(self, operation: int, *args: int) -> int:
+    def apply(self, operation: int, *args: int) -> int:
         row = (operation << 2 * _BITS) + (args[0] << _BITS) + args[-1]
         place = self._places.get(row)
         if place is None:
@@ -58,12 +58,12 @@ class _Rows:
         key = (value, math.copysign(1.0, value))  # zeros of both signs are equal
         place = self._constants.get(key)
         if place is None:
-            place = self._constants[key] = self.made(ca.OP_CONST, len(self.constants), 0)
+            place = self._constants[key] = self.apply(ca.OP_CONST, len(self.constants), 0)
             self.constants.append(value)
             self._numbers[place] = value
         return place
 
-    def known(self, value: int) -> float | None:
+    def read_constant(self, value: int) -> float | None:
         return self._numbers.get(value)
 
     def operations(self, results: int) -> Operations:
@@ -74,7 +74,7 @@ class _Rows:
         out = np.where(is_result, b, np.cumsum(~is_result) - 1)
         table = np.column_stack([op, out, a, np.where(is_result, 0, b)])
         whole = Operations(table, np.array(self.constants), max(self.values, 1), results)
-        return packed(first_results(whole, results))
+        return reuse_places(first_results(whole, results))
 
 
 def bounds_of(
@@ -94,7 +94,7 @@ def bounds_of(
         Which bounds are wanted.
     """
     rows = _Rows()
-    applied, wanted = Intervals(rows).applied, [0] * lower + [1] * upper
+    applied, wanted = Intervals(rows).bound, [0] * lower + [1] * upper
     held = [(0, 0)] * function.work
     for op, out, a, b in zip(*function.table.T.tolist(), strict=True):
         if op == RESULT:
@@ -105,11 +105,11 @@ def bounds_of(
             value = rows.constant(float(function.constants[a]))
             held[out] = (value, value)
         elif op == STATE:
-            held[out] = rows.made(STATE, a, 0), rows.made(STATE, states + a, 0)
+            held[out] = rows.apply(STATE, a, 0), rows.apply(STATE, states + a, 0)
         elif op == TIME:
-            held[out] = rows.made(STATE, 2 * states, 0), rows.made(STATE, 2 * states + 1, 0)
+            held[out] = rows.apply(STATE, 2 * states, 0), rows.apply(STATE, 2 * states + 1, 0)
         elif op in INPUTS:
-            value = rows.made(op, a, 0)
+            value = rows.apply(op, a, 0)
             held[out] = (value, value)
         else:
             held[out] = applied(op, [held[a], held[b]] if op in TWO else [held[a]])

@@ -67,7 +67,7 @@ def _warn(place: Path) -> None:
 
 
 def _may_use(places: Iterable[Path]) -> bool:
-    """Whether folders may be trusted; the first that may not is told once."""
+    """Whether folders may be trusted; warns once of the first that may not."""
     for place in places:
         if not _is_own(place.stat()):
             _warn(place)

@@ -26,7 +26,7 @@ from lumped.code.operations import (
     places_handed,
     places_read,
 )
-from lumped.code.to_c import number, returned
+from lumped.code.to_c import number, write_result
 
 __all__ = ["c_text", "declaration"]
 
@@ -50,7 +50,9 @@ def _template(op: int) -> str:
     if op not in FORMULAS:
         raise UnsupportedError(f"operation {op} of CasADi")
     text = f"def formula(a: float, b: float) -> float:\n    return {FORMULAS[op]}"
-    return re.sub(r"\b([ab])\b", r"{\1}", returned(words.written("formula", text, _SPACE), OWN))
+    return re.sub(
+        r"\b([ab])\b", r"{\1}", write_result(words.make_kernel("formula", text, _SPACE), OWN)
+    )
 
 
 def declaration(name: str) -> str:
@@ -70,20 +72,20 @@ def c_text(function: Operations, name: str) -> str:
     count = max(1, -(-len(rows) // _CHUNK))
     if count == 1:
         body = _body(rows, constants, set())
-        return f"void {name}({_ARGUMENTS})\n{{\n{_unused(body)}}}\n"
+        return f"void {name}({_ARGUMENTS})\n{{\n{_name_arguments(body)}}}\n"
     handed = places_handed(rows, _CHUNK)
     parts = []
     for k in range(count):
         part = rows[k * _CHUNK : (k + 1) * _CHUNK]
         body = _body(part, constants, handed[min((k + 1) * _CHUNK, len(rows))])
         head = f"static void {name}_{k}({_ARGUMENTS}, double *w)"
-        parts.append(f"{head}\n{{\n{_unused(body, 'w')}}}\n")
+        parts.append(f"{head}\n{{\n{_name_arguments(body, 'w')}}}\n")
     calls = "".join(f"    {name}_{k}(x, p, t, m, out, w);\n" for k in range(count))
     whole = f"void {name}({_ARGUMENTS})\n{{\n    double w[{function.work}];\n{calls}}}\n"
     return "\n".join([*parts, whole])
 
 
-def _unused(body: str, *more: str) -> str:
+def _name_arguments(body: str, *more: str) -> str:
     """A body that names all arguments."""
     names = ("x", "p", "t", "m", "out", *more)
     return "    " + ", ".join(f"(void){name}" for name in names) + ";\n" + body

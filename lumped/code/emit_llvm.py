@@ -131,7 +131,7 @@ class Body:
 
         def get(place: int) -> str:
             if place not in held:
-                held[place] = self._kept(place)
+                held[place] = self._load_kept(place)
             return held[place]
 
         for op, written, a, b in rows:
@@ -139,7 +139,7 @@ class Body:
                 self._give(get(a), written)
                 continue
             if op == ca.OP_CONST:
-                found = self._fixed(self._constants[a])
+                found = self._load_fixed(self._constants[a])
             elif op == TIME:
                 found = self._time()
             elif op in _INPUTS:
@@ -153,7 +153,7 @@ class Body:
             self._keep(held[place], place)
         return self._text
 
-    def _kept(self, place: int) -> str:
+    def _load_kept(self, place: int) -> str:
         """A number that a chunk before this one has kept."""
         return self._load("w", place)
 
@@ -164,7 +164,7 @@ class Body:
         """Write a result."""
         self._store(value, "out", place)
 
-    def _fixed(self, value: float) -> str:
+    def _load_fixed(self, value: float) -> str:
         """A constant of the function."""
         return self._constant(value)
 
@@ -296,14 +296,14 @@ class _ColumnBody(Body):
         self._truth = "i1" if lanes == 1 else f"<{lanes} x i1>"
         self._suffix = "f64" if lanes == 1 else f"v{lanes}f64"
 
-    def _moved(self, base: str, index: int, is_wide: bool) -> str:
+    def _find_address(self, base: str, index: int, is_wide: bool) -> str:
         """Address of a number among single ones."""
         self._turn(False)
         place = self._at(base, index)
         self._turn(is_wide)
         return place
 
-    def _widened(self, value: str) -> str:
+    def _widen(self, value: str) -> str:
         if value in self._wide:
             return value
         kind = f"<{self._columns} x double>"
@@ -311,9 +311,9 @@ class _ColumnBody(Body):
         zeros = f"<{self._columns} x i32> zeroinitializer"
         return self._put(f"shufflevector {kind} {one}, {kind} undef, {zeros}")
 
-    def _kept(self, place: int) -> str:
+    def _load_kept(self, place: int) -> str:
         is_wide = place in self._wide_places
-        at = self._moved("w", self._columns * place, is_wide)
+        at = self._find_address("w", self._columns * place, is_wide)
         found = self._put(f"load {self._number}, ptr {at}, align 8")
         if is_wide:
             self._wide.add(found)
@@ -322,25 +322,25 @@ class _ColumnBody(Body):
     def _keep(self, value: str, place: int) -> None:
         is_wide = value in self._wide
         (self._wide_places.add if is_wide else self._wide_places.discard)(place)
-        at = self._moved("w", self._columns * place, is_wide)
+        at = self._find_address("w", self._columns * place, is_wide)
         self._text.append(f"  store {self._number} {value}, ptr {at}, align 8")
 
     def _give(self, value: str, place: int) -> None:
-        value = self._widened(value)
-        at = self._moved("out", self._columns * place, True)
+        value = self._widen(value)
+        at = self._find_address("out", self._columns * place, True)
         self._text.append(f"  store {self._number} {value}, ptr {at}, align 8")
 
     def _time(self) -> str:
         return "%t"
 
-    def _fixed(self, value: float) -> str:
+    def _load_fixed(self, value: float) -> str:
         return literal(value)
 
     def _input(self, base: str, index: int) -> str:
         is_wide = base == "x" and index >= self._from
         if is_wide:
             index = self._from + self._columns * (index - self._from)
-        at = self._moved(base, index, is_wide)
+        at = self._find_address(base, index, is_wide)
         found = self._put(f"load {self._number}, ptr {at}, align 8")
         if is_wide:
             self._wide.add(found)
@@ -351,6 +351,6 @@ class _ColumnBody(Body):
         self._turn(is_wide)
         if not is_wide:
             return super()._operation(op, arguments)
-        found = super()._operation(op, [self._widened(a) for a in arguments])
+        found = super()._operation(op, [self._widen(a) for a in arguments])
         self._wide.add(found)
         return found

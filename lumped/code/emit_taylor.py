@@ -4,7 +4,7 @@ A function becomes ``void name(x, p, t, m, out)`` with the arguments of `emit_ll
 coefficients of the states of orders 0, 1, ... up to a fixed one, each order after the other. At
 order k all sums over lower orders are taken in loops of their own, and the rest needs no loop. For
 several lanes each number is a vector of as many; else four sums at a time are one vector, so what
-is multiplied stands side by side, if need be more than once.
+is multiplied lies side by side, if need be more than once.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ class _First(Body):
         live = {v for v in own if (False, v) in places.kept or v in places.fixed}
         return self.lines([list(row) for row in rows], live)
 
-    def _kept(self, place: int) -> str:
+    def _load_kept(self, place: int) -> str:
         columns = self._places.kept.get((False, place))
         if columns is not None:
             return self._load("h", columns[0])
@@ -179,9 +179,9 @@ class _Later(Body):
         if r.kind == TWICE:
             return self._put(f"fadd {kind} {a}, {a}")
         if r.kind == SCALED:
-            return self._put(f"fmul {kind} {self._fixed_value(r.b)}, {a}")
+            return self._put(f"fmul {kind} {self._load_value(r.b)}, {a}")
         if r.kind == CHOSEN:
-            is_on = self._truth_of(self._fixed_value(r.b))
+            is_on = self._truth_of(self._load_value(r.b))
             return self._select(is_on, a, self._constant(0.0))
         word = {SUM: "fadd", DIFFERENCE: "fsub"}[r.kind]
         return self._put(f"{word} {kind} {a}, {self._get(r.b)}")
@@ -205,7 +205,7 @@ class _Later(Body):
             total = self._put(f"fadd {kind} {total}, {last}")
         over = self._get(r.a) if r.a >= 0 else self._constant(0.0)
         rest = self._put(f"fsub {kind} {over}, {total}")
-        return self._put(f"fmul {kind} {rest}, {self._fixed_value(r.factor)}")
+        return self._put(f"fmul {kind} {rest}, {self._load_value(r.factor)}")
 
     def _get(self, value: int) -> str:
         """The coefficient of the present order."""
@@ -218,7 +218,7 @@ class _Later(Body):
         """A value at order zero."""
         return self._load("h", self._places.kept[factor][0])
 
-    def _fixed_value(self, value: int) -> str:
+    def _load_value(self, value: int) -> str:
         return self._load("c", self._places.fixed[value])
 
     def _place_from(self, base: str, row: str, column: int) -> str:

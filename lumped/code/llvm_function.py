@@ -83,7 +83,7 @@ class LlvmFunction(Writer):
         self._lines += [f"  br label %{label}", f"{label}:"]
 
     def _branch(self, test: ast.expr, yes: str, no: str) -> None:
-        condition = self.converted(self.value(test), "bool").text
+        condition = self.convert(self.value(test), "bool").text
         self._lines.append(f"  br i1 {condition}, label %{yes}, label %{no}")
 
     def _room(self, kind: Any) -> str:
@@ -113,7 +113,7 @@ class LlvmFunction(Writer):
         self._enter(again)
         self._branch(test, inside, end)
         self._lines.append(f"{inside}:")
-        self._looped(end, again, body)
+        self._write_loop_body(end, again, body)
         self._lines += [f"  br label %{again}", f"{end}:"]
 
     def write_for(
@@ -123,16 +123,16 @@ class LlvmFunction(Writer):
         again, inside, following, after = map(self._fresh, ("test", "body", "next", "end"))
         self.write_variable(name, begin)
         self._enter(again)
-        more = self.compared(">" if down else "<", self.variable(name), end)
+        more = self.compare(">" if down else "<", self.variable(name), end)
         self._lines.append(f"  br i1 {more.text}, label %{inside}, label %{after}")
         self._lines.append(f"{inside}:")
-        self._looped(after, following, body)
+        self._write_loop_body(after, following, body)
         self._enter(following)
         self.write_variable(name, self.arithmetic("+", self.variable(name), step))
-        hint = "" if _is_worth_a_vector_form(body) else self._unwidened()
+        hint = "" if _is_worth_a_vector_form(body) else self._forbid_vectors()
         self._lines += [f"  br label %{again}{hint}", f"{after}:"]
 
-    def _unwidened(self) -> str:
+    def _forbid_vectors(self) -> str:
         """Hint to leave a loop as it is: a vector form takes long to make, and gains nothing."""
         self.declared |= {
             "!0 = distinct !{!0, !1}",
@@ -140,7 +140,7 @@ class LlvmFunction(Writer):
         }
         return ", !llvm.loop !0"
 
-    def _looped(self, end: str, following: str, body: list[ast.stmt]) -> None:
+    def _write_loop_body(self, end: str, following: str, body: list[ast.stmt]) -> None:
         self._loops.append((end, following))
         self.block(body)
         self._loops.pop()
@@ -167,7 +167,7 @@ class LlvmFunction(Writer):
         self._store(value, self._places[name])
 
     def write_element(self, base: Value, index: Value, value: Value) -> None:
-        self._store(value, self.moved(base, index).text)
+        self._store(value, self.move(base, index).text)
 
     def write_field(self, record: Value, field: Field, value: Value) -> None:
         self._store(value, self._place_of(record, field))
@@ -192,7 +192,7 @@ class LlvmFunction(Writer):
     def variable(self, name: str) -> Value:
         return self._load(self._places[name], self.variables[name])
 
-    def kept(self, value: Value) -> Value:
+    def keep(self, value: Value) -> Value:
         return value
 
     def _word(self, record: Value, field: Field) -> str:
@@ -200,7 +200,7 @@ class LlvmFunction(Writer):
         return self._put(place, "").text
 
     def _place_of(self, record: Value, field: Field) -> str:
-        """Where a field stands; a wide number stands where its word points to."""
+        """Address of a field; a wide number is where its word points to."""
         word = self._word(record, field)
         return self._load(word, "wides").text if field.kind == "wide" else word
 
@@ -208,14 +208,14 @@ class LlvmFunction(Writer):
         return self._load(self._place_of(record, field), field.kind)
 
     def element(self, base: Value, index: Value) -> Value:
-        return self._load(self.moved(base, index).text, _ELEMENT[base.kind][1])
+        return self._load(self.move(base, index).text, _ELEMENT[base.kind][1])
 
-    def moved(self, base: Value, offset: Value) -> Value:
+    def move(self, base: Value, offset: Value) -> Value:
         kind = self._type("wide") if base.kind == "wides" else _ELEMENT[base.kind][0]
         place = f"getelementptr inbounds {kind}, ptr {base.text}, i64 {offset.text}"
         return self._put(place, base.kind)
 
-    def converted(self, value: Value, kind: Any) -> Value:
+    def convert(self, value: Value, kind: Any) -> Value:
         if value.kind == kind:
             return value
         if (value.kind, kind) == ("bool", "int"):
@@ -225,11 +225,11 @@ class LlvmFunction(Writer):
         if (value.kind, kind) == ("int", "bool"):
             return self._put(f"icmp ne i64 {value.text}, 0", kind)
         if kind == "wide" and value.kind in ("int", "float"):
-            return self._spread(self.converted(value, "float"), kind)
+            return self._spread(self.convert(value, "float"), kind)
         if (value.kind, kind) == ("bool", "truths"):
             return self._spread(value, kind)
         if (value.kind, kind) == ("wide", "truths"):
-            zero = self.converted(self.number(0.0), "wide")
+            zero = self.convert(self.number(0.0), "wide")
             return self._put(f"fcmp une {self._type('wide')} {value.text}, {zero.text}", kind)
         if (value.kind, kind) == ("truths", "wide"):
             text = f"uitofp {self._type('truths')} {value.text} to {self._type('wide')}"
@@ -253,7 +253,7 @@ class LlvmFunction(Writer):
     def cast(self, address: Value, kind: Any) -> Value:
         return self._put(f"inttoptr i64 {address.text} to ptr", kind)
 
-    def truncated(self, value: Value) -> Value:
+    def truncate(self, value: Value) -> Value:
         return self._put(f"fptosi double {value.text} to i64", "int")
 
     def arithmetic(self, sign: str, a: Value, b: Value) -> Value:
@@ -265,11 +265,11 @@ class LlvmFunction(Writer):
             return self._put(f"fneg {self._type(value.kind)} {value.text}", value.kind)
         return self._put(f"sub i64 0, {value.text}", "int")
 
-    def negated(self, value: Value) -> Value:
+    def negate(self, value: Value) -> Value:
         true = "true" if value.kind == "bool" else f"<{', '.join(['i1 true'] * self.lanes)}>"
         return self._put(f"xor {self._type(value.kind)} {value.text}, {true}", value.kind)
 
-    def compared(self, order: str, a: Value, b: Value) -> Value:
+    def compare(self, order: str, a: Value, b: Value) -> Value:
         word = ORDER[order]
         if a.kind in ("float", "wide"):
             word = "une" if word == "ne" else f"o{word}"
@@ -288,9 +288,9 @@ class LlvmFunction(Writer):
         self._lines, self._head, self._tables, self.called, self._count = kept
         return kind in ("truths", "wide")
 
-    def _joined(self, both: bool, parts: list[ast.expr]) -> Value:
+    def _join_conditions(self, both: bool, parts: list[ast.expr]) -> Value:
         """Conditions of lanes, all of which are evaluated."""
-        values = [self.converted(self.value(part), "truths") for part in parts]
+        values = [self.convert(self.value(part), "truths") for part in parts]
         found = values[0]
         for value in values[1:]:
             word = "and" if both else "or"
@@ -300,10 +300,10 @@ class LlvmFunction(Writer):
 
     def logical(self, both: bool, parts: list[ast.expr]) -> Value:
         if any(self._is_wide(part) for part in parts):
-            return self._joined(both, parts)
+            return self._join_conditions(both, parts)
         place, end = self._room("bool"), self._fresh("end")
         for part in parts:
-            value = self.converted(self.value(part), "bool")
+            value = self.convert(self.value(part), "bool")
             self._store(value, place)
             if part is not parts[-1]:
                 more = self._fresh("more")
@@ -315,11 +315,11 @@ class LlvmFunction(Writer):
 
     def choice(self, test: ast.expr, yes: ast.expr, no: ast.expr) -> Value:
         if self._is_wide(test):
-            truths = self.converted(self.value(test), "truths")
+            truths = self.convert(self.value(test), "truths")
             values = [self.value(part) for part in (yes, no)]
             are_truths = "truths" in [value.kind for value in values]
             kind = "truths" if are_truths else "wide"
-            a, b = (self.converted(value, kind) for value in values)
+            a, b = (self.convert(value, kind) for value in values)
             whole = self._type(kind)
             text = f"{self._type('truths')} {truths.text}, {whole} {a.text}, {whole} {b.text}"
             return self._put(f"select {text}", kind)
@@ -335,14 +335,14 @@ class LlvmFunction(Writer):
         place = self._room(kind)
         for label, (value, lines) in zip(labels, found, strict=False):
             self._lines = lines
-            self._store(self.converted(value, kind), place)
+            self._store(self.convert(value, kind), place)
             before += [f"{label}:", *self._lines, f"  br label %{labels[2]}"]
         self._lines = before
         self._lines.append(f"{labels[2]}:")
         return self._load(place, kind)
 
     def extreme(self, least: bool, a: Value, b: Value) -> Value:
-        other = self.compared("<" if least else ">", b, a)
+        other = self.compare("<" if least else ">", b, a)
         kind, condition = self._type(a.kind), self._type(other.kind)
         text = f"select {condition} {other.text}, {kind} {b.text}, {kind} {a.text}"
         return self._put(text, a.kind)
@@ -350,7 +350,7 @@ class LlvmFunction(Writer):
     def library(self, name: str, values: list[Value]) -> Value:
         if values[0].kind == "wide":
             if name not in ("sqrt", "fabs"):
-                return self._in_each_lane(name, values)
+                return self._call_in_lanes(name, values)
             whole, symbol = self._type("wide"), f"llvm.{name}.v{self.lanes}f64"
             self.declared.add(f"declare {whole} @{symbol}({whole})")
             return self._put(f"call {whole} @{symbol}({whole} {values[0].text})", "wide")
@@ -359,7 +359,7 @@ class LlvmFunction(Writer):
         listed = ", ".join(f"double {value.text}" for value in values)
         return self._put(f"call double @{symbol}({listed})", "float")
 
-    def _in_each_lane(self, name: str, values: list[Value]) -> Value:
+    def _call_in_lanes(self, name: str, values: list[Value]) -> Value:
         """A function of the C library, for one lane after the other."""
         whole, found = self._type("wide"), Value("undef", "wide")
         for lane in range(self.lanes):
@@ -371,15 +371,15 @@ class LlvmFunction(Writer):
             found = self._put(text, "wide")
         return found
 
-    def called_kernel(self, kernel: Kernel, values: list[Value], result: Any) -> Value:
-        return self._called(f'@"{kernel.name}"', values, result)
+    def call_kernel(self, kernel: Kernel, values: list[Value], result: Any) -> Value:
+        return self._write_call(f'@"{kernel.name}"', values, result)
 
-    def called_by_address(self, result: Any, values: list[Value]) -> Value:
+    def call_by_address(self, result: Any, values: list[Value]) -> Value:
         address = self._put(f"inttoptr i64 {values[0].text} to ptr", "")
-        given = [self._kept_wide(value) for value in values[1:]]
-        return self._called(address.text, given, result)
+        given = [self._store_wide(value) for value in values[1:]]
+        return self._write_call(address.text, given, result)
 
-    def _kept_wide(self, value: Value) -> Value:
+    def _store_wide(self, value: Value) -> Value:
         """A wide number in memory: it travels by its address."""
         if value.kind != "wide":
             return value
@@ -387,7 +387,7 @@ class LlvmFunction(Writer):
         self._store(value, place)
         return Value(place, "wides")
 
-    def _called(self, function: str, values: list[Value], result: Any) -> Value:
+    def _write_call(self, function: str, values: list[Value], result: Any) -> Value:
         listed = ", ".join(f"{self._type(value.kind)} {value.text}" for value in values)
         text = f"call {self._type(result)} {function}({listed})"
         if result == "void":

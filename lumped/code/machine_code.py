@@ -13,7 +13,7 @@ import llvmlite.binding as llvm
 from lumped.code import code_cache
 from lumped.support.process_lock import process_lock
 
-__all__ = ["Code", "built", "compiled", "kept"]
+__all__ = ["Code", "compile_module", "load_code", "load_or_compile"]
 
 
 """LLVM compiles and links for one thread at a time."""
@@ -64,7 +64,7 @@ class Code:
         return found
 
 
-def built(
+def load_or_compile(
     source: str,
     assembly: Callable[[], str],
     prefix: str = "",
@@ -85,15 +85,15 @@ def built(
         Gives the assembly of functions that it calls; they are optimised in any case.
     """
     with process_lock:
-        found = kept(source, prefix)
+        found = load_code(source, prefix)
         if found is not None:
             return found
-        code = compiled(assembly(), bool(prefix), beside())
+        code = compile_module(assembly(), bool(prefix), beside())
         code_cache.save(_key(source, prefix), code)
         return Code(code)
 
 
-def kept(source: str, prefix: str = "") -> Code | None:
+def load_code(source: str, prefix: str = "") -> Code | None:
     """Object code made before from the same source; None if there is none."""
     with process_lock:
         code = code_cache.load(_key(source, prefix))
@@ -104,7 +104,7 @@ def _key(source: str, prefix: str) -> str:
     return prefix + hashlib.sha256((source + _host()).encode()).hexdigest()
 
 
-def compiled(assembly: str, tuned: bool, beside: str = "") -> bytes:
+def compile_module(assembly: str, tuned: bool, beside: str = "") -> bytes:
     """Object code of an LLVM module, and of another one that it calls, which is always tuned."""
     target = _target_machine()
     module = _module(assembly, tuned, target)

@@ -23,11 +23,11 @@ __all__ = [
     "Operations",
     "UnsupportedError",
     "first_results",
-    "joined",
+    "join_functions",
     "operations_of",
-    "packed",
     "places_handed",
     "places_read",
+    "reuse_places",
 ]
 
 
@@ -185,7 +185,7 @@ def operations_of(function: ca.Function, *, full: bool = True) -> Operations:
     return Operations(table, np.array(constants), max(function.sz_w(), 1), first)
 
 
-def joined(first: Operations, second: Operations) -> Operations:
+def join_functions(first: Operations, second: Operations) -> Operations:
     """The results of one function, then those of another one with the same arguments."""
     table = second.table.copy()
     op = table[:, 0]
@@ -225,7 +225,7 @@ def first_results(function: Operations, count: int) -> Operations:
     return Operations(table, function.constants, function.work, count)
 
 
-def packed(function: Operations) -> Operations:
+def reuse_places(function: Operations) -> Operations:
     """The same with values in places of others that nobody reads any more.
 
     Each value has a place of its own before.

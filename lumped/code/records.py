@@ -127,7 +127,7 @@ class Record(metaclass=_Kind):
     sizes : mapping of str to int
         Values of the names in the lengths of its fields.
     memory : ndarray of int64, optional
-        Where it stands, as many words as `words` tells, all zero.
+        Where it is, as many words as `words` tells, all zero.
     **given
         Values of fields.
     """
@@ -153,7 +153,7 @@ class Record(metaclass=_Kind):
         **given: Any,
     ) -> None:
         own: Any = type(self)
-        layout = _laid_out(own, tuple((sizes or {}).items()))
+        layout = _lay_out(own, tuple((sizes or {}).items()))
         self._words = np.zeros(layout.size, dtype=np.int64) if memory is None else memory
         self._numbers = self._words.view(np.float64)
         self._address = address(self._words)
@@ -175,7 +175,7 @@ class Record(metaclass=_Kind):
     def words(cls, sizes: Mapping[str, int]) -> int:
         """Length of a record in words."""
         own: Any = cls
-        return _laid_out(own, tuple(sizes.items())).size
+        return _lay_out(own, tuple(sizes.items())).size
 
     @classmethod
     def lengths(cls) -> set[str]:
@@ -202,7 +202,7 @@ class _Views(dict[str, Any]):
 
 
 @cache
-def _laid_out(kind: type[Record], sizes: tuple[tuple[str, int], ...]) -> _Layout:
+def _lay_out(kind: type[Record], sizes: tuple[tuple[str, int], ...]) -> _Layout:
     known = dict(sizes)
     end = len(kind.fields)
     words, offsets, views = [], [], {}

@@ -11,7 +11,7 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 
-__all__ = ["hash_of_all", "imported"]
+__all__ = ["find_imports", "hash_of_all"]
 
 _BEGINS = ("lumped.kernel.engine", "lumped.code.functions")
 """Modules that compile kernels and functions of plants."""
@@ -34,19 +34,19 @@ class _Modules:
     def _place(module: str) -> str:
         return os.path.join(_PACKAGE, *module.split(".")[1:])
 
-    def _held(self, package: str) -> frozenset[str]:
+    def _list_folder(self, package: str) -> frozenset[str]:
         """What the folder of a package holds; nothing if it is none."""
         if package not in self._folders:
             outer, _, name = package.rpartition(".")
             place = self._place(package)
-            is_folder = not outer or (name in self._held(outer) and os.path.isdir(place))
+            is_folder = not outer or (name in self._list_folder(outer) and os.path.isdir(place))
             self._folders[package] = frozenset(os.listdir(place) if is_folder else ())
         return self._folders[package]
 
     def is_package(self, module: str) -> bool:
-        return "__init__.py" in self._held(module)
+        return "__init__.py" in self._list_folder(module)
 
-    def named_in(self, text: str) -> Iterator[str]:
+    def find_names(self, text: str) -> Iterator[str]:
         """All that a module's imports name, anywhere in it; what is no module is no harm."""
         for source, names, modules in _IMPORT.findall(f"\n{text}"):
             if not source:
@@ -60,10 +60,10 @@ class _Modules:
         if self.is_package(module):
             return os.path.join(self._place(module), "__init__.py")
         outer, _, name = module.rpartition(".")
-        return f"{self._place(module)}.py" if f"{name}.py" in self._held(outer) else None
+        return f"{self._place(module)}.py" if f"{name}.py" in self._list_folder(outer) else None
 
 
-def imported() -> tuple[dict[str, bytes], list[str]]:
+def find_imports() -> tuple[dict[str, bytes], list[str]]:
     """Modules of lumped that compiled code is made from with their texts, and other packages."""
     waiting, texts, others = list(_BEGINS), dict[str, bytes](), set[str]()
     modules, seen = _Modules(), set[str]()
@@ -78,7 +78,7 @@ def imported() -> tuple[dict[str, bytes], list[str]]:
             with open(file, "rb") as held:
                 texts[module] = held.read()
             waiting.append(module.rpartition(".")[0])
-            waiting += modules.named_in(texts[module].decode())
+            waiting += modules.find_names(texts[module].decode())
     return dict(sorted(texts.items())), sorted(others)
 
 
@@ -90,7 +90,7 @@ def version(package: str) -> str:
 @cache
 def hash_of_all() -> str:
     """Hash of these modules, and of the versions of Python and of the packages."""
-    modules, others = imported()
+    modules, others = find_imports()
     parts = [sys.version, *(f"{name} {version(name)}" for name in others)]
     texts = [part.encode() for part in parts]
     texts += [module.encode() + text for module, text in modules.items()]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lumped.code.operations import RESULT, SETTING, Operations, places_read
 
-__all__ = ["LookedUp", "looked_up"]
+__all__ = ["TabulatedSteps", "tabulate_steps"]
 
 Real: TypeAlias = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ class _Steps(NamedTuple):
     values: Real
 
 
-class LookedUp(NamedTuple):
+class TabulatedSteps(NamedTuple):
     """A function whose step functions are settings.
 
     Attributes
@@ -71,7 +71,7 @@ class LookedUp(NamedTuple):
         return np.hstack(found)
 
 
-def looked_up(operations: Operations, settings: int) -> LookedUp | None:
+def tabulate_steps(operations: Operations, settings: int) -> TabulatedSteps | None:
     """A function with its step functions apart; None if it has none worth it.
 
     Results have the same bits: values of step functions are made by the same operations.
@@ -84,8 +84,8 @@ def looked_up(operations: Operations, settings: int) -> LookedUp | None:
         How many settings it has.
     """
     table = operations.table
-    given = _given(table)
-    compared = _compared(operations, given)
+    given = _find_sources(table)
+    compared = _find_constants(operations, given)
     if not compared:
         return None
     steps = _steps(operations, given, compared)
@@ -103,16 +103,16 @@ def looked_up(operations: Operations, settings: int) -> LookedUp | None:
     results = np.flatnonzero(table[:, 0] == RESULT).tolist()
     wanted = list(used)
     rows = []
-    for row in _needed(given, wanted, {}):
+    for row in _find_needed(given, wanted, {}):
         rows.append(table[row])
         if row in used:
             rows.append(np.array((RESULT, wanted.index(row), table[row, 1], 0)))
-    return LookedUp(
+    return TabulatedSteps(
         Operations(np.array(rows), operations.constants, operations.work, len(wanted)),
         tuple(compared[number] for number in wanted),
         tuple(np.column_stack([steps[s].values for s in used[number]]) for number in wanted),
         Operations(
-            rest[_needed(given, results, order)],
+            rest[_find_needed(given, results, order)],
             operations.constants,
             operations.work,
             operations.results,
@@ -120,7 +120,7 @@ def looked_up(operations: Operations, settings: int) -> LookedUp | None:
     )
 
 
-def _given(table: NDArray[np.int64]) -> list[tuple[int, ...]]:
+def _find_sources(table: NDArray[np.int64]) -> list[tuple[int, ...]]:
     """Rows from which each row takes its arguments."""
     last: dict[int, int] = {}
     found: list[tuple[int, ...]] = []
@@ -131,7 +131,7 @@ def _given(table: NDArray[np.int64]) -> list[tuple[int, ...]]:
     return found
 
 
-def _compared(operations: Operations, given: list[tuple[int, ...]]) -> dict[int, Real]:
+def _find_constants(operations: Operations, given: list[tuple[int, ...]]) -> dict[int, Real]:
     """Numbers, by their rows, and the constants that they are at least or not."""
     op = operations.table[:, 0]
     found: dict[int, set[float]] = {}
@@ -166,7 +166,9 @@ def _steps(
     return found
 
 
-def _needed(given: list[tuple[int, ...]], wanted: list[int], known: dict[int, int]) -> list[int]:
+def _find_needed(
+    given: list[tuple[int, ...]], wanted: list[int], known: dict[int, int]
+) -> list[int]:
     """Rows from which some follow, in order; those that are known need no others."""
     waiting, found = list(wanted), set(wanted)
     while waiting:

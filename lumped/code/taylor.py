@@ -110,11 +110,11 @@ def series_of(function: Operations) -> Series:
     UnsupportedError
         If something that varies goes through an operation without Taylor coefficients.
     """
-    made = _Made(function)
+    made = _SeriesMaker(function)
     return Series(made.first, made.constants, [r for r in made.later if r], made.count)
 
 
-class _Made:
+class _SeriesMaker:
     """The series of a function while it is made."""
 
     def __init__(self, function: Operations) -> None:
@@ -134,7 +134,7 @@ class _Made:
             elif op in (STATE, TIME, PARAMETER, SETTING, ca.OP_CONST):
                 held[out] = self._input(op, a)
             else:
-                held[out] = self._applied(op, held[a], held[b] if op in TWO else held[a])
+                held[out] = self._apply(op, held[a], held[b] if op in TWO else held[a])
 
     def _value(self, varies: bool, row: tuple[int, int, int] | None) -> int:
         """A new value, and the operation that gives it at order zero."""
@@ -161,7 +161,7 @@ class _Made:
         self._number[value] = number
         return value
 
-    def _frozen(self, op: int, a: int) -> int:
+    def _freeze(self, op: int, a: int) -> int:
         """Something that is computed at order zero only."""
         return self._value(False, (op, a, a))
 
@@ -171,7 +171,7 @@ class _Made:
         self.later.append(Recurrence(kind, value, a, b, **more))
         return value
 
-    def _applied(self, op: int, a: int, b: int) -> int:
+    def _apply(self, op: int, a: int, b: int) -> int:
         """The result of an operation."""
         row = (op, a, b)
         first, last = self._varies[a], self._varies[b]
@@ -192,14 +192,14 @@ class _Made:
         if op == ca.OP_SQ:
             return self._then(PRODUCT, row, a, a)
         if op == ca.OP_DIV and not last:
-            return self._then(SCALED, row, a, self._frozen(ca.OP_INV, b))
+            return self._then(SCALED, row, a, self._freeze(ca.OP_INV, b))
         if op in (ca.OP_DIV, ca.OP_INV):
             over = a if op == ca.OP_DIV and first else -1
-            return self._then(QUOTIENT, row, over, b, factor=self._frozen(ca.OP_INV, b))
+            return self._then(QUOTIENT, row, over, b, factor=self._freeze(ca.OP_INV, b))
         if op == ca.OP_SQRT:
             return self._root(row, a)
         if op == ca.OP_HYPOT:
-            return self._root(row, self._applied(ca.OP_ADD, self._square(a), self._square(b)))
+            return self._root(row, self._apply(ca.OP_ADD, self._square(a), self._square(b)))
         if op == ca.OP_IF_ELSE_ZERO and not first:
             return self._then(CHOSEN, row, b, a)
         if op in (ca.OP_POW, ca.OP_CONSTPOW):
@@ -213,17 +213,17 @@ class _Made:
         return self._other(op, a)
 
     def _square(self, a: int) -> int:
-        return self._applied(ca.OP_SQ, a, a)
+        return self._apply(ca.OP_SQ, a, a)
 
     def _root(self, row: tuple[int, int, int], a: int) -> int:
         """A square root of a value."""
         value = self._value(True, row)
-        factor = self._frozen(ca.OP_INV, self._frozen(ca.OP_TWICE, value))
+        factor = self._freeze(ca.OP_INV, self._freeze(ca.OP_TWICE, value))
         self.later.append(Recurrence(ROOT, value, a, factor=factor))
         return value
 
     def _plus(self, number: float, a: int, op: int = ca.OP_ADD) -> int:
-        return self._applied(op, self._constant(number), a)
+        return self._apply(op, self._constant(number), a)
 
     def _pair(self, a: int, sine: int, cosine: int, sign: int) -> tuple[int, int]:
         """A sine and cosine, circular or hyperbolic; each needs the other."""
@@ -240,29 +240,29 @@ class _Made:
             found, left, square = -1, int(abs(exponent)), a
             while left:
                 if left % 2:
-                    found = square if found < 0 else self._applied(ca.OP_MUL, found, square)
+                    found = square if found < 0 else self._apply(ca.OP_MUL, found, square)
                 left //= 2
                 square = self._square(square) if left else square
-            return found if exponent > 0 else self._applied(ca.OP_INV, found, found)
+            return found if exponent > 0 else self._apply(ca.OP_INV, found, found)
         y = self._value(True, row)
         if self._varies[b]:  # y' = y (b log a)'
-            through = self._applied(ca.OP_MUL, b, self._applied(ca.OP_LOG, a, a))
+            through = self._apply(ca.OP_MUL, b, self._apply(ca.OP_LOG, a, a))
             self.later.append(Recurrence(INTEGRAL, y, through, y))
             return y
         place = len(self.later)
         self.later.append(None)
-        g = self._applied(ca.OP_MUL, b, self._applied(ca.OP_DIV, y, a))
+        g = self._apply(ca.OP_MUL, b, self._apply(ca.OP_DIV, y, a))
         self.later[place] = Recurrence(INTEGRAL, y, a, g)  # y' = b y / a a'
         return y
 
     def _angle(self, row: tuple[int, int, int], y: int, x: int) -> int:
         """``atan2(y, x)``, whose derivative is ``(x y' - y x') / (x^2 + y^2)``."""
-        whole = self._applied(ca.OP_ADD, self._square(x), self._square(y))
+        whole = self._apply(ca.OP_ADD, self._square(x), self._square(y))
         parts = []
         for through, other, sign in ((y, x, 1), (x, y, -1)):
             if self._varies[through]:
                 part = self._value(True, None)
-                g = self._applied(ca.OP_DIV, other, whole)
+                g = self._apply(ca.OP_DIV, other, whole)
                 self.later.append(Recurrence(INTEGRAL, part, through, g, sign=sign))
                 parts.append(part)
         if len(parts) == 1:
@@ -281,26 +281,26 @@ class _Made:
             self.later[place] = Recurrence(INTEGRAL, y, a, g)
             return y
         if op == ca.OP_LOG:
-            g = self._applied(ca.OP_INV, a, a)
+            g = self._apply(ca.OP_INV, a, a)
         elif op == ca.OP_LOG1P:
             whole = self._plus(1.0, a)
-            g = self._applied(ca.OP_INV, whole, whole)
+            g = self._apply(ca.OP_INV, whole, whole)
         elif op == ca.OP_ERF:
-            falling = self._applied(ca.OP_NEG, self._square(a), a)
-            bell = self._applied(ca.OP_EXP, falling, falling)
-            g = self._applied(ca.OP_MUL, self._constant(float(2 / np.sqrt(np.pi))), bell)
+            falling = self._apply(ca.OP_NEG, self._square(a), a)
+            bell = self._apply(ca.OP_EXP, falling, falling)
+            g = self._apply(ca.OP_MUL, self._constant(float(2 / np.sqrt(np.pi))), bell)
         elif op in (ca.OP_ATAN, ca.OP_ATANH):
             square = self._square(a)
             whole = self._plus(1.0, square, ca.OP_ADD if op == ca.OP_ATAN else ca.OP_SUB)
-            g = self._applied(ca.OP_INV, whole, whole)
+            g = self._apply(ca.OP_INV, whole, whole)
         elif op in (ca.OP_ASIN, ca.OP_ACOS, ca.OP_ASINH, ca.OP_ACOSH):
             square = self._square(a)
             if op == ca.OP_ACOSH:
                 whole = self._plus(-1.0, square)
             else:
                 whole = self._plus(1.0, square, ca.OP_ADD if op == ca.OP_ASINH else ca.OP_SUB)
-            root = self._applied(ca.OP_SQRT, whole, whole)
-            g = self._applied(ca.OP_INV, root, root)
+            root = self._apply(ca.OP_SQRT, whole, whole)
+            g = self._apply(ca.OP_INV, root, root)
         else:
             raise UnsupportedError(_NAMES.get(op, f"operation {op}"))
         return self._then(INTEGRAL, (op, a, a), a, g, sign=-1 if op == ca.OP_ACOS else 1)

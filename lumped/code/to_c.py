@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from lumped.code.records import Field, Record
-from lumped.code.translate import TranslationError, Value, Writer, reached
+from lumped.code.translate import TranslationError, Value, Writer, write_all
 from lumped.code.words import Kernel
 
-__all__ = ["as_c", "declared_records", "header", "number", "returned"]
+__all__ = ["as_c", "declare_records", "header", "number", "write_result"]
 
 _TYPES = {"int": "int64_t ", "float": "double ", "bool": "bool ", "void": "void "}
 _TYPES |= {"ints": "int64_t *", "numbers": "double *"}
@@ -52,13 +52,13 @@ def as_c(functions: Mapping[str, Callable[..., object]]) -> str:
     """C of functions and all that they call; they are visible under these symbols."""
     kernels: Any = list(functions.values())
     names = {kernel.name: symbol for symbol, kernel in zip(functions, kernels, strict=True)}
-    found: list[_CFunction] = reached(kernels, lambda k: _CFunction(k, names))
-    records = declared_records(kind for f in found for kind in f.variables.values())
+    found: list[_CFunction] = write_all(kernels, lambda k: _CFunction(k, names))
+    records = declare_records(kind for f in found for kind in f.variables.values())
     heads = [f"{f.head};" for f in found]
     return "\n".join([_HEAD, records, *heads, "", *(f.text for f in found)])
 
 
-def returned(kernel: Kernel, own: Mapping[str, Any]) -> str:
+def write_result(kernel: Kernel, own: Mapping[str, Any]) -> str:
     """What a function of one line returns; `own` are functions that it calls, by their symbols."""
     function = _CFunction(kernel, {called.name: symbol for symbol, called in own.items()})
     function.read()
@@ -70,11 +70,11 @@ def header(functions: Mapping[str, Callable[..., object]]) -> str:
     kernels: Any = list(functions.values())
     names = {kernel.name: symbol for symbol, kernel in zip(functions, kernels, strict=True)}
     found = [_CFunction(kernel, names) for kernel in kernels]
-    records = declared_records(kind for f in found for _, kind in f.arguments)
+    records = declare_records(kind for f in found for _, kind in f.arguments)
     return "\n".join([_HEAD, records, *(f"{f.head};" for f in found), ""])
 
 
-def declared_records(kinds: Iterable[Any]) -> str:
+def declare_records(kinds: Iterable[Any]) -> str:
     """Types of records, with those that they point to."""
     waiting: list[type[Record]] = [kind for kind in kinds if isinstance(kind, type)]
     found: dict[str, str] = {}
@@ -146,21 +146,21 @@ class _CFunction(Writer):
     # -- statements --------------------------------------------------------------------------
 
     def write_if(self, test: ast.expr, yes: list[ast.stmt], no: list[ast.stmt]) -> None:
-        self._line(f"if ({_bare(self.converted(self.value(test), 'bool'))}) {{")
+        self._line(f"if ({_bare(self.convert(self.value(test), 'bool'))}) {{")
         self._inner(yes)
         if no:
             self._line("else {")
             self._inner(no)
 
     def write_while(self, test: ast.expr, body: list[ast.stmt]) -> None:
-        self._line(f"while ({_bare(self.converted(self.value(test), 'bool'))}) {{")
+        self._line(f"while ({_bare(self.convert(self.value(test), 'bool'))}) {{")
         self._inner(body)
 
     def write_for(
         self, name: str, bounds: tuple[Value, Value, Value], down: bool, body: list[ast.stmt]
     ) -> None:
         begin, end, step = (value.text for value in bounds)
-        last = self.kept(Value(end, "int")).text
+        last = self.keep(Value(end, "int")).text
         order = ">" if down else "<"
         self._line(f"for ({name} = {begin}; {name} {order} {last}; {name} += {step}) {{")
         self._inner(body)
@@ -205,7 +205,7 @@ class _CFunction(Writer):
     def variable(self, name: str) -> Value:
         return Value(name, self.variables[name])
 
-    def kept(self, value: Value) -> Value:
+    def keep(self, value: Value) -> Value:
         self._count += 1
         name = f"kept_{self._count}"
         self.variables[name] = value.kind
@@ -218,10 +218,10 @@ class _CFunction(Writer):
     def element(self, base: Value, index: Value) -> Value:
         return Value(f"{base.text}[{_bare(index)}]", _ELEMENT[base.kind])
 
-    def moved(self, base: Value, offset: Value) -> Value:
+    def move(self, base: Value, offset: Value) -> Value:
         return Value(f"({base.text} + {offset.text})", base.kind)
 
-    def converted(self, value: Value, kind: Any) -> Value:
+    def convert(self, value: Value, kind: Any) -> Value:
         if value.kind == kind:
             return value
         if (value.kind, kind) in (("bool", "int"), ("int", "float")):
@@ -230,7 +230,7 @@ class _CFunction(Writer):
             return Value(f"({value.text} != 0)", kind)
         raise TranslationError(f"{self.kernel.name}: a {value.kind} where a {kind} is needed")
 
-    def truncated(self, value: Value) -> Value:
+    def truncate(self, value: Value) -> Value:
         return Value(f"(int64_t){value.text}", "int")
 
     def arithmetic(self, sign: str, a: Value, b: Value) -> Value:
@@ -239,22 +239,22 @@ class _CFunction(Writer):
     def negative(self, value: Value) -> Value:
         return Value(f"(-{value.text})", value.kind)
 
-    def negated(self, value: Value) -> Value:
+    def negate(self, value: Value) -> Value:
         return Value(f"!{value.text}" if value.text[0] == "(" else f"!({value.text})", "bool")
 
-    def compared(self, order: str, a: Value, b: Value) -> Value:
+    def compare(self, order: str, a: Value, b: Value) -> Value:
         return Value(f"({a.text} {order} {b.text})", "bool")
 
     def logical(self, both: bool, parts: list[ast.expr]) -> Value:
-        texts = [self.converted(self.value(part), "bool").text for part in parts]
+        texts = [self.convert(self.value(part), "bool").text for part in parts]
         return Value(f"({(' && ' if both else ' || ').join(texts)})", "bool")
 
     def choice(self, test: ast.expr, yes: ast.expr, no: ast.expr) -> Value:
-        condition = self.converted(self.value(test), "bool")
+        condition = self.convert(self.value(test), "bool")
         found = [self.value(part) for part in (yes, no)]
         kinds = {value.kind for value in found}
         kind = kinds.pop() if len(kinds) == 1 else "float" if "float" in kinds else "int"
-        a, b = (self.converted(value, kind).text for value in found)
+        a, b = (self.convert(value, kind).text for value in found)
         return Value(f"({condition.text} ? {a} : {b})", kind)
 
     def extreme(self, least: bool, a: Value, b: Value) -> Value:
@@ -265,7 +265,7 @@ class _CFunction(Writer):
     def library(self, name: str, values: list[Value]) -> Value:
         return Value(f"{name}({', '.join(_bare(value) for value in values)})", "float")
 
-    def called_kernel(self, kernel: Kernel, values: list[Value], result: Any) -> Value:
+    def call_kernel(self, kernel: Kernel, values: list[Value], result: Any) -> Value:
         listed = ", ".join(_bare(value) for value in values)
         return Value(f"{self._symbol(kernel)}({listed})", result)
 
@@ -277,7 +277,7 @@ class _CFunction(Writer):
             raise TranslationError(f"{self.kernel.name}: wide numbers")
         return truths
 
-    def called_by_address(self, result: Any, values: list[Value]) -> Value:
+    def call_by_address(self, result: Any, values: list[Value]) -> Value:
         listed = ", ".join(_bare(value) for value in values[1:])
         return Value(f"((Called)(intptr_t){values[0].text})({listed})", "void")
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from lumped.code.llvm_function import LlvmFunction
-from lumped.code.translate import reached
+from lumped.code.translate import write_all
 
 __all__ = ["as_llvm"]
 
@@ -33,7 +33,7 @@ def as_llvm(
     kernels: Any = list(functions.values())
     own = dict(counterparts or {})
     kind = type("_Sized", (LlvmFunction,), {"lanes": lanes, "counterparts": own, "inline": inline})
-    found: list[LlvmFunction] = reached(kernels, lambda k: kind(k, k in kernels))
+    found: list[LlvmFunction] = write_all(kernels, lambda k: kind(k, k in kernels))
     declared = sorted({line for function in found for line in function.declared})
     text = "\n".join([*(function.text for function in found), *declared])
     for symbol, kernel in zip(functions, kernels, strict=True):

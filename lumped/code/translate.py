@@ -18,7 +18,7 @@ from lumped.code import words
 from lumped.code.records import Field, Record
 from lumped.code.words import Kernel
 
-__all__ = ["TranslationError", "Value", "Writer", "reached"]
+__all__ = ["TranslationError", "Value", "Writer", "write_all"]
 
 _KINDS = {"int": "int", "float": "float", "bool": "bool", "Integers": "ints", "Numbers": "numbers"}
 _KINDS |= {"Wide": "wide", "Wides": "wides"}
@@ -49,7 +49,7 @@ class Value(NamedTuple):
     kind: Any
 
 
-def reached(kernels: Iterable[Kernel], write: Callable[[Kernel], Written]) -> list[Written]:
+def write_all(kernels: Iterable[Kernel], write: Callable[[Kernel], Written]) -> list[Written]:
     """Written forms of functions and of all that they call."""
     found: dict[str, Written] = {}
     waiting = list(kernels)
@@ -84,15 +84,15 @@ class Writer(ABC):
         self.called: list[Kernel] = []
         self.variables: dict[str, Any] = {}
         self._tree = kernel.tree
-        self.arguments = [(a.arg, self.annotated(a.annotation)) for a in self._tree.args.args]
-        self.result = self.annotated(self._tree.returns)
+        self.arguments = [(a.arg, self.read_annotation(a.annotation)) for a in self._tree.args.args]
+        self.result = self.read_annotation(self._tree.returns)
 
     def read(self) -> None:
         """Go through all statements."""
         self.variables |= dict(self.arguments)
         self.block(self._tree.body)
 
-    def annotated(self, node: ast.expr | None) -> Any:
+    def read_annotation(self, node: ast.expr | None) -> Any:
         """Kind that an annotation means."""
         if node is None or (isinstance(node, ast.Constant) and node.value is None):
             return "void"
@@ -127,7 +127,7 @@ class Writer(ABC):
             self._for(node)
         elif isinstance(node, ast.Return):
             given = None if node.value is None else self.value(node.value)
-            self.write_return(None if given is None else self.converted(given, self.result))
+            self.write_return(None if given is None else self.convert(given, self.result))
         elif isinstance(node, ast.Break):
             self.write_break()
         elif isinstance(node, ast.Continue):
@@ -141,13 +141,13 @@ class Writer(ABC):
     def _assign(self, node: ast.Assign) -> None:
         first = node.targets[0]
         if isinstance(first, ast.Tuple) and isinstance(node.value, ast.Tuple):
-            found = [self.kept(self.value(part)) for part in node.value.elts]
+            found = [self.keep(self.value(part)) for part in node.value.elts]
             for target, value in zip(first.elts, found, strict=True):
                 self._set(target, value)
             return
         value = self.value(node.value)
         if len(node.targets) > 1:
-            value = self.kept(value)
+            value = self.keep(value)
         for target in node.targets:
             self._set(target, value)
 
@@ -155,20 +155,20 @@ class Writer(ABC):
         if isinstance(target, ast.Name):
             kind = _WIDE.get(value.kind, value.kind) if self.kernel.is_wide else value.kind
             kind = self.variables.setdefault(target.id, kind)
-            self.write_variable(target.id, self.converted(value, kind))
+            self.write_variable(target.id, self.convert(value, kind))
         elif isinstance(target, ast.Subscript) and not isinstance(target.slice, ast.Slice):
             base, index = self._element(target)
-            self.write_element(base, index, self.converted(value, _ELEMENT[base.kind]))
+            self.write_element(base, index, self.convert(value, _ELEMENT[base.kind]))
         elif isinstance(target, ast.Attribute):
             record, field = self._field(target)
-            self.write_field(record, field, self.converted(value, field.kind))
+            self.write_field(record, field, self.convert(value, field.kind))
         else:
             raise self.unknown(target)
 
     def _for(self, node: ast.For) -> None:
         if not (isinstance(node.target, ast.Name) and isinstance(node.iter, ast.Call)):
             raise self.unknown(node)
-        bounds = [self.converted(self.value(a), "int") for a in node.iter.args]
+        bounds = [self.convert(self.value(a), "int") for a in node.iter.args]
         begin = bounds[0] if len(bounds) > 1 else self.number(0)
         end = bounds[min(1, len(bounds) - 1)]
         down = len(bounds) > 2 and ast.unparse(node.iter.args[2]).startswith("-")
@@ -224,7 +224,7 @@ class Writer(ABC):
         raise self.unknown(node)
 
     def _element(self, node: ast.Subscript) -> tuple[Value, Value]:
-        index = self.converted(self.value(node.slice), "int")
+        index = self.convert(self.value(node.slice), "int")
         base = node.value
         if isinstance(base, ast.Name) and base.id not in self.variables:
             numbers = self.kernel.space.get(base.id)
@@ -241,7 +241,7 @@ class Writer(ABC):
             if node.slice.lower is None or node.slice.upper or node.slice.step:
                 raise self.unknown(node)
             base, begin = self.value(node.value), self.value(node.slice.lower)
-            return self.moved(base, self.converted(begin, "int"))
+            return self.move(base, self.convert(begin, "int"))
         return self.element(*self._element(node))
 
     def _binary(self, node: ast.BinOp) -> Value:
@@ -250,7 +250,7 @@ class Writer(ABC):
         if a.kind == b.kind == "int" and op in _INTEGER:
             return self.arithmetic(_INTEGER[op], a, b)
         kind = "wide" if "wide" in (a.kind, b.kind) else "float"
-        a, b = self.converted(a, kind), self.converted(b, kind)
+        a, b = self.convert(a, kind), self.convert(b, kind)
         if op is ast.Pow:
             return self.library("pow", [a, b])
         if op not in _NUMBER:
@@ -263,7 +263,7 @@ class Writer(ABC):
         value = self.value(node.operand)
         if isinstance(node.op, ast.Not):
             is_wide = value.kind in ("wide", "truths")
-            return self.negated(self.converted(value, "truths" if is_wide else "bool"))
+            return self.negate(self.convert(value, "truths" if is_wide else "bool"))
         if isinstance(node.op, ast.USub):
             return self.negative(value)
         raise self.unknown(node)
@@ -276,7 +276,7 @@ class Writer(ABC):
         kind = "wide" if "wide" in (a.kind, b.kind) else kind
         kind = "bool" if a.kind == b.kind == "bool" else kind
         order = _ORDER[type(node.ops[0])]
-        return self.compared(order, self.converted(a, kind), self.converted(b, kind))
+        return self.compare(order, self.convert(a, kind), self.convert(b, kind))
 
     def _are_wide(self, kinds: Iterable[Any]) -> bool:
         """Whether a function with arguments of these kinds is one for wide numbers."""
@@ -301,7 +301,7 @@ class Writer(ABC):
             return self.cast(self.value(node.args[1]), kind)
         values = [self.value(argument) for argument in node.args]
         if word in _BY_ADDRESS:
-            return self.called_by_address(_BY_ADDRESS[word], values)
+            return self.call_by_address(_BY_ADDRESS[word], values)
         if word is words.any_lane:
             return self.any_of(values[0])
         if isinstance(word, Kernel):
@@ -315,21 +315,21 @@ class Writer(ABC):
             kinds = [kind for _, kind in own.arguments]
             if len(kinds) != len(values):
                 raise self.unknown(node)
-            given = [self.converted(v, k) for v, k in zip(values, kinds, strict=True)]
-            return self.called_kernel(word, given, own.result)
+            given = [self.convert(v, k) for v, k in zip(values, kinds, strict=True)]
+            return self.call_kernel(word, given, own.result)
         if word is float:
-            return self.converted(values[0], "float")
+            return self.convert(values[0], "float")
         if word is int:
-            return self.truncated(values[0])
+            return self.truncate(values[0])
         if word in (min, max):
             kinds = [value.kind for value in values]
             kind = "wide" if "wide" in kinds else "float" if "float" in kinds else "int"
-            return self.extreme(word is min, *(self.converted(v, kind) for v in values))
+            return self.extreme(word is min, *(self.convert(v, kind) for v in values))
         name = "fabs" if word is abs else getattr(word, "c_name", None)
         if name is None:
             raise self.unknown(node)
         kind = "wide" if any(v.kind == "wide" for v in values) else "float"
-        return self.library(name, [self.converted(v, kind) for v in values])
+        return self.library(name, [self.convert(v, kind) for v in values])
 
     # -- what a language writes --------------------------------------------------------------
 
@@ -362,25 +362,25 @@ class Writer(ABC):
     @abstractmethod
     def variable(self, name: str) -> Value: ...
     @abstractmethod
-    def kept(self, value: Value) -> Value: ...
+    def keep(self, value: Value) -> Value: ...
     @abstractmethod
     def field(self, record: Value, field: Field) -> Value: ...
     @abstractmethod
     def element(self, base: Value, index: Value) -> Value: ...
     @abstractmethod
-    def moved(self, base: Value, offset: Value) -> Value: ...
+    def move(self, base: Value, offset: Value) -> Value: ...
     @abstractmethod
-    def converted(self, value: Value, kind: Any) -> Value: ...
+    def convert(self, value: Value, kind: Any) -> Value: ...
     @abstractmethod
-    def truncated(self, value: Value) -> Value: ...
+    def truncate(self, value: Value) -> Value: ...
     @abstractmethod
     def arithmetic(self, sign: str, a: Value, b: Value) -> Value: ...
     @abstractmethod
     def negative(self, value: Value) -> Value: ...
     @abstractmethod
-    def negated(self, value: Value) -> Value: ...
+    def negate(self, value: Value) -> Value: ...
     @abstractmethod
-    def compared(self, order: str, a: Value, b: Value) -> Value: ...
+    def compare(self, order: str, a: Value, b: Value) -> Value: ...
     @abstractmethod
     def logical(self, both: bool, parts: list[ast.expr]) -> Value: ...
     @abstractmethod
@@ -390,9 +390,9 @@ class Writer(ABC):
     @abstractmethod
     def library(self, name: str, values: list[Value]) -> Value: ...
     @abstractmethod
-    def called_kernel(self, kernel: Kernel, values: list[Value], result: Any) -> Value: ...
+    def call_kernel(self, kernel: Kernel, values: list[Value], result: Any) -> Value: ...
     @abstractmethod
-    def called_by_address(self, result: Any, values: list[Value]) -> Value: ...
+    def call_by_address(self, result: Any, values: list[Value]) -> Value: ...
     @abstractmethod
     def cast(self, address: Value, kind: Any) -> Value: ...
     @abstractmethod

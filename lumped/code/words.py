@@ -32,9 +32,9 @@ __all__ = [
     "enter",
     "flat",
     "kernel",
+    "make_kernel",
     "record_at",
     "sqrt",
-    "written",
 ]
 
 
@@ -108,7 +108,7 @@ class Library:
         return found
 
 
-def _loaded() -> Any:
+def _load_library() -> Any:
     """The C library's mathematical functions."""
     library = ctypes.CDLL(ctypes.util.find_library("m") or ctypes.util.find_library("msvcrt"))
     for name in (*_ONE, *_TWO):
@@ -123,7 +123,7 @@ _ONE = (
     *("acosh", "atanh", "exp", "expm1", "log", "log1p", "erf", "floor", "ceil"),
 )
 _TWO = ("atan2", "hypot", "fmod", "remainder", "copysign", "fmin", "fmax", "pow")
-_LIBRARY = _loaded()
+_LIBRARY = _load_library()
 (sqrt, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, asinh) = map(Library, _ONE[:11])
 (acosh, atanh, exp, expm1, log, log1p, erf, floor, ceil) = map(Library, _ONE[11:])
 (atan2, hypot, fmod, remainder, copysign, fmin, fmax, power) = map(Library, _TWO)
@@ -156,7 +156,7 @@ class Kernel:
     @property
     def tree(self) -> ast.FunctionDef:
         """Its text, parsed."""
-        return _parsed(self.source)
+        return _parse_function(self.source)
 
     @property
     def widened(self) -> Kernel:
@@ -177,7 +177,7 @@ def kernel(function: Written) -> Written:
 
 
 @cache
-def _parsed(source: str) -> ast.FunctionDef:
+def _parse_function(source: str) -> ast.FunctionDef:
     tree = ast.parse(textwrap.dedent(source)).body[0]
     assert isinstance(tree, ast.FunctionDef)
     return tree
@@ -199,7 +199,7 @@ def _sources(file: str) -> dict[int, str]:
     }
 
 
-def written(name: str, source: str, space: dict[str, Any]) -> Any:
+def make_kernel(name: str, source: str, space: dict[str, Any]) -> Any:
     """A kernel from its text."""
     own: dict[str, Any] = {}
     exec("from __future__ import annotations\n" + source, space, own)

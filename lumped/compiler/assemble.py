@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-from lumped.compiler.idle_parts import idle
+from lumped.compiler.idle_parts import find_idle_parts
 from lumped.compiler.system import Name, System
 from lumped.errors import ModelWarning
 from lumped.flattening.flatten import flatten
@@ -20,7 +20,7 @@ __all__ = ["assemble"]
 
 
 @contextmanager
-def _paused_collector() -> Iterator[None]:
+def _pause_collector() -> Iterator[None]:
     """No garbage collection while many small objects are made that all stay: halves the time."""
     running = gc.isenabled()
     gc.disable()
@@ -66,12 +66,12 @@ def assemble(
     UnknownNameError
         If `of` or `keep` names something the model does not have.
     """
-    with process_lock, _paused_collector():
+    with process_lock, _pause_collector():
         begin = clock.perf_counter()
         flat = flatten(model)
         flattened = clock.perf_counter()
         system = System(flat, of, keep)
         system.seconds = {"flatten": flattened - begin, **system.seconds}
-    for text in idle(flat):
+    for text in find_idle_parts(flat):
         warnings.warn(f"{flat.name}: {text}", ModelWarning, stacklevel=3)
     return system

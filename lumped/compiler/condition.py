@@ -38,7 +38,7 @@ class Condition:
     relation : Relation
         What it is an instance of.
     active : SX, optional
-        1 while it matters, as it stands in a branch that another condition chooses.
+        1 while it matters, as it occurs in a branch that another condition chooses.
     """
 
     name: str
@@ -85,7 +85,7 @@ def sort_conditions(
 ) -> tuple[list[Condition], list[list[int]], list[Condition]]:
     """Those that depend on the time alone, the numbers of those that each needs, and the others.
 
-    Each stands after those that it needs.
+    Each comes after those that it needs.
     """
     if not found:
         return [], [], []
@@ -123,12 +123,12 @@ def _needs(sides: ca.Function, owner: dict[int, int]) -> list[set[int] | None]:
     """
     states = 1
 
-    def given(which: int, entry: int) -> int:
+    def find_bits(which: int, entry: int) -> int:
         if which == 2:
             return 2 << owner[entry] if entry in owner else states
         return states if which < 2 else 0
 
-    found = follow_operations(sides, given, lambda _: 0, lambda _, read: reduce(or_, read))
+    found = follow_operations(sides, find_bits, lambda _: 0, lambda _, read: reduce(or_, read))
     return [
         None if bits & states else {k - 1 for k in range(1, bits.bit_length()) if bits >> k & 1}
         for bits in (reduce(or_, entries, 0) for entries in found)

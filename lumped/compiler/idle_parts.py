@@ -1,4 +1,4 @@
-"""Parts that do nothing where they stand: connected to nothing, or with all ends in one place."""
+"""Parts that do nothing: connected to nothing, or with all ends in one place."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from lumped.language.declared import ports_of
 from lumped.language.expression import Ref
 from lumped.support.sparse_graph import links
 
-__all__ = ["idle"]
+__all__ = ["find_idle_parts"]
 
 
-def idle(flat: FlatModel) -> list[str]:
+def find_idle_parts(flat: FlatModel) -> list[str]:
     """Texts on parts that do nothing, with their paths.
 
     A part is connected to nothing if it has ports and others are connected. The ends of a part are
@@ -26,10 +26,10 @@ def idle(flat: FlatModel) -> list[str]:
     joined = np.array([pair[:2] for pair in flat.joints.equal], dtype=int).reshape(-1, 2)
     touched = np.zeros(flat.tree.unknown_count, dtype=bool)
     touched[joined] = True
-    return [*_alone(flat, touched), *_closed(flat, joined, touched)]
+    return [*_find_alone(flat, touched), *_find_closed(flat, joined, touched)]
 
 
-def _alone(flat: FlatModel, touched: np.ndarray) -> Iterator[str]:
+def _find_alone(flat: FlatModel, touched: np.ndarray) -> Iterator[str]:
     """Parts connected to nothing."""
     parts = [n for n in flat.tree.instances if n.layout.ports and not n.children and n.parent >= 0]
     for node in parts if touched.any() else ():
@@ -43,7 +43,7 @@ def _may_move(node: Instance, loose: list[int]) -> bool:
     return any(ports[node.layout.ports[i]].free for i in loose)
 
 
-def _closed(flat: FlatModel, joined: np.ndarray, touched: np.ndarray) -> Iterator[str]:
+def _find_closed(flat: FlatModel, joined: np.ndarray, touched: np.ndarray) -> Iterator[str]:
     """Parts whose ends are all in one place."""
     tree, pairs, rigid = flat.tree, [joined], set[int]()
     for group in flat.groups:

@@ -97,7 +97,7 @@ def parameters_in(system: System, path: str, held: bytes) -> dict[str, float]:
     is_json = _is_json(path)
     try:
         text = held.decode()
-        found = _parsed(text) if is_json else tomllib.loads(text)
+        found = _parse_json(text) if is_json else tomllib.loads(text)
     except (ValueError, RecursionError) as fault:
         kind = "JSON" if is_json else "TOML"
         raise OptionError(f"{path} is no {kind}: {fault}") from None
@@ -120,7 +120,7 @@ class _Pairs(list[tuple[str, object]]):
     """An object of JSON with all that it holds, also under one name."""
 
 
-def _parsed(text: str) -> object:
+def _parse_json(text: str) -> object:
     return json.loads(text, object_pairs_hook=_Pairs)
 
 

@@ -10,7 +10,7 @@ from lumped.reduction.pruning import LeftOut
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import table
 
-__all__ = ["Report", "report_on", "shortened"]
+__all__ = ["Report", "report_on", "shorten"]
 
 
 @dataclass(frozen=True)
@@ -50,16 +50,16 @@ class Report(RichHtml):
         parts = [
             table(("count", ""), [(name, str(n)) for name, n in self.counts.items()]),
             table(("stage", "ms"), [(n, f"{1e3 * s:.1f}") for n, s in self.seconds.items()]),
-            _listed("states", [f"{name}: {why}" for name, why in self.states.items()]),
+            _list_items("states", [f"{name}: {why}" for name, why in self.states.items()]),
         ]
         if self.blocks:
-            parts.append(_listed("solved together", self.blocks))
+            parts.append(_list_items("solved together", self.blocks))
         if self.implicit:
-            parts.append(_listed("found by Newton's method", self.implicit))
+            parts.append(_list_items("found by Newton's method", self.implicit))
         if self.still:
-            parts.append(_listed("left open and held still", self.still))
+            parts.append(_list_items("left open and held still", self.still))
         if self.left_out:
-            parts.append(_listed("left out", [repr(item) for item in self.left_out]))
+            parts.append(_list_items("left out", [repr(item) for item in self.left_out]))
         return "\n\n".join(parts)
 
 
@@ -93,7 +93,7 @@ def report_on(structure: Structure, names: Sequence[str], seconds: Mapping[str, 
     return Report(
         counts,
         dict(zip(names, reasons, strict=True)),
-        tuple(shortened([name(n) for n in block.nodes]) for block in coupled),
+        tuple(shorten([name(n) for n in block.nodes]) for block in coupled),
         tuple(name(n) for n in structure.implicit),
         tuple(structure.left_out),
         tuple(name for _, name in flat.joints.grounded),
@@ -112,13 +112,13 @@ def _reason(structure: Structure, node: int) -> str:
     return "leads what constraints tie to it; declared before them or wanted more"
 
 
-def shortened(items: Sequence[str], separator: str = ", ", most: int = 12) -> str:
+def shorten(items: Sequence[str], separator: str = ", ", most: int = 12) -> str:
     """Some of many texts, and how many more there are."""
     more = f"{separator}... {len(items) - most} more" if len(items) > most else ""
     return separator.join(items[:most]) + more
 
 
-def _listed(title: str, items: Sequence[str], most: int = 20) -> str:
+def _list_items(title: str, items: Sequence[str], most: int = 20) -> str:
     lines = [title, *(f"  {item}" for item in items[:most])]
     if len(items) > most:
         lines.append(f"  ... and {len(items) - most} more")

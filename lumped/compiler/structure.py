@@ -16,8 +16,8 @@ from lumped.flattening.parameters import Parameters
 from lumped.language.expression import Expr
 from lumped.language.formula import Formula
 from lumped.reduction.evaluation import Values
-from lumped.reduction.locked_loops import locked_loops
-from lumped.reduction.pruning import LeftOut, independent_of, needed_states, used
+from lumped.reduction.locked_loops import find_locked_loops
+from lumped.reduction.pruning import LeftOut, find_needed_states, find_used_states, independent_of
 from lumped.reduction.reduce import reduce
 from lumped.support.made_once import Shared, made_once
 
@@ -56,7 +56,7 @@ class Structure(Shared):
     all_rates : SX
         Derivatives of the states in use, by the symbols of all states.
     rate_uses : ndarray of int
-        Places of all states that stand in them.
+        Places of all states that occur in them.
     inputs : list of SX
         Symbols x, p, t and m of all functions; m is modes, then guesses of implicit nodes.
     left_out : list of LeftOut
@@ -79,7 +79,7 @@ class Structure(Shared):
         self.ranks = dict(ranks or {})
         begin = clock.perf_counter()
         self.reduced = reduce(flat, ranks)
-        locked = locked_loops(self.reduced)
+        locked = find_locked_loops(self.reduced)
         middle = clock.perf_counter()
         self.values = Values(self.reduced)
         self.switching = Switching(self.values, foresee=foresee)
@@ -87,12 +87,12 @@ class Structure(Shared):
         self.kept = [self.tree.unknown(name) for name in keep]
         self.members = self._members_of_nodes()
         self.positions = self._positions()
-        self.in_use = self._needed_states()
+        self.in_use = self._find_needed_states()
         self.states = [self.reduced.states[i] for i in self.in_use]
         self.all_rates = self.values.of([n + 1 for n in self.states])
-        self.rate_uses = used(self.all_rates, self.values)
+        self.rate_uses = find_used_states(self.all_rates, self.values)
         self.inputs = self._inputs()
-        self.left_out = self._left_out() + locked
+        self.left_out = self._list_left_out() + locked
         end = clock.perf_counter()
         self.seconds = {"reduce": middle - begin, "prune": end - middle}
 
@@ -149,12 +149,12 @@ class Structure(Shared):
                         found.add(place[number])
         return found
 
-    def _needed_states(self) -> list[int]:
+    def _find_needed_states(self) -> list[int]:
         """Places of the states that must be integrated."""
         outputs = None if self.outputs is None else self.raw(self.outputs)
         implicit = self.values.of(self.values.implicit)
-        always = ca.vertcat(self.raw(self.kept), implicit, self.switching.needed())
-        return needed_states(self.values, self.positions, outputs, always)
+        always = ca.vertcat(self.raw(self.kept), implicit, self.switching.collect_needed())
+        return find_needed_states(self.values, self.positions, outputs, always)
 
     def raw(self, numbers: list[int]) -> ca.SX:
         """Unknowns as expressions of all states, left out or not."""
@@ -200,7 +200,7 @@ class Structure(Shared):
 
     def in_states(self, expression: ca.SX) -> ca.SX:
         """An expression of the states in use."""
-        lost = np.setdiff1d(used(expression, self.values), self.in_use)
+        lost = np.setdiff1d(find_used_states(expression, self.values), self.in_use)
         return ca.cse(self.without(expression, lost))
 
     @property
@@ -230,7 +230,7 @@ class Structure(Shared):
             idle |= {i for i, c in zip(doubtful, cancels, strict=True) if c}
         return frozenset(reduced.states[i] for i in idle)
 
-    def _left_out(self) -> list[LeftOut]:
+    def _list_left_out(self) -> list[LeftOut]:
         aliases = self.reduced.aliases
         equal = int((aliases.classes >= 0).sum()) - aliases.count
         zero = int((aliases.classes < 0).sum())

@@ -43,7 +43,7 @@ class _Jumps:
     nodes, signs : list of int, list of float
         Nodes that change.
     first, width : int
-        Their new values among those of all, and with what a program is told.
+        Their new values among those of all, and with what a program is given.
     program : Program or None
         What is asked.
     answers, answer_signs : list of int, list of float
@@ -61,7 +61,7 @@ class _Jumps:
     answers: list[int]
     answer_signs: list[float]
 
-    def filled(self, held: list[_T], other: _T) -> list[_T]:
+    def fill(self, held: list[_T], other: _T) -> list[_T]:
         """What belongs to the nodes, for all of its values."""
         return held + [other] * (self.width - len(held))
 
@@ -131,7 +131,7 @@ class Switching(Shared):
             template = group.template
             if not (template.relations or template.sticks or template.jumps):
                 continue
-            wanted = _wanted(template)
+            wanted = _collect_expressions(template)
             count, width = len(group.nodes), len(template.modes)
             if template.measures:
                 found = of_formula(values, group, ca.vertcat(*wanted))
@@ -169,7 +169,7 @@ class Switching(Shared):
         )
         self.relation_modes = np.array([c.mode for c in self.conditions], dtype=int)
         self.strict = np.array([c.relation.strict for c in self.conditions], dtype=bool)
-        sides = [self._guarded(c) for c in self.conditions]
+        sides = [self._guard(c) for c in self.conditions]
         self.greater = ca.vertcat(ca.SX(0, 1), *(greater for greater, _ in sides))
         self.less = ca.vertcat(ca.SX(0, 1), *(less for _, less in sides))
         self.first_modes = np.array(first_modes, dtype=int)
@@ -197,7 +197,7 @@ class Switching(Shared):
             product = product * factor
         return product
 
-    def _guarded(self, condition: Condition) -> tuple[ca.SX, ca.SX]:
+    def _guard(self, condition: Condition) -> tuple[ca.SX, ca.SX]:
         greater, less, active = condition.greater, condition.less, condition.active
         if active is None:
             return greater, less
@@ -236,13 +236,13 @@ class Switching(Shared):
         return result if result.columns() == count else ca.repmat(result, 1, count)
 
     def _jump(self, group: Group, i: int, jump: Jump, name: str, mode: int, first: int) -> _Jumps:
-        nodes, signs = self._changed(group, i, jump, name, jump.targets)
-        answers = self._changed(group, i, jump, name, jump.answers)
+        nodes, signs = self._find_changed(group, i, jump, name, jump.targets)
+        answers = self._find_changed(group, i, jump, name, jump.answers)
         place = mode + jump.mode
         given = nodes, signs, first, len(jump.values), jump.program
         return _Jumps(name, jump.condition, place, *given, *answers)
 
-    def _changed(
+    def _find_changed(
         self, group: Group, i: int, jump: Jump, name: str, unknowns: list[int]
     ) -> tuple[list[int], list[float]]:
         """Nodes of states that a jump changes, and their signs."""
@@ -324,12 +324,12 @@ class Switching(Shared):
         piece = int(modes[mode]) + (1 if onward else -1)
         modes[condition.modes] = pieces.settings(np.array(min(max(piece, 0), pieces.count - 1)))
 
-    def held(self, modes: np.ndarray) -> list[int]:
+    def find_held(self, modes: np.ndarray) -> list[int]:
         """Nodes of the speeds that are held at zero in these modes."""
         stuck = modes[self.first_modes] > 0.5
         return [node for node, holds in zip(self.speeds, stuck, strict=True) if holds]
 
-    def needed(self) -> ca.SX:
+    def collect_needed(self) -> ca.SX:
         """All that must be computable to decide on modes."""
         motion = self.speed, self.acceleration, self.reaction
         limits = self.upper, self.lower, self.gap, self.restitution
@@ -381,7 +381,7 @@ class Switching(Shared):
         return ca.vertcat(empty, *found), ca.vertcat(empty, *tolerances)
 
 
-def _wanted(template: Template) -> list[ca.SX]:
+def _collect_expressions(template: Template) -> list[ca.SX]:
     """Sides of relations, quantities of holds, new values of jumps, in one column."""
     found: list[ca.SX] = []
     for relation in template.relations:

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 import scipy
 
-from lumped.compiler.report import Report, report_on, shortened
+from lumped.compiler.report import Report, report_on, shorten
 from lumped.compiler.structure import Name, Structure
 from lumped.errors import UnknownNameError
 from lumped.flattening.flat_model import FlatModel
@@ -113,8 +113,8 @@ class System(Shared, RichHtml):
         return (
             f"{self.name}: {counts['equations']} equations -> {counts['states']} states "
             f"(index {counts['index']} -> 1, {counts['after alias elimination']} equations after "
-            f"alias elimination)\nstates:   {shortened(self.state_names)}\nleft out: "
-            + (shortened([repr(x) for x in self.left_out], "; ") or "nothing")
+            f"alias elimination)\nstates:   {shorten(self.state_names)}\nleft out: "
+            + (shorten([repr(x) for x in self.left_out], "; ") or "nothing")
         )
 
     def report(self) -> Report:
@@ -160,7 +160,7 @@ class System(Shared, RichHtml):
     @made_once
     def look(self) -> ca.Function:
         """All that decides modes, then the derivatives of the states: (x, p, t, m) -> (k,)."""
-        parts = self.structure.in_states(self.switching.needed())
+        parts = self.structure.in_states(self.switching.collect_needed())
         return ca.Function("look", self.inputs, [ca.densify(ca.vertcat(parts, self.rates))])
 
     @property
@@ -169,7 +169,7 @@ class System(Shared, RichHtml):
         """Which states the speed of each hold depends on: numbers of the holds and states."""
         s = self.switching
         first = 2 * len(s.relation_modes)
-        speeds = self.structure.in_states(s.needed()[first : first + len(s.speeds)])
+        speeds = self.structure.in_states(s.collect_needed()[first : first + len(s.speeds)])
         rows, columns = ca.jacobian_sparsity(speeds, self.inputs[0]).get_triplet()
         return np.array(rows, dtype=int), np.array(columns, dtype=int)
 
@@ -216,7 +216,7 @@ class System(Shared, RichHtml):
             name = keys[found.row[np.isin(found.col, lost)][0]]
             wanted = needed if isinstance(name, Formula) else [name]
             raise UnknownNameError(
-                f"'{name}' was left out of the system: it needs {shortened(needed)}. "
+                f"'{name}' was left out of the system: it needs {shorten(needed)}. "
                 f"Ask for it: assemble(model, keep={wanted})."
             )
         return structure.without(expression, lost)
@@ -244,9 +244,9 @@ class System(Shared, RichHtml):
         if not formulas:
             return self
         with process_lock:
-            return self._watching.of(formulas, lambda: self._made_to_watch(formulas))
+            return self._watching.of(formulas, lambda: self._watch(formulas))
 
-    def _made_to_watch(self, formulas: tuple[Formula, ...]) -> System:
+    def _watch(self, formulas: tuple[Formula, ...]) -> System:
         flat = watching(self.structure.flat, formulas)
         if flat is self.structure.flat:
             return self
@@ -296,7 +296,7 @@ class System(Shared, RichHtml):
         _, outputs, kept = self.origin
         return System(self.structure.flat, outputs, [*kept, *lost], self.structure.ranks)
 
-    def led_by(self, follower: int, leader: int) -> System:
+    def exchange_state(self, follower: int, leader: int) -> System:
         """The same system with the motion of one node as state instead of that of another.
 
         Positions and speeds change places together.
@@ -365,7 +365,7 @@ class System(Shared, RichHtml):
         if not changes:
             return self.structure.parameters.defaults.copy()
         values = dict(zip(self.places(changes), changes.values(), strict=True))
-        return self.structure.parameters.changed(values, self.name)
+        return self.structure.parameters.change_values(values, self.name)
 
     def parameter_values(self, changes: Changes | None = None) -> dict[str, float]:
         """All parameters, those that follow from others too, with some changed.

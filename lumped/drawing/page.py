@@ -16,7 +16,7 @@ from lumped.language.declared import text_of
 from lumped.simulation.sizing import Sizing
 from lumped.simulation.work_precision import WorkPrecision
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen
+from lumped.support.display_units import Units, choose_units
 from lumped.support.text_table import amounts, number
 from lumped.support.whole_files import write_text
 from lumped.timeloop.results.trajectory import Trajectory
@@ -109,7 +109,7 @@ def report_html(
         If a unit is given for a name that does not exist.
     """
     parameters = system.structure.parameters.names
-    choice = chosen(units, ("time", "energy", *system.names(), *parameters))
+    choice = choose_units(units, ("time", "energy", *system.names(), *parameters))
     name = title or system.name
     sections: list[Section] = [(head, prose(body)) for head, body in (text or {}).items()]
     sections += comparison(list(compared), marks or {})

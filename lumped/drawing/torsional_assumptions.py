@@ -11,7 +11,7 @@ from lumped.drawing.page_run import table
 from lumped.drawing.torsional_study import Study
 from lumped.points.situation import one_sided, situation
 from lumped.support.display_units import Shown
-from lumped.support.text_table import listed, number
+from lumped.support.text_table import list_names, number
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.rotating.amplitude_laws import amplitude_laws
 
@@ -71,7 +71,7 @@ def _model(study: Study) -> Iterator[str]:
         yield (
             "Laws that depend on the frequency of the vibration have that of each order in the "
             "order response; natural frequencies and runs take the frequencies of the data: "
-            f"{listed(laws, 4)}."
+            f"{list_names(laws, 4)}."
         )
     at = amplitude_laws(system)
     if at.names:
@@ -80,7 +80,7 @@ def _model(study: Study) -> Iterator[str]:
             "Laws that depend on the amplitude of a vibration have at each speed the one that the "
             "order response finds, half the range of all computed orders; natural frequencies and "
             "runs take the amplitudes of the data: "
-            + listed([f"{n} of {number(v)} {system.quantity(q).unit}" for n, v, q in stated], 4)
+            + list_names([f"{n} of {number(v)} {system.quantity(q).unit}" for n, v, q in stated], 4)
             + "."
         )
     tree = system.structure.tree

@@ -9,7 +9,7 @@ import numpy as np
 
 from lumped.drawing.page_run import table
 from lumped.support.display_units import Shown, Units, display
-from lumped.support.text_table import listed, number
+from lumped.support.text_table import list_names, number
 from lumped.vibration.ordered.order_response import OrderResponse
 
 __all__ = ["Datum", "data", "data_table", "values"]
@@ -98,7 +98,7 @@ def _together(paths: list[str]) -> str:
     """Paths that differ by a number, such as "shaft[0 to 7]" or "shaft[0, 2]"."""
     counted = [re.findall(r"\[(\d+)\]", path) for path in paths]
     if len(paths) == 1 or any(len(numbers) != 1 for numbers in counted):
-        return listed(paths, 12)
+        return list_names(paths, 12)
     numbers = [int(own[0]) for own in counted]
     is_run = numbers == list(range(numbers[0], numbers[-1] + 1))
     told = f"{numbers[0]} to {numbers[-1]}" if is_run else ", ".join(map(str, numbers))

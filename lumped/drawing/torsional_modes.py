@@ -10,7 +10,7 @@ from lumped.drawing.inline import inline
 from lumped.drawing.page_run import table
 from lumped.drawing.torsional_study import Study
 from lumped.support.display_units import Shown, display
-from lumped.support.text_table import listed, number
+from lumped.support.text_table import list_names, number
 from lumped.vibration.inertias.holzer import Holzer
 from lumped.vibration.inertias.mass_elastic import MassElastic
 from lumped.vibration.inertias.stations import InertialPart
@@ -48,7 +48,7 @@ def mass_elastic_table(study: Study) -> str:
         f"varies has its value at the mean state {state}."
     ]
     if drive.left_out:
-        notes.append(f"Neither inertia nor stiffness: {listed(drive.left_out, 12)}.")
+        notes.append(f"Neither inertia nor stiffness: {list_names(drive.left_out, 12)}.")
     return table(head, rows, range(1, len(head))) + _paragraphs(notes)
 
 

@@ -11,7 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, UnknownNameError, nearest
-from lumped.support.display_units import Shown, Units, chosen, display, frequency_unit, speed_unit
+from lumped.support.display_units import (
+    Shown,
+    Units,
+    choose_units,
+    display,
+    frequency_unit,
+    speed_unit,
+)
 from lumped.support.units import plain
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.inertias.mass_elastic import MassElastic, mass_elastic
@@ -254,7 +261,7 @@ def study(
         found_campbell is None,
         place,
         _heat(heat, given),
-        chosen(units, _names(first.system, runs), usual="engineering"),
+        choose_units(units, _names(first.system, runs), usual="engineering"),
     )
 
 

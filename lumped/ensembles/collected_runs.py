@@ -10,7 +10,7 @@ import numpy as np
 
 from lumped.compiler.system import Changes, System
 from lumped.ensembles.ensemble_file import EnsembleFile
-from lumped.ensembles.spread import DIED, in_threads, on_cluster
+from lumped.ensembles.parallel_runs import DIED, on_cluster, run_in_threads
 from lumped.errors import LumpedError, OptionError
 from lumped.functionals import Functional
 from lumped.kernel.run import DONE, FULL
@@ -21,9 +21,16 @@ from lumped.support.progress import Progress
 from lumped.timeloop.results.recorder import Recorder
 from lumped.timeloop.run_options import RunPlan
 
-__all__ = ["Failures", "RunsAt", "collected", "failures_of", "fixed", "labelled"]
+__all__ = [
+    "Failures",
+    "RunsAt",
+    "collect_runs",
+    "failures_of",
+    "fill_parameters",
+    "label_functionals",
+]
 
-_TOLD = 20
+_EXPLAINED = 20
 """Failed runs that are made again, each alone, to say why."""
 _WORDS = {
     FULL: "interrupted before it was run",
@@ -56,7 +63,7 @@ class RunsAt:
         workers: int | None,
     ) -> None:
         watched = plan.watching(system, of.values())
-        theta = fixed(watched, plan.changes(watched))
+        theta = fill_parameters(watched, plan.changes(watched))
         self._made = NativeRuns(watched, names, theta, of, plan.by_steps(system.name))
         self._workers = workers or os.cpu_count() or 1
 
@@ -70,11 +77,11 @@ class RunsAt:
         """
         if not len(points):
             return np.full((0, len(self._made.watched.of)), np.nan), {}
-        values, status, _ = collected(self._made, points, min(self._workers, len(points)))
+        values, status, _ = collect_runs(self._made, points, min(self._workers, len(points)))
         return values, failures_of(self._made, points, values, status).texts
 
 
-def collected(
+def collect_runs(
     made: NativeRuns,
     points: np.ndarray,
     count: int,
@@ -102,7 +109,7 @@ def collected(
         values[first:last], status[first:last] = batch.values, batch.status
     waiting = np.flatnonzero(status == FULL)
     left = points[waiting]
-    work = in_threads(made, left, count) if client is None else on_cluster(made, left, client)
+    work = run_in_threads(made, left, count) if client is None else on_cluster(made, left, client)
     try:
         with Progress(f"{made.system.name}: runs", len(values)) as progress:
             done = len(values) - len(waiting)
@@ -123,7 +130,7 @@ def collected(
     return values, status, busy
 
 
-def fixed(system: System, parameters: Changes | None) -> np.ndarray:
+def fill_parameters(system: System, parameters: Changes | None) -> np.ndarray:
     """All parameters as they are unless varied; the runs are checked one by one."""
     theta, p = system.structure.parameters.defaults.copy(), system.structure.parameters
     for place, value in zip(
@@ -133,7 +140,7 @@ def fixed(system: System, parameters: Changes | None) -> np.ndarray:
     return theta
 
 
-def labelled(of: Mapping[str, Any] | Iterable[Any], analysis: str) -> dict[str, Any]:
+def label_functionals(of: Mapping[str, Any] | Iterable[Any], analysis: str) -> dict[str, Any]:
     """Functionals by their labels.
 
     Raises
@@ -170,18 +177,18 @@ def failures_of(
 ) -> Failures:
     """Why runs failed."""
     found: dict[int, str] = {}
-    told: dict[int, tuple[int, str]] = {}
+    first_of: dict[int, tuple[int, str]] = {}
     for i in np.flatnonzero(status != DONE).tolist():
         why = int(status[i])
         if why in _WORDS:
             found[i] = _WORDS[why]
-        elif len(found) < _TOLD or why not in told:
+        elif len(found) < _EXPLAINED or why not in first_of:
             found[i] = _fault(made, points[i], why)
-            told.setdefault(why, (i, found[i]))
+            first_of.setdefault(why, (i, found[i]))
         else:
-            first, text = told[why]
+            first, text = first_of[why]
             found[i] = f"as run {first}: {text}"
-    every = next(iter(told.values())) if told and len(found) == len(status) else None
+    every = next(iter(first_of.values())) if first_of and len(found) == len(status) else None
     labels = tuple(made.watched.of)
     for i in np.flatnonzero((status == DONE) & np.isnan(values).any(axis=1)).tolist():
         missing = [label for label, v in zip(labels, values[i], strict=True) if np.isnan(v)]

@@ -52,7 +52,7 @@ class Correlated:
     distributions: dict[Name, Distribution]
     correlation: Array
 
-    def coupled(self, u: Array) -> Array:
+    def couple(self, u: Array) -> Array:
         """Dependent probabilities from independent ones, shape (n, k); those of the first are kept.
 
         Normal variables are mixed by `mixing`.

@@ -9,7 +9,12 @@ from pathlib import Path
 from typing import Any, Unpack
 
 from lumped.compiler.system import System
-from lumped.ensembles.collected_runs import collected, failures_of, fixed, labelled
+from lumped.ensembles.collected_runs import (
+    collect_runs,
+    failures_of,
+    fill_parameters,
+    label_functionals,
+)
 from lumped.ensembles.ensemble_file import EnsembleFile, heading
 from lumped.ensembles.outcome import Ensemble
 from lumped.ensembles.variants import Over, Sampling, variants_of
@@ -94,18 +99,18 @@ def ensemble(
         raise OptionError(
             f"ensemble: client = {shown(client)}: a client from dask.distributed is needed."
         )
-    wanted = labelled(of, "ensemble")
+    wanted = label_functionals(of, "ensemble")
     system = plan.watching(system, wanted.values())
     changes = plan.changes(system)
     varied = variants_of(system, over, runs=runs, seed=seed, sampling=sampling, parameters=changes)
-    made = NativeRuns(system, varied.names, fixed(system, changes), wanted, plan)
+    made = NativeRuns(system, varied.names, fill_parameters(system, changes), wanted, plan)
     head = {} if store is None else heading(system, varied, wanted, plan)
     file = EnsembleFile(store, head)
     count = workers or os.cpu_count() or 1
     if client is not None:
         count = sum(client.nthreads().values())
     begun = clock.perf_counter()
-    values, status, busy = collected(made, varied.values, count, file, client)
+    values, status, busy = collect_runs(made, varied.values, count, file, client)
     failures = failures_of(made, varied.values, values, status)
     if failures.every is not None:
         first, text = failures.every

@@ -28,9 +28,9 @@ def heading(
 ) -> dict[str, Any]:
     """All on which the results of an ensemble depend, for the first line of its file."""
     values = np.ascontiguousarray(variants.values)
-    told = {name: str(value) for name, value in plan._asdict().items() if name != "until"}
+    options = {name: str(value) for name, value in plan._asdict().items() if name != "until"}
     if isinstance(start := plan.start, OperatingPoint):
-        told["start"] = fingerprint((start.time, start.x, start.theta, start.settings))
+        options["start"] = fingerprint((start.time, start.x, start.theta, start.settings))
     return {
         "lumped": "ensemble",
         "model": fingerprint(system),
@@ -39,7 +39,7 @@ def heading(
         "points": [*variants.names, hashlib.sha256(values.tobytes()).hexdigest()[:16]],
         "runs": len(values),
         "of": {label: f"{f}: {f.readings!r}" for label, f in of.items()},
-        "options": told,
+        "options": options,
     }
 
 
@@ -65,8 +65,8 @@ class EnsembleFile(LineFile):
                 self.write(
                     {
                         "first": int(which[part[0]]),
-                        "values": _packed(values.astype("<f8")),
-                        "status": _packed(status.astype("<i8")),
+                        "values": _pack(values.astype("<f8")),
+                        "status": _pack(status.astype("<i8")),
                     }
                 )
 
@@ -81,5 +81,5 @@ class EnsembleFile(LineFile):
         self.known.append((first, batch))
 
 
-def _packed(numbers: np.ndarray) -> str:
+def _pack(numbers: np.ndarray) -> str:
     return base64.b64encode(np.ascontiguousarray(numbers).tobytes()).decode()

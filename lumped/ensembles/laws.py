@@ -82,7 +82,7 @@ class Parameter:
         """A value with the unit."""
         return amount(value, self.unit)
 
-    def in_order(self, low: float, high: float) -> None:
+    def check_order(self, low: float, high: float) -> None:
         """Refuse ends of a range that are not in order.
 
         Raises

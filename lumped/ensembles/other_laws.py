@@ -46,7 +46,7 @@ class Truncated(Distribution):
         """In numbers."""
         low = -math.inf if self.low is None else of.value("low", self.low)
         high = math.inf if self.high is None else of.value("high", self.high)
-        of.in_order(low, high)
+        of.check_order(low, high)
         whole = self.distribution.law(of)
         before, after = whole.below(low), whole.above(high)
         share = 1.0 - before - after

@@ -14,7 +14,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import histograms
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
-from lumped.support.display_units import Shown, Units, chosen, display
+from lumped.support.display_units import Shown, Units, choose_units, display
 from lumped.support.optional_packages import extra
 from lumped.support.ranking import quantiles, ranks
 from lumped.support.rich_html import RichHtml
@@ -22,7 +22,7 @@ from lumped.support.text_table import amounts, table
 
 __all__ = ["Ensemble"]
 
-_TOLD = 3
+_SHOWN = 3
 """Reasons of failures in a printed ensemble."""
 
 
@@ -168,8 +168,8 @@ class Ensemble(ByName, RichHtml):
             If a name does not exist.
         """
         found = {label: self[label] for label in (self.labels if labels is None else labels)}
-        told = self._shown(units)
-        results = {k: (told[k].unit, told[k].value(y)) for k, y in found.items()}
+        shown = self._choose_units(units)
+        results = {k: (shown[k].unit, shown[k].value(y)) for k, y in found.items()}
         return draw(histograms(self.title, results), backend, ax)
 
     def to_pandas(self, *, units: Units = None) -> Any:
@@ -192,20 +192,20 @@ class Ensemble(ByName, RichHtml):
             If a name does not exist.
         """
         pandas = extra("pandas", "data", "to_pandas")
-        told = self._shown(units)
+        shown = self._choose_units(units)
         columns = {name: self[name] for name in self.names}
-        columns |= {label: told[label].value(self[label]) for label in self.labels}
+        columns |= {label: shown[label].value(self[label]) for label in self.labels}
         reasons = [self.failures.get(i, "") for i in range(len(self.points))]
         frame = pandas.DataFrame(columns | {"failure": reasons})
-        frame.attrs = {"units": {label: told[label].unit for label in self.labels}}
+        frame.attrs = {"units": {label: shown[label].unit for label in self.labels}}
         return frame
 
     def _units(self) -> dict[str, str]:
         """SI units of the results; empty where they are not known."""
         return dict.fromkeys(self.labels, "") | dict(zip(self.labels, self.units, strict=False))
 
-    def _shown(self, units: Units) -> dict[str, Shown]:
-        choice = chosen(units, self.labels)
+    def _choose_units(self, units: Units) -> dict[str, Shown]:
+        choice = choose_units(units, self.labels)
         varied = dict.fromkeys(self.names, Shown(""))
         return varied | {k: display(k, unit, choice) for k, unit in self._units().items()}
 
@@ -225,8 +225,8 @@ class Ensemble(ByName, RichHtml):
             known = len(spread) > 1 and np.isfinite(spread).all()
             deviation = spread.std(ddof=1) if known else np.nan
             middle = float(quantiles(spread, 0.5))
-            told = (spread.min(), middle, spread.max(), spread.mean())
-            *texts, unit = amounts(label, units[label], *told)
+            summary = (spread.min(), middle, spread.max(), spread.mean())
+            *texts, unit = amounts(label, units[label], *summary)
             off, _ = amounts(label, units[label], deviation, is_change=True)
             rows.append((label, *texts, off, unit))
         columns = ("result", "least", "median", "greatest", "mean", "deviation", "unit")
@@ -235,7 +235,7 @@ class Ensemble(ByName, RichHtml):
             counts.setdefault(reason, []).append(i)
         reasons = [
             f"run {runs[0]}{f' and {len(runs) - 1} more' * (len(runs) > 1)}: {reason}"
-            for reason, runs in list(counts.items())[:_TOLD]
+            for reason, runs in list(counts.items())[:_SHOWN]
         ]
         return "\n".join([head, table(columns, rows), *reasons])
 

@@ -53,7 +53,7 @@ class Uniform(Distribution):
     def law(self, of: Parameter) -> Law:
         """In numbers."""
         low, high = of.value("low", self.low), of.value("high", self.high)
-        of.in_order(low, high)
+        of.check_order(low, high)
         width = high - low
         return Law(
             lambda u: low + width * u,
@@ -75,7 +75,7 @@ class Triangular(Distribution):
         """In numbers."""
         low, mode = of.value("low", self.low), of.value("mode", self.mode)
         high = of.value("high", self.high)
-        of.in_order(low, high)
+        of.check_order(low, high)
         if not low <= mode <= high:
             of.refuse(
                 f"mode = {of.amount(mode)} must lie between low = {of.amount(low)} and high = "

@@ -240,7 +240,7 @@ class Job:
         try:
             options = {**self.options, "parameters": {**self._base, **point}}
             run = simulate(self.system, until=self.until, **options)
-            return [_measured(label, measure(run)) for label, measure in self.of.items()]
+            return [_check_number(label, measure(run)) for label, measure in self.of.items()]
         except LumpedError as fault:
             return str(fault)
         except Exception as fault:  # a fault of what is taken from a run stops no other run
@@ -249,14 +249,14 @@ class Job:
     def __reduce__(self) -> tuple[Callable[..., Job], tuple[bytes]]:
         cloudpickle = extra("cloudpickle", "cluster", "A sweep in processes that are not forked")
         parts = (self.system, self.until, self.of, self.options)
-        return _restored, (cloudpickle.dumps(parts),)
+        return _restore, (cloudpickle.dumps(parts),)
 
 
-def _measured(label: str, value: object) -> float:
+def _check_number(label: str, value: object) -> float:
     if np.ndim(value) == 0 and np.asarray(value).dtype.kind in "biuf":  # type: ignore[arg-type]
         return float(value)  # type: ignore[arg-type]
     raise OptionError(f"sweep: of['{label}'] gave {shown(value)}; a number is needed.")
 
 
-def _restored(payload: bytes) -> Job:
+def _restore(payload: bytes) -> Job:
     return Job(*pickle.loads(payload))

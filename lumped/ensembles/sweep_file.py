@@ -52,8 +52,8 @@ class SweepFile(LineFile):
     def add(self, point: Point, outcome: Outcome) -> None:
         """Keep a result, at once."""
         kind = "failure" if isinstance(outcome, str) else "values"
-        told = outcome if isinstance(outcome, str) else _told(outcome)
-        self.write({"point": point, kind: told})
+        content = outcome if isinstance(outcome, str) else _encode(outcome)
+        self.write({"point": point, kind: content})
 
     def read(self, entry: Any) -> None:
         """Take over a run that was written before."""
@@ -71,6 +71,6 @@ def _key(point: Point) -> str:
     return json.dumps(point, sort_keys=True)
 
 
-def _told(values: Sequence[float]) -> list[float | str]:
+def _encode(values: Sequence[float]) -> list[float | str]:
     """Numbers for JSON, which has none that is not finite."""
     return [value if math.isfinite(value) else repr(value) for value in values]

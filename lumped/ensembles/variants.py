@@ -112,7 +112,7 @@ def marginals_of(
     OptionError
         If `over` has no distribution of each parameter.
     """
-    asked = _Asked(system, parameters or {}, analysis)
+    asked = _ParameterReader(system, parameters or {}, analysis)
     given: Any = over.distributions if isinstance(over, Correlated) else over
     if not (isinstance(given, Mapping) and given and asked.is_drawn(given)):
         asked.refuse(
@@ -177,13 +177,13 @@ def variants_of(
         If a value is no number or out of range, or a distribution is out of range with a
         probability above 1e-12.
     """
-    asked = _Asked(system, parameters or {}, analysis)
+    asked = _ParameterReader(system, parameters or {}, analysis)
     if isinstance(over, Correlated) or (isinstance(over, Mapping) and asked.is_drawn(over)):
         given = over.distributions if isinstance(over, Correlated) else over
         laws = asked.laws(given)
         u = probabilities(runs, len(laws), seed, sampling, analysis)
         if isinstance(over, Correlated):
-            u = over.coupled(u)
+            u = over.couple(u)
         columns = [law.quantile(u[:, j]) for j, law in enumerate(laws)]
         return asked.variants(given, columns, advice=_ADVICE)
     if runs is not None or sampling != "random":
@@ -197,7 +197,7 @@ def variants_of(
     return asked.variants(columns_given, asked.columns(columns_given))
 
 
-class _Asked:
+class _ParameterReader:
     """Makes numbers of what is given for one system, and checks them.
 
     Parameters
@@ -261,7 +261,7 @@ class _Asked:
 
     def _numbers(self, number: int, values: Column) -> Array:
         if isinstance(values, np.ndarray) or _PLAIN.issuperset(map(type, values)):
-            with suppress(OverflowError):  # of whole numbers, which is told below
+            with suppress(OverflowError):  # of whole numbers, which is refused below
                 return np.array(values, dtype=float)
         return np.array([self.parameters.number(number, value) for value in values])
 

@@ -32,7 +32,7 @@ from lumped.many_runs.run_records import watch_of
 from lumped.many_runs.watched import Watched
 from lumped.timeloop.clocks import clocks
 from lumped.timeloop.guards import followers, levers
-from lumped.timeloop.plants.parts import enclosed_of, enclosed_sizes, parts_of
+from lumped.timeloop.plants.parts import find_enclosed_sizes, parts_of, select_enclosed
 from lumped.timeloop.run import nominals
 
 __all__ = ["model_files"]
@@ -100,8 +100,8 @@ def model_files(
     if watched is not None:
         functions |= watched.functions
         values["run"]["watches"] = 1
-    enclosed = enclosed_of(functions)
-    lengths |= enclosed_sizes(enclosed)
+    enclosed = select_enclosed(functions)
+    lengths |= find_enclosed_sizes(enclosed)
     values["enclosed_margins"] = {"results": lengths["margins"]}
     values["enclosed_rates"] = {"results": lengths["states"], "is_still": 1}
     memory = Memory(lengths, values, list(functions), enclosed, watch)

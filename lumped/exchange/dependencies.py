@@ -103,7 +103,9 @@ class Dependencies:
         switching, in_states = self._system.switching, self._system.structure.in_states
         arguments = [c.argument for c in (*switching.timed, *switching.conditions)]
         parts = in_states(ca.vertcat(ca.SX(0, 1), *arguments))
-        needed = in_states(switching.needed()) if len(switching.first_modes) else ca.SX(0, 1)
+        needed = (
+            in_states(switching.collect_needed()) if len(switching.first_modes) else ca.SX(0, 1)
+        )
 
         def uses(symbols: ca.SX) -> scipy.sparse.csr_array:
             of_holds = _any(_uses(needed, symbols))

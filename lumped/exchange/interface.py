@@ -13,7 +13,7 @@ import numpy as np
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.language.quantity import Bound
-from lumped.points.start import StartForm, fixed_start, start_form, start_point
+from lumped.points.start import StartForm, fix_start, start_form, start_point
 from lumped.timeloop.clocks import Clock, clocks
 from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -95,7 +95,7 @@ class Interface:
         self.point: OperatingPoint
         self.form: StartForm
         if isinstance(start, OperatingPoint):
-            self.point, self.form = start, fixed_start(start)
+            self.point, self.form = start, fix_start(start)
         else:
             self.point, self.form = start_point(system, start=start), start_form(system, start)
         self.output_states = [n for n in asked if n in system.state_names]

@@ -22,7 +22,7 @@ from lumped.explorer.study import Analysis, Start, Study, most_effective
 from lumped.language.component import Component
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
-from lumped.support.units import in_seconds
+from lumped.support.units import read_time
 from lumped.vibration.rules.limits import Limit
 
 if TYPE_CHECKING:
@@ -228,7 +228,7 @@ def explore(
     """
     extra("bokeh", "explore", "explore")
     system = model if isinstance(model, System) else assemble(model)
-    end = None if until is None else in_seconds(until, "until")
+    end = None if until is None else read_time(until, "until")
     if end is not None and not end > 0:
         raise OptionError(f"explore: until = {until!r} s: a positive, finite time is needed.")
     theta = system.theta(parameters)

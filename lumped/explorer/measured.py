@@ -13,7 +13,7 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.exchange.uff import read_uff
-from lumped.support.units import converted
+from lumped.support.units import convert_value
 
 __all__ = ["Measured", "read_measured"]
 
@@ -120,5 +120,5 @@ def _of_csv(path: str, held: bytes) -> tuple[np.ndarray, list[Column]]:
 def _in_unit(values: np.ndarray, given: str, wanted: str, what: str) -> np.ndarray:
     if given == wanted:
         return values
-    zero, one = (converted(f"{size} {given}", wanted, what) for size in (0.0, 1.0))
+    zero, one = (convert_value(f"{size} {given}", wanted, what) for size in (0.0, 1.0))
     return zero + (one - zero) * values

@@ -81,7 +81,7 @@ def collect(tree: Tree) -> Parameters:
             least = least(node.component)
         least = as_expr(least)
         low = lower(least, lambda leaf, s=node: values[_source(tree, leaf, s)])  # type: ignore[misc]
-        result.ordered.append((number, low, *_in_words(least, quantity, node)))
+        result.ordered.append((number, low, *_describe(least, quantity, node)))
     if expressions or limited:
         result.check(result.defaults, type(tree.model).__name__)
     return result
@@ -130,8 +130,8 @@ def _bind(
                 stack.append(n)
 
 
-def _in_words(least: Expr, quantity: Param, node: Instance) -> tuple[str, tuple[str, str]]:
-    """What a lower limit is called, its unit, and what stands behind that."""
+def _describe(least: Expr, quantity: Param, node: Instance) -> tuple[str, tuple[str, str]]:
+    """What a lower limit is called, its unit, and what follows that."""
     if isinstance(least, Param):
         return node.name(least.name), (least.unit, f" ({least.text})")
     return repr(least), (quantity.unit, "")

@@ -122,7 +122,7 @@ class FlatModel:
         raise IndexError(equation)
 
     def initial_text(self, group: Group, instance: int, number: int) -> str:
-        """An initial equation with full names, and where it stands."""
+        """An initial equation with full names, and where it is declared."""
         node = self.tree.instances[group.nodes[instance]]
         return f"{self._text(group, number, node)} in {node.label}"
 

@@ -18,9 +18,9 @@ from lumped.language.declared import quantities_of, values_of
 from lumped.language.expression import Equation, Expr, Ref
 from lumped.language.quantity import Input, Var, param
 from lumped.language.switch import Hold, Item, Single, When
-from lumped.language.validity import borders, checked_ranges
+from lumped.language.validity import borders, check_ranges
 
-__all__ = ["flatten", "numbered"]
+__all__ = ["flatten", "number_group"]
 
 
 def flatten(
@@ -95,7 +95,7 @@ def _groups(
         group.first_equation, group.first_mode = count, modes
         count += group.template.count * len(group.nodes)
         modes += len(group.template.modes) * len(group.nodes)
-        numbered(tree, group)
+        number_group(tree, group)
     return list(groups.values()), count, modes
 
 
@@ -113,11 +113,11 @@ def _initial_groups(tree: Tree) -> list[Group]:
             alike[key] = _group(tree, groups, node, equations, own=True, initial=True)
         alike[key].nodes.append(number)
     for group in groups.values():
-        numbered(tree, group)
+        number_group(tree, group)
     return list(groups.values())
 
 
-def numbered(tree: Tree, group: Group) -> None:
+def number_group(tree: Tree, group: Group) -> None:
     """Find the unknowns and parameters of all instances of a group."""
     group.unknowns = _numbers(tree, group, group.template.unknowns, "first_unknown")
     group.parameters = _numbers(tree, group, group.template.parameters, "first_parameter")
@@ -146,7 +146,7 @@ def _group(
         items = [e for item in found for e in (item if isinstance(item, tuple) else (item,))]
     if own and not initial:
         with told_by(scope.label, "valid()"):
-            items += borders(checked_ranges(scope.component.valid()))
+            items += borders(check_ranges(scope.component.valid()))
     try:
         for item in items:
             if not isinstance(item, Equation | Hold | When):
@@ -163,10 +163,10 @@ def _group(
         )
     except EquationError as error:
         raise EquationError(f"{scope.label}: {error}") from None
-    return groups.setdefault(template, Group(template, list(_written(items))))
+    return groups.setdefault(template, Group(template, list(_list_equations(items))))
 
 
-def _written(items: Iterable[Single]) -> Iterator[Equation]:
+def _list_equations(items: Iterable[Single]) -> Iterator[Equation]:
     """Equations as the user wrote them, in the order of those of the template."""
     for item in items:
         if isinstance(item, Hold):
@@ -242,7 +242,7 @@ def _at(tree: Tree, below: str, node: Instance, local: str) -> Instance:
     return tree.instances[node.parent]
 
 
-def _needed(node: Instance, joints: Joints) -> int:
+def _count_needed(node: Instance, joints: Joints) -> int:
     """Equations that a component must bring: one per variable, free output and outer port."""
     count = node.layout.variables
     for local, quantity in enumerate(node.layout.quantities):
@@ -254,7 +254,7 @@ def _needed(node: Instance, joints: Joints) -> int:
 
 
 def _check_hollow(node: Instance, joints: Joints) -> None:
-    if _needed(node, joints):
+    if _count_needed(node, joints):
         open_ports = [
             name
             for i, name in enumerate(node.layout.ports)
@@ -273,7 +273,7 @@ def _check_hollow(node: Instance, joints: Joints) -> None:
 
 
 def _check_balance(node: Instance, group: Group, joints: Joints) -> None:
-    needed, found = _needed(node, joints), group.template.count
+    needed, found = _count_needed(node, joints), group.template.count
     if needed == found:
         return
     layout = node.layout

@@ -1,4 +1,4 @@
-"""The modes of a hold, in the order in which they stand among all modes.
+"""The modes of a hold, in their order among all modes.
 
 The first three tell its position, 0 or 1 each. What sticks accelerates by `DEMAND`, as impulses ask
 for it, and by `COMPLIANCE` times what it carries beyond its `SHARE`, as redundant constraints share

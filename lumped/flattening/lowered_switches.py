@@ -85,7 +85,7 @@ class Jump:
     targets : list of int
         Local unknowns that change.
     values : list of SX
-        Their new values, then those that a program is told.
+        Their new values, then those that a program is given.
     condition : str
         The condition in words.
     program : Program or None

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 
 from lumped.errors import EquationError, UnitError
 from lumped.flattening.flat_model import FlatModel, Group
-from lumped.flattening.flatten import numbered
+from lumped.flattening.flatten import number_group
 from lumped.flattening.template import Measure
 from lumped.flattening.template_cache import template_of
 from lumped.flattening.tree import Tree
@@ -44,7 +44,7 @@ def measure(tree: Tree, formula: Formula, *, plain: bool) -> Group:
     except EquationError as error:
         raise EquationError(f"{type(tree.model).__name__}: {formula}: {error}") from None
     group = Group(template, [], [0], [str(formula)])
-    numbered(tree, group)
+    number_group(tree, group)
     return group
 
 

@@ -71,7 +71,7 @@ class Parameters:
         Their dotted names.
     ordered : list of (int, SX, str, (str, str))
         A parameter, its lower limit as an expression of `theta`, what that is called, and what
-        stands behind its value in a text.
+        follows its value in a text.
     """
 
     free: list[int]
@@ -207,7 +207,7 @@ class Parameters:
             found.append(self._places[number])
         return found
 
-    def changed(self, changes: Mapping[int, float], model: str) -> np.ndarray:
+    def change_values(self, changes: Mapping[int, float], model: str) -> np.ndarray:
         """Values of `theta` with some changed, by their places, and checked.
 
         Raises

@@ -72,7 +72,7 @@ class Residual:
         )
         return bool(ca.simplify(rest).is_zero())
 
-    def solved_for(self, i: int) -> ca.Function:
+    def solve_for(self, i: int) -> ca.Function:
         """Symbol i from the others: (symbols, parameters, time, modes) -> (1,)."""
         if i not in self._solved:
             rest = ca.substitute(self.expression, self.symbols[i], 0)

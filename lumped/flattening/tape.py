@@ -62,9 +62,9 @@ class Tape:
             operator: ([], [], []) for operator in _OPERATORS
         }
         self._calls: list[tuple[int, ca.Function, list[int]]] = []
-        (self.zero,) = self.given(ca.SX(0))
+        (self.zero,) = self.add_terms(ca.SX(0))
 
-    def given(self, column: ca.SX) -> list[TapeTerm]:
+    def add_terms(self, column: ca.SX) -> list[TapeTerm]:
         """Terms for the elements of an expression, shape (n, 1)."""
         self._given.append((self._count, column))
         return self._new(column.numel())

@@ -72,7 +72,7 @@ class Template:
         Path of the owner below the component ("" for itself) and name of each local unknown.
     parameters : list of (str, str)
         The same for the parameters; `ENCLOSING` is the path of the component around it, whose
-        parameters may stand in structural choices.
+        parameters may occur in structural choices.
     relations, sticks, jumps : list
         What changes modes or states.
     measures : list of SX
@@ -113,7 +113,7 @@ class Template:
         self.branches: dict[int, tuple[tuple[int, bool], ...]] = {}
         self._numbers: dict[int, int] = {}
         self._alike: dict[tuple[bool, str, str], list[Relation]] = {}
-        lowered = partial(self._lowered, component, place, plain)
+        lowered = partial(self._lower, component, place, plain)
         for item in items:
             if isinstance(item, Hold):
                 self._stick(item, lowered)
@@ -144,7 +144,7 @@ class Template:
             self._residuals[number, order] = found
         return found
 
-    def _lowered(self, component: Component, place: Place, plain: bool, expression: Expr) -> ca.SX:
+    def _lower(self, component: Component, place: Place, plain: bool, expression: Expr) -> ca.SX:
         return lower(
             expression,
             lambda node: self._leaf(node, component, place),
@@ -175,7 +175,7 @@ class Template:
             free = 0 if item.gap is not None else 2 * (1 - stuck - forward - backward)
             self._add(lowered(item.position) - code - free)
 
-        def given_or_none(given: Expr | None) -> ca.SX:
+        def lower_or_nan(given: Expr | None) -> ca.SX:
             return ca.SX.nan() if given is None else lowered(given)
 
         limits = (item.upper, item.lower, item.forward, item.backward, item.gap)
@@ -187,9 +187,9 @@ class Template:
                 self._key_of[speed.element_hash()],
                 self._key_of[acceleration.element_hash()],
                 self._key_of[reaction.element_hash()],
-                given_or_none(item.upper),
-                given_or_none(item.lower),
-                given_or_none(item.gap),
+                lower_or_nan(item.upper),
+                lower_or_nan(item.lower),
+                lower_or_nan(item.gap),
                 lowered(item.restitution),
                 (*(limit is not None for limit in limits), item.pressed),
             )
@@ -198,9 +198,9 @@ class Template:
     def _jump(self, item: When, lowered: Lowered) -> None:
         mode = self._condition(item.condition, lowered)
         asked = item.question
-        told, answers = ((), ()) if asked is None else (asked.values, asked.answers)
+        inputs, answers = ((), ()) if asked is None else (asked.values, asked.answers)
         program = None if asked is None else asked.program
-        values = [lowered(value) for value in (*(value for _, value in item.changes), *told)]
+        values = [lowered(value) for value in (*(value for _, value in item.changes), *inputs)]
         targets, taken = (
             [self._key_of[lowered(ref).element_hash()][0] for ref in refs]
             for refs in ((ref for ref, _ in item.changes), answers)
@@ -209,7 +209,7 @@ class Template:
 
     def _condition(self, condition: Compare, lowered: Lowered) -> int:
         mode = self.mode(condition, lowered(condition.greater), lowered(condition.less))
-        self.nested(mode, ())
+        self.note_branches(mode, ())
         return [m.element_hash() for m in self.modes].index(mode.element_hash())
 
     def _leaf(self, node: Expr, component: Component, place: Place) -> ca.SX:
@@ -249,7 +249,7 @@ class Template:
         return self._symbols[key]
 
     def present(self, expression: ca.SX) -> list[tuple[int, int]]:
-        """Local unknowns and orders of derivative that stand in an expression."""
+        """Local unknowns and orders of derivative that occur in an expression."""
         hashes = [s.element_hash() for s in ca.symvar(expression)]
         return sorted(self._key_of[h] for h in hashes if h in self._key_of)
 
@@ -273,7 +273,7 @@ class Template:
         self.modes.append(ca.SX.sym("mode"))
         return self.modes[-1]
 
-    def nested(self, mode: ca.SX, branches: Branches) -> None:
+    def note_branches(self, mode: ca.SX, branches: Branches) -> None:
         """Note that a mode matters only in some branches: all these other modes must be 1 or 0."""
         for i in range(len(self._numbers), len(self.modes)):
             self._numbers[self.modes[i].element_hash()] = i
@@ -315,7 +315,7 @@ class Template:
         for i in range(n):
             entry = gradient[i]
             if entry.is_zero() and has_steps(expression, symbols[i]):
-                affine[i] = False  # its slope is zero, but it stands there
+                affine[i] = False  # its slope is zero, but it occurs there
             elif entry.is_constant():
                 kinds[i], values[i] = CONSTANT, float(entry)
             elif not any(ca.which_depends(entry, varying)):

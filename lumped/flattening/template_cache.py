@@ -30,7 +30,7 @@ def template_of(
 ) -> Template:
     """The template of some equations, made once for all models with equal ones.
 
-    Where they are `enclosed`, parameters of no component that stand in them are those of the
+    Where they are `enclosed`, parameters of no component that occur in them are those of the
     enclosing one, else those of `component` itself. Kinks of `plain` ones are not watched.
     """
     key = enclosed, plain, content_of(tuple(items), place)

@@ -122,7 +122,7 @@ class Functional(Arithmetic["Functional"], Bounded):
         read = (r for r in self.readings if isinstance(r, OfQuantities))
         return tuple(dict.fromkeys(name for reading in read for name in reading.factors))
 
-    def folded(self, leaf: Callable[[Reading], T], node: Callable[[Expr, list[T]], T]) -> T:
+    def fold(self, leaf: Callable[[Reading], T], node: Callable[[Expr, list[T]], T]) -> T:
         """What becomes of the expression, from what becomes of readings and of operands."""
         done: dict[int, T] = {}
         for each in walk(self._root):
@@ -139,7 +139,7 @@ class Functional(Arithmetic["Functional"], Bounded):
             unit = reading.unit(system)
             return "" if unit == "1" else unit
 
-        return self.folded(of_leaf, unit_of_node) or "1"
+        return self.fold(of_leaf, unit_of_node) or "1"
 
     def value(self, readings: np.ndarray) -> np.ndarray:
         """Values from those of the readings, shapes (n, len(readings)) and (n,).
@@ -232,7 +232,7 @@ class _Kinks(Plain):
         return self.modes[-1]
 
 
-def _lowered(
+def _lower(
     functional: Functional, leaf: Callable[[Reading], ca.SX], kinks: Kinks | None = None
 ) -> ca.SX:
     """A functional as an expression of its readings."""
@@ -259,7 +259,7 @@ def _value(functional: Functional) -> ca.Function:
     """Value of a functional: (readings) -> (value)."""
     leaves = ca.SX.sym("readings", len(functional.readings))
     places = dict(zip(functional.readings, ca.vertsplit(leaves), strict=True))
-    return ca.Function("value", [leaves], [_lowered(functional, places.__getitem__)])
+    return ca.Function("value", [leaves], [_lower(functional, places.__getitem__)])
 
 
 @lru_cache(256)
@@ -267,7 +267,7 @@ def _slopes(functional: Functional) -> ca.Function:
     """Derivatives of a functional: (readings, modes) -> (slopes, margins, slopes of margins)."""
     leaves, kinks = ca.SX.sym("readings", len(functional.readings)), _Kinks()
     places = dict(zip(functional.readings, ca.vertsplit(leaves), strict=True))
-    value = _lowered(functional, places.__getitem__, kinks)
+    value = _lower(functional, places.__getitem__, kinks)
     modes, margins = (ca.vertcat(ca.SX(0, 1), *parts) for parts in (kinks.modes, kinks.margins))
     found = ca.jacobian(value, leaves), margins, ca.jacobian(margins, leaves)
     return ca.Function("slopes", [leaves, modes], [ca.densify(each) for each in found])

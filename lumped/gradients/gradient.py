@@ -30,8 +30,8 @@ from lumped.points.start import run_start
 from lumped.simulation.simulate import recorder, run_on
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
-from lumped.support.display_units import Units, chosen
-from lumped.support.ranking import ranked
+from lumped.support.display_units import Units, choose_units
+from lumped.support.ranking import rank_by_size
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -116,7 +116,7 @@ class Gradient(ByName, RichHtml):
             If it was not differentiated.
         """
         row = self._row(of)
-        return ranked(of, self.values[row], self.by, self.relative[row])
+        return rank_by_size(of, self.values[row], self.by, self.relative[row])
 
     @checked
     def plot(
@@ -148,7 +148,9 @@ class Gradient(ByName, RichHtml):
         row = 0 if of is None else self._row(of)
         label = self.of[row]
         shown = amounts(
-            *(label, self.units[row], self.values[row]), digits=4, units=chosen(units, self.of)
+            *(label, self.units[row], self.values[row]),
+            digits=4,
+            units=choose_units(units, self.of),
         )
         title = f"{self.run.system.name}: {label} = {' '.join(shown)}"
         return draw(tornado(self.ranked(label), title, label), backend, ax)

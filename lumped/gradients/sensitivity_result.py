@@ -18,7 +18,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
 from lumped.support.arguments import checked
 from lumped.support.display_units import display
-from lumped.support.ranking import ranked
+from lumped.support.ranking import rank_by_size
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.results.trajectory import Trajectory
@@ -122,7 +122,7 @@ class Sensitivity(RichHtml):
         slopes = self.derivatives[k, place]
         with np.errstate(divide="ignore", invalid="ignore"):
             relative = slopes * read_varied_values(self.run, self.by) / value
-        return ranked(f"{name} at t = {self.run.t[k]:g} s", value, self.by, relative)
+        return rank_by_size(f"{name} at t = {self.run.t[k]:g} s", value, self.by, relative)
 
     @checked
     def plot(

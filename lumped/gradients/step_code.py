@@ -153,7 +153,7 @@ class StepCode(Shared):
         course = self._course(span)
         course.x = course.x.copy()  # it may be that of a run
         course.is_given = is_given.astype(np.int64)
-        self._call("replayed", run, course)
+        self._call("replay_steps", run, course)
         found: np.ndarray = course.x.reshape(span.x.shape)
         return found
 
@@ -163,7 +163,7 @@ class StepCode(Shared):
         run = self._run(span, function.work, span.needs_matrix)
         course = self._course(span)
         course.width, course.found = width, np.zeros(steps * LOOKS * width)
-        self._call("looked", run, function.for_more(steps * LOOKS), course)
+        self._call("evaluate_inside", run, function.for_more(steps * LOOKS), course)
         found: np.ndarray = course.found.reshape(steps, LOOKS, width)
         return found
 
@@ -188,7 +188,7 @@ class StepCode(Shared):
         is_complete = False
         while not is_complete:
             watch.list = np.zeros(max(POINT * watch.lists, 1))
-            self._call("listed", run, course)
+            self._call("list_points", run, course)
             is_complete = watch.listed <= watch.lists
             watch.lists = max(watch.lists, watch.listed)
         return watch.list[: POINT * watch.listed].reshape(-1, POINT)
@@ -292,7 +292,7 @@ class StepCode(Shared):
         course.errors = np.zeros(steps * results)
         course.parts = np.zeros(steps * self.integrals)
         course.part_errors = np.zeros(steps * self.integrals)
-        self._call("swept", run, sweep, course, stops)
+        self._call("sweep_steps", run, sweep, course, stops)
         each = (steps, self.integrals)
         sums = course.parts.reshape(each), course.part_errors.reshape(each)
         return Back(

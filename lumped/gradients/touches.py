@@ -14,9 +14,9 @@ from lumped.gradients.instant_values import margin_sizes
 from lumped.gradients.legs import Leg
 from lumped.gradients.readings.samples import sample_steps, values_at
 from lumped.gradients.steps import Steps
-from lumped.numerics.bracketed_roots import bracketed_roots
+from lumped.numerics.bracketed_roots import find_bracketed_roots
 from lumped.support.made_once import made_once
-from lumped.timeloop.holds import turned
+from lumped.timeloop.holds import turn_condition
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.trajectory import Trajectory
 
@@ -98,7 +98,7 @@ class _Touches:
             return own
 
         accuracy = 1e-14 * (1 + end)
-        lowest = bracketed_roots(slopes_at, begin, end, at_begin, at_end, accuracy)
+        lowest = find_bracketed_roots(slopes_at, begin, end, at_begin, at_end, accuracy)
         values = self.at(legs, lowest)[np.arange(len(legs)), rows]
         for i in np.flatnonzero(values <= TURNING * self.rtol * highest[legs, rows]).tolist():
             yield int(legs[i]), int(rows[i]), float(lowest[i])
@@ -137,7 +137,7 @@ class _Touches:
             mode = int(s.relation_modes[k])
             if mode in {jump.mode for jump in s.jumps} or (s.engaged == mode).any():
                 return True
-            other = turned(self.system, x, self.run.theta, t, m, k)
+            other = turn_condition(self.system, x, self.run.theta, t, m, k)
             return self._apart(x, t, m, other)
         first = int(s.first_modes[k])
         if kind == "slide":

@@ -18,22 +18,22 @@ from __future__ import annotations
 import math
 
 from lumped.code.words import Numbers, kernel, sqrt
-from lumped.kernel.enclosures.forcing import seen
+from lumped.kernel.enclosures.forcing import limit_by_forcing
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.any_method import IMPLICIT_ORDER, LONGER, dense_error, prepare
 from lumped.kernel.output import note_turn
 from lumped.kernel.run import Run
-from lumped.kernel.step_error import SAFETY, is_dense_wanted, is_finite, tried
+from lumped.kernel.step_error import SAFETY, is_dense_wanted, is_finite, try_step
 
 __all__ = [
     "FIRST_PATIENCE",
     "NEAR_LIMIT",
     "STIFF_AFTER",
     "UNTRIED",
+    "choose_method",
     "is_trial_due",
     "note_softness",
     "note_stiffness",
-    "turned",
 ]
 
 NEAR_LIMIT = 2.5
@@ -99,11 +99,11 @@ def is_trial_due(run: Run, h: float) -> bool:
 @kernel
 def _is_accurate(run: Run, h: float) -> bool:
     """Whether a step of the present method is accurate and misses nothing that acts by the time."""
-    if run.plant.forcings > 0 and seen(run, h) < h:
+    if run.plant.forcings > 0 and limit_by_forcing(run, h) < h:
         return False
     prepare(run)
     run.t_new = run.t + h
-    error = tried(run, h)
+    error = try_step(run, h)
     if run.is_implicit:
         return error <= _SAFE and is_finite(run)
     if not (error <= 1.0 and is_finite(run)):
@@ -131,7 +131,7 @@ def _is_implicit_better(run: Run, h: float) -> bool:
 
 
 @kernel
-def turned(run: Run, h: float) -> float:
+def choose_method(run: Run, h: float) -> float:
     """Turn to the other method if a step of it is better; gives the length of the next step.
 
     If not, the next trial waits twice as long.

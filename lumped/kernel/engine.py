@@ -20,7 +20,7 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from lumped.code import code_cache
-from lumped.code.machine_code import Code, built
+from lumped.code.machine_code import Code, load_or_compile
 from lumped.code.records import Record, address
 from lumped.code.sources import hash_of_all
 from lumped.code.to_c import as_c
@@ -41,11 +41,11 @@ def _once(function: Callable[[], _T]) -> Callable[[], _T]:
     kept = cache(function)
 
     @wraps(function)
-    def found() -> _T:
+    def call_once() -> _T:
         with process_lock:
             return kept()
 
-    return found
+    return call_once
 
 
 _engine: ContextVar[Engine] = ContextVar("engine", default="llvm")
@@ -75,7 +75,7 @@ def call(name: str, *given: Record | np.ndarray) -> int:
 def time_loop() -> Code:
     """The time loop compiled by LLVM."""
     name = code_cache.loop_name()
-    return built(hash_of_all(), lambda: as_llvm(_kernels()), name)
+    return load_or_compile(hash_of_all(), lambda: as_llvm(_kernels()), name)
 
 
 LANES = 8
@@ -89,7 +89,7 @@ def lanes() -> Callable[[int], int]:
 
     name = code_cache.loop_name() + "lanes-"
     source = f"{LANES} {hash_of_all()}"
-    code = built(source, lambda: as_llvm(ENTRIES, LANES, COUNTERPARTS), name)
+    code = load_or_compile(source, lambda: as_llvm(ENTRIES, LANES, COUNTERPARTS), name)
     made = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p)(code.address("lanes"))
     _kept.append(code)
     return made

@@ -20,9 +20,9 @@ from lumped.kernel.many_runs.variants import (
     variants,
 )
 from lumped.kernel.plant import Function
-from lumped.kernel.recorded_steps.course import looked, replayed
-from lumped.kernel.recorded_steps.listing import listed
-from lumped.kernel.recorded_steps.sweep_back import swept
+from lumped.kernel.recorded_steps.course import evaluate_inside, replay_steps
+from lumped.kernel.recorded_steps.listing import list_points
+from lumped.kernel.recorded_steps.sweep_back import sweep_steps
 from lumped.kernel.run import Run, Samples
 
 __all__ = ["ENTRIES"]
@@ -30,7 +30,7 @@ __all__ = ["ENTRIES"]
 
 @kernel
 def value(run: Run, function: Function, out: Numbers) -> int:
-    """Evaluate a function where a run stands."""
+    """Evaluate a function where a run is."""
     evaluate(function, run, run.x, run.t, run.m, out)
     return 0
 
@@ -45,26 +45,26 @@ def values(run: Run, function: Function, course: Samples) -> int:
 
 
 @kernel
-def closed(run: Run) -> int:
-    """Close the linkages where a run stands; whether they close."""
+def close_linkages(run: Run) -> int:
+    """Close the linkages where a run is; whether they close."""
     return close(run, run.x, run.t, run.m)
 
 
 @kernel
-def converged(run: Run) -> int:
+def converge_linkages(run: Run) -> int:
     """Close the linkages from the given guesses only; whether they close."""
     return converge(run, run.x, run.t, run.m)
 
 
 @kernel
-def prepared(run: Run) -> int:
+def prepare_parameters(run: Run) -> int:
     """Compute what functions need of parameters alone."""
     prepare(run)
     return 0
 
 
 @kernel
-def watched(run: Run) -> int:
+def watch_constraints(run: Run) -> int:
     """Note whether constraints may be redundant."""
     watch_redundancy(run)
     return 0
@@ -77,14 +77,14 @@ ENTRIES: dict[str, Any] = {
     "find_positions": find_positions,
     "value": value,
     "values": values,
-    "closed": closed,
-    "converged": converged,
-    "watched": watched,
-    "prepared": prepared,
-    "replayed": replayed,
-    "looked": looked,
-    "listed": listed,
-    "swept": swept,
+    "close_linkages": close_linkages,
+    "converge_linkages": converge_linkages,
+    "watch_constraints": watch_constraints,
+    "prepare_parameters": prepare_parameters,
+    "replay_steps": replay_steps,
+    "evaluate_inside": evaluate_inside,
+    "list_points": list_points,
+    "sweep_steps": sweep_steps,
     "variants": variants,
     "until_steps_of": until_steps_of,
     "attempt_of": attempt_of,

@@ -20,7 +20,7 @@ from lumped.code.operations import (
     STATE,
     TIME,
 )
-from lumped.code.words import Numbers, call, kernel, written
+from lumped.code.words import Numbers, call, kernel, make_kernel
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Run
 
@@ -53,7 +53,7 @@ def _operate_source() -> str:
     return "\n".join([*lines, f"    return {math.nan}"])
 
 
-operate: Callable[[int, float, float], float] = written(
+operate: Callable[[int, float, float], float] = make_kernel(
     "operate", _operate_source(), {**FUNCTIONS, "nan": math.nan, "__name__": __name__}
 )
 """Carry out one operation."""

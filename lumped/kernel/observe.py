@@ -68,7 +68,7 @@ def begin_watch(run: Run) -> None:
     for k in range(watch.wanted_events):
         watch.happened[k] = 0
         watch.taken[k] = 0.0
-        watch.told[k] = LOWEST
+        watch.last_time[k] = LOWEST
 
 
 @kernel
@@ -226,12 +226,12 @@ def observe_event(run: Run, kind: int, number: int, after: int, loss: float, del
     for i in range(watch.matches):
         row = watch.match[4 * i :]
         k = row[3]
-        is_told = kind == TIMED and watch.told[k] == run.t
+        is_noted = kind == TIMED and watch.last_time[k] == run.t
         if row[0] == kind and row[1] == number and (row[2] == ANY or row[2] == after):
-            if is_told:
+            if is_noted:
                 continue
             if kind == TIMED:
-                watch.told[k] = run.t
+                watch.last_time[k] = run.t
             what = watch.event_kind[k]
             if what == COUNT:
                 _take(run, k, 1.0)

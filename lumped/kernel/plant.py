@@ -6,7 +6,7 @@ after the other. Settings are the positions of conditions and holds, then implic
 One function takes the ends of ranges in place of the states and the time: the least values of all
 states, the greatest, and both times. `margin_floor` gives lower bounds of the margins in between.
 `forcing` gives what of the rates follows the time alone, `forcing_range` lower and upper bounds of
-that between two times, which stand in place of the states.
+that between two times, which take the place of the states.
 
 A hold is a constraint that sticks, or slides forward or backward, or is free; its settings are
 those of `lumped.flattening.hold_modes`. A condition has one, or those of a piece of a table: its
@@ -70,7 +70,7 @@ class Plant(Record):
     prepared: int
     forcings: int
 
-    # functions; the first gives what others need of parameters alone, which stands behind these
+    # functions; the first gives what others need of parameters alone, which follows these
     prepare: Function
     rates: Function
     jacobian: Function

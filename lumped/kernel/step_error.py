@@ -8,7 +8,7 @@ from lumped.kernel.methods.any_method import attempt
 from lumped.kernel.observe import is_inside_wanted
 from lumped.kernel.run import Run
 
-__all__ = ["HOPELESS", "SAFETY", "is_dense_wanted", "is_finite", "tried"]
+__all__ = ["HOPELESS", "SAFETY", "is_dense_wanted", "is_finite", "try_step"]
 
 SAFETY = 0.9
 """Part of the step that the tolerance allows."""
@@ -27,7 +27,7 @@ def is_finite(run: Run) -> bool:
 
 
 @kernel
-def tried(run: Run, h: float) -> float:
+def try_step(run: Run, h: float) -> float:
     """Error of a step, relative to the tolerance."""
     error = 0.0 if run.plant.states == 0 else attempt(run, h)
     if run.plant.implicit > 0 and not follow(run, run.new, run.t_new, run.m):

@@ -7,13 +7,13 @@ import math
 from lumped.code.words import Numbers, kernel, sqrt
 from lumped.kernel.choice import (
     FIRST_PATIENCE,
+    choose_method,
     is_trial_due,
     note_softness,
     note_stiffness,
-    turned,
 )
 from lumped.kernel.enclosures.crossing import find_crossing
-from lumped.kernel.enclosures.forcing import seen
+from lumped.kernel.enclosures.forcing import limit_by_forcing
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.any_method import dense_error, prepare
 from lumped.kernel.methods.rates import find_rates, note_sharing
@@ -34,7 +34,7 @@ from lumped.kernel.run import (
     WAITING,
     Run,
 )
-from lumped.kernel.step_error import SAFETY, is_dense_wanted, is_finite, tried
+from lumped.kernel.step_error import SAFETY, is_dense_wanted, is_finite, try_step
 
 __all__ = [
     "LEAST",
@@ -51,6 +51,9 @@ __all__ = [
 
 _DENSE_LIMIT = 5.5
 """Step times eigenvalue from which on the interpolation of DOP853 is unstable."""
+_BEGIN, _SHORTER = 1e-3, 0.1
+"""Part of an implicit step in which what falls is looked at again by a shorter step, and how much
+shorter: its polynomial does not begin with the rates, as that of an explicit one does."""
 _EXPLICIT_SAFETY, _LEAST_GROWTH, _MOST_GROWTH = 0.8, 0.2, 8.0
 """Part of an explicit step that the tolerance allows; with 0.9 a fifth of them is rejected."""
 _IMPLICIT_POWER = 0.2
@@ -146,7 +149,7 @@ def _move_on(run: Run) -> None:
 
 
 @kernel
-def _bounded(run: Run, growth: float) -> float:
+def _bound_growth(run: Run, growth: float) -> float:
     most = 1.0 if run.was_rejected else _MOST_GROWTH
     return min(max(growth, _LEAST_GROWTH), most)
 
@@ -154,7 +157,7 @@ def _bounded(run: Run, growth: float) -> float:
 @kernel
 def explicit_growth(run: Run, error: float, is_dense: bool) -> float:
     """The same for a step of order eight."""
-    growth = _bounded(run, _EXPLICIT_SAFETY / sqrt(sqrt(sqrt(max(error, 1e-12)))))
+    growth = _bound_growth(run, _EXPLICIT_SAFETY / sqrt(sqrt(sqrt(max(error, 1e-12)))))
     # beyond the limit of stability the interpolation fails first, and the step is repeated
     stable = min(growth, max(1.0, _DENSE_LIMIT / max(run.stiffness, 1e-300)))
     return stable if is_dense else growth
@@ -164,7 +167,7 @@ def explicit_growth(run: Run, error: float, is_dense: bool) -> float:
 def _growth(run: Run, error: float, is_dense: bool) -> float:
     """Length of the next step over that of this one."""
     if run.is_implicit:
-        return _bounded(run, SAFETY * max(error, 1e-12) ** -_IMPLICIT_POWER)
+        return _bound_growth(run, SAFETY * max(error, 1e-12) ** -_IMPLICIT_POWER)
     return explicit_growth(run, error, is_dense)
 
 
@@ -175,14 +178,14 @@ def _attempt(run: Run) -> int:
     prepare(run)
     h = min(max(min(run.h, run.longest), LEAST * abs(t)), end - t)
     if plant.forcings > 0:
-        h = seen(run, h)
+        h = limit_by_forcing(run, h)
     if is_trial_due(run, h):
         if not run.has_matrix:
             return NEEDS_MATRIX
-        h = turned(run, h)
+        h = choose_method(run, h)
     run.t_new = end if h >= end - t else t + h
     h = run.t_new - t  # as it can be made again
-    error = tried(run, h)
+    error = try_step(run, h)
     is_dense = error <= 1.0 and is_finite(run) and is_dense_wanted(run)
     if is_dense:
         error = max(error, dense_error(run, h))
@@ -192,17 +195,22 @@ def _attempt(run: Run) -> int:
         run.was_rejected = 1
         run.h = h * min(growth, SAFETY)
         return GIVEN_UP if run.h < SHORTEST * max(abs(t), 1e-6) else GOES_ON
+    for i in range(plant.implicit):
+        run.m[plant.settings - plant.implicit + i] = run.found[i]
+    run.is_crossed = plant.margins > 0 and find_crossing(run)
+    if run.is_implicit and run.is_crossed and t < run.t_cross and run.t_cross - t < _BEGIN * h:
+        run.rejected += 1
+        run.was_rejected = 1
+        run.h = _SHORTER * h
+        return GOES_ON
     run.h = h * growth
     run.was_rejected = 0
     run.steps += 1
-    for i in range(plant.implicit):
-        run.m[plant.settings - plant.implicit + i] = run.found[i]
     if run.chooses_method:
         if run.is_implicit:
             note_softness(run)
         else:
             note_stiffness(run)
-    run.is_crossed = plant.margins > 0 and find_crossing(run)
     return leave_step(run)
 
 

@@ -85,7 +85,7 @@ class Watch(Record):
         What is taken from a wanted event, and which of them: from 0, from -1 backwards, or `ALL`.
     event_side, event_of : Integers
         Whether a value is that after the event, and of which quantity.
-    happened, told : Integers, Numbers
+    happened, last_time : Integers, Numbers
         How often each happened, and when last, s.
     lists, list, listed : int, Numbers, int
         Room for points, where one quantity may be highest, or the load turns, in a recorded run:
@@ -164,7 +164,7 @@ class Watch(Record):
     event_side: Annotated[Integers, "wanted_events"]
     event_of: Annotated[Integers, "wanted_events"]
     happened: Annotated[Integers, "wanted_events"]
-    told: Annotated[Numbers, "wanted_events"]
+    last_time: Annotated[Numbers, "wanted_events"]
     taken: Annotated[Numbers, "wanted_events"]
     latest: Annotated[Integers, "wanted_events"]
     ring: Numbers

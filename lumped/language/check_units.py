@@ -28,7 +28,7 @@ from lumped.language.expression import (
 from lumped.language.quantity import Param
 from lumped.language.switch import Hold, Item, When
 from lumped.support.arguments import checked
-from lumped.support.units import Dimension, dimension, written
+from lumped.support.units import Dimension, dimension, format_dimension
 
 __all__ = ["check_terms", "check_units"]
 
@@ -71,7 +71,7 @@ def check_units(model: Component) -> int:
         for left, right, shown in pairs:
             count += 1
             try:
-                _joined([_dimension(left), _dimension(right)])
+                _match_dimensions([_dimension(left), _dimension(right)])
             except _ClashError as clash:
                 faults.append(f"{path}: {shown}: {clash}")
     if faults:
@@ -153,7 +153,7 @@ def _of(node: Expr, parts: list[Dimension | None]) -> Dimension | None:
     if isinstance(node, Datum):
         return None
     if isinstance(node, Piecewise):
-        return _joined(parts[1:])
+        return _match_dimensions(parts[1:])
     if isinstance(node, Smooth):
         return parts[0]
     if isinstance(node, ConstantExpression):
@@ -169,15 +169,15 @@ def _of(node: Expr, parts: list[Dimension | None]) -> Dimension | None:
     if isinstance(node, Partial):
         return _times(parts[0], parts[1], -1)
     if isinstance(node, Where):
-        _joined(parts[:2])
-        return _joined(parts[2:])
+        _match_dimensions(parts[:2])
+        return _match_dimensions(parts[2:])
     assert isinstance(node, Call)
-    return _called(node, parts)
+    return _check_call(node, parts)
 
 
-def _called(node: Call, parts: list[Dimension | None]) -> Dimension | None:
+def _check_call(node: Call, parts: list[Dimension | None]) -> Dimension | None:
     if node.op in _SAME:
-        return _joined(parts)
+        return _match_dimensions(parts)
     if node.op in ("*", "/"):
         return _times(parts[0], parts[1], 1 if node.op == "*" else -1)
     if node.op in ("neg", "abs"):
@@ -187,24 +187,24 @@ def _called(node: Call, parts: list[Dimension | None]) -> Dimension | None:
     if node.op == "sqrt":
         return _power(parts[0], 0.5)
     if node.op == "**":
-        _joined([parts[1], _NUMBER])
+        _match_dimensions([parts[1], _NUMBER])
         exponent = node.args[1]
         if isinstance(exponent, ConstantExpression):
             return _power(parts[0], exponent.value)
-        return _joined([parts[0], _NUMBER])
+        return _match_dimensions([parts[0], _NUMBER])
     if node.op == "atan2":
-        _joined(parts)
+        _match_dimensions(parts)
         return _NUMBER
     for part in parts:
-        _joined([part, _NUMBER])
+        _match_dimensions([part, _NUMBER])
     return _NUMBER
 
 
-def _joined(parts: list[Dimension | None]) -> Dimension | None:
+def _match_dimensions(parts: list[Dimension | None]) -> Dimension | None:
     known = [part for part in parts if part is not None]
     for part in known[1:]:
         if part != known[0]:
-            raise _ClashError(f"{written(known[0])} against {written(part)}")
+            raise _ClashError(f"{format_dimension(known[0])} against {format_dimension(part)}")
     return known[0] if known else None
 
 

@@ -49,7 +49,7 @@ class Made:
     """Parts that a function makes of a component, as many as its structural choices need.
 
     Written as a class attribute, ``pieces = Made(function)``. Parameters of the parts may be bound
-    to expressions of the component's own, or of what stands beside it.
+    to expressions of the component's own, or of what is beside it.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ class Component(RichHtml):
                 setattr(cls, name, _PartSlot(name, value))
             elif home is cls._fields:
                 setattr(cls, name, _FieldSlot(name, value))
-        refuse_shared(cls.__name__, _given(cls._parts))
+        refuse_shared(cls.__name__, _select_given(cls._parts))
         cls.__doc__ = DocumentationSlot(cls.__doc__)  # type: ignore[assignment]
 
     def __init__(self, *positional: Any, **values: Any) -> None:
@@ -159,13 +159,13 @@ class Component(RichHtml):
                 f"{kind}({shown(positional[0])}): give values by their names, such as "
                 f"{kind}({first}=...)."
             )
-        given = {name: self._checked(name, value) for name, value in values.items()}
+        given = {name: self._check_value(name, value) for name, value in values.items()}
         object.__setattr__(self, "_values", given)
         object.__setattr__(self, "_place", None)
         object.__setattr__(self, "_bound", {})
         if any(name in self._parts for name in given):
             held = {name: given.get(name, default) for name, default in self._parts.items()}
-            refuse_shared(type(self).__name__, _given(held))
+            refuse_shared(type(self).__name__, _select_given(held))
 
     __signature__ = SignatureSlot(__init__)
 
@@ -225,7 +225,7 @@ class Component(RichHtml):
                 below.setdefault(head, {})[rest] = value
             elif "[" in head:
                 slot, key = split_key(head)
-                held = self._held(slot, values)
+                held = self._find_parts(slot, values)
                 if not isinstance(held, Mapping):
                     find_member(held, key, slot)
                 values[slot] = replace_member(held, key, value)
@@ -233,11 +233,11 @@ class Component(RichHtml):
                 values[head] = value
         for head, inner in below.items():
             slot, key = split_key(head)
-            held = self._held(slot, values)
+            held = self._find_parts(slot, values)
             values[slot] = replace_member(held, key, find_member(held, key, slot).with_(inner))
         return type(self)(**values)
 
-    def _held(self, slot: str, values: Mapping[str, Any]) -> Any:
+    def _find_parts(self, slot: str, values: Mapping[str, Any]) -> Any:
         if slot not in self._parts:
             raise UnknownNameError(
                 f"{type(self).__name__} has no part '{slot}'. {nearest(slot, self._parts)}"
@@ -295,7 +295,7 @@ class Component(RichHtml):
             self._bound[held] = held.parts(self, name)
         return self._bound[held]
 
-    def _checked(self, name: str, value: Any) -> Any:
+    def _check_value(self, name: str, value: Any) -> Any:
         kind = type(self).__name__
         if name in self._quantities:
             quantity = self._quantities[name]
@@ -317,7 +317,7 @@ class Component(RichHtml):
         if name in self._fields:
             if isinstance(self._fields[name], bool) and not isinstance(value, bool | np.bool_):
                 raise DeclarationError(f"{kind}({name}={shown(value)}): True or False is needed.")
-            return _frozen(value)
+            return _freeze(value)
         given = [n for n, q in self._quantities.items() if not isinstance(q, Output)]
         start = [n for n in given if isinstance(self._quantities[n], Var)]
         known = [*self._fields, *(n for n in given if n not in start), *self._parts, *start]
@@ -363,16 +363,16 @@ def _table_of(
     return tables[3] if name in annotations or name in tables[3] else None
 
 
-def _given(parts: Mapping[str, Any]) -> dict[str, Any]:
+def _select_given(parts: Mapping[str, Any]) -> dict[str, Any]:
     """Parts that no function makes."""
     return {name: held for name, held in parts.items() if not isinstance(held, Made)}
 
 
-def _frozen(value: Any) -> Any:
+def _freeze(value: Any) -> Any:
     """Arrays and lists as tuples, so that equal choices compare equal."""
     if hasattr(value, "tolist"):
         value = value.tolist()
-    return tuple(_frozen(v) for v in value) if isinstance(value, list | tuple) else value
+    return tuple(_freeze(v) for v in value) if isinstance(value, list | tuple) else value
 
 
 def is_part(value: object) -> bool:

@@ -78,7 +78,7 @@ def label(end: Port | Ref) -> str:
 def chain(*parts: Component | Port) -> Iterator[Connection]:
     """Connect parts one after the other: ``flange_b`` of each to ``flange_a`` of the next.
 
-    A part with a single ``flange`` (a source, a support) may stand at either end; a port may be
+    A part with a single ``flange`` (a source, a support) may be at either end; a port may be
     named instead of a part.
 
     Parameters
@@ -150,7 +150,7 @@ def compose(
         raise DeclarationError(f"compose: name = {name!r}: letters are needed.")
     joints = connections if callable(connections) else tuple(connections)
 
-    def joined(self: Component) -> Iterable[Connection]:
+    def join(self: Component) -> Iterable[Connection]:
         return joints(self) if callable(joints) else joints
 
     for key, value in members.items():
@@ -164,7 +164,7 @@ def compose(
                 f"compose({key}={value!r}): a component, a list or dictionary of components, "
                 "a port or a parameter is needed."
             )
-    body = {"__doc__": name, **members, "connections": joined}
+    body = {"__doc__": name, **members, "connections": join}
     if initial_equations is not None:
         body["initial_equations"] = initial_equations
     cls = type(name, (Component,), body)

@@ -53,7 +53,7 @@ def refuse_slips(cls: type, base: type) -> None:
 
 
 def refuse_shared(kind: str, parts: Mapping[str, Any]) -> None:
-    """Refuse a part that stands in two places."""
+    """Refuse a part that is in two places."""
     seen: dict[int, str] = {}
     for name, held in parts.items():
         members = [(name, held)]
@@ -73,7 +73,7 @@ def refuse_shared(kind: str, parts: Mapping[str, Any]) -> None:
 
 
 def _refuse_keys(kind: str, name: str, held: Iterable[str]) -> None:
-    """Refuse keys that cannot stand in the name of a quantity, in a file or in a program."""
+    """Refuse keys that cannot be in the name of a quantity, in a file or in a program."""
     for key in held:
         if not key or not key.isprintable() or set(key) & set("\"'[]\\"):
             raise DeclarationError(

@@ -108,25 +108,25 @@ def _slopes_of(node: ca.SX, operands: list[ca.SX], inner: list[_Slopes]) -> _Slo
     if op == ca.OP_ADD:
         return _sum(u, v)
     if op == ca.OP_SUB:
-        return _sum(u, _scaled(v, -1.0))
+        return _sum(u, _scale_slopes(v, -1.0))
     if op == ca.OP_MUL:
         return _sum(_product(u, y), _product(v, x, left=True))
     if op == ca.OP_DIV:
-        return _quotient(_sum(u, _scaled(_product(v, node), -1.0)), y)
+        return _quotient(_sum(u, _scale_slopes(_product(v, node), -1.0)), y)
     if op == ca.OP_NEG:
-        return _scaled(u, -1.0)
+        return _scale_slopes(u, -1.0)
     if op == ca.OP_TWICE:
-        return _scaled(u, 2.0)
+        return _scale_slopes(u, 2.0)
     if op == ca.OP_SQ:
-        return _scaled(_product(u, x), 2.0)
+        return _scale_slopes(_product(u, x), 2.0)
     if op == ca.OP_SQRT:
-        return _quotient(_scaled(u, 0.5), node)
+        return _quotient(_scale_slopes(u, 0.5), node)
     if op == ca.OP_SIN:
         return _product(u, ca.cos(x))
     if op == ca.OP_COS:
-        return _scaled(_product(u, ca.sin(x)), -1.0)
+        return _scale_slopes(_product(u, ca.sin(x)), -1.0)
     if op == ca.OP_ATAN2:
-        across = _sum(_product(u, y), _scaled(_product(v, x), -1.0))
+        across = _sum(_product(u, y), _scale_slopes(_product(v, x), -1.0))
         return _quotient(across, x * x + y * y)
     total: _Slopes = {}
     for slopes, factor in zip(inner, _elementary(op, len(operands)).call(operands), strict=True):
@@ -142,13 +142,13 @@ def _elementary(op: int, count: int) -> ca.Function:
     return ca.Function("slopes", symbols, [ca.gradient(result, s) for s in symbols])
 
 
-def _scaled(slopes: _Slopes, number: float) -> _Slopes:
+def _scale_slopes(slopes: _Slopes, number: float) -> _Slopes:
     return {i: t._replace(number=t.number * number) for i, t in slopes.items()} if number else {}
 
 
 def _product(slopes: _Slopes, factor: ca.SX, left: bool = False) -> _Slopes:
     if factor.is_constant():
-        return _scaled(slopes, float(factor))
+        return _scale_slopes(slopes, float(factor))
     return {
         i: t._replace(body=_times(factor, t.body) if left else _times(t.body, factor))
         for i, t in slopes.items()

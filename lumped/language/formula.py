@@ -31,7 +31,7 @@ _UNKNOWN = Quantity("1", "not looked up")
 class Formula(str):
     """An expression of quantities of a model, by their names.
 
-    It is the text of the expression, so it stands where the name of a quantity does. Formulas are
+    It is the text of the expression, so it is given where the name of a quantity does. Formulas are
     equal if all their operations, numbers and names are.
 
     Parameters
@@ -56,7 +56,7 @@ class Formula(str):
         Raises
         ------
         UnknownNameError
-            If no quantity of a model stands in it.
+            If no quantity of a model occurs in it.
         """
         found = list(walk(root))
         stray = [node for node in found if isinstance(node, Param)]
@@ -130,7 +130,7 @@ def _tree(nodes: tuple[Any, ...], leaf: Callable[[str], Expr]) -> Expr:
     for kind, what, *places in nodes:
         parts = [done[place] for place in places]
         if kind is Ref:
-            done.append(leaf(_dotted(what)))
+            done.append(leaf(_join_path(what)))
         elif issubclass(kind, ConstantExpression):
             done.append(kind(float(what)))
         elif kind is Call:
@@ -148,7 +148,7 @@ _SAME = ("+", "-", "min", "max", "neg", "abs")
 
 
 def unit_of(root: Expr) -> str:
-    """Unit of an expression, made of those of its quantities as they stand in it."""
+    """Unit of an expression, made of those of its quantities as they occur in it."""
     done: dict[int, str] = {}
     for node in walk(root):
         parts = [done[id(child)] for child in node.children()]
@@ -191,6 +191,6 @@ def _over(unit: str, by: str) -> str:
     return f"{unit or '1'}/({by})" if " " in by or "/" in by else f"{unit or '1'}/{by}"
 
 
-def _dotted(what: tuple[str, str, bool]) -> str:
+def _join_path(what: tuple[str, str, bool]) -> str:
     path, name, _ = what
     return f"{path}.{name}" if path else name

@@ -11,16 +11,16 @@ from lumped.language.expression import Expr, Ref
 from lumped.language.lowering import lower
 from lumped.language.quantity import Param
 
-__all__ = ["given_number"]
+__all__ = ["read_given_number"]
 
 
-def given_number(component: Component, name: str) -> float:
+def read_given_number(component: Component, name: str) -> float:
     """The number that a parameter has as the model is written; nan if it is not given.
 
     Parameters
     ----------
     component : Component
-        As it stands in the model.
+        As it is in the model.
     name : str
         Of a parameter.
 
@@ -43,9 +43,9 @@ def given_number(component: Component, name: str) -> float:
 
     def leaf(node: Expr) -> ca.SX:
         if isinstance(node, Ref):
-            return ca.SX(given_number(node.owner, node.name))
+            return ca.SX(read_given_number(node.owner, node.name))
         if isinstance(node, Param):
-            return ca.SX(given_number(_declaring(node, scope), node.name))
+            return ca.SX(read_given_number(_declaring(node, scope), node.name))
         raise EquationError(f"'{node!r}' is not a parameter.")
 
     return float(lower(value, leaf))

@@ -68,7 +68,7 @@ class Kinks(Protocol):
     def piece(self, node: Piecewise, place: ca.SX) -> ca.SX:
         """Settings of the piece that contains a place (see `Pieces.table`)."""
 
-    def nested(self, mode: ca.SX, branches: Branches) -> None:
+    def note_branches(self, mode: ca.SX, branches: Branches) -> None:
         """Note the values, 1 or 0, that other modes must have for a mode to matter."""
 
 
@@ -90,7 +90,7 @@ class Plain:
         selected[1] += back
         return selected
 
-    def nested(self, mode: ca.SX, branches: Branches) -> None:
+    def note_branches(self, mode: ca.SX, branches: Branches) -> None:
         """Nothing to note, as no mode is watched."""
 
 
@@ -129,7 +129,7 @@ def lower(
         return EquationError(f"'{root!r}' binds a parameter or start value and cannot hold {what}.")
 
     nodes = list(walk(root, closed=Smooth))
-    places, bounded = _branches(nodes), _bounded(nodes)
+    places, bounded = _branches(nodes), _find_bounded(nodes)
     chosen: dict[int, ca.SX] = {}
     for node in nodes:
         if isinstance(node, Smooth):
@@ -143,7 +143,7 @@ def lower(
             chosen[id(node)] = ca.vertcat(*found)
             if id(node) in bounded:
                 found = _modes(node, args, Plain())
-            value = _kinked(node, args, found)
+            value = _choose_piece(node, args, found)
         elif isinstance(node, Call):
             value = OPERATIONS[node.op](*args)
         elif isinstance(node, Time):
@@ -167,7 +167,7 @@ def lower(
     for key, modes in chosen.items():
         branches = tuple((chosen[other], holds) for other, holds in places[key])
         for mode in ca.vertsplit(modes):
-            watched.nested(mode, branches)
+            watched.note_branches(mode, branches)
     return done[id(root)]
 
 
@@ -190,7 +190,7 @@ def _branches(nodes: list[Expr]) -> dict[int, tuple[tuple[int, bool], ...]]:
     return found
 
 
-def _bounded(nodes: list[Expr]) -> set[int]:
+def _find_bounded(nodes: list[Expr]) -> set[int]:
     """Nodes under a function that is not defined everywhere, such as a root.
 
     Within a step that passes a kink, the piece before it would leave the range of the function, so
@@ -221,7 +221,7 @@ def _modes(node: Call, args: list[ca.SX], kinks: Kinks) -> list[ca.SX]:
     return [kinks.mode(Compare(node.args[0], node.args[1]), *args)]
 
 
-def _kinked(node: Call, args: list[ca.SX], modes: list[ca.SX]) -> ca.SX:
+def _choose_piece(node: Call, args: list[ca.SX], modes: list[ca.SX]) -> ca.SX:
     """The value that such a function chooses by its modes."""
     x, y = args[0], args[-1]
     if node.op == "abs":
@@ -261,10 +261,10 @@ def has_steps(expression: ca.SX, symbols: ca.SX) -> bool:
     function = ca.Function("f", [symbols, ca.vertcat(ca.SX(0, 1), *rest)], [expression])
     moved: set[int] = set()
 
-    def applied(operation: int, moves: list[bool]) -> bool:
+    def apply(operation: int, moves: list[bool]) -> bool:
         if any(moves):
             moved.add(operation)
         return any(moves)
 
-    follow_operations(function, lambda which, _: which == 0, lambda _: False, applied)
+    follow_operations(function, lambda which, _: which == 0, lambda _: False, apply)
     return not moved.isdisjoint(_STEPS)

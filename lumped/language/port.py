@@ -184,7 +184,7 @@ def lossless(relation: Equation, *ports: Port) -> tuple[Equation, ...]:
     Raises
     ------
     EquationError
-        If the left side is not the potential of one of the ports, or stands on the right too.
+        If the left side is not the potential of one of the ports, or occurs on the right too.
     """
     known = {(id(p.owner), p.across().name): p for p in ports}
     left = relation.left

@@ -76,7 +76,7 @@ def question(program: Program, values: Sequence[Number], answers: Sequence[Expr]
     program : Program
         What is asked.
     values : sequence of expression
-        What it is told.
+        What it is given.
     answers : sequence of quantity
         States that take what it answers, one after the other.
 

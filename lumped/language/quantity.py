@@ -214,7 +214,7 @@ class Var(Quantity):
 
 
 class Signal(Quantity):
-    """A causal signal of a component: connects like a port, stands in equations like a quantity."""
+    """A causal signal of a component: connects like a port, occurs in equations like a quantity."""
 
     @overload
     def __get__(self, obj: None, owner: type) -> Self: ...
@@ -278,7 +278,7 @@ def param(
         SI unit and meaning.
     default : float, expression or function, optional
         Value if none is given; without it the parameter must be given. A function gives it for a
-        component, where it depends on a structural choice or on what stands beside the component.
+        component, where it depends on a structural choice or on what is beside the component.
     min, max : float, optional
         Range with its ends.
     above, below : float, optional

@@ -9,7 +9,7 @@ from lumped.errors import EquationError, shown
 from lumped.language.expression import Expr
 from lumped.language.switch import When
 
-__all__ = ["Range", "borders", "checked_ranges"]
+__all__ = ["Range", "borders", "check_ranges"]
 
 
 class Range(NamedTuple):
@@ -39,7 +39,7 @@ class Range(NamedTuple):
     advice: str
 
 
-def checked_ranges(found: Iterable[tuple[Expr, float, float, str, str, str]]) -> Iterator[Range]:
+def check_ranges(found: Iterable[tuple[Expr, float, float, str, str, str]]) -> Iterator[Range]:
     """What a component's method `valid` yields.
 
     Raises

@@ -20,7 +20,7 @@ from lumped.life.sn_curve import SNCurve
 from lumped.plots.draw import Backend, draw
 from lumped.plots.load_spectra import duty_picture
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, display
+from lumped.support.display_units import Units, choose_units, display
 from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
@@ -117,7 +117,7 @@ class DutyCycle(RichHtml):
             If a unit does not fit.
         """
         pandas = extra("pandas", "data", "to_pandas")
-        told = display("range", self.unit, chosen(units), is_change=True)
+        told = display("range", self.unit, choose_units(units), is_change=True)
         rows = self._rows()
         frame = pandas.DataFrame(
             {
@@ -149,7 +149,7 @@ class DutyCycle(RichHtml):
         UnitError
             If a unit does not fit.
         """
-        told = display("range", self.unit, chosen(units), is_change=True)
+        told = display("range", self.unit, choose_units(units), is_change=True)
         shares = [(row[0], row[3] / self.damage if self.damage else 0.0) for row in self._rows()]
         spectra = {"all": (told.value(self.cycles.ranges), self.cycles.counts)}
         for i, (name, _) in enumerate(shares if len(self.names) > 1 else []):

@@ -12,7 +12,7 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, shown
 from lumped.life.turning_points import turning_points
 from lumped.simulation.simulate import simulate
-from lumped.support.units import in_seconds
+from lumped.support.units import read_time
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 
@@ -101,7 +101,7 @@ def read_load(case: LoadCase, what: str, of: Name | None, rtol: float) -> Loaded
     _refuse(case, what, ("until", "parameters", "start"), "a history of values")
     if case.step is None:
         raise OptionError(f"{what}: step, the time between two values of the load, is missing.")
-    step = in_seconds(case.step, f"{what}: step")
+    step = read_time(case.step, f"{what}: step")
     if not 0 < step < np.inf:
         raise OptionError(f"{what}: step = {step:g} s must be positive and finite.")
     return Loaded(values.astype(float), step * (len(values) - 1), "")

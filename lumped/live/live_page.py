@@ -30,7 +30,7 @@ from lumped.plots.picture import Curve
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.text_table import number
-from lumped.support.units import in_seconds
+from lumped.support.units import read_time
 from lumped.support.whole_files import write_text
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -112,7 +112,7 @@ def live_page(
     """
     plots = None if plots is None else list(plots)
     system = model if isinstance(model, System) else assemble(model, keep=plots or ())
-    end = in_seconds(until, "until")
+    end = read_time(until, "until")
     if not end > 0:
         raise OptionError(f"live_page: until = {until!r} s: a positive, finite time is needed.")
     if not 1 <= grid <= _MOST_ROWS:

@@ -55,7 +55,7 @@ def rules(system: System, watched: Watched) -> list[dict[str, Any]]:
 def _javascript(functional: Functional) -> str:
     """A functional in JavaScript, of readings ``r[0], r[1], ...``."""
     places = {reading: f"r[{i}]" for i, reading in enumerate(functional.readings)}
-    return functional.folded(places.__getitem__, _of_node)
+    return functional.fold(places.__getitem__, _of_node)
 
 
 def _of_node(node: Expr, operands: list[str]) -> str:

@@ -88,7 +88,7 @@ class NativeRuns(RunRecords):
         self._idle.append(worker)
         return batch
 
-    def led(self, system: System) -> RunRecords:
+    def find_records(self, system: System) -> RunRecords:
         """Records for runs in which other states lead."""
         with process_lock:
             if system not in self._led:
@@ -99,7 +99,7 @@ class NativeRuns(RunRecords):
     def __reduce__(self) -> tuple[Callable[..., NativeRuns], tuple[bytes]]:
         cloudpickle = extra("cloudpickle", "cluster", "An ensemble on a cluster")
         parts = (self.system, self.names, self.theta, self.watched.of, self.options)
-        return _restored, (cloudpickle.dumps(parts),)
+        return _restore, (cloudpickle.dumps(parts),)
 
     def stop(self) -> None:
         """Let all threads return soon; what they were at is not done."""
@@ -121,7 +121,7 @@ class _Worker:
             slot.queue = self._queue
         if runs.has_lanes:
             self._lanes = runs.new_lanes(self._slots)
-        self._others, self._answers = OtherLeads(runs.led), Answers()
+        self._others, self._answers = OtherLeads(runs.find_records), Answers()
 
     def stop(self) -> None:
         """Let the loop return at its next step."""
@@ -179,7 +179,7 @@ class _Worker:
             elif why == UNFIT:
                 self._others.finish(self._runs.system, slot, self._answers)
                 slot.is_begun = 0
-            elif why == ASKS and not self._answers.given(self._runs.system, slot.run):
+            elif why == ASKS and not self._answers.does_answer(self._runs.system, slot.run):
                 slot.status[slot.number] = ASKS
                 slot.is_begun = 0
 
@@ -188,7 +188,7 @@ class _Worker:
         runs = self._runs
         point = None
         if not runs.is_start_direct:
-            point = runs.started(values)
+            point = runs.start_variant(values)
             if point is None:
                 self._slots[0].status[k] = NO_START
                 self._queue.next = k + 1
@@ -198,5 +198,5 @@ class _Worker:
         self._go(k + 1)
 
 
-def _restored(payload: bytes) -> NativeRuns:
+def _restore(payload: bytes) -> NativeRuns:
     return NativeRuns(*pickle.loads(payload))

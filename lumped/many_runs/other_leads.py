@@ -11,12 +11,12 @@ from lumped.kernel import engine
 from lumped.kernel.many_runs.variants import Queue, Variants
 from lumped.kernel.run import ASKS, NEEDS_MATRIX, RESTART, UNFIT
 from lumped.many_runs.run_records import RunRecords
-from lumped.timeloop.leading_states import exchanged
+from lumped.timeloop.leading_states import exchange_lead
 from lumped.timeloop.programs import Answers
 
 __all__ = ["AloneRecords", "OtherLeads"]
 
-_SO_FAR = ("sums", "best", "totals", "happened", "told", "taken", "ring", "load_size")
+_SO_FAR = ("sums", "best", "totals", "happened", "last_time", "taken", "ring", "load_size")
 _COUNTED = ("held", "held_at", "size", "fed", "last", "last_at", "direction", "damage")
 """What functionals have taken from a run, and what is counted of loads."""
 
@@ -66,7 +66,7 @@ class OtherLeads:
                 slot.status[slot.number] = UNFIT
                 return
             changed_at = run.t
-            lead = exchanged(system, theta, changed_at, run.x.copy(), run.m.copy())
+            lead = exchange_lead(system, theta, changed_at, run.x.copy(), run.m.copy())
             system, records = lead.system, self._records(lead.system)
             if system not in self._slots:
                 self._slots[system] = records.new_run()
@@ -74,8 +74,8 @@ class OtherLeads:
             _take_over(own, slot)
             own.run.edges, own.run.timed_values = edges, values
             own.run.p[: len(theta)], own.run.x[:], own.run.m[:] = theta, lead.x, lead.settings
-            engine.call("prepared", own.run)
-            engine.call("watched", own.run)
+            engine.call("prepare_parameters", own.run)
+            engine.call("watch_constraints", own.run)
             if run.is_implicit:
                 records.add_matrix(own.run)
                 own.run.is_implicit = 1

@@ -8,7 +8,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from lumped.code.functions import compiled_functions
+from lumped.code.functions import compile_functions
 from lumped.code.operations import Operations, operations_of
 from lumped.code.records import address
 from lumped.compiler.system import System
@@ -24,12 +24,12 @@ from lumped.kernel.watch import Watch
 from lumped.many_runs.watched import POSITIONS, Watched
 from lumped.points.direct_start import DirectStart, direct_start
 from lumped.points.start import by_name, run_start
-from lumped.points.start_values import given_values
+from lumped.points.start_values import read_start_values
 from lumped.points.targets import TOLERANCE
 from lumped.timeloop.clocks import clocks, modes_at
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.instants import Instants, instants
-from lumped.timeloop.moved_clocks import moved_clocks
+from lumped.timeloop.moved_clocks import find_moved_clocks
 from lumped.timeloop.plants.executable import executable, span
 from lumped.timeloop.plants.kept_run import remember
 from lumped.timeloop.plants.taylor_series import TaylorSeries
@@ -80,18 +80,18 @@ class RunRecords:
         changed: dict[int, float] = {}
         self._start: DirectStart | None = None
         if not (isinstance(options.start, OperatingPoint) or options.free):
-            changed = given_values(system, by_name(options.start))
+            changed = read_start_values(system, by_name(options.start))
             self._start = direct_start(system, tuple(changed))
         self._start_values = np.array(list(changed.values()), dtype=float)
         functions = dict(self.watched.functions)
         if self._start is not None:
             functions["start"] = operations_of(_with_inputs(system, self._start, len(changed)))
         varied = system.inputs[1][self.places.tolist()]
-        self._moved = moved_clocks(system, varied)
+        self._moved = find_moved_clocks(system, varied)
         self.are_instants_same = self._moved.are_plain and not options.free
         if self._moved.numbers:
             functions["at"] = operations_of(self._moved.function)
-        self._functions, self._nothing = self._compiled(functions), Function()
+        self._functions, self._nothing = self._compile(functions), Function()
         self._first_instants = self._instants(theta)
         if options.method == "taylor":
             self._taylor.order(options.rtol)  # refused before there are threads
@@ -102,10 +102,10 @@ class RunRecords:
             engine.lanes()
             self._compile_watch()
 
-    def _compiled(self, operations: Mapping[str, Operations]) -> dict[str, Function]:
+    def _compile(self, operations: Mapping[str, Operations]) -> dict[str, Function]:
         if not operations:
             return {}
-        self._machine_code = compiled_functions(operations)
+        self._machine_code = compile_functions(operations)
         return {
             name: Function(
                 address=self._machine_code.address(name),
@@ -122,7 +122,7 @@ class RunRecords:
         if not names:
             return
         operations = {name: self.watched.functions[name] for name in names}
-        self._wide_code = compiled_functions(operations, engine.LANES)
+        self._wide_code = compile_functions(operations, engine.LANES)
         for name in names:
             self._functions[name].wide_address = self._wide_code.address(name)
 
@@ -296,7 +296,7 @@ class RunRecords:
         """Whether the loop finds the start itself."""
         return self._start is not None
 
-    def started(self, values: np.ndarray) -> OperatingPoint | None:
+    def start_variant(self, values: np.ndarray) -> OperatingPoint | None:
         """The start of a variant, given or found by a search; None if there is none."""
         theta = dict(zip(self.system.parameters, self.theta.tolist(), strict=True))
         theta |= dict(zip(self.names, values.tolist(), strict=True))

@@ -29,8 +29,8 @@ from lumped.functionals.readings import (
 from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE, Watch
 from lumped.timeloop.cycle_count import count_record
 from lumped.timeloop.holds import hold_words
-from lumped.timeloop.plants.parts import enclosed
-from lumped.timeloop.results.validity import Held, ranges
+from lumped.timeloop.plants.parts import make_enclosed
+from lumped.timeloop.results.validity import HeldRange, ranges
 from lumped.timeloop.step_bounds import heights, kinks
 
 __all__ = ["POSITIONS", "Place", "Watched"]
@@ -196,7 +196,7 @@ class Watched:
         assert isinstance(reading, Value | Occurrence)
         return self._event(reading)
 
-    def _extremes_of(self, held: Held) -> tuple[int, int]:
+    def _extremes_of(self, held: HeldRange) -> tuple[int, int]:
         """Numbers of the highest and the lowest value of what stays in a range."""
         of = (held.formula,)
         return self._number(Extreme(of, "highest")), self._number(Extreme(of, "lowest"))
@@ -297,8 +297,8 @@ class Watched:
         ends = np.array(parts).reshape(-1, 2)
         watch.begin[:], watch.end[:] = ends[:, 0], ends[:, 1]
         watch.sign[:] = [int(row[2]) for row in self._extremes.rows]
-        watch.enclosed_extremes = enclosed(self.functions.get("extreme"))
-        watch.enclosed_loads = enclosed(self.functions.get("load"))
+        watch.enclosed_extremes = make_enclosed(self.functions.get("extreme"))
+        watch.enclosed_loads = make_enclosed(self.functions.get("load"))
         watch.count = count_record(self._laws, _DEPTH)
         times = sorted(self._times)
         watch.times = len(times)
@@ -329,7 +329,7 @@ class Watched:
         return np.column_stack(columns)
 
     @property
-    def extremes(self) -> list[tuple[Held, tuple[int, int]]]:
+    def extremes(self) -> list[tuple[HeldRange, tuple[int, int]]]:
         """Ranges of components; places of the highest and of the negative of the lowest value."""
         first = self._first[1]
         return [(held, (first + high, first + low)) for held, (high, low) in self._ranges]

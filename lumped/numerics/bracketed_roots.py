@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-__all__ = ["bracketed_roots"]
+__all__ = ["find_bracketed_roots"]
 
 _MOST = 200
 _CLOSE = 1e-9
@@ -15,7 +15,7 @@ _FAST = 0.01
 """if the value has become so many times smaller."""
 
 
-def bracketed_roots(
+def find_bracketed_roots(
     function: Callable[[np.ndarray, np.ndarray], np.ndarray],
     begin: np.ndarray,
     end: np.ndarray,

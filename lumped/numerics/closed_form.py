@@ -134,7 +134,7 @@ def _part(a: Real | scipy.sparse.csr_array) -> _Block:
     if colour is not None:
         return _Coupled(skew, scale, colour)
     angular, vectors = scipy.linalg.eigh(1j * skew)
-    values: Complex = (-1j * _zeroed(angular)).astype(complex)
+    values: Complex = (-1j * _zero_frequencies(angular)).astype(complex)
     return _Modal(values, vectors / scale[:, None], vectors.conj().T * scale, 1.0, "modes")
 
 
@@ -151,7 +151,7 @@ def _general(a: Real) -> _Block:
     return _Modal(values[one], forth, back[one], condition, "eigenvectors")
 
 
-def _zeroed(angular: Real) -> Real:
+def _zero_frequencies(angular: Real) -> Real:
     """Frequencies that are zero to rounding become exactly zero."""
     limit = 1e-13 * len(angular) * np.abs(angular).max(initial=0.0)
     return np.where(np.abs(angular) <= limit, 0.0, angular)
@@ -179,7 +179,7 @@ class _Modal:
 
     @cached_property
     def _pace(self) -> tuple[float, float]:
-        return _paced(self.values)
+        return _find_pace(self.values)
 
 
 class _Coupled:
@@ -199,8 +199,8 @@ class _Coupled:
         self._w = np.zeros((len(w), k))
         self._u[:, : len(u)], self._w[:, : len(w)] = u, w.T
         angular = np.concatenate([angular, np.zeros(k - len(angular))])
-        self._values: Complex = (1j * _zeroed(angular)).astype(complex)
-        self._scale, self._pace = scale, _paced(self._values)
+        self._values: Complex = (1j * _zero_frequencies(angular)).astype(complex)
+        self._scale, self._pace = scale, _find_pace(self._values)
 
     def _c(self, rows: Real) -> Complex:
         scaled = rows * self._scale
@@ -257,7 +257,7 @@ class _Stepped:
         return 2 * _EPS * (5 + size * span)
 
 
-def _paced(values: Complex) -> tuple[float, float]:
+def _find_pace(values: Complex) -> tuple[float, float]:
     """Decay of the slowest mode, and the largest eigenvalue, 1/s."""
     return float(-values.real.max()), float(np.abs(values).max())
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pickle
 from typing import Any
 
-__all__ = ["handed_out"]
+__all__ = ["hand_out"]
 
 
-def handed_out(client: Any, what: object) -> Any:
+def hand_out(client: Any, what: object) -> Any:
     """Future of an object that all workers can take.
 
     It is the result of a task, whose input the scheduler keeps, so it is made again if a worker

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
-__all__ = ["damped"]
+__all__ = ["damp_step"]
 
 T = TypeVar("T")
 
 
-def damped(trial: Callable[[float], tuple[T, float]], limit: float, shortest: float) -> T | None:
+def damp_step(trial: Callable[[float], tuple[T, float]], limit: float, shortest: float) -> T | None:
     """The result of the longest part of a step, by halves, that misses less.
 
     Deuflhard, Newton Methods for Nonlinear Problems, Springer 2011, section 3.1.

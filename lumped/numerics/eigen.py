@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lumped.numerics.skew_scaling import skew_scaling, two_colours
 
-__all__ = ["eigenpairs", "nonzero", "zeroed"]
+__all__ = ["eigenpairs", "nonzero", "zero_rounding"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -46,7 +46,7 @@ def eigenpairs(a: Real) -> tuple[Complex, Complex]:
         values = -1j * angular
     else:
         values, vectors = _by_singular_values(skew, colour)
-    values = zeroed(values, len(a))
+    values = zero_rounding(values, len(a))
     return values, (vectors / scale[:, None]).T
 
 
@@ -94,7 +94,7 @@ def _by_singular_values(skew: Real, colour: NDArray[np.bool_]) -> tuple[Complex,
 def _general(a: Real) -> tuple[Complex, Complex]:
     balanced, transform = scipy.linalg.matrix_balance(a)
     values, vectors = scipy.linalg.eig(balanced)
-    still = zeroed(values, len(a)) == 0
+    still = zero_rounding(values, len(a)) == 0
     if still.any():
         # a defective zero (an angle kept beside its speed) has fewer vectors than its count
         lost = max(_rank(a @ a) - int((~still).sum()), 0)
@@ -103,11 +103,11 @@ def _general(a: Real) -> tuple[Complex, Complex]:
         values = np.concatenate([values[~still], np.zeros(rest.shape[1])])
         vectors = np.hstack([vectors[:, ~still], rest])
     values = np.where(np.abs(values.real) <= 1e-14 * np.abs(values), 1j * values.imag, values)
-    values = zeroed(values, len(a))
+    values = zero_rounding(values, len(a))
     return values, (transform @ vectors).T
 
 
-def zeroed(values: Complex, n: int) -> Complex:
+def zero_rounding(values: Complex, n: int) -> Complex:
     """Values that are zero to rounding become exactly zero; of several matrices row by row."""
     limit = 1e-13 * n * np.abs(values).max(axis=-1, initial=0.0, keepdims=True)
     return np.where(np.abs(values) <= limit, 0.0, values)

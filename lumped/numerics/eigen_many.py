@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from lumped.numerics.eigen import zeroed
+from lumped.numerics.eigen import zero_rounding
 from lumped.numerics.skew_scaling import skew_scaling, two_colours
 
 __all__ = ["eigenvalues_of_many", "vectors_of_many"]
@@ -47,7 +47,7 @@ def eigenvalues_of_many(blocks: Real) -> Complex:
         found = np.linalg.eigvals(blocks[~fits]).astype(complex)
         imaginary = np.abs(found.real) <= 1e-14 * np.abs(found)
         values[~fits] = np.where(imaginary, 1j * found.imag, found)
-    return zeroed(values, m)
+    return zero_rounding(values, m)
 
 
 def vectors_of_many(blocks: Real, values: Complex) -> tuple[Complex, Complex]:

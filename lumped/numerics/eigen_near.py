@@ -79,7 +79,7 @@ def _singular(
         float(np.sqrt(abs(block).sum(axis=0).max() * abs(block).sum(axis=1).max())),
     )
     square = near**2 * (1 + 1e-8) - (_OFFSET * norm) ** 2
-    solve = _shifted(block, -square)
+    solve = _factorise_shifted(block, -square)
     inverse = scipy.sparse.linalg.LinearOperator((size, size), matvec=solve, dtype=float)
     start = np.random.default_rng(1).standard_normal(size)
     wanted = min(count, size) + 4
@@ -111,7 +111,7 @@ def _singular(
     return found, (vectors * back[:, None]).T.astype(complex)
 
 
-def _shifted(block: scipy.sparse.csc_array, shift: float):  # type: ignore[no-untyped-def]
+def _factorise_shifted(block: scipy.sparse.csc_array, shift: float):  # type: ignore[no-untyped-def]
     """``x -> (B' B + shift)^-1 x`` from the factors of an augmented matrix."""
     rows, columns = block.shape
     augmented = scipy.sparse.block_array(
@@ -131,7 +131,7 @@ def _shifted(block: scipy.sparse.csc_array, shift: float):  # type: ignore[no-un
 
 def _null_space(block: scipy.sparse.csc_array, count: int, norm: float) -> Real:
     """Orthonormal vectors that a block maps to zero, by inverse iteration."""
-    solve = _shifted(block, (_OFFSET * norm) ** 2)
+    solve = _factorise_shifted(block, (_OFFSET * norm) ** 2)
     found = np.random.default_rng(2).standard_normal((block.shape[1], count))
     for _ in range(4):
         found = scipy.linalg.qr(solve(found), mode="economic")[0]

@@ -12,7 +12,7 @@ import casadi as ca
 
 from lumped.support.follow_operations import follow_operations
 
-__all__ = ["INFINITE", "Intervals", "Made", "interval_bounds"]
+__all__ = ["INFINITE", "Intervals", "ValueMaker", "interval_bounds"]
 
 V = TypeVar("V")
 
@@ -21,16 +21,16 @@ INFINITE = 1e290
 _LOWEST, _HIGHEST = -1e300, 1e300
 
 
-class Made(Protocol[V]):
+class ValueMaker(Protocol[V]):
     """What makes values: expressions, or rows of a table."""
 
     def constant(self, value: float) -> V:
         """A constant."""
 
-    def known(self, value: V) -> float | None:
+    def read_constant(self, value: V) -> float | None:
         """The number that a value is; None if it is no constant."""
 
-    def made(self, operation: int, *args: V) -> V:
+    def apply(self, operation: int, *args: V) -> V:
         """An operation of CasADi."""
 
 
@@ -39,13 +39,13 @@ class Intervals(Generic[V]):
 
     Parameters
     ----------
-    by : Made
+    by : ValueMaker
         Makes the ends.
     """
 
-    def __init__(self, by: Made[V]) -> None:
+    def __init__(self, by: ValueMaker[V]) -> None:
         self._by = by
-        self._made, self._constant = by.made, by.constant
+        self._apply, self._constant = by.apply, by.constant
         self._one = {
             ca.OP_NEG: self._negative,
             ca.OP_SQ: self._square,
@@ -77,14 +77,14 @@ class Intervals(Generic[V]):
             ca.OP_IF_ELSE_ZERO: self._if_else_zero,
         }
 
-    def applied(self, operation: int, args: list[tuple[V, V]]) -> tuple[V, V]:
+    def bound(self, operation: int, args: list[tuple[V, V]]) -> tuple[V, V]:
         """Interval in which an operation lies."""
         if all(low is high for low, high in args):
-            value = self._made(operation, *(low for low, _ in args))
+            value = self._apply(operation, *(low for low, _ in args))
             return value, value
         if operation in _RISING:
-            low, high = self._clipped(args[0], *_RISING[operation])
-            found = self._made(operation, low), self._made(operation, high)
+            low, high = self._clip(args[0], *_RISING[operation])
+            found = self._apply(operation, low), self._apply(operation, high)
         elif operation in self._one:
             found = self._one[operation](args[0])
         elif operation in self._two:
@@ -99,26 +99,26 @@ class Intervals(Generic[V]):
         )
 
     def _least(self, a: V, b: V) -> V:
-        return self._made(ca.OP_FMIN, a, b)
+        return self._apply(ca.OP_FMIN, a, b)
 
     def _most(self, a: V, b: V) -> V:
-        return self._made(ca.OP_FMAX, a, b)
+        return self._apply(ca.OP_FMAX, a, b)
 
     def _both(self, a: V, b: V) -> V:
-        return self._made(ca.OP_AND, a, b)
+        return self._apply(ca.OP_AND, a, b)
 
     def _minus(self, a: V) -> V:
-        return self._made(ca.OP_NEG, a)
+        return self._apply(ca.OP_NEG, a)
 
     def _choice(self, condition: V, yes: V, no: V) -> V:
-        other = self._made(ca.OP_NOT, condition)
-        return self._made(
+        other = self._apply(ca.OP_NOT, condition)
+        return self._apply(
             ca.OP_ADD,
-            self._made(ca.OP_IF_ELSE_ZERO, condition, yes),
-            self._made(ca.OP_IF_ELSE_ZERO, other, no),
+            self._apply(ca.OP_IF_ELSE_ZERO, condition, yes),
+            self._apply(ca.OP_IF_ELSE_ZERO, other, no),
         )
 
-    def _clipped(self, a: tuple[V, V], least: float, most: float) -> tuple[V, V]:
+    def _clip(self, a: tuple[V, V], least: float, most: float) -> tuple[V, V]:
         low, high = a
         if least > -math.inf:
             edge = self._constant(least)
@@ -135,7 +135,7 @@ class Intervals(Generic[V]):
         return low, high
 
     def _each(self, operation: int, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
-        return self._made(operation, a[0], b[0]), self._made(operation, a[1], b[1])
+        return self._apply(operation, a[0], b[0]), self._apply(operation, a[1], b[1])
 
     def _negative(self, a: tuple[V, V]) -> tuple[V, V]:
         return self._minus(a[1]), self._minus(a[0])
@@ -148,9 +148,9 @@ class Intervals(Generic[V]):
 
     def _times(self, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
         if a[0] is not a[1] and b[0] is not b[1]:
-            return self._hull(*(self._made(ca.OP_MUL, x, y) for x in a for y in b))
+            return self._hull(*(self._apply(ca.OP_MUL, x, y) for x in a for y in b))
         ends = self._each(ca.OP_MUL, a, b)
-        factor = self._by.known(a[0] if a[0] is a[1] else b[0])
+        factor = self._by.read_constant(a[0] if a[0] is a[1] else b[0])
         if factor is None:
             return self._hull(*ends)
         return ends if factor >= 0 else ends[::-1]
@@ -163,8 +163,8 @@ class Intervals(Generic[V]):
     def _inverse(self, a: tuple[V, V]) -> tuple[V, V]:
         """Of what may be zero only what is certain: nothing."""
         zero, unit = self._constant(0.0), self._constant(1.0)
-        inside = self._both(self._made(ca.OP_LE, a[0], zero), self._made(ca.OP_LE, zero, a[1]))
-        low, high = (self._made(ca.OP_DIV, unit, end) for end in a[::-1])
+        inside = self._both(self._apply(ca.OP_LE, a[0], zero), self._apply(ca.OP_LE, zero, a[1]))
+        low, high = (self._apply(ca.OP_DIV, unit, end) for end in a[::-1])
         lowest, highest = self._constant(_LOWEST), self._constant(_HIGHEST)
         return self._choice(inside, lowest, low), self._choice(inside, highest, high)
 
@@ -174,32 +174,32 @@ class Intervals(Generic[V]):
 
     def _square(self, a: tuple[V, V]) -> tuple[V, V]:
         low, high = self._magnitude(a)
-        return self._made(ca.OP_SQ, low), self._made(ca.OP_SQ, high)
+        return self._apply(ca.OP_SQ, low), self._apply(ca.OP_SQ, high)
 
     def _cosh(self, a: tuple[V, V]) -> tuple[V, V]:
         low, high = self._magnitude(a)
-        return self._made(ca.OP_COSH, low), self._made(ca.OP_COSH, high)
+        return self._apply(ca.OP_COSH, low), self._apply(ca.OP_COSH, high)
 
     def _acos(self, a: tuple[V, V]) -> tuple[V, V]:
-        low, high = self._clipped(a, -1.0, 1.0)
-        return self._made(ca.OP_ACOS, high), self._made(ca.OP_ACOS, low)
+        low, high = self._clip(a, -1.0, 1.0)
+        return self._apply(ca.OP_ACOS, high), self._apply(ca.OP_ACOS, low)
 
     def _holds_whole(self, low: V, high: V) -> V:
         """Whether a whole number lies between both."""
-        least = self._minus(self._made(ca.OP_FLOOR, self._minus(low)))
-        return self._made(ca.OP_LE, least, self._made(ca.OP_FLOOR, high))
+        least = self._minus(self._apply(ca.OP_FLOOR, self._minus(low)))
+        return self._apply(ca.OP_LE, least, self._apply(ca.OP_FLOOR, high))
 
     def _periods(self, a: tuple[V, V], begin: float, period: float) -> tuple[V, V]:
         """Both ends in periods from a begin."""
         first, length = self._constant(begin), self._constant(period)
         low, high = (
-            self._made(ca.OP_DIV, self._made(ca.OP_SUB, side, first), length) for side in a
+            self._apply(ca.OP_DIV, self._apply(ca.OP_SUB, side, first), length) for side in a
         )
         return low, high
 
     def _wave(self, operation: int, a: tuple[V, V], top: float) -> tuple[V, V]:
         """Interval of a sine or cosine with maxima at `top` and every turn from there."""
-        low, high = self._hull(self._made(operation, a[0]), self._made(operation, a[1]))
+        low, high = self._hull(self._apply(operation, a[0]), self._apply(operation, a[1]))
         crest = self._holds_whole(*self._periods(a, top, 2 * math.pi))
         trough = self._holds_whole(*self._periods(a, top + math.pi, 2 * math.pi))
         return (
@@ -209,7 +209,7 @@ class Intervals(Generic[V]):
 
     def _tan(self, a: tuple[V, V]) -> tuple[V, V]:
         pole = self._holds_whole(*self._periods(a, 0.5 * math.pi, math.pi))
-        low, high = (self._made(ca.OP_TAN, end) for end in a)
+        low, high = (self._apply(ca.OP_TAN, end) for end in a)
         return (
             self._choice(pole, self._constant(-math.inf), low),
             self._choice(pole, self._constant(math.inf), high),
@@ -218,37 +218,37 @@ class Intervals(Generic[V]):
     def _power(self, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
         if b[0] is not b[1]:
             return self._power_that_moves(a, b)
-        exponent = self._by.known(b[0])
-        n = self._made(ca.OP_FABS, b[0])
-        least, most = (self._made(ca.OP_POW, end, n) for end in self._magnitude(a))
-        rising = [self._made(ca.OP_POW, end, n) for end in a]
-        half = self._made(ca.OP_FLOOR, self._made(ca.OP_DIV, n, self._constant(2.0)))
-        even = self._made(ca.OP_EQ, self._made(ca.OP_TWICE, half), n)
+        exponent = self._by.read_constant(b[0])
+        n = self._apply(ca.OP_FABS, b[0])
+        least, most = (self._apply(ca.OP_POW, end, n) for end in self._magnitude(a))
+        rising = [self._apply(ca.OP_POW, end, n) for end in a]
+        half = self._apply(ca.OP_FLOOR, self._apply(ca.OP_DIV, n, self._constant(2.0)))
+        even = self._apply(ca.OP_EQ, self._apply(ca.OP_TWICE, half), n)
         found = self._choice(even, least, rising[0]), self._choice(even, most, rising[1])
         if exponent is not None and exponent >= 0:
             return found
         over = self._inverse(found)
-        negative = self._made(ca.OP_LT, b[0], self._constant(0.0))
+        negative = self._apply(ca.OP_LT, b[0], self._constant(0.0))
         return (
             self._choice(negative, over[0], found[0]),
             self._choice(negative, over[1], found[1]),
         )
 
     def _power_that_moves(self, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
-        low, high = self._clipped(a, 0.0, math.inf)
-        log = self._made(ca.OP_LOG, low), self._made(ca.OP_LOG, high)
-        low, high = (self._made(ca.OP_EXP, end) for end in self._times(b, log))
-        bad = self._made(ca.OP_LT, a[0], self._constant(0.0))
+        low, high = self._clip(a, 0.0, math.inf)
+        log = self._apply(ca.OP_LOG, low), self._apply(ca.OP_LOG, high)
+        low, high = (self._apply(ca.OP_EXP, end) for end in self._times(b, log))
+        bad = self._apply(ca.OP_LT, a[0], self._constant(0.0))
         return (
             self._choice(bad, self._constant(-math.inf), low),
             self._choice(bad, self._constant(math.inf), high),
         )
 
     def _atan2(self, y: tuple[V, V], x: tuple[V, V]) -> tuple[V, V]:
-        low, high = self._hull(*(self._made(ca.OP_ATAN2, s, c) for s in y for c in x))
+        low, high = self._hull(*(self._apply(ca.OP_ATAN2, s, c) for s in y for c in x))
         zero = self._constant(0.0)
-        across = self._both(self._made(ca.OP_LE, y[0], zero), self._made(ca.OP_LE, zero, y[1]))
-        around = self._both(self._made(ca.OP_LE, x[0], zero), across)
+        across = self._both(self._apply(ca.OP_LE, y[0], zero), self._apply(ca.OP_LE, zero, y[1]))
+        around = self._both(self._apply(ca.OP_LE, x[0], zero), across)
         return (
             self._choice(around, self._constant(-math.pi), low),
             self._choice(around, self._constant(math.pi), high),
@@ -256,34 +256,34 @@ class Intervals(Generic[V]):
 
     def _truth(self, yes: V, no: V) -> tuple[V, V]:
         """1 if a relation is certainly true, 0 if certainly false, else both."""
-        return yes, self._made(ca.OP_NOT, no)
+        return yes, self._apply(ca.OP_NOT, no)
 
     def _relation(self, holds: int, opposite: int, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
-        return self._truth(self._made(holds, a[1], b[0]), self._made(opposite, b[1], a[0]))
+        return self._truth(self._apply(holds, a[1], b[0]), self._apply(opposite, b[1], a[0]))
 
     def _equal(self, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
-        same = self._both(self._made(ca.OP_EQ, a[0], b[1]), self._made(ca.OP_EQ, a[1], b[0]))
-        apart = self._made(
-            ca.OP_OR, self._made(ca.OP_LT, a[1], b[0]), self._made(ca.OP_LT, b[1], a[0])
+        same = self._both(self._apply(ca.OP_EQ, a[0], b[1]), self._apply(ca.OP_EQ, a[1], b[0]))
+        apart = self._apply(
+            ca.OP_OR, self._apply(ca.OP_LT, a[1], b[0]), self._apply(ca.OP_LT, b[1], a[0])
         )
         return self._truth(same, apart)
 
     def _is_surely_true(self, a: tuple[V, V]) -> V:
         zero = self._constant(0.0)
-        return self._made(
-            ca.OP_OR, self._made(ca.OP_LT, zero, a[0]), self._made(ca.OP_LT, a[1], zero)
+        return self._apply(
+            ca.OP_OR, self._apply(ca.OP_LT, zero, a[0]), self._apply(ca.OP_LT, a[1], zero)
         )
 
     def _is_surely_false(self, a: tuple[V, V]) -> V:
         zero = self._constant(0.0)
-        return self._both(self._made(ca.OP_EQ, a[0], zero), self._made(ca.OP_EQ, a[1], zero))
+        return self._both(self._apply(ca.OP_EQ, a[0], zero), self._apply(ca.OP_EQ, a[1], zero))
 
     def _not(self, a: tuple[V, V]) -> tuple[V, V]:
         return self._truth(self._is_surely_false(a), self._is_surely_true(a))
 
     def _or(self, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
         return self._truth(
-            self._made(ca.OP_OR, self._is_surely_true(a), self._is_surely_true(b)),
+            self._apply(ca.OP_OR, self._is_surely_true(a), self._is_surely_true(b)),
             self._both(self._is_surely_false(a), self._is_surely_false(b)),
         )
 
@@ -320,7 +320,7 @@ class _Expressions:
 
     # many times faster than the operators of CasADi's matrices
     @staticmethod
-    def made(operation: int, *args: ca.SX) -> ca.SX:
+    def apply(operation: int, *args: ca.SX) -> ca.SX:
         return ca.SX.unary(operation, *args) if len(args) == 1 else ca.SX.binary(operation, *args)
 
     @staticmethod
@@ -328,7 +328,7 @@ class _Expressions:
         return ca.SX(value)
 
     @staticmethod
-    def known(value: ca.SX) -> float | None:
+    def read_constant(value: ca.SX) -> float | None:
         return float(value) if value.is_constant() else None
 
 
@@ -348,11 +348,11 @@ def interval_bounds(function: ca.Function) -> ca.Function:
     low, high = ca.SX.sym("low"), ca.SX.sym("high")
     rest = [ca.SX.sym(f"i{i}", function.nnz_in(i)) for i in range(1, function.n_in())]
 
-    def given(which: int, place: int) -> tuple[ca.SX, ca.SX]:
+    def read_input(which: int, place: int) -> tuple[ca.SX, ca.SX]:
         return (rest[which - 1].nz[place],) * 2 if which else (low, high)
 
-    applied = Intervals(_Expressions()).applied
-    results = follow_operations(function, given, lambda value: (ca.SX(value),) * 2, applied)
+    applied = Intervals(_Expressions()).bound
+    results = follow_operations(function, read_input, lambda value: (ca.SX(value),) * 2, applied)
     outputs = [
         ca.vertcat(ca.SX(0, 1), *side) for ends in results for side in zip(*ends, strict=True)
     ]

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FURTHEST", "Search", "searched"]
+__all__ = ["FURTHEST", "Search", "search_together"]
 
 Array = NDArray[np.float64]
 
@@ -161,7 +161,7 @@ class Search:
         )
 
 
-def searched(
+def search_together(
     slopes: Callable[[Array], tuple[Array, Array]], begins: Sequence[Array]
 ) -> list[Search]:
     """Searches from several points, whose next evaluations are made together.

@@ -215,7 +215,7 @@ class Programme:
             seconds,
         )
 
-    def reached(self, solution: Solution) -> tuple[str, ...]:
+    def list_active(self, solution: Solution) -> tuple[str, ...]:
         """Names of the user's constraints that are active."""
         pressing = np.abs(solution.multipliers) > 1e-6
         found = [

@@ -11,7 +11,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
-from lumped.numerics.cluster import handed_out
+from lumped.numerics.cluster import hand_out
 
 __all__ = ["outcomes"]
 
@@ -61,17 +61,17 @@ def outcomes(
         else:
             suspects: list[Task] = []
             while chunks:
-                chunks = yield from _in_pool(job, chunks, workers, suspects)
+                chunks = yield from _run_in_pool(job, chunks, workers, suspects)
             for task in suspects:  # one by one, so that the fatal one is known
                 alone: list[Task] = []
-                yield from _in_pool(job, [[task]], 1, alone)
+                yield from _run_in_pool(job, [[task]], 1, alone)
                 for number, _ in alone:
                     yield number, _DIED, 0.0
     except KeyboardInterrupt:
         return
 
 
-def _in_pool(
+def _run_in_pool(
     job: Callable[[dict[str, float]], Outcome],
     chunks: list[list[Task]],
     workers: int,
@@ -118,10 +118,10 @@ def _begin(job: Callable[[dict[str, float]], Outcome], own_process: bool) -> Non
 
 
 def _work(chunk: list[Task]) -> list[Done]:
-    return [_timed(_job, task) for task in chunk]
+    return [_time_task(_job, task) for task in chunk]
 
 
-def _timed(job: Callable[[dict[str, float]], Outcome], task: Task) -> Done:
+def _time_task(job: Callable[[dict[str, float]], Outcome], task: Task) -> Done:
     begin = clock.perf_counter()
     outcome = job(task[1])
     return task[0], outcome, clock.perf_counter() - begin
@@ -132,7 +132,7 @@ def _on_cluster(
 ) -> Iterator[Done]:
     from dask.distributed import as_completed
 
-    held = handed_out(client, job)
+    held = hand_out(client, job)
     futures = {client.submit(_work_on_cluster, held, chunk, pure=False): chunk for chunk in chunks}
     for future in as_completed(futures):  # type: ignore[no-untyped-call]
         if future.status == "finished":
@@ -143,4 +143,4 @@ def _on_cluster(
 
 
 def _work_on_cluster(job: Callable[[dict[str, float]], Outcome], chunk: list[Task]) -> list[Done]:
-    return [_timed(job, task) for task in chunk]
+    return [_time_task(job, task) for task in chunk]

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SETTLED", "settled_amplitudes"]
+__all__ = ["SETTLED", "solve_amplitudes"]
 
 Real = NDArray[np.float64]
 Integer = NDArray[np.int64]
@@ -25,7 +25,7 @@ _SMALL = 1e-6
 _MOST = 200
 
 
-def settled_amplitudes(follows: Follows, begin: Real) -> tuple[Real, Real]:
+def solve_amplitudes(follows: Follows, begin: Real) -> tuple[Real, Real]:
     """Solve ``follows(amplitudes) == amplitudes`` in many cases at once.
 
     From small amplitudes upwards in steps of a tenth at most, so that of several solutions the one

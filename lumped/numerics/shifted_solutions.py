@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lumped.numerics.singular_factors import factors_of
 
-__all__ = ["elimination", "pivots", "solved_singly"]
+__all__ = ["elimination", "pivots", "solve_singly"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -166,7 +166,7 @@ def elimination(
     return ca.Function("shifted", inputs, [ca.cse(ca.densify(result))])
 
 
-def solved_singly(
+def solve_singly(
     rows: Integer, columns: Integer, entries: Real, w: Real, right: Complex
 ) -> tuple[Complex, Real]:
     """Solutions by a factorisation for each matrix, and their backward errors.

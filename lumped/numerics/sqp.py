@@ -11,7 +11,7 @@ import scipy
 from lumped.errors import OptimisationError, OptionError
 from lumped.numerics.nlp import Solution
 
-__all__ = ["Objective", "Rows", "bounded", "sqp"]
+__all__ = ["Objective", "Rows", "list_bound_rows", "sqp"]
 
 Objective = Callable[[np.ndarray], tuple[float, np.ndarray]]
 """Value and gradient for scaled unknowns."""
@@ -128,7 +128,7 @@ def sqp(
     return solution, tuple(dict.fromkeys(pressing))
 
 
-def bounded(
+def list_bound_rows(
     key: str, value: float, slope: np.ndarray, low: float, high: float
 ) -> list[tuple[float, np.ndarray, str]]:
     """Rows of a bounded number: distance from each bound, its gradient and name."""

@@ -221,5 +221,5 @@ class DesignProblem:
             low, high = np.abs(solution.w[first] - box[first, 1:]) <= 1e-6
             if (low or high) and abs(solution.bounds[first]) > 1e-8:
                 found.append(f"{name} at its {'lower' if low else 'upper'} bound")
-        found += self.programme.reached(solution)
+        found += self.programme.list_active(solution)
         return tuple(dict.fromkeys(found))

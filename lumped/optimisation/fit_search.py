@@ -22,7 +22,7 @@ from lumped.optimisation.design import Bounds, room_of
 from lumped.optimisation.first_designs import TRIED, apart
 from lumped.optimisation.identification import Identification
 from lumped.points.start import by_name, run_start
-from lumped.simulation.sampled_runs import places_of, sampled
+from lumped.simulation.sampled_runs import places_of, run_sampled
 from lumped.support.made_once import made_once
 from lumped.support.units import plain
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -135,7 +135,7 @@ class FitSearch:
         forward = copy(_vary(self.system, *names, self.plan.rtol))
         forward.given = self.point or begin
         plan = self.plan._replace(parameters=self.parameters | inner, start=forward.given)
-        run = sampled(self.system, plan, self.t)
+        run = run_sampled(self.system, plan, self.t)
         found = forward.go(run)
         self.runs += 1
         self.last = u.tobytes(), found

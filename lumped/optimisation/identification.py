@@ -11,7 +11,7 @@ from lumped.optimisation.fit_picture import draw_fit
 from lumped.plots.draw import Backend, draw
 from lumped.simulation.sampled_runs import places_of
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, display, time_unit
+from lumped.support.display_units import Units, choose_units, display, time_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.results.trajectory import Trajectory
@@ -119,7 +119,7 @@ class Identification(RichHtml):
             If a name does not exist.
         """
         run = self.run
-        choice = chosen(units, ("time", *self.residuals))
+        choice = choose_units(units, ("time", *self.residuals))
         places, channels = places_of(run, self.t), {}
         for name, rest in self.residuals.items():
             unit, fitted = run.system.quantity(name).unit, run[name]

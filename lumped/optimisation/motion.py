@@ -20,7 +20,7 @@ from lumped.optimisation.discretisation import Discretisation
 from lumped.optimisation.terms import number_of, term
 from lumped.support.arguments import checked
 from lumped.support.text_table import amounts, table
-from lumped.support.units import in_seconds
+from lumped.support.units import read_time
 from lumped.timeloop.results.operating_point import Named, OperatingPoint
 
 __all__ = ["Motion", "motion"]
@@ -168,7 +168,7 @@ def motion(
     springs are not wound up and nothing swings on. A rigid inertia with free drive takes the
     parabola of speed, ``6 h t (T - t) / T^3``.
     """
-    duration = in_seconds(duration, "duration")
+    duration = read_time(duration, "duration")
     return _MotionSearch(
         points, drive, stations, duration, minimise, limits or {}, intervals
     ).solve_motion()
@@ -386,7 +386,7 @@ class _MotionSearch:
             tuple(stations.tolist()),
             self.minimise,
             0.0,
-            self.programme.reached(solution),
+            self.programme.list_active(solution),
             solution,
         )
         names = self.minimise.names

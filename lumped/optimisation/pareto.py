@@ -21,7 +21,7 @@ from lumped.optimisation.tasks import Objective, task_of
 from lumped.plots.draw import Backend, draw
 from lumped.plots.picture import label_axis
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, display
+from lumped.support.display_units import Units, choose_units, display
 from lumped.support.progress import Progress
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
@@ -79,7 +79,7 @@ class Front(RichHtml):
             If a name does not exist.
         """
         system, told = self.designs[0].system, [_label(aim) for aim in self.functionals]
-        units, values, labels = chosen(units, told), self.values.copy(), []
+        units, values, labels = choose_units(units, told), self.values.copy(), []
         for k, (aim, label) in enumerate(zip(self.functionals, told, strict=True)):
             shown = display(label, _unit(aim, system), units)
             values[:, k] = shown.value(values[:, k])

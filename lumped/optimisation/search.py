@@ -13,7 +13,7 @@ from lumped.compiler.system import System
 from lumped.errors import OptimisationError
 from lumped.functionals import Functional
 from lumped.numerics.nlp import Solution
-from lumped.numerics.sqp import bounded, sqp
+from lumped.numerics.sqp import list_bound_rows, sqp
 from lumped.optimisation.design import Key, Optimum, Scattered, Task, bounds_of, find_varied
 from lumped.timeloop.run_options import RunPlan
 from lumped.tolerances.moved_scene import MovedScene
@@ -141,7 +141,9 @@ class DesignSearch:
 
     def bound_rows(self, key: Any, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
         """What must not be negative for the bounds of a key."""
-        return bounded(str(key), *self.value(key, w), *bounds_of(str(key), self.bounds[key]))
+        return list_bound_rows(
+            str(key), *self.value(key, w), *bounds_of(str(key), self.bounds[key])
+        )
 
     def rows(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[str]]:
         """What must not be negative, scaled, its gradients and names."""
@@ -154,7 +156,7 @@ class DesignSearch:
                 every.append((beta - self.least_beta(key) - self.shift[key], slope, text))
         for weights, most in self.at_most:
             label = " + ".join(f"{weight:g} {key}" for key, weight in weights.items())
-            every += bounded(label, *self.total(weights, w), -np.inf, most)
+            every += list_bound_rows(label, *self.total(weights, w), -np.inf, most)
         values, slopes, labels = map(list, zip(*every, strict=True)) if every else ([], [], [])
         return np.array(values), np.array(slopes).reshape(-1, len(w)), labels
 

@@ -162,7 +162,7 @@ class _Terms:
         self.scale = float(np.abs(self.slopes) @ self.sizes) or 1.0
 
     def term(self) -> Term:
-        part = self._make_bound(self.functional.folded(self._leaf, self._node))
+        part = self._make_bound(self.functional.fold(self._leaf, self._node))
         return Term(part.value, self.scale, part.side)
 
     def _slopes_at_start(self) -> np.ndarray:

@@ -20,7 +20,7 @@ from lumped.plots.picture import Curve as Line
 from lumped.plots.style import COLOURS, LINES, MARKS, Look
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
-from lumped.support.display_units import Units, chosen, display
+from lumped.support.display_units import Units, choose_units, display
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.trajectory import Trajectory
@@ -217,7 +217,7 @@ class Branch(ByName, RichHtml):
             What draws, and where (see `lumped.Trajectory.plot`).
         """
         key = self.system.key(name)
-        choice = chosen(units, (self.along, *self.system.names()))
+        choice = choose_units(units, (self.along, *self.system.names()))
         own_units = self.system.parameter_unit(self.along), self.system.quantity(key).unit
         names = self.along, key
         shown = [display(n, u, choice) for n, u in zip(names, own_units, strict=True)]

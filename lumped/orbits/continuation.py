@@ -21,7 +21,7 @@ from lumped.orbits.branch_equations import (
     in_phase,
 )
 from lumped.orbits.shooting import sizes
-from lumped.timeloop.plants.executable import evaluated
+from lumped.timeloop.plants.executable import evaluate_at
 
 __all__ = ["TESTS", "Ahead", "Course", "Passed", "Segment", "follow_branch"]
 
@@ -351,7 +351,7 @@ def _begin_elsewhere(
     middle = int(np.searchsorted(piece.t, 0.5 * (piece.t[0] + piece.t[-1])))
     x, modes = piece.x[middle], piece.settings[middle].copy()
     modes[orbits.system.switching.first_modes + PARTED] = 0.0
-    rate = evaluated(orbits.system, "rates", x, theta, 0.0, modes)[orbits.active]
+    rate = evaluate_at(orbits.system, "rates", x, theta, 0.0, modes)[orbits.active]
     z = last.z.copy()
     z[: len(orbits.active)] = x[orbits.active]
     phase = rate / sizes(orbits, last.run.x) ** 2

@@ -93,7 +93,7 @@ def drifting(system: System, advance: np.ndarray) -> np.ndarray:
     acts = np.zeros((n + 1, n), dtype=bool)  # the last row is what switches
     _mark(acts, np.arange(n), system.rates, x)
     if system.switching:
-        needed = system.structure.in_states(system.switching.needed())
+        needed = system.structure.in_states(system.switching.collect_needed())
         _mark(acts, np.full(needed.numel(), n), needed, x)
         values = system.structure.in_states(system.switching.values)
         rows = np.full(values.numel(), n)
@@ -119,7 +119,7 @@ def needs_time(system: System, theta: np.ndarray) -> bool:
     t = system.inputs[2]
     parts = [system.rates]
     if system.switching:
-        parts.append(system.structure.in_states(system.switching.needed()))
+        parts.append(system.structure.in_states(system.switching.collect_needed()))
     return bool(
         ca.jacobian_sparsity(ca.vertcat(*parts), t).nnz()
         or any(clock.moves for clock in clocks(system))

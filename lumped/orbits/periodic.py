@@ -23,7 +23,7 @@ from lumped.orbits.shooting import Guess, Orbit, OrbitProblem, refuse_rest, shoo
 from lumped.points.start import search_start
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
-from lumped.support.units import in_seconds
+from lumped.support.units import read_time
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.ordered.order_response import OrderResponse
@@ -110,13 +110,13 @@ def periodic(
         return _from_response(system, start, float(speed), grid, rtol, iterations)
     if speed is not None:
         raise OptionError("periodic: speed= is one of those of an order response, start=.")
-    near = None if near is None else in_seconds(near, "near")
-    warm_up = None if warm_up is None else in_seconds(warm_up, "warm_up")
+    near = None if near is None else read_time(near, "near")
+    warm_up = None if warm_up is None else read_time(warm_up, "warm_up")
     point = search_start(system, parameters, start)
     system = point.system
     clock = None
     if isinstance(period, str) and not period[:1].isalpha():
-        period = in_seconds(period, "period")
+        period = read_time(period, "period")
     if isinstance(period, str | Expr):
         (clock,) = system.places([system.key(period)])
         period = float(point.theta[clock])

@@ -14,10 +14,10 @@ from lumped.errors import OptionError, ParameterError, SolverError
 from lumped.flattening.hold_modes import PARTED
 from lumped.gradients.forward import Forward
 from lumped.gradients.steps import steps_of
-from lumped.numerics.damping import damped
+from lumped.numerics.damping import damp_step
 from lumped.simulation.simulate import simulate
 from lumped.support.made_once import made_once
-from lumped.timeloop.plants.executable import evaluated
+from lumped.timeloop.plants.executable import evaluate_at
 from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
@@ -144,7 +144,7 @@ class Shot:
     def rate(self) -> np.ndarray:
         """Derivatives of the active states at the end."""
         point = self.end, self.run.theta, self.guess.period, self.settings
-        found: np.ndarray = evaluated(self.run.system, "rates", *point)[self.active]
+        found: np.ndarray = evaluate_at(self.run.system, "rates", *point)[self.active]
         return found
 
 
@@ -211,7 +211,7 @@ def shoot(problem: OrbitProblem, guess: Guess) -> Orbit:
         step, change = _newton_step(problem, shot, slopes, forward)
         tried: list[Shot] = []
         trial = partial(_try_step, problem, shot, step, change, tried)
-        better = damped(trial, float(np.linalg.norm(shot.residuals)), _SHORTEST)
+        better = damp_step(trial, float(np.linalg.norm(shot.residuals)), _SHORTEST)
         evaluations += sum(one.run.statistics.evaluations for one in tried)
         if better is not None:
             shot = better

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.flattening.hold_modes import FORWARD
-from lumped.timeloop.holds import hold_words, turned
+from lumped.timeloop.holds import hold_words, turn_condition
 from lumped.timeloop.results.operating_point import OperatingPoint
 
-__all__ = ["at_borders", "bent", "border_text", "differ", "is_law", "sides"]
+__all__ = ["at_borders", "border_text", "differ", "is_bent", "is_law", "sides"]
 
 Real = NDArray[np.float64]
 Numbers = NDArray[np.inexact[Any]]
@@ -45,11 +45,11 @@ def sides(point: OperatingPoint, rows: list[int], signs: Real) -> tuple[Real, Re
         number = system.switching.rows[row][1]
         if sign:
             side = first if sign < 0 else second
-            side[:] = turned(system, point.x, point.theta, point.time, side, number)
+            side[:] = turn_condition(system, point.x, point.theta, point.time, side, number)
     return first, second
 
 
-def bent(point: OperatingPoint, first: Real, second: Real) -> bool:
+def is_bent(point: OperatingPoint, first: Real, second: Real) -> bool:
     """Whether the rates or their derivatives by states are others in these modes."""
     system = point.system
     both = [(point.x, point.theta, point.time, modes) for modes in (first, second)]

@@ -17,7 +17,7 @@ from lumped.kernel.instants.holds import STANDSTILL
 from lumped.language.quantity import within
 from lumped.points.start_search import ROUNDING
 from lumped.points.target_values import target_values
-from lumped.points.targets import TOLERANCE, determined
+from lumped.points.targets import TOLERANCE, find_determined
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
 
@@ -97,7 +97,7 @@ class StartSlopes:
 def direct_start(system: System, changed: tuple[int, ...]) -> DirectStart | None:
     """How states follow from start values and from those unknowns that are set; None if not so."""
     structure, values = system.structure, ca.SX.sym("start", len(changed))
-    found = _found(system, {u: values[i] for i, u in enumerate(changed)}, {})
+    found = _find_direct_states(system, {u: values[i] for i, u in enumerate(changed)}, {})
     if found is None:
         return None
     x, given, missed, fixed = found
@@ -108,7 +108,7 @@ def direct_start(system: System, changed: tuple[int, ...]) -> DirectStart | None
             least = ROUNDING * STANDSTILL * (1 + ca.fabs(x[i]))
             x[i] = ca.if_else(ca.fabs(x[i]) <= least, 0, x[i])
     inputs = [structure.parameters.theta, structure.values.time, values]
-    results = [_used(system, x), given, missed]
+    results = [_select_used(system, x), given, missed]
     function = ca.Function("start", inputs, [ca.densify(result) for result in results])
     varies = ca.depends_on(ca.vertcat(*results), ca.vertcat(*inputs))
     targets = given.numel() > len(fixed)
@@ -124,21 +124,21 @@ def direct_slopes(
     structure, values = system.structure, ca.SX.sym("start", len(changed))
     more, theta = ca.SX.sym("more", len(varied)), structure.parameters.theta
     every = {u: values[i] for i, u in enumerate(changed)}
-    found = _found(system, every, {u: more[i] for i, u in enumerate(varied)})
+    found = _find_direct_states(system, every, {u: more[i] for i, u in enumerate(varied)})
     if found is None:
         return None
-    slopes = ca.jacobian(_used(system, found[0]), ca.vertcat(theta, more))
+    slopes = ca.jacobian(_select_used(system, found[0]), ca.vertcat(theta, more))
     slopes = ca.substitute(slopes, more, ca.SX.zeros(len(varied)))
     inputs = [theta, structure.values.time, values]
     return StartSlopes(ca.Function("start_slopes", inputs, [slopes]))
 
 
-def _used(system: System, x: ca.SX) -> ca.SX:
+def _select_used(system: System, x: ca.SX) -> ca.SX:
     """Those of all states that are in use."""
     return x[system.structure.in_use] if system.structure.in_use else ca.SX(0, 1)
 
 
-def _found(
+def _find_direct_states(
     system: System, changed: Mapping[int, ca.SX], more: Mapping[int, ca.SX]
 ) -> tuple[ca.SX, ca.SX, ca.SX, Collection[int]] | None:
     """States, start values, how far the worst is missed, and which states are given.
@@ -176,14 +176,14 @@ def _found(
     fixed = own.keys()
     missed = ca.SX(0)
     if targets or flat.initial:
-        found = _solved(system, x, targets, fixed)
+        found = _meet_targets(system, x, targets, fixed)
         if found is None:
             return None
         x, missed = found
     return x, given, missed, fixed
 
 
-def _solved(
+def _meet_targets(
     system: System, x: ca.SX, targets: Mapping[int, ca.SX], fixed: Container[int]
 ) -> tuple[ca.SX, ca.SX] | None:
     """States that meet targets, and how far the worst is missed; None if that takes a search."""
@@ -195,7 +195,7 @@ def _solved(
         return None
     at = ca.Function("slopes", [theta], [slopes])
     matrix = at(system.structure.parameters.defaults).full()
-    columns, rows = determined(system, matrix, fixed)
+    columns, rows = find_determined(system, matrix, fixed)
     if not 0 < len(rows) <= (_MOST if slopes.is_constant() else _FEW):
         return None
     wanted = ca.vertcat(ca.SX(0, 1), *targets.values(), ca.SX.zeros(len(known.places)))

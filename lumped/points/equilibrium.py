@@ -14,13 +14,13 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError, StartError
 from lumped.points.equilibrium_demands import Demands, computable_rows, order_of
 from lumped.points.equilibrium_search import EquilibriumSearch
-from lumped.points.position_search import agreed
+from lumped.points.position_search import search_positions
 from lumped.points.start import free_places, start_point
 from lumped.points.steady_directions import unsteady_part
 from lumped.support.arguments import checked
 from lumped.support.units import amount
 from lumped.timeloop.holds import Holds
-from lumped.timeloop.positions import settled
+from lumped.timeloop.positions import settle_positions
 from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.results.operating_point import Kept, OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
@@ -104,7 +104,7 @@ def equilibrium(
         again = partial(_again, changed, given, unknown, rest, time, tolerance)
     for keep in (True, False)[: 1 if places else 2]:
         try:
-            found = _Equilibrium(demands, places, rest, tolerance).found(keep=keep)
+            found = _Equilibrium(demands, places, rest, tolerance).find(keep=keep)
         except SolverError as error:
             fault = fault or error
             continue
@@ -144,7 +144,7 @@ class _Equilibrium:
         self._places, self._rest, self._tolerance = places, rest, tolerance
         self._on_the_way = False
 
-    def found(self, *, keep: bool) -> OperatingPoint:
+    def find(self, *, keep: bool) -> OperatingPoint:
         """An equilibrium; with all that was given, or as much of it as possible.
 
         Raises
@@ -155,10 +155,10 @@ class _Equilibrium:
         demands, s = self._demands, self._system.switching
         nodes = demands.asked + demands.declared
         equations = list(range(demands.equations.numel()))
-        point = agreed(
+        point = search_positions(
             self._first,
-            partial(self._solved, nodes, equations) if keep else self._nearest,
-            self._repositioned,
+            partial(self._solve, nodes, equations) if keep else self._nearest,
+            self._reposition,
             _between,
             _key,
             _MOST + 4 * (len(s.relation_modes) + len(s.first_modes)),
@@ -169,8 +169,8 @@ class _Equilibrium:
                 "changes again and again. Give start values nearer to it."
             )
         if not keep or (_modes(point) != _modes(self._first)).any():
-            point = self._nearer(point, *((nodes, equations) if keep else demands.kept(point)))
-        lost = demands.lost(point)
+            point = self._nearer(point, *((nodes, equations) if keep else demands.find_kept(point)))
+        lost = demands.list_lost(point)
         kept = Kept(rest=self._rest) if lost else self._all_kept()
         return replace(point, lost=lost, kept=replace(kept, start=demands.start))
 
@@ -193,8 +193,8 @@ class _Equilibrium:
                     x[i] = wanted[node]
             start = replace(self._first, x=x, settings=point.settings)
             try:
-                near = self._solved(nodes, equations, start, newton=True)
-                if self._repositioned(near) is near:
+                near = self._solve(nodes, equations, start, newton=True)
+                if self._reposition(near) is near:
                     return near
             except (SolverError, StartError):
                 continue
@@ -209,9 +209,9 @@ class _Equilibrium:
         )
         zeros = np.zeros(demands.equations.numel())
         second = ca.vertcat(declared[0], demands.equations), np.append(declared[1], zeros)
-        return self._solved([], [], begin, wishes=(asked, second))
+        return self._solve([], [], begin, wishes=(asked, second))
 
-    def _solved(
+    def _solve(
         self,
         nodes: list[int],
         equations: list[int],
@@ -225,7 +225,7 @@ class _Equilibrium:
         Or a point on the way to it where these positions change.
         """
         system, rest = self._system, self._rest
-        stuck = _stuck(begin)
+        stuck = _find_stuck_speeds(begin)
         still = np.array([node in stuck for node in system.structure.states], dtype=bool)
         fixed = np.array([node in nodes for node in system.structure.states], dtype=bool)
         if rest:
@@ -237,7 +237,7 @@ class _Equilibrium:
         kept = [n for n in nodes if n not in system.structure.states and n not in stuck]
         zero = [n for n in sorted(stuck) if n not in system.structure.states]
         zero = [n for n in zero if computable_rows(system, system.structure.values.of([n]))[0]]
-        closed = _closed(begin)
+        closed = _find_closed_gaps(begin)
         nothing = np.zeros(len(zero) + closed.numel() + len(equations))
         wanted = [self._demands.values(kept, self._first), nothing]
         expressions = ca.vertcat(
@@ -273,9 +273,9 @@ class _Equilibrium:
             search.check_rest(found)
         return found
 
-    def _repositioned(self, found: OperatingPoint) -> OperatingPoint:
+    def _reposition(self, found: OperatingPoint) -> OperatingPoint:
         """The point with the positions that hold there; itself if it is an equilibrium in them."""
-        point = _settled(found)
+        point = _settle_positions(found)
         if point is found and self._on_the_way:
             raise SolverError(
                 f"{self._system.name}: no equilibrium near the start values: on the way there, "
@@ -300,14 +300,14 @@ def _key(point: OperatingPoint) -> np.ndarray:
     return np.append(positions, point.x).astype(np.float32)
 
 
-def _closed(point: OperatingPoint) -> ca.SX:
+def _find_closed_gaps(point: OperatingPoint) -> ca.SX:
     """Gaps that are closed, and stay so."""
     s = point.system.switching
     numbers = np.flatnonzero(s.has_gap & (point.settings[s.first_modes] > 0.5)).tolist()
     return s.gap[numbers] if numbers else ca.SX(0, 1)
 
 
-def _settled(point: OperatingPoint) -> OperatingPoint:
+def _settle_positions(point: OperatingPoint) -> OperatingPoint:
     """The point, with what sticks, slides and is switched there; itself if nothing changes.
 
     What would have to slide backwards on the way there is tried at standstill first.
@@ -323,11 +323,11 @@ def _settled(point: OperatingPoint) -> OperatingPoint:
     _, forward, backward = holds.parts(modes)
     turned = (forward & (speed < 0) | backward & (speed > 0)) & ~switching.has_gap
     holds.stop(x, turned)
-    found = settled(system, point.theta, time, x, point.settings)
+    found = settle_positions(system, point.theta, time, x, point.settings)
     return point if found is None else OperatingPoint(system, point.time, x, point.theta, found)
 
 
-def _stuck(point: OperatingPoint) -> set[int]:
+def _find_stuck_speeds(point: OperatingPoint) -> set[int]:
     """Speeds that are held at zero."""
     switching = point.system.switching
     if not switching:

@@ -61,26 +61,26 @@ class Demands:
 
     def values(self, nodes: list[int], point: OperatingPoint) -> np.ndarray:
         """Values of nodes at a point."""
-        return evaluated_at(point, self.begin.system.structure.values.of(nodes))
+        return evaluate_expression(point, self.begin.system.structure.values.of(nodes))
 
-    def kept(self, point: OperatingPoint) -> tuple[list[int], list[int]]:
+    def find_kept(self, point: OperatingPoint) -> tuple[list[int], list[int]]:
         """Nodes that have their values at a point still, and initial equations that hold."""
         nodes = self.asked + self.declared
         wanted, now = (self.values(nodes, p) for p in (self.begin, point))
         same = np.abs(now - wanted) <= _SAME * (1.0 + np.abs(wanted))
-        held = np.abs(evaluated_at(point, self.equations)) <= _SAME * self._sizes(point)
+        held = np.abs(evaluate_expression(point, self.equations)) <= _SAME * self._sizes(point)
         return [n for n, k in zip(nodes, same, strict=True) if k], np.flatnonzero(held).tolist()
 
     def _sizes(self, point: OperatingPoint) -> np.ndarray:
         """Sizes of the terms of the initial equations."""
         slopes = ca.jacobian(self.equations, point.system.inputs[0])
-        found = evaluated_at(point, slopes).reshape(slopes.shape, order="F")
+        found = evaluate_expression(point, slopes).reshape(slopes.shape, order="F")
         sizes: np.ndarray = 1.0 + np.abs(found) @ np.abs(point.x)
         return sizes
 
-    def lost(self, point: OperatingPoint) -> tuple[str, ...]:
+    def list_lost(self, point: OperatingPoint) -> tuple[str, ...]:
         """What does not hold at a point, in words."""
-        system, (nodes, equations) = point.system, self.kept(point)
+        system, (nodes, equations) = point.system, self.find_kept(point)
         found = []
         for node in self.asked + self.declared:
             if node not in nodes:
@@ -96,7 +96,7 @@ class Demands:
         return tuple(found)
 
 
-def evaluated_at(point: OperatingPoint, expression: ca.SX) -> np.ndarray:
+def evaluate_expression(point: OperatingPoint, expression: ca.SX) -> np.ndarray:
     system = point.system
     function = ca.Function(
         "at", system.inputs, [ca.densify(system.structure.in_states(expression))]

@@ -9,9 +9,9 @@ import numpy as np
 import scipy
 
 from lumped.errors import SolverError, StartError
-from lumped.numerics.damping import damped
+from lumped.numerics.damping import damp_step
 from lumped.points.linearise import growth
-from lumped.points.pseudo_time import settled
+from lumped.points.pseudo_time import settle_states
 from lumped.timeloop.results.operating_point import Convergence, OperatingPoint
 from lumped.timeloop.settings import just_after, settings_at
 
@@ -105,7 +105,7 @@ class EquilibriumSearch:
         found = self.newton(begin, settings, movable)
         if found is None and (self.system.switching or not self.places):
             point = OperatingPoint(self.system, self.time, begin, self.theta, settings)
-            end = settled(point, movable | still, self.change)
+            end = settle_states(point, movable | still, self.change)
             if end is not None and end.changed:
                 self.on_the_way = True
                 return OperatingPoint(self.system, self.time, end.x, self.theta, end.settings)
@@ -122,7 +122,7 @@ class EquilibriumSearch:
             z, found = self._newton(z, settings, movable)
             if not found:
                 return None
-            before, (x, theta) = settings, self._parted(z)
+            before, (x, theta) = settings, self._split(z)
             guesses = before[len(before) - len(self.system.structure.implicit) :]
             settings = settings_at(self.system, x, theta, just_after(self.time), guesses, settings)
             count = len(before) - len(guesses)
@@ -135,33 +135,33 @@ class EquilibriumSearch:
     def _convergence(self, z: np.ndarray, settings: np.ndarray, movable: np.ndarray) -> Convergence:
         """What the search cost, and how well its result is founded."""
         matrix, scale = self._jacobian(z, settings)
-        left = np.abs(self._missed(z, settings)) / scale
+        left = np.abs(self._evaluate(z, settings)) / scale
         columns = np.append(movable, np.ones(len(self.places), dtype=bool))
         scaled = (matrix * (np.abs(z) + 1e-3) / scale[:, None])[:, columns]
         sizes = np.linalg.svd(scaled, compute_uv=False)
         least = sizes[len(sizes) - 1] if scaled.shape[1] <= scaled.shape[0] and len(sizes) else 0.0
         condition = sizes[0] / least if least > _SINGULAR * sizes.max(initial=0.0) else np.inf
-        point = OperatingPoint(self.system, self.time, *self._parted(z), settings)
+        point = OperatingPoint(self.system, self.time, *self._split(z), settings)
         cost, residual = (self.iterations, self.evaluations), float(left.max(initial=0.0))
         return Convergence(*cost, residual, float(condition), growth(self.system, point)[0])
 
-    def _parted(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _split(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States and parameters."""
         theta = self.theta.copy()
         count = len(self.system.structure.states)
         theta[self.places] = z[count:]
         return z[:count], theta
 
-    def _missed(self, z: np.ndarray, settings: np.ndarray) -> np.ndarray:
+    def _evaluate(self, z: np.ndarray, settings: np.ndarray) -> np.ndarray:
         """Derivatives that must vanish, then changes of what is kept."""
         self.evaluations += 1
-        point = (*self._parted(z), self.time, settings)
+        point = (*self._split(z), self.time, settings)
         rates = self.change @ np.asarray(self.system.rhs(*point)).ravel()
         return np.append(rates, np.asarray(self.effects(*point)[1]).ravel() - self.wanted)
 
     def _jacobian(self, z: np.ndarray, settings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives of these by states and free parameters, and their own scale."""
-        point = (*self._parted(z), self.time, settings)
+        point = (*self._split(z), self.time, settings)
         by_parameters, _, kept = (part.full() for part in self.effects(*point))
         rates = np.hstack([self.system.jacobian(*point)[0].full(), by_parameters])
         matrix = np.vstack([self.change @ rates, kept])
@@ -172,7 +172,7 @@ class EquilibriumSearch:
     ) -> tuple[np.ndarray, bool]:
         """Where the iteration ends, and whether the derivatives vanish there."""
         columns = np.append(movable, np.ones(len(self.places), dtype=bool))
-        first = self.residual = self._missed(z, settings)
+        first = self.residual = self._evaluate(z, settings)
         far = _FARTHEST * (np.abs(z[len(movable) :]) + 1.0)
         for _ in range(100):
             if not np.isfinite(self.residual).all():
@@ -188,8 +188,8 @@ class EquilibriumSearch:
             least = scipy.linalg.lstsq(scaled, -self.residual / scale, lapack_driver="gelsy")[0]
             step[columns] = least
             if self.wishes:
-                step[columns] = self._wished(z, settings, step, scaled, columns)
-            moved = self._damped(z, step, scale, settings)
+                step[columns] = self._follow_wishes(z, settings, step, scaled, columns)
+            moved = self._damp(z, step, scale, settings)
             if moved is None:
                 break
             z, self.residual = moved
@@ -198,7 +198,7 @@ class EquilibriumSearch:
                 break
         return z, False
 
-    def _wished(
+    def _follow_wishes(
         self,
         z: np.ndarray,
         settings: np.ndarray,
@@ -208,7 +208,7 @@ class EquilibriumSearch:
     ) -> np.ndarray:
         """The step with what it leaves open used for the wishes, one after the other."""
         space = scipy.linalg.null_space(scaled, rcond=1e-10)
-        point = (*self._parted(z), self.time, settings)
+        point = (*self._split(z), self.time, settings)
         for function, value in self.wishes:
             now, slopes = (part.full() for part in function(*point))
             effect = slopes[:, columns] @ space
@@ -221,19 +221,19 @@ class EquilibriumSearch:
         found: np.ndarray = step[columns]
         return found
 
-    def _damped(
+    def _damp(
         self, z: np.ndarray, step: np.ndarray, scale: np.ndarray, settings: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray] | None:
         """Where a part of the step leads, and what is missed there."""
 
         def trial(part: float) -> tuple[tuple[np.ndarray, np.ndarray], float]:
             tried = z + part * step
-            found = self._missed(tried, settings)
+            found = self._evaluate(tried, settings)
             far = float(np.linalg.norm(found / scale)) if np.isfinite(found).all() else np.inf
             return (tried, found), far
 
         before = float(np.linalg.norm(self.residual / scale))
-        return damped(trial, before * (1 - 1e-4), _SHORTEST)
+        return damp_step(trial, before * (1 - 1e-4), _SHORTEST)
 
     def _check_determined(self, z: np.ndarray, settings: np.ndarray, movable: np.ndarray) -> None:
         """Refuse free parameters that could be others."""

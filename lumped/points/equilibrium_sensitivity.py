@@ -15,10 +15,10 @@ from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
 from lumped.points.kink_refusals import refuse_kinks
-from lumped.points.moved_equilibrium import moved_point, places_to
+from lumped.points.moved_equilibrium import find_moved_point, places_to
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen
-from lumped.support.ranking import ranked
+from lumped.support.display_units import Units, choose_units
+from lumped.support.ranking import rank_by_size
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -68,7 +68,7 @@ class EquilibriumSensitivity(RichHtml):
         varied = np.array([known[name] for name in self.by])
         with np.errstate(divide="ignore", invalid="ignore"):
             relative = self.derivatives[row] * varied / self.values[row]
-        return ranked(self.of[row], self.values[row], self.by, relative)
+        return rank_by_size(self.of[row], self.values[row], self.by, relative)
 
     @checked
     def plot(
@@ -99,9 +99,9 @@ class EquilibriumSensitivity(RichHtml):
         """
         row = 0 if of is None else self._row(of)
         name = self.of[row]
-        system, choice = self.point.system, chosen(units, self.of)
-        told = amounts(name, system.quantity(name).unit, self.values[row], digits=4, units=choice)
-        title = f"{system.name}: {name} = {' '.join(told)} at the equilibrium"
+        system, choice = self.point.system, choose_units(units, self.of)
+        texts = amounts(name, system.quantity(name).unit, self.values[row], digits=4, units=choice)
+        title = f"{system.name}: {name} = {' '.join(texts)} at the equilibrium"
         return draw(tornado(self.ranked(name), title, name), backend, ax)
 
     def _row(self, of: Name) -> int:
@@ -161,7 +161,7 @@ def equilibrium_sensitivity(
     wanted = [system.key(name) for name in of]
     if not wanted or not names:
         raise OptionError("equilibrium_sensitivity: name at least one quantity and one parameter.")
-    moved = moved_point(point, places)
+    moved = find_moved_point(point, places)
     if moved is None:
         raise OptionError(
             f"{system.name}: derivatives of states do not vanish at this point, so it is no "

@@ -16,7 +16,7 @@ Place = tuple[Group, int, int]
 
 
 def initial_residuals(system: System) -> tuple[ca.SX, list[Place]]:
-    """Left minus right side of each initial equation, and where it stands.
+    """Left minus right side of each initial equation, and where it is declared.
 
     Expressions of all states, left out or not; one vectorised call for each template equation.
     """

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.errors import SolverError
-from lumped.points.borders import at_borders, bent, border_text, differ, is_law, sides
+from lumped.points.borders import at_borders, border_text, differ, is_bent, is_law, sides
 from lumped.points.moved_equilibrium import MovedPoint
 from lumped.timeloop.results.operating_point import OperatingPoint
 
@@ -63,7 +63,7 @@ def refuse_kinks(
     ways = np.sign(change[conditions])
     for signs in np.unique(ways, axis=1).T:
         first, second = sides(point, [rows[k] for k in conditions], signs)
-        if differ(value(first), value(second)) or bent(point, first, second):
+        if differ(value(first), value(second)) or is_bent(point, first, second):
             column = int((ways == signs[:, None]).all(axis=0).argmax())
             crossed = [rows[k] for k, sign in zip(conditions, signs, strict=True) if sign]
             raise SolverError(_refusal(point, crossed, names[column]))

@@ -197,11 +197,11 @@ class Matrices:
         """
         if not self._vibrating or w is None:
             if self._stated is None:
-                self._stated = self._made(None)
+                self._stated = self._make(None)
             return self._stated
-        return self._made(w)
+        return self._make(w)
 
-    def _made(self, w: float | None) -> list[scipy.sparse.csc_array]:
+    def _make(self, w: float | None) -> list[scipy.sparse.csc_array]:
         point = self._point
         found = self._call(point.x, self.theta(w), point.time, point.settings)
         matrices = [scipy.sparse.csc_array(ca.DM(m).sparse()) for m in found]

@@ -15,11 +15,18 @@ from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, SolverError
 from lumped.points.initial_equations import initial_residuals
 from lumped.points.steady_directions import unsteady_part
-from lumped.points.vibrating_states import stuck
-from lumped.support.text_table import listed
+from lumped.points.vibrating_states import find_stuck_holds
+from lumped.support.text_table import list_names
 from lumped.timeloop.results.operating_point import Kept, OperatingPoint
 
-__all__ = ["MovedPoint", "held_still", "moved_point", "places_to", "point_matters", "still_point"]
+__all__ = [
+    "MovedPoint",
+    "find_moved_point",
+    "places_to",
+    "point_matters",
+    "select_still",
+    "still_point",
+]
 
 Real = NDArray[np.float64]
 
@@ -100,7 +107,7 @@ def still_point(point: OperatingPoint, places: list[int]) -> MovedPoint:
     return MovedPoint(np.zeros((len(point.x), len(places))), parameters)
 
 
-def moved_point(point: OperatingPoint, places: list[int]) -> MovedPoint | None:
+def find_moved_point(point: OperatingPoint, places: list[int]) -> MovedPoint | None:
     """How states and free parameters follow others, so that the point stays an equilibrium.
 
     What is held stays held: what sticks or is locked stays where it is, what is closed or on its
@@ -130,8 +137,8 @@ def moved_point(point: OperatingPoint, places: list[int]) -> MovedPoint | None:
     # what cancels in it is exactly zero there, and nothing depends on states that are left out
     rates[:, :count] = 0.0
     rates[:, system.structure.in_use] = system.state_matrix(inputs).toarray()
-    given = _slopes(point, _given(system, kept), chosen)
-    held = _slopes(point, _held(system, point), chosen)
+    given = _slopes(point, _collect_given(system, kept), chosen)
+    held = _slopes(point, _collect_held(system, point), chosen)
     hard = np.vstack([change @ rates, held, *([given] if free else [])])
     step, missed = _least(
         hard[:, :end], hard[:, end:], given[:, :end], given[:, end:], system.structure.in_use
@@ -144,30 +151,30 @@ def moved_point(point: OperatingPoint, places: list[int]) -> MovedPoint | None:
     return MovedPoint(step[system.structure.in_use], parameters)
 
 
-def held_still(point: OperatingPoint, vectors: Real) -> Real:
+def select_still(point: OperatingPoint, vectors: Real) -> Real:
     """Those combinations of columns of states in which nothing moves that is held."""
     system = point.system
-    if not stuck(point).any() or not vectors.shape[1]:
+    if not find_stuck_holds(point).any() or not vectors.shape[1]:
         return vectors
-    slopes = _slopes(point, _held(system, point), [])
+    slopes = _slopes(point, _collect_held(system, point), [])
     lost = np.setdiff1d(np.arange(slopes.shape[1]), system.structure.in_use)
     # a state that is left out may take any value
-    slopes = _solved(slopes[:, lost].T, np.zeros((len(lost), 1)))[1].T @ slopes
+    slopes = _solve_least_squares(slopes[:, lost].T, np.zeros((len(lost), 1)))[1].T @ slopes
     moves = slopes[:, system.structure.in_use] @ vectors
     size = np.abs(slopes[:, system.structure.in_use]) @ np.abs(vectors)
     moves[np.abs(moves) <= _MISSED * size] = 0.0
-    found: Real = vectors @ _solved(moves, np.zeros((len(moves), 1)))[1]
+    found: Real = vectors @ _solve_least_squares(moves, np.zeros((len(moves), 1)))[1]
     return found
 
 
-def _held(system: System, point: OperatingPoint) -> ca.SX:
+def _collect_held(system: System, point: OperatingPoint) -> ca.SX:
     """What does not change while something is held: speeds, and gaps or positions.
 
     Expressions of all states; what is always zero is left out.
     """
     switching, values, reduced = system.switching, system.structure.values, system.structure.reduced
     found = [ca.SX(0, 1)]
-    for hold in np.flatnonzero(stuck(point)).tolist():
+    for hold in np.flatnonzero(find_stuck_holds(point)).tolist():
         node = switching.speeds[hold]
         if node < 0:
             continue
@@ -214,7 +221,7 @@ def _way(point: OperatingPoint, hold: int) -> ca.SX:
     return ca.mtimes(ca.DM(factors).T, values.of(places))
 
 
-def _given(system: System, kept: Kept) -> ca.SX:
+def _collect_given(system: System, kept: Kept) -> ca.SX:
     """What the search for the equilibrium kept, as expressions of all states."""
     reduced = system.structure.reduced
     nodes = set(kept.nodes)
@@ -257,22 +264,22 @@ def _least(
     columns = np.abs(own / rows[:, None]).max(axis=0, initial=0.0)
     columns = np.where(columns > 0, 1 / np.where(columns > 0, columns, 1.0), 1.0)
     matrix, wanted = own / rows[:, None] * columns, -right / rows[:, None]
-    z, free = _solved(matrix, wanted)
+    z, free = _solve_least_squares(matrix, wanted)
     missed = np.abs(matrix @ z - wanted).max(axis=0, initial=0.0)
     sizes = np.abs(wanted).max(axis=0, initial=0.0)
     if free.shape[1]:
         wishes = soft * columns
         size = float(np.abs(wishes).max(initial=0.0))
-        more, left = _solved(wishes @ free, -(wishes @ z + soft_right), size)
+        more, left = _solve_least_squares(wishes @ free, -(wishes @ z + soft_right), size)
         z, free = z + free @ more, free @ left
     if free.shape[1]:
         lengths = columns[near, None]
         size = float(np.abs(lengths).max(initial=0.0))
-        z = z + free @ _solved(lengths * free[near], -lengths * z[near], size)[0]
+        z = z + free @ _solve_least_squares(lengths * free[near], -lengths * z[near], size)[0]
     return z * columns[:, None], missed / np.where(sizes > 0, sizes, 1.0)
 
 
-def _solved(matrix: Real, right: Real, size: float = 0.0) -> tuple[Real, Real]:
+def _solve_least_squares(matrix: Real, right: Real, size: float = 0.0) -> tuple[Real, Real]:
     """Least squares of least norm, and what the matrix maps to zero, as columns.
 
     What is as small as the rounding of numbers of a `size` counts as zero.
@@ -295,8 +302,10 @@ def _is_equilibrium(point: OperatingPoint, change: scipy.sparse.csc_array) -> bo
 def _none_near(point: OperatingPoint, place: int) -> str:
     system = point.system
     p, switching = system.structure.parameters, system.switching
-    held = list(dict.fromkeys(np.array(switching.names)[stuck(point)].tolist()))
-    staying = f" while {listed(held)} {'stays' if len(held) == 1 else 'stay'} held" if held else ""
+    held = list(dict.fromkeys(np.array(switching.names)[find_stuck_holds(point)].tolist()))
+    staying = (
+        f" while {list_names(held)} {'stays' if len(held) == 1 else 'stay'} held" if held else ""
+    )
     given = " and the given start values hold" if point.kept is not None and point.kept.free else ""
     return (
         f"{system.name}: there is no equilibrium near the operating point when "

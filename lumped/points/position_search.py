@@ -13,7 +13,7 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.support.array_function import ArrayFunction
 
-__all__ = ["agreed", "borders"]
+__all__ = ["borders", "search_positions"]
 
 _HALVINGS = 40
 """Times that a way is halved to find where positions change on it."""
@@ -26,7 +26,7 @@ _BEYOND = 1e-3
 _Point = TypeVar("_Point")
 
 
-def agreed(
+def search_positions(
     begin: _Point,
     solve: Callable[[_Point], _Point],
     settle: Callable[[_Point], _Point],

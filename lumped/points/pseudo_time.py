@@ -9,11 +9,11 @@ import numpy as np
 import scipy
 
 from lumped.compiler.system import System
-from lumped.timeloop.plants.executable import evaluated
+from lumped.timeloop.plants.executable import evaluate_at
 from lumped.timeloop.results.operating_point import OperatingPoint
-from lumped.timeloop.settings import followed
+from lumped.timeloop.settings import follow_settings
 
-__all__ = ["Settled", "settled"]
+__all__ = ["Settled", "settle_states"]
 
 _MOST_STEPS = 500
 _FIRST_MOVE = 0.1
@@ -38,7 +38,7 @@ class Settled(NamedTuple):
     changed: bool
 
 
-def settled(
+def settle_states(
     point: OperatingPoint, movable: np.ndarray, change: scipy.sparse.csc_array
 ) -> Settled | None:
     """States near those that the system approaches, and settings there; None if it settles nowhere.
@@ -72,7 +72,7 @@ def settled(
             warnings.simplefilter("ignore", scipy.sparse.linalg.MatrixRankWarning)
             euler = scipy.sparse.csc_array(scipy.sparse.eye_array(len(free)) / length - matrix)
             step[free] = np.atleast_1d(scipy.sparse.linalg.spsolve(euler, rates[free]))
-        closed = followed(system, x + step, point.theta, point.time, settings)
+        closed = follow_settings(system, x + step, point.theta, point.time, settings)
         share = np.inf
         if closed is not None:
             found = change @ _rates(point, x + step, closed)
@@ -109,6 +109,6 @@ def _changes(point: OperatingPoint, x: np.ndarray, settings: np.ndarray) -> bool
         return False
     if not point.system.margins.size1_out(0):
         return False
-    both = evaluated(point.system, "margin", x, point.theta, point.time, settings)
+    both = evaluate_at(point.system, "margin", x, point.theta, point.time, settings)
     left, tolerance = np.split(both, 2)
     return bool((left < -tolerance).any())

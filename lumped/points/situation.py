@@ -1,4 +1,4 @@
-"""Where a point stands: what is open, sticks, slides or is at a border there, in words."""
+"""Situation at a point: what is open, sticks, slides or is at a border there, in words."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.points.borders import at_borders, bent, border_text, is_law, sides
+from lumped.points.borders import at_borders, border_text, is_bent, is_law, sides
 from lumped.support.made_once import made_once
-from lumped.support.text_table import listed
+from lumped.support.text_table import list_names
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.programs import programs_of
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -36,7 +36,7 @@ def situation(point: OperatingPoint) -> str:
     named = defaultdict(list)
     for name, word in words.items():
         named[word].append(name)
-    return "".join(f"; {word}: {listed(named[word])}" for word in _ORDER if named[word])
+    return "".join(f"; {word}: {list_names(named[word])}" for word in _ORDER if named[word])
 
 
 def one_sided(point: OperatingPoint) -> str:
@@ -49,13 +49,14 @@ def one_sided(point: OperatingPoint) -> str:
             continue
         for chosen in ([row], laws):
             first, second = sides(point, chosen, np.ones(len(chosen)))
-            if bent(point, first, second):
+            if is_bent(point, first, second):
                 found.append(row)
                 break
     texts = list(dict.fromkeys(border_text(point, row) for row in found))
     if not texts:
         return ""
-    return f"one-sided: exactly at a border of {listed(texts)}; beyond it the linearisation differs"
+    borders = list_names(texts)
+    return f"one-sided: exactly at a border of {borders}; beyond it the linearisation differs"
 
 
 def _holds(point: OperatingPoint) -> dict[str, str]:

@@ -13,7 +13,7 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError, StartError, shown
 from lumped.points.direct_start import direct_slopes, direct_start
 from lumped.points.start_search import StartSearch
-from lumped.points.start_values import given_values
+from lumped.points.start_values import read_start_values
 from lumped.support.arguments import checked
 from lumped.timeloop.clocks import modes_at
 from lumped.timeloop.positions import begin
@@ -25,8 +25,8 @@ from lumped.timeloop.settings import just_after
 __all__ = [
     "StartForm",
     "by_name",
-    "fixed_start",
-    "found_start",
+    "find_start",
+    "fix_start",
     "free_places",
     "point_at",
     "run_start",
@@ -76,7 +76,7 @@ def start_point(
     together : bool
         Parts move together: no twist of a spring and no play changes, so that one given speed
         turns a whole drive train. Twists themselves keep their start values. Parts that only a
-        damper or slipping friction joins move as they are told.
+        damper or slipping friction joins move as they are given.
 
     Returns
     -------
@@ -91,7 +91,7 @@ def start_point(
     OptionError
         If `start` is no mapping.
     """
-    return found_start(system, parameters, start, free, time, together)
+    return find_start(system, parameters, start, free, time, together)
 
 
 def run_start(system: System, plan: RunPlan) -> OperatingPoint:
@@ -105,7 +105,7 @@ def run_start(system: System, plan: RunPlan) -> OperatingPoint:
         As `start_point`.
     """
     if not isinstance(plan.start, OperatingPoint):
-        return found_start(system, plan.parameters, plan.start, plan.free, plan.begin)
+        return find_start(system, plan.parameters, plan.start, plan.free, plan.begin)
     system, point = plan.watching(system, ()), plan.start
     if point.time != plan.begin:
         point = replace(point, time=plan.begin)
@@ -118,7 +118,7 @@ def run_start(system: System, plan: RunPlan) -> OperatingPoint:
     settings[: len(modes)] = modes
     x, collisions = point.x, point.collisions
     if system.switching:
-        x, settings, collisions = _begun(system, theta, plan.begin, x, settings)
+        x, settings, collisions = _begin_motion(system, theta, plan.begin, x, settings)
     return replace(point, x=x, theta=theta, settings=settings, collisions=collisions)
 
 
@@ -130,7 +130,7 @@ def search_start(
     return run_start(system, run_plan(1.0, 1e-6, options))
 
 
-def found_start(
+def find_start(
     system: System,
     parameters: Changes | None,
     start: Changes | None,
@@ -155,8 +155,8 @@ def found_start(
     x, settings = search.solve()[system.structure.in_use], search.settings
     collisions: tuple[Change, ...] = ()
     if system.switching:
-        begun = np.concatenate(search.parted())
-        x, settings, collisions = _begun(system, search.theta, time, x, begun)
+        begun = np.concatenate(search.begin_settings())
+        x, settings, collisions = _begin_motion(system, search.theta, time, x, begun)
         if not collisions:
             search.check(settings)
     point = OperatingPoint(system, time, x, search.theta, settings, collisions)
@@ -172,14 +172,14 @@ def _again(
     system: System,
 ) -> OperatingPoint:
     """The same start of a system with more states."""
-    return found_start(system, parameters, start, free, time, together)
+    return find_start(system, parameters, start, free, time, together)
 
 
 def _direct(
     system: System, theta: np.ndarray, start: Changes, time: float
 ) -> OperatingPoint | None:
     """The start where nothing must be searched for; None otherwise."""
-    changed = given_values(system, start)
+    changed = read_start_values(system, start)
     form = direct_start(system, tuple(changed))
     found = None if form is None else form.states(theta, time, list(changed.values()))
     if form is None or found is None:
@@ -188,7 +188,7 @@ def _direct(
     settings = modes_at(system, theta, just_after(time))
     collisions: tuple[Change, ...] = ()
     if system.switching:
-        x, settings, collisions = _begun(system, theta, time, x, settings)
+        x, settings, collisions = _begin_motion(system, theta, time, x, settings)
     residual = missed if form.searches else None
     return OperatingPoint(system, time, x, theta, settings, collisions, residual=residual)
 
@@ -256,7 +256,7 @@ def by_name(start: object) -> Changes:
     )
 
 
-def _begun(
+def _begin_motion(
     system: System, theta: np.ndarray, time: float, x: np.ndarray, settings: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, tuple[Change, ...]]:
     """States and settings after what collides at once, and what does."""
@@ -299,7 +299,7 @@ def start_slopes(
         for unknown, unit in varied.items():
             slopes[place[reduced.node(unknown)]] = reduced.aliases.signs[unknown] * unit
         return start.x, slopes
-    changed = given_values(system, by_name(start))
+    changed = read_start_values(system, by_name(start))
     form, values = direct_start(system, tuple(changed)), list(changed.values())
     direct = direct_slopes(system, tuple(changed), tuple(varied))
     found = None if form is None else form.states(theta, time, values)
@@ -335,7 +335,7 @@ class StartForm:
     guesses: np.ndarray
 
 
-def fixed_start(point: OperatingPoint) -> StartForm:
+def fix_start(point: OperatingPoint) -> StartForm:
     """The states of a point, whatever the parameters are."""
     structure = point.system.structure
     states = ca.SX.zeros(len(structure.reduced.states))
@@ -349,7 +349,7 @@ def start_form(system: System, start: Changes) -> StartForm:
     begin = StartSearch(system, system.theta(None), start, [], 0.0)
     x, flat, reduced = begin.solve(), system.structure.flat, begin.reduced
 
-    def signed(unknown: int) -> ca.SX:
+    def read_signed(unknown: int) -> ca.SX:
         given = begin.given if unknown in begin.changed else {**flat.starts, **flat.given}
         return float(reduced.aliases.signs[unknown]) * ca.SX(given[unknown])
 
@@ -357,7 +357,7 @@ def start_form(system: System, start: Changes) -> StartForm:
     for unknown in (*flat.starts, *(u for u, _ in begin.fixed.values())):
         node = reduced.node(unknown)
         if node in begin.position:
-            states[begin.position[node]] = signed(unknown)
+            states[begin.position[node]] = read_signed(unknown)
     guesses = begin.settings[len(begin.settings) - len(begin.guesses) :]
     if begin.search is None:
         return StartForm(states, ca.SX(0, 1), [], [], guesses)
@@ -365,6 +365,6 @@ def start_form(system: System, start: Changes) -> StartForm:
     states[columns] = ca.DM(x[columns])
     wanted = ca.SX.zeros(begin.search.value.numel())
     for i, (unknown, _) in enumerate(begin.targets.values()):
-        wanted[i] = signed(unknown)
+        wanted[i] = read_signed(unknown)
     miss = (begin.search.value - wanted) / ca.fmax(1, ca.fabs(wanted))
     return StartForm(states, miss, rows, columns, guesses)

@@ -12,11 +12,11 @@ from lumped.compiler.system import Changes, System
 from lumped.errors import SolverError, StartError
 from lumped.flattening.hold_modes import BACKWARD, FORWARD, STUCK
 from lumped.language.quantity import beyond
-from lumped.points.position_search import agreed, borders
+from lumped.points.position_search import borders, search_positions
 from lumped.points.start_values import (
     differentiate_start_values,
     evaluate_start_values,
-    given_values,
+    read_start_values,
     relative_positions,
 )
 from lumped.points.targets import Targets
@@ -24,7 +24,7 @@ from lumped.support.units import amount
 from lumped.timeloop.clocks import clocks, modes_at
 from lumped.timeloop.holds import Holds
 from lumped.timeloop.positions import calm_positions
-from lumped.timeloop.settings import closed_with, just_after
+from lumped.timeloop.settings import close_settings, just_after
 
 __all__ = ["ROUNDING", "StartSearch"]
 
@@ -90,7 +90,7 @@ class StartSearch:
         self.reduced = system.structure.reduced
         self.position = {n: i for i, n in enumerate(self.reduced.states)}
         given, self.starts = evaluate_start_values(system, theta)
-        changed = given_values(system, start)
+        changed = read_start_values(system, start)
         self.given, self.changed = given | changed, set(changed)
         for unknown, number in self.given.items():
             why = beyond(number)
@@ -103,9 +103,9 @@ class StartSearch:
         for unknown, value in self.starts.items():
             node = self.reduced.node(unknown)
             if node in self.position:
-                self.x[self.position[node]] = self._signed(unknown, value)
+                self.x[self.position[node]] = self._sign(unknown, value)
 
-    def _signed(self, unknown: int, value: float) -> float:
+    def _sign(self, unknown: int, value: float) -> float:
         return value * float(self.reduced.aliases.signs[unknown])
 
     def solve(self) -> np.ndarray:
@@ -121,18 +121,18 @@ class StartSearch:
         self.residual: float | None = None
         for node, (_, value) in self.fixed.items():
             self.x[self.position[node]] = value
-        trial = _Trial(self.x, self.theta, self._timed(self.theta))
+        trial = _Trial(self.x, self.theta, self._set_timed(self.theta))
         if self.targets or self.free or self.system.structure.flat.initial:
             held = {self.position[n]: u for n, (u, _) in self.fixed.items()}
             self.search = Targets(
                 self.system, self.targets, held, self.free, self.guesses, self.time, self._text
             )
-            trial = self._met(trial)
+            trial = self._meet(trial)
             self.residual = self.search.residual(trial.x, trial.theta)[0]
             if self.free:
                 self.system.check_parameters(trial.theta)
         self.x, self.theta, _ = trial
-        self.settings = self._closed(trial)
+        self.settings = self._close(trial)
         return self.x
 
     def check(self, settings: np.ndarray) -> None:
@@ -153,9 +153,9 @@ class StartSearch:
         if missed:
             raise self._disagreement(missed)
 
-    def parted(self) -> tuple[np.ndarray, np.ndarray]:
+    def begin_settings(self) -> tuple[np.ndarray, np.ndarray]:
         """Modes in which only functions of time have their positions, and implicit quantities."""
-        modes = self._timed(self.theta)
+        modes = self._set_timed(self.theta)
         return modes, self.settings[len(modes) :]
 
     def _sort(self) -> None:
@@ -163,7 +163,7 @@ class StartSearch:
         self.fixed: dict[int, tuple[int, float]] = {}
         self.targets: dict[int, tuple[int, float]] = {}
         for unknown, raw in self.given.items():
-            node, value = self.reduced.node(unknown), self._signed(unknown, raw)
+            node, value = self.reduced.node(unknown), self._sign(unknown, raw)
             if node is None:
                 if raw != 0.0:
                     raise StartError(
@@ -191,7 +191,7 @@ class StartSearch:
         moves = self.reduced.first[kind + 1] - self.reduced.first[kind] > 1
         return bool(moves) and node in self.system.structure.implicit
 
-    def _timed(self, theta: np.ndarray, modes: np.ndarray | None = None) -> np.ndarray:
+    def _set_timed(self, theta: np.ndarray, modes: np.ndarray | None = None) -> np.ndarray:
         """Modes with those of functions of time as they are at the start; others stay or are 0."""
         now = modes_at(self.system, theta, just_after(self.time))
         if modes is None or not len(now):
@@ -201,23 +201,23 @@ class StartSearch:
         found[timed] = now[timed]
         return found
 
-    def _closed(self, trial: _Trial) -> np.ndarray:
+    def _close(self, trial: _Trial) -> np.ndarray:
         used = trial.x[self.system.structure.in_use]
-        return closed_with(self.system, used, trial.theta, self.time, trial.modes, self.guesses)
+        return close_settings(self.system, used, trial.theta, self.time, trial.modes, self.guesses)
 
-    def _met(self, first: _Trial) -> _Trial:
+    def _meet(self, first: _Trial) -> _Trial:
         """Where everything that is demanded holds, in the positions that hold there."""
         assert self.search is not None
         if not (self.system.switching and self.search.have_positions):
-            return self._still(self._solved(first, first))
+            return self._still(self._solve_in(first, first))
         fault: StartError | None = None
         begins = ((begin, on) for begin in self._begins(first) for on in (False, True))
         for begin, follows in begins:
             try:
-                found = agreed(
+                found = search_positions(
                     begin,
-                    partial(self._solved, first),
-                    self._repositioned,
+                    partial(self._solve_in, first),
+                    self._reposition,
                     _between,
                     lambda trial: self.system.switching.positions(trial.modes),
                     _MOST,
@@ -233,7 +233,7 @@ class StartSearch:
     def _begins(self, first: _Trial) -> Iterator[_Trial]:
         """Where to begin, with positions."""
         try:
-            begin = self._repositioned(first)
+            begin = self._reposition(first)
         except StartError:
             begin = first
         yield begin
@@ -253,11 +253,11 @@ class StartSearch:
             return
         movable = np.ones(len(self.x), dtype=bool)
         movable[list(self.search.fixed)] = False
-        trial, (missed, hopeless, *measure) = begin, self._idle(begin)
+        trial, (missed, hopeless, *measure) = begin, self._find_idle(begin)
         first = True
         while hopeless or first:
             found = []
-            settings = self._closed(trial)
+            settings = self._close(trial)
             ways, slopes = border(trial.x, trial.theta, self.time, settings)
             slopes = slopes.reshape(len(ways), -1) * movable
             for k in np.flatnonzero(touching[missed].any(axis=0)).tolist():
@@ -266,8 +266,8 @@ class StartSearch:
                     continue
                 moved = trial.x + way * slope / (slope @ slope)
                 try:
-                    beyond = self._repositioned(_Trial(moved, trial.theta, trial.modes))
-                    found.append((self._idle(beyond), beyond))
+                    beyond = self._reposition(_Trial(moved, trial.theta, trial.modes))
+                    found.append((self._find_idle(beyond), beyond))
                 except StartError:
                     continue
             found.sort(key=lambda pair: pair[0][2:])
@@ -277,12 +277,12 @@ class StartSearch:
                 return
             (missed, hopeless, *measure), trial = found[0]
 
-    def _idle(self, trial: _Trial) -> tuple[np.ndarray, bool, int, float]:
+    def _find_idle(self, trial: _Trial) -> tuple[np.ndarray, bool, int, float]:
         assert self.search is not None
         self.search.modes = trial.modes
-        return self.search.idle(trial.x, trial.theta)
+        return self.search.find_idle(trial.x, trial.theta)
 
-    def _solved(self, first: _Trial, trial: _Trial) -> _Trial:
+    def _solve_in(self, first: _Trial, trial: _Trial) -> _Trial:
         """Where everything that is demanded holds in the positions of a trial."""
         assert self.search is not None
         self.search.modes = trial.modes
@@ -300,7 +300,7 @@ class StartSearch:
             return trial
         x, used = trial.x.copy(), trial.x[self.system.structure.in_use]
         holds = Holds(self.system, trial.theta)
-        guesses = self._closed(trial)[len(trial.modes) :]
+        guesses = self._close(trial)[len(trial.modes) :]
         speed = np.abs(holds.look(self.time, used, trial.modes, guesses).v)
         still = speed <= holds.rounding(used) * (1.0 if stuck else ROUNDING)
         if stuck:
@@ -309,13 +309,13 @@ class StartSearch:
         x[self.system.structure.in_use] = used
         return trial._replace(x=x)
 
-    def _repositioned(self, trial: _Trial) -> _Trial:
+    def _reposition(self, trial: _Trial) -> _Trial:
         """The trial with the positions that hold there; itself if these are its own.
 
         What would slide backwards is tried at standstill.
         """
         x, used = trial.x.copy(), trial.x[self.system.structure.in_use]
-        settings = self._closed(trial)
+        settings = self._close(trial)
         modes, guesses = np.split(settings, [len(trial.modes)])
         holds = Holds(self.system, trial.theta)
         speed = holds.look(self.time, used, modes, guesses).v
@@ -324,7 +324,7 @@ class StartSearch:
         self._stop(holds, used, turned & ~self.system.switching.has_gap)
         self._stop(holds, used, np.abs(speed) <= holds.rounding(used) * ROUNDING)
         x[self.system.structure.in_use] = used
-        begin = np.concatenate([self._timed(trial.theta), guesses])
+        begin = np.concatenate([self._set_timed(trial.theta), guesses])
         try:
             settings = calm_positions(self.system, trial.theta, self.time, used, begin)
         except SolverError as error:
@@ -381,7 +381,7 @@ class StartSearch:
             for unknown, value in values.items():
                 node = self.reduced.node(unknown)
                 if node in implicit:
-                    guesses[implicit[node]] = self._signed(unknown, value)
+                    guesses[implicit[node]] = self._sign(unknown, value)
         return guesses
 
     def _text(self, unknown: int) -> str:

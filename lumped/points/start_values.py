@@ -15,14 +15,14 @@ from lumped.support.units import plain
 __all__ = [
     "differentiate_start_values",
     "evaluate_start_values",
-    "given_values",
+    "read_start_values",
     "relative_positions",
 ]
 
 _POSITIONS = (Flange.potential.unit, LinearFlange.potential.unit)
 
 
-def given_values(system: System, start: Changes) -> dict[int, float]:
+def read_start_values(system: System, start: Changes) -> dict[int, float]:
     """Start values that are set, by unknowns.
 
     Raises

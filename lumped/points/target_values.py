@@ -29,7 +29,7 @@ class TargetValues:
     Attributes
     ----------
     places : list
-        Where each initial equation stands.
+        Where each initial equation is declared.
     entries : tuple of ndarray
         Rows and columns of the derivatives that are not always zero.
     expression : SX

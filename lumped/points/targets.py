@@ -15,7 +15,7 @@ from lumped.flattening.residual import CONSTANT
 from lumped.points.target_values import Matrix, target_values
 from lumped.reduction.state_selection import RANK, select_dependent
 from lumped.support.made_once import made_once
-from lumped.timeloop.settings import closed_with
+from lumped.timeloop.settings import close_settings
 
 __all__ = ["Targets"]
 
@@ -89,7 +89,7 @@ class Targets:
         if met is None:
             begin, columns, rows = self._generic(begin)
             last, found = self._newton(begin, self.wanted, columns, rows)
-            continued = None if found else self._continued(begin, columns, rows)
+            continued = None if found else self._continue(begin, columns, rows)
             met = last if continued is None else continued
             self._check(met, rows)
         return met[: self.count], self._parameters(met)
@@ -122,7 +122,7 @@ class Targets:
         found[columns] = np.linalg.lstsq(part, miss[rows])[0]
         return found
 
-    def idle(self, x: np.ndarray, theta: np.ndarray) -> tuple[np.ndarray, bool, int, float]:
+    def find_idle(self, x: np.ndarray, theta: np.ndarray) -> tuple[np.ndarray, bool, int, float]:
         """Which targets are missed, and whether there is one of them that nothing changes.
 
         Then how many there are that nothing changes, met or not, and how far all are missed.
@@ -131,7 +131,7 @@ class Targets:
         z = np.concatenate([x, theta[self.free]])
         value, matrix = self._at(z)
         miss = value - self.wanted
-        missed = self._missed(miss, self.wanted, matrix, z)
+        missed = self._mark_missed(miss, self.wanted, matrix, z)
         usable = self._columns(matrix, complain=False)[1]
         size = np.maximum(1.0, np.abs(self.wanted))
         far = float(np.linalg.norm(miss / size))
@@ -146,7 +146,7 @@ class Targets:
         z = np.concatenate([x, theta[self.free]])
         value, matrix = self._at(z)
         miss = np.abs(value - self.wanted) / np.maximum(1.0, np.abs(self.wanted))
-        missed = self._missed(value - self.wanted, self.wanted, matrix, z)
+        missed = self._mark_missed(value - self.wanted, self.wanted, matrix, z)
         worst = int(np.argmax(np.where(missed, miss, -1.0))) if missed.any() else -1
         return float(miss.max(initial=0.0)), self._text(worst) if worst >= 0 else ""
 
@@ -175,10 +175,12 @@ class Targets:
 
     def _settings(self, x: np.ndarray, theta: np.ndarray) -> np.ndarray:
         used = x[self.system.structure.in_use]
-        return closed_with(self.system, used, theta, self.time, self.modes, self.guesses)
+        return close_settings(self.system, used, theta, self.time, self.modes, self.guesses)
 
     @staticmethod
-    def _missed(miss: np.ndarray, goal: np.ndarray, matrix: Matrix, z: np.ndarray) -> np.ndarray:
+    def _mark_missed(
+        miss: np.ndarray, goal: np.ndarray, matrix: Matrix, z: np.ndarray
+    ) -> np.ndarray:
         allowed = TOLERANCE * np.maximum(1.0, np.abs(goal))
         rounding = _ROUNDING * abs(matrix) @ abs(z)
         missed: np.ndarray = ~(np.abs(miss) <= np.maximum(allowed, rounding))
@@ -194,7 +196,7 @@ class Targets:
         if not found:
             return None
         value, matrix = self._at(last)
-        missed = self._missed(value - self.wanted, self.wanted, matrix, last)
+        missed = self._mark_missed(value - self.wanted, self.wanted, matrix, last)
         return None if missed.any() else last
 
     def _generic(self, begin: np.ndarray) -> tuple[np.ndarray, list[int], np.ndarray]:
@@ -226,16 +228,16 @@ class Targets:
             except StartError:  # a linkage that cannot be closed here
                 break
             last, miss = z, value - goal
-            if not self._missed(miss, goal, matrix, z)[rows].any():
+            if not self._mark_missed(miss, goal, matrix, z)[rows].any():
                 return z, True
-            step = _solved(matrix[rows][:, columns], miss[rows])
+            step = _solve_equations(matrix[rows][:, columns], miss[rows])
             if not np.isfinite(step).all():
                 break
             z = z.copy()
             z[columns] -= step
         return last, False
 
-    def _continued(
+    def _continue(
         self, begin: np.ndarray, columns: list[int], rows: np.ndarray
     ) -> np.ndarray | None:
         """The same by moving the wanted values from what they are to what they shall be."""
@@ -259,7 +261,7 @@ class Targets:
         known = self._evaluate.known
         if known is not None and known[0] == key and not self.free:
             return known[1]
-        dependent, usable = determined(self.system, matrix, self.fixed, self._evaluate.entries)
+        dependent, usable = find_determined(self.system, matrix, self.fixed, self._evaluate.entries)
         parameters = self.system.structure.parameters
         for k, place in enumerate(self.free):
             if complain and self.count + k not in dependent:
@@ -282,7 +284,7 @@ class Targets:
         """Refuse the start if a target is missed."""
         value, matrix = self._at(z)
         miss = value - self.wanted
-        missed = np.flatnonzero(self._missed(miss, self.wanted, matrix, z))
+        missed = np.flatnonzero(self._mark_missed(miss, self.wanted, matrix, z))
         if not len(missed):
             return
         matrix = scipy.sparse.csc_array(matrix)
@@ -308,7 +310,7 @@ class Targets:
                 f"{_capital(text)} cannot hold: no state or free parameter changes it, and its "
                 f"sides differ by {value[row]:.6g}. Remove it, or change the model."
             )
-        others = self._repeated_by(matrix, row)
+        others = self._find_repeated(matrix, row)
         held = np.unique(matrix[[row, *others]].tocoo().col)
         involved = [self._given_text(self.fixed[j]) for j in held.tolist() if j in self.fixed]
         involved += [self._text(i) for i in others]
@@ -320,7 +322,7 @@ class Targets:
             f"fewer start values{'' if given else ' or initial equations'}, or make them fit."
         )
 
-    def _repeated_by(self, matrix: scipy.sparse.csc_array, row: int) -> list[int]:
+    def _find_repeated(self, matrix: scipy.sparse.csc_array, row: int) -> list[int]:
         """Targets of which multiples add up to the effect of one on what is not fixed."""
         rows = np.setdiff1d(np.arange(matrix.shape[0]), row)
         movable = matrix[:, np.setdiff1d(np.arange(matrix.shape[1]), list(self.fixed))].T
@@ -331,7 +333,7 @@ class Targets:
         return found
 
 
-def determined(
+def find_determined(
     system: System,
     matrix: Matrix,
     fixed: Container[int],
@@ -384,7 +386,7 @@ def _slips(system: System) -> set[int]:
     return set(classes.values())
 
 
-def _solved(matrix: Matrix, right: np.ndarray) -> np.ndarray:
+def _solve_equations(matrix: Matrix, right: np.ndarray) -> np.ndarray:
     """Solution of linear equations; not finite where there is none."""
     if isinstance(matrix, np.ndarray):
         try:

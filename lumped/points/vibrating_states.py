@@ -10,18 +10,19 @@ from lumped.errors import SolverError
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
 
-__all__ = ["finite", "moving", "stuck"]
+__all__ = ["find_stuck_holds", "finite", "moving"]
 
 
 def moving(system: System, point: OperatingPoint) -> NDArray[np.bool_]:
     """States that can vibrate: neither cyclic nor held at the operating point, shape (n,)."""
     found: NDArray[np.bool_] = ~np.isin(
-        system.structure.states, [*system.structure.cyclic, *system.switching.held(point.settings)]
+        system.structure.states,
+        [*system.structure.cyclic, *system.switching.find_held(point.settings)],
     )
     return found
 
 
-def stuck(point: OperatingPoint) -> NDArray[np.bool_]:
+def find_stuck_holds(point: OperatingPoint) -> NDArray[np.bool_]:
     """Which holds hold at the operating point, shape (h,)."""
     found: NDArray[np.bool_] = point.settings[point.system.switching.first_modes] > 0.5
     return found

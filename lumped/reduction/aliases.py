@@ -146,7 +146,7 @@ def eliminate_aliases(flat: FlatModel) -> Aliases:
             kept_equations[number] = False
         elif kind == "sum":
             kept_sums[number] = False
-    return _numbered(union, kept_equations, kept_sums, used)
+    return _number_classes(union, kept_equations, kept_sums, used)
 
 
 def _candidates(flat: FlatModel) -> list[tuple[str, int, Row]]:
@@ -165,7 +165,7 @@ def _candidates(flat: FlatModel) -> list[tuple[str, int, Row]]:
     return found
 
 
-def _numbered(
+def _number_classes(
     union: _Union,
     kept_equations: np.ndarray,
     kept_sums: np.ndarray,

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from lumped.errors import SingularModelError
-from lumped.reduction.diagnosis import class_names, equation_text, factors, some
+from lumped.reduction.diagnosis import class_names, equation_text, factors, list_each_once
 from lumped.reduction.incidence import Incidence
 from lumped.reduction.reduce import Reduced
 
-__all__ = ["singular_block", "unheld"]
+__all__ = ["make_unheld_error", "singular_block"]
 
 
 def singular_block(
@@ -25,13 +25,13 @@ def singular_block(
     what = "Make one of them elastic."
     signals = _signals(reduced, nodes)
     if signals:
-        why = f"Likely {some(signals)} form a loop of signals whose gain is 1. "
+        why = f"Likely {list_each_once(signals)} form a loop of signals whose gain is 1. "
         what = "Change a gain, or put a part with a state into the loop, such as a Filter."
     sliding = list(dict.fromkeys(_owner(incidence, row) for row in holds))
     if len(sliding) > 1 and not set(rows).isdisjoint(holds):
         why = (
-            f"{some(sliding)} hold and slide without inertia between them, so that nothing "
-            "determines the speed between two that slide at once. "
+            f"{list_each_once(sliding)} hold and slide without inertia between them, so that "
+            "nothing determines the speed between two that slide at once. "
         )
         what = "Put an Inertia or Mass between each two of them."
     zeros = _zero_parameters(reduced, nodes)
@@ -46,7 +46,7 @@ def singular_block(
     )
 
 
-def unheld(incidence: Incidence, row: int) -> SingularModelError:
+def make_unheld_error(incidence: Incidence, row: int) -> SingularModelError:
     """The error for a constraint whose reaction is known and whose speed is not."""
     model, name = incidence.flat.name, _owner(incidence, row)
     return SingularModelError(

@@ -13,17 +13,18 @@ import scipy
 
 from lumped.language.port import Pin
 from lumped.reduction.incidence import Entries, Incidence
+from lumped.support.text_table import list_names
 from lumped.support.units import amount
 
 __all__ = [
     "class_names",
-    "combined",
     "equation_text",
     "factors",
-    "listed",
+    "find_combination",
+    "list_each_once",
+    "list_equations",
     "lock",
     "misfit",
-    "some",
 ]
 
 Origin = tuple[str, int]
@@ -54,7 +55,7 @@ def class_names(incidence: Incidence, number: int, most: int) -> list[str]:
     return [*names, "..."] if len(members) > most else names
 
 
-def listed(incidence: Incidence, rows: Iterable[int], most: int = 10) -> str:
+def list_equations(incidence: Incidence, rows: Iterable[int], most: int = 10) -> str:
     """Lines with the equations of some rows."""
     return _lines(incidence, [incidence.origin(int(r)) for r in rows], most)
 
@@ -66,11 +67,9 @@ def _lines(incidence: Incidence, origins: list[Origin], most: int = 10) -> str:
     return "\n".join(lines)
 
 
-def some(names: Iterable[str], most: int = 6) -> str:
+def list_each_once(names: Iterable[str]) -> str:
     """Names in a row, each once, the first few."""
-    found = list(dict.fromkeys(names))
-    more = f" and {len(found) - most} more" if len(found) > most else ""
-    return ", ".join(found[:most]) + more
+    return list_names(list(dict.fromkeys(names)))
 
 
 # -- equations and unknowns that do not fit ------------------------------------------------------
@@ -116,7 +115,7 @@ class _Fault:
     def parts(self) -> str:
         """Paths of the parts that have the unknowns."""
         tree = self.incidence.flat.tree
-        return some(
+        return list_each_once(
             tree.node_of_unknown(u).path or tree.instances[0].label for u in sorted(self.unknowns)
         )
 
@@ -326,14 +325,14 @@ def lock(incidence: Incidence, rows: Iterable[int]) -> str:
     rows = list(rows)
     flat = incidence.flat
     owners = [flat.origin(incidence.origin(r)[1])[0] for r in rows]
-    parts = some(owner.path or owner.label for owner in owners)
+    parts = list_each_once(owner.path or owner.label for owner in owners)
     numbers = dict.fromkeys(n for r in rows for n in factors(incidence, r))
     parameters = flat.parameters
     values = [
         f"{parameters.names[n]} = {amount(parameters.numbers[n], parameters.declared[n].unit)}"
         for n in numbers
     ]
-    ratios = f": {some(v.removesuffix(' 1') for v in values)}" if values else ""
+    ratios = f": {list_each_once(v.removesuffix(' 1') for v in values)}" if values else ""
     return (
         f"Likely a closed rigid loop runs through {parts}{ratios}. Rigid paths side by side can "
         "turn only if their ratios agree, and then nothing tells how they share the load. Remove "
@@ -344,7 +343,7 @@ def lock(incidence: Incidence, rows: Iterable[int]) -> str:
 # -- redundant constraints -----------------------------------------------------------------------
 
 
-def combined(constraints: Entries, row: int) -> list[int]:
+def find_combination(constraints: Entries, row: int) -> list[int]:
     """Rows of which multiples add up to a redundant one, itself included."""
     rows, i = np.unique(constraints.rows, return_inverse=True)
     nodes = constraints.classes * (constraints.orders.max() + 1) + constraints.orders

@@ -58,7 +58,7 @@ def solve(
     right : list of (Term, float)
         Right sides and their values at the generic point; used up.
     tape : Tape
-        Where the terms stand.
+        Where the terms are.
     last : mapping of int to int, optional
         Rows to be eliminated after all others, and the column of the pivot of each.
 
@@ -94,7 +94,7 @@ def solve(
             heapq.heappush(heap, (*now, i))
             continue
         if now[0] == _VARIES and not pivots:
-            rest, columns = _coupled(rows, holders, i)
+            rest, columns = _find_coupled(rows, holders, i)
             if len(rest) == len(columns) <= _MOST_DENSE:
                 order.append((rest, columns))
                 open_rows.difference_update(rest)
@@ -112,7 +112,7 @@ def solve(
     if open_rows:
         raise SingularBlockError(sorted(open_rows))
     order += _diagonal(rows, right, holders, pivots)
-    return _substituted(rows, right, order, tape)
+    return _substitute_back(rows, right, order, tape)
 
 
 def _diagonal(
@@ -146,7 +146,7 @@ def _diagonal(
     return order
 
 
-def _coupled(
+def _find_coupled(
     rows: list[dict[int, Entry]], holders: dict[int, set[int]], start: int
 ) -> tuple[list[int], list[int]]:
     """Open rows that share columns with a row, directly or through others; and the columns."""
@@ -160,7 +160,7 @@ def _coupled(
     return sorted(found), sorted(columns)
 
 
-def _substituted(
+def _substitute_back(
     rows: list[dict[int, Entry]],
     right: list[tuple[TapeTerm, float]],
     order: list[tuple[list[int], list[int]]],

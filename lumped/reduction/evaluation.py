@@ -16,8 +16,8 @@ import numpy as np
 
 from lumped.flattening.residual import CONSTANT
 from lumped.flattening.tape import Tape, TapeTerm
-from lumped.reduction.block_errors import singular_block, unheld
-from lumped.reduction.block_kinds import equations_of, nodes_of, solved_blocks
+from lumped.reduction.block_errors import make_unheld_error, singular_block
+from lumped.reduction.block_kinds import equations_of, find_solved_blocks, nodes_of
 from lumped.reduction.elimination import Entry, SingularBlockError, solve
 from lumped.reduction.incidence import Occurrence
 from lumped.reduction.reduce import Block, Reduced
@@ -66,7 +66,7 @@ class Values:
         self._number = np.zeros(count + 1)
         reactions = reduced.incidence.reactions()
         self._reactions = {row: reduced.node(unknown) for row, unknown in reactions.items()}
-        self._joint, self._loops = solved_blocks(reduced, self._reactions)
+        self._joint, self._loops = find_solved_blocks(reduced, self._reactions)
         self._wave: list[int] = []
         for block in reduced.blocks:
             after = (self._wave[b] + (b in self._joint) for b in block.needs)
@@ -121,7 +121,9 @@ class Values:
         blocks = self.reduced.blocks
         for _, wave in sorted(waves.items()):
             self._formulas([blocks[b] for b in wave if b not in self._joint])
-            self._coupled([blocks[b] for b in wave if b in self._joint and b not in self._loops])
+            self._solve_linear(
+                [blocks[b] for b in wave if b in self._joint and b not in self._loops]
+            )
             for b in wave:
                 if b in self._loops:
                     self._newton(blocks[b])
@@ -130,16 +132,16 @@ class Values:
     def _arguments(self, seen: Occurrence, nodes: np.ndarray) -> list[ca.SX]:
         """The same, if the nodes are computed."""
         m, n = nodes.shape
-        symbols = _picked(self._sx, nodes.ravel())
+        symbols = _pick(self._sx, nodes.ravel())
         negative = np.flatnonzero(seen.signs.ravel() < 0).tolist()
         if negative:
             symbols[negative] = -symbols[negative]
         parameters, modes = self._parameters_and_modes(seen)
         return [
             ca.reshape(symbols, n, m),
-            ca.reshape(_picked(self.flat.parameters.values, parameters.ravel()), -1, m),
+            ca.reshape(_pick(self.flat.parameters.values, parameters.ravel()), -1, m),
             self.time,
-            ca.reshape(_picked(self.modes, modes.ravel()), -1, m) if modes.size else ca.SX(0, 1),
+            ca.reshape(_pick(self.modes, modes.ravel()), -1, m) if modes.size else ca.SX(0, 1),
         ]
 
     def _numbers(self, seen: Occurrence, nodes: np.ndarray) -> list[np.ndarray | float]:
@@ -171,7 +173,7 @@ class Values:
         terms = self._sum_nodes(rows[sums], orders[sums])
         used = np.concatenate([terms[1], *(nodes.ravel() for _, _, nodes in alike)])
         known = np.setdiff1d(used, targets)
-        values = _picked(self._sx, known)
+        values = _pick(self._sx, known)
         given, symbols = ca.SX.sym("g", len(known)), ca.SX.sym("z", len(targets))
         if len(known):
             self._sx[known.tolist()] = given
@@ -190,10 +192,14 @@ class Values:
         numbers = np.asarray(function(*point)).ravel()
         if not np.isfinite(numbers).all():
             single = ca.Function("single", [symbols, given, *rest], [meaning])
-            numbers = self._repaired(lambda z: np.asarray(single(z, *point)).ravel(), len(targets))
+            numbers = self._evaluate_in_turn(
+                lambda z: np.asarray(single(z, *point)).ravel(), len(targets)
+            )
         self._number[targets] = numbers
 
-    def _repaired(self, single: Callable[[np.ndarray], np.ndarray], count: int) -> np.ndarray:
+    def _evaluate_in_turn(
+        self, single: Callable[[np.ndarray], np.ndarray], count: int
+    ) -> np.ndarray:
         """Values of formulas one after the other, any generic value where one is not finite."""
         generic = self._rng.uniform(0.3, 0.9, count)
         last, numbers = np.zeros(count), generic
@@ -222,7 +228,7 @@ class Values:
                 seen.orders[mask],
                 seen.signs[mask],
             )
-            function = seen.residual.solved_for(int(i))
+            function = seen.residual.solve_for(int(i))
             result = ca.vec(function(*self._arguments(part, nodes[mask])))
             if (part.signs[:, i] < 0).any():
                 result = result * ca.DM(part.signs[:, i])
@@ -256,29 +262,29 @@ class Values:
         for count in np.unique(counts[counts > 0]):
             mask = counts[places] == count
             some = ca.DM(factors[mask] / divisor[places[mask]])
-            terms = ca.reshape(_picked(self._sx, nodes[mask]) * some, int(count), -1)
+            terms = ca.reshape(_pick(self._sx, nodes[mask]) * some, int(count), -1)
             meaning[sums[counts == count].tolist()] = ca.sum1(terms).T
 
-    def _coupled(self, blocks: list[Block]) -> None:
+    def _solve_linear(self, blocks: list[Block]) -> None:
         """Solve blocks linear in their unknowns."""
         nodes = [node for block in blocks for node in block.nodes]
         if nodes:
             self._sx[nodes] = ca.SX.zeros(len(nodes))
             self._number[nodes] = 0.0
-            self._sx[nodes], self._number[nodes] = self._solved(blocks)
+            self._sx[nodes], self._number[nodes] = self._solve_linearised(blocks)
 
     def _newton(self, block: Block) -> None:
         """A few iterations of Newton's method, from the guesses, as one expression."""
         nodes = block.nodes
         self._sx[nodes] = self.guesses[[self._place[node] for node in nodes]]
         for iteration in range(_ITERATIONS):
-            step, _ = self._solved([block])
+            step, _ = self._solve_linearised([block])
             self._sx[nodes] = self._sx[nodes] + step
             if iteration == 0:
-                self._number[nodes] = self._converged(nodes)
+                self._number[nodes] = self._converge(nodes)
         self._correction.update(zip(nodes, ca.vertsplit(step), strict=True))
 
-    def _converged(self, nodes: list[int]) -> np.ndarray:
+    def _converge(self, nodes: list[int]) -> np.ndarray:
         """Values at the generic point, if Newton's method finds any there."""
         begin = self._number[nodes]
         inputs = [self.guesses, self.states, self.flat.parameters.theta, self.time, self.modes]
@@ -296,7 +302,7 @@ class Values:
             guesses[places] = found
         return begin
 
-    def _solved(self, blocks: list[Block]) -> tuple[ca.SX, np.ndarray]:
+    def _solve_linearised(self, blocks: list[Block]) -> tuple[ca.SX, np.ndarray]:
         """What to add to the present values of nodes so that linearised equations hold."""
         incidence, tape = self.reduced.incidence, Tape()
         column = {node: j for block in blocks for j, node in enumerate(block.nodes)}
@@ -331,7 +337,7 @@ class Values:
             reaction = self._reactions.get(row)
             if reaction is not None:
                 if reaction not in place:
-                    raise unheld(self.reduced.incidence, row)
+                    raise make_unheld_error(self.reduced.incidence, row)
                 found[i] = place[reaction]
         return found
 
@@ -347,8 +353,8 @@ class Values:
     ) -> None:
         """Enter coefficients of the unknowns in flow sums, and minus their residuals."""
         places, nodes, signs = self._sum_nodes(numbers, orders)
-        terms = tape.given(-_picked(self._sx, nodes) * ca.DM(signs))
-        factors = tape.given(ca.SX(ca.DM(signs)))
+        terms = tape.add_terms(-_pick(self._sx, nodes) * ca.DM(signs))
+        factors = tape.add_terms(ca.SX(ca.DM(signs)))
         parts = zip(sums[places].tolist(), nodes.tolist(), signs.tolist(), strict=True)
         for k, (i, node, sign) in enumerate(parts):
             total, number = right[i]
@@ -370,9 +376,9 @@ class Values:
         m, n = nodes.shape
         symbols, numbers = self._arguments(seen, nodes), self._numbers(seen, nodes)
         coefficients, value = residual.coefficients, residual.value
-        partials = tape.given(ca.vec(coefficients(*symbols) * ca.DM(seen.signs.T)))
+        partials = tape.add_terms(ca.vec(coefficients(*symbols) * ca.DM(seen.signs.T)))
         sizes = self._finite(np.asarray(coefficients(*numbers)).reshape(n, m)).T * seen.signs
-        rests = tape.given(ca.vec(-value(*symbols)))
+        rests = tape.add_terms(ca.vec(-value(*symbols)))
         rest_sizes = -np.asarray(value(*numbers)).ravel()
         kinds = residual.kinds.tolist()
         for k, i in enumerate(places.tolist()):
@@ -383,7 +389,7 @@ class Values:
                     _add(rows[i], column[node], Entry(partial, kind, size))
 
 
-def _picked(vector: ca.SX, indices: np.ndarray) -> ca.SX:
+def _pick(vector: ca.SX, indices: np.ndarray) -> ca.SX:
     return vector[indices.tolist()] if len(indices) else ca.SX(0, 1)
 
 

@@ -1,4 +1,4 @@
-"""Which unknown stands in which equation, at which derivative, with which coefficient."""
+"""Which unknown occurs in which equation, at which derivative, with which coefficient."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Entries:
 
 @dataclass(frozen=True, eq=False)
 class Occurrence:
-    """Where the symbols of one template equation stand, for some of its instances.
+    """Where the symbols of one template equation occur, for some of its instances.
 
     Attributes
     ----------
@@ -193,7 +193,7 @@ class Incidence:
         if not parts:
             none = np.zeros(0, dtype=int)
             return Entries(none, none, none, none, np.zeros(0))
-        return _merged(*(np.concatenate(p) for p in zip(*parts, strict=True)))
+        return _merge_entries(*(np.concatenate(p) for p in zip(*parts, strict=True)))
 
     def _component_part(
         self, block: int, order: int, places: np.ndarray, first: int, at: GenericPoint | None
@@ -255,7 +255,7 @@ class GenericPoint:
         return result
 
 
-def _merged(
+def _merge_entries(
     rows: np.ndarray,
     classes: np.ndarray,
     orders: np.ndarray,

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from lumped.errors import SingularModelError
-from lumped.reduction.diagnosis import listed, misfit
+from lumped.reduction.diagnosis import list_equations, misfit
 from lumped.reduction.incidence import Entries, Incidence
 from lumped.support.sparse_graph import links
 
@@ -34,7 +34,9 @@ def _inverse(match: np.ndarray, count: int) -> np.ndarray:
     return rows
 
 
-def _reached(graph: scipy.sparse.csr_array, match: np.ndarray, starts: np.ndarray) -> np.ndarray:
+def _find_reached(
+    graph: scipy.sparse.csr_array, match: np.ndarray, starts: np.ndarray
+) -> np.ndarray:
     """Rows that alternating paths from the rows `starts` reach, themselves included."""
     n, m = graph.shape
     row_of = _inverse(match, m)
@@ -85,10 +87,10 @@ def differentiate(
         unmatched = np.flatnonzero(match < 0)
         if not len(unmatched):
             return times, highest
-        times[_reached(graph, match, unmatched)] += 1
+        times[_find_reached(graph, match, unmatched)] += 1
     raise SingularModelError(
         f"{incidence.flat.name}: some equations must be differentiated more than "
-        f"{_MOST_ROUNDS} times:\n" + listed(incidence, unmatched)
+        f"{_MOST_ROUNDS} times:\n" + list_equations(incidence, unmatched)
     )
 
 
@@ -107,7 +109,7 @@ def check_matching(incidence: Incidence, entries: Entries) -> None:
     unmatched, free = np.flatnonzero(match < 0), np.flatnonzero(owner < 0)
     if not len(unmatched) and not len(free):
         return
-    over = [_reached(graph, match, np.array([r])) for r in unmatched[:_MOST_FAULTS]]
+    over = [_find_reached(graph, match, np.array([r])) for r in unmatched[:_MOST_FAULTS]]
     turned = graph.T.tocsr()
-    under = [_reached(turned, owner, np.array([c])) for c in free[:_MOST_FAULTS]]
+    under = [_find_reached(turned, owner, np.array([c])) for c in free[:_MOST_FAULTS]]
     raise SingularModelError(misfit(incidence, match, over, under, len(free)))

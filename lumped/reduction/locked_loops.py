@@ -14,17 +14,17 @@ import scipy
 
 from lumped.errors import SingularModelError
 from lumped.flattening.flat_model import FlatModel
-from lumped.reduction.diagnosis import listed, lock, some
+from lumped.reduction.diagnosis import list_each_once, list_equations, lock
 from lumped.reduction.pruning import LeftOut
 from lumped.reduction.reduce import Block, Reduced
 
-__all__ = ["locked_loops"]
+__all__ = ["find_locked_loops"]
 
 
-def locked_loops(reduced: Reduced) -> list[LeftOut]:
+def find_locked_loops(reduced: Reduced) -> list[LeftOut]:
     """Rigid loops in which nothing can move because something outside them is held.
 
-    Whether this is meant cannot be told: two brakes may hold a gearbox on purpose.
+    Whether this is meant cannot be known: two brakes may hold a gearbox on purpose.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def locked_loops(reduced: Reduced) -> list[LeftOut]:
         return []
     incidence = reduced.incidence
     flat = incidence.flat
-    grounded = _grounded(flat)
+    grounded = _find_grounded(flat)
     by_class = np.argsort(reduced.aliases.classes, kind="stable")
     ends = np.searchsorted(reduced.aliases.classes[by_class], np.arange(reduced.aliases.count + 1))
     found: dict[tuple[int, ...], LeftOut] = {}
@@ -52,9 +52,9 @@ def locked_loops(reduced: Reduced) -> list[LeftOut]:
         if not block.needs and grounded[_zeros(reduced, block)].all():
             raise SingularModelError(
                 f"{flat.name}: these constraints leave no motion of {names}:\n"
-                f"{listed(incidence, rows)}\n{lock(incidence, rows)}"
+                f"{list_equations(incidence, rows)}\n{lock(incidence, rows)}"
             )
-        parts = some(flat.origin(incidence.origin(r)[1])[0].label for r in rows)
+        parts = list_each_once(flat.origin(incidence.origin(r)[1])[0].label for r in rows)
         found[classes] = LeftOut(names, f"locked: {parts} and what is held leave no motion")
     return list(found.values())
 
@@ -105,7 +105,7 @@ def _move(flat: FlatModel, members: list[list[int]]) -> bool:
     return "potential" in kinds and "flow" not in kinds
 
 
-def _grounded(flat: FlatModel) -> np.ndarray:
+def _find_grounded(flat: FlatModel) -> np.ndarray:
     """Whether each unknown is the position of an open port that grounds itself."""
     pairs = np.array([(a, b) for a, b, _ in flat.joints.equal], dtype=int).reshape(-1, 2)
     n = flat.tree.unknown_count
@@ -129,4 +129,4 @@ def _names(flat: FlatModel, members: list[list[int]]) -> str:
     """A name for each class; a variable's before that of a port."""
     tree = flat.tree
     best = (min(own, key=lambda u: (tree.quantity(u).kind != "variable", u)) for own in members)
-    return some(tree.unknown_name(u) for u in best)
+    return list_each_once(tree.unknown_name(u) for u in best)

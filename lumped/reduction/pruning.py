@@ -13,7 +13,7 @@ import scipy
 from lumped.reduction.evaluation import Values
 from lumped.support.sparse_graph import links
 
-__all__ = ["LeftOut", "independent_of", "needed_states", "samples", "used", "uses"]
+__all__ = ["LeftOut", "find_needed_states", "find_used_states", "independent_of", "samples", "uses"]
 
 _SMALL = 1e-9  # of the largest derivative
 _SITUATIONS = 512  # finds what needs six given modes but for 3 in 10 000
@@ -37,14 +37,14 @@ class LeftOut:
 
 
 def uses(expression: ca.SX, values: Values) -> scipy.sparse.csr_array:
-    """Which state stands in which element of an expression, as a sparse (elements, states)."""
+    """Which state occurs in which element of an expression, as a sparse (elements, states)."""
     rows, columns = ca.jacobian_sparsity(expression, values.states).get_triplet()
     shape = (expression.numel(), values.states.numel())
     return links(np.array(rows, dtype=int), np.array(columns, dtype=int), shape)
 
 
-def used(expression: ca.SX, values: Values) -> np.ndarray:
-    """Numbers of the states that stand in an expression; costs one pass, whatever stands where."""
+def find_used_states(expression: ca.SX, values: Values) -> np.ndarray:
+    """Numbers of the states that occur in an expression; costs one pass, wherever they occur."""
     if not expression.numel():
         return np.zeros(0, dtype=int)
     return np.flatnonzero(ca.which_depends(expression, values.states, 1, False))
@@ -104,7 +104,7 @@ def samples(expression: ca.SX, values: Values) -> tuple[np.ndarray, np.ndarray, 
 
 
 def independent_of(expression: ca.SX, columns: Sequence[int], values: Values) -> np.ndarray:
-    """Whether an expression does not change with states although they stand in it.
+    """Whether an expression does not change with states although they occur in it.
 
     Returns
     -------
@@ -119,7 +119,7 @@ def independent_of(expression: ca.SX, columns: Sequence[int], values: Values) ->
     return np.array([column not in alive for column in columns], dtype=bool)
 
 
-def needed_states(
+def find_needed_states(
     values: Values, positions: set[int], outputs: ca.SX | None, kept: ca.SX
 ) -> list[int]:
     """Numbers of the states to integrate.
@@ -137,18 +137,20 @@ def needed_states(
     """
     states = values.reduced.states
     rates = values.of([n + 1 for n in states])
-    asked = set(used(kept, values).tolist())
+    asked = set(find_used_states(kept, values).tolist())
     if outputs is not None:
-        return _closed(uses(rates, values), asked | set(used(outputs, values).tolist()))
+        return _find_all_needed(
+            uses(rates, values), asked | set(find_used_states(outputs, values).tolist())
+        )
     moving = np.zeros(len(states), dtype=bool)
-    moving[used(rates, values)] = True
+    moving[find_used_states(rates, values)] = True
     doubtful = [i for i in sorted(positions - asked) if moving[i]]
     if doubtful:
         moving[doubtful] = ~independent_of(rates, doubtful, values)
     return [i for i in range(len(states)) if moving[i] or i in asked or i not in positions]
 
 
-def _closed(uses: scipy.sparse.csr_array, begin: set[int]) -> list[int]:
+def _find_all_needed(uses: scipy.sparse.csr_array, begin: set[int]) -> list[int]:
     """All states that those in `begin` need directly or indirectly."""
     n = uses.shape[0]
     coo = uses.tocoo()

@@ -13,7 +13,7 @@ import scipy
 from lumped.errors import SingularModelError
 from lumped.flattening.flat_model import FlatModel
 from lumped.reduction.aliases import Aliases, eliminate_aliases
-from lumped.reduction.diagnosis import class_names, combined, equation_text, listed
+from lumped.reduction.diagnosis import class_names, equation_text, find_combination, list_equations
 from lumped.reduction.incidence import GenericPoint, Incidence
 from lumped.reduction.index_reduction import check_matching, differentiate
 from lumped.reduction.state_selection import RANK, constraint_rows, select_dependent
@@ -32,9 +32,9 @@ class Block(NamedTuple):
     nodes : list of int
         Unknowns (numbers of class and derivative) that it determines.
     needs : list of int
-        Blocks whose unknowns stand in its equations.
+        Blocks whose unknowns occur in its equations.
     led : bool
-        A state stands in its equations.
+        A state occurs in its equations.
     """
 
     equations: list[tuple[int, int]]
@@ -62,7 +62,7 @@ class Reduced:
     dependent : list of int
         Candidates that constraints determine.
     tied : frozenset of int
-        Candidates that stand in constraints.
+        Candidates that occur in constraints.
     blocks : list of Block
         In an order in which they can be computed.
     block_of : ndarray of int, shape (nodes,)
@@ -189,7 +189,7 @@ def _dependent(
         row, order = labels[unused[0]] if unused else (int(np.argmax(times)), 0)
         raise SingularModelError(
             f"{incidence.flat.name}: these constraints are redundant or contradict each other:\n"
-            + listed(incidence, combined(constraints[order], row))
+            + list_equations(incidence, find_combination(constraints[order], row))
             + "\nLikely a closed loop of rigid gears or linkages fixes the same motion twice. "
             "Make one member of the loop elastic, or remove it."
         )
@@ -239,7 +239,7 @@ def _blocks(
     )
     led = np.zeros(count, dtype=bool)
     led[label[rows[known]]] = True
-    return _ordered(labels, unknown[match], label, led, label[users], label[needed], first[-1])
+    return _order_blocks(labels, unknown[match], label, led, label[users], label[needed], first[-1])
 
 
 def _all_entries(
@@ -258,7 +258,7 @@ def _all_entries(
     return np.concatenate(row_parts), np.concatenate(node_parts), labels
 
 
-def _ordered(
+def _order_blocks(
     labels: list[tuple[int, int]],
     solved: np.ndarray,
     label: np.ndarray,
@@ -269,7 +269,7 @@ def _ordered(
 ) -> tuple[list[Block], np.ndarray]:
     """Blocks from the equations' labels, the nodes matched to them and their block's label.
 
-    Block ``users[k]`` needs block ``needed[k]``; both may stand there several times. States stand
+    Block ``users[k]`` needs block ``needed[k]``; both may occur there several times. States occur
     in the equations of block k if ``led[k]``.
     """
     count = len(led)

@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lumped.compiler.system import Name
-from lumped.simulation.compare import Comparison, Deviation, compared, observed
+from lumped.simulation.compare import Comparison, Deviation, choose_names, compare_runs
 from lumped.simulation.energy_audit import EnergyAudit
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Certificate", "certified"]
+__all__ = ["Certificate", "certify_run"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class Certificate(RichHtml):
 
     @checked
     def __getitem__(self, name: Name) -> Deviation:
-        found = compared(self.run, self.tighter, [self.run.system.key(name)])
+        found = compare_runs(self.run, self.tighter, [self.run.system.key(name)])
         return found.deviations[0]
 
     @property
@@ -80,7 +80,7 @@ class Certificate(RichHtml):
         )
 
 
-def certified(
+def certify_run(
     run: Trajectory,
     again: Trajectory,
     tighter: Trajectory,
@@ -100,8 +100,8 @@ def certified(
     energy : EnergyAudit or None
         Energy balance.
     """
-    names = observed(run.system, None) if run.system.structure.states else []
-    states = compared(again, tighter, names)
+    names = choose_names(run.system, None) if run.system.structure.states else []
+    states = compare_runs(again, tighter, names)
     inner = len(again.t) - len(run.t)
     return replace(run, certificate=Certificate(again, tighter, inner, rtol, states, energy))
 

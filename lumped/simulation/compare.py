@@ -13,7 +13,7 @@ from lumped.support.rich_html import RichHtml
 from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Comparison", "Deviation", "between", "compared", "observed"]
+__all__ = ["Comparison", "Deviation", "between", "choose_names", "compare_runs"]
 
 _CLOSE = 1e-9
 """Part of a run around each event that does not count."""
@@ -79,7 +79,7 @@ class Comparison(RichHtml):
         return max(self.deviations, key=lambda d: d.relative)
 
 
-def observed(system: System, names: Iterable[Name] | None) -> list[str]:
+def choose_names(system: System, names: Iterable[Name] | None) -> list[str]:
     """Names of quantities to compare; default is all states.
 
     Raises
@@ -94,7 +94,7 @@ def observed(system: System, names: Iterable[Name] | None) -> list[str]:
     return found
 
 
-def compared(run: Trajectory, reference: Trajectory, names: Iterable[str]) -> Comparison:
+def compare_runs(run: Trajectory, reference: Trajectory, names: Iterable[str]) -> Comparison:
     """Compare two runs that give their quantities at the same times.
 
     An event is at slightly different instants in two runs, and between these they differ by the

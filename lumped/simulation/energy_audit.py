@@ -28,7 +28,7 @@ from lumped.support.made_once import made_once
 from lumped.support.text_table import number
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 
-__all__ = ["EnergyAudit", "audited", "stored_energy"]
+__all__ = ["EnergyAudit", "audit_energy", "sum_stored"]
 
 _WORK = {("rad", "N.m"), ("m", "N")}
 """Units of potential and flow of a port whose product is work."""
@@ -83,7 +83,7 @@ class EnergyAudit:
         )
 
 
-def audited(
+def audit_energy(
     run: Trajectory, again: Callable[[Sequence[float] | np.ndarray | None], Trajectory]
 ) -> EnergyAudit | None:
     """Energy balance of a run; None if no component says what it stores.
@@ -172,7 +172,7 @@ def _values(piece: Piece, theta: np.ndarray) -> np.ndarray:
 def _energies(system: System) -> list[tuple[Instance, ca.SX]]:
     """Components that say what they store, and that energy, by the symbols of all states."""
     return [
-        (node, _lowered(system, node, "stored"))
+        (node, _lower_method(system, node, "stored"))
         for node in system.structure.tree.instances
         if hasattr(node.component, "stored")
     ]
@@ -187,7 +187,7 @@ def _storing(system: System) -> list[Instance]:
     return [node for i, (node, _) in enumerate(energies) if i not in lost]
 
 
-def stored_energy(system: System) -> ca.SX:
+def sum_stored(system: System) -> ca.SX:
     """What all components store that say so, J, by the symbols of all states.
 
     Raises
@@ -209,7 +209,7 @@ def _audit(system: System) -> ca.Function:
         component: Any = node.component
         stored += energies[node]
         if hasattr(component, "loss"):
-            loss += _lowered(system, node, "loss")
+            loss += _lower_method(system, node, "loss")
         power += _power(system, node)
     rest = [_power(system, node) for node in _others(system)]
     found = ca.densify(system.structure.in_states(ca.vertcat(stored, power, loss, *rest)))
@@ -225,7 +225,7 @@ def _power(system: System, node: Instance) -> ca.SX:
     return power
 
 
-def _lowered(system: System, node: Instance, method: str) -> ca.SX:
+def _lower_method(system: System, node: Instance, method: str) -> ca.SX:
     """What a method of a component tells of its own quantities, in those of the system."""
     layout, values = node.layout, system.structure.values
     with told_by(node.label, f"{method}()"):

@@ -86,7 +86,9 @@ def inverse(
     tree = system.structure.tree
     names: list[Name] = [drive] if isinstance(drive, str | Expr) else list(drive)
     drives = [_drive(tree, name) for name in names]
-    motions = {system.key(name): _wanted(system, name, value) for name, value in motion.items()}
+    motions = {
+        system.key(name): _read_wanted(system, name, value) for name, value in motion.items()
+    }
     if len(motions) != len(drives) or len(set(drives)) < len(drives) or not drives:
         raise OptionError(
             f"inverse: {len(motions)} motions ({', '.join(motions) or 'none'}) and {len(drives)} "
@@ -136,7 +138,7 @@ def _drive(tree: Tree, name: Name) -> str:
     return key
 
 
-def _wanted(system: System, name: Name, value: object) -> Expr:
+def _read_wanted(system: System, name: Name, value: object) -> Expr:
     quantity = system.quantity(name)
     if isinstance(value, Expr):
         return value

@@ -10,7 +10,7 @@ from lumped.errors import OptionError
 from lumped.timeloop.instants import instants
 from lumped.timeloop.linear_form import linear_form
 from lumped.timeloop.results.operating_point import OperatingPoint
-from lumped.timeloop.run_in_closed_form import closed
+from lumped.timeloop.run_in_closed_form import find_closed_form
 
 __all__ = ["closed_form_pays"]
 
@@ -39,6 +39,6 @@ def closed_form_pays(point: OperatingPoint, until: float, rtol: float) -> bool:
         matrix, _ = form.at(theta, begin, modes)
         if not np.isfinite(matrix.data).all():
             return False
-        if closed(system, matrix).rounding(end - begin) > rtol:
+        if find_closed_form(system, matrix).rounding(end - begin) > rtol:
             return False
     return True

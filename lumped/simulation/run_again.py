@@ -33,14 +33,14 @@ def run_from(point: OperatingPoint, plan: RunPlan, output: Recorder) -> Trajecto
             run.go()
             return run.trajectory()
         except KeyboardInterrupt:
-            raise _interrupted(run) from None
+            raise _make_interrupted(run) from None
         except SolverError as error:
             if plan.method == "exact" or run.steps + run.rejected >= plan.max_steps:
                 raise  # rounding and the number of steps are limits of ours, not of the drive
             raise SolverError(doubt(plan.rtol) + str(error), error.partial) from None
 
 
-def _interrupted(run: Simulation) -> Interrupted:
+def _make_interrupted(run: Simulation) -> Interrupted:
     partial = run.partial()
     return Interrupted(
         f"{run.system.name}: interrupted at t = {partial.t[-1]:.6g} s; `partial` is the run.",
@@ -49,7 +49,7 @@ def _interrupted(run: Simulation) -> Interrupted:
 
 
 @dataclass(eq=False, slots=True)
-class _Begun:
+class _BegunRun:
     """A run that began at a point.
 
     Attributes
@@ -84,7 +84,7 @@ class _Begun:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Again:
+class _RepeatedRun:
     """Makes a run again, with the states that were left out.
 
     A run that goes on from another begins with what that one had, and so on in a row. Rows may be
@@ -92,14 +92,14 @@ class _Again:
 
     Attributes
     ----------
-    run : _Begun
+    run : _BegunRun
         The run.
-    before : _Again or None
+    before : _RepeatedRun or None
         That from which it goes on.
     """
 
-    run: _Begun
-    before: _Again | None
+    run: _BegunRun
+    before: _RepeatedRun | None
 
     def __call__(self, times: np.ndarray) -> Trajectory:
         row = self._row(known=True)
@@ -109,7 +109,7 @@ class _Again:
             run.begin_with(PointOfRun(before.again, run.left))
         return self.run.again(times)
 
-    def _row(self, *, known: bool) -> list[_Begun]:
+    def _row(self, *, known: bool) -> list[_BegunRun]:
         """Runs up to this one, from the first on, or from the last whose start is known."""
         found, link = [self.run], self.before
         while link is not None and not (known and found[-1].whole is not None):
@@ -121,19 +121,19 @@ class _Again:
         return _as_row, tuple(self._row(known=False))
 
 
-def _as_row(*runs: _Begun) -> _Again:
+def _as_row(*runs: _BegunRun) -> _RepeatedRun:
     """The last of runs that go on from each other."""
     found = None
     for run in runs:
-        found = _Again(run, found)
+        found = _RepeatedRun(run, found)
     assert found is not None
     return found
 
 
-def again_from(point: OperatingPoint, plan: RunPlan) -> _Again:
+def again_from(point: OperatingPoint, plan: RunPlan) -> _RepeatedRun:
     """Makes the run from a point again."""
-    run, came = _Begun(point, plan._replace(start=None)), point.again
+    run, came = _BegunRun(point, plan._replace(start=None)), point.again
     if not isinstance(came, PointOfRun):
-        return _Again(run, None)
+        return _RepeatedRun(run, None)
     run.point, run.left = replace(point, again=None), came.time
-    return _Again(run, came.run)
+    return _RepeatedRun(run, came.run)

@@ -11,13 +11,13 @@ from lumped.timeloop.results.recorder import Recorder
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunPlan
 
-__all__ = ["places_of", "sampled"]
+__all__ = ["places_of", "run_sampled"]
 
 _SAME = 1e-12
 """Distance in time, over the end of the run, below which an instant is that of an event."""
 
 
-def sampled(system: System, plan: RunPlan, t: np.ndarray) -> Trajectory:
+def run_sampled(system: System, plan: RunPlan, t: np.ndarray) -> Trajectory:
     """A run by steps to the last of some instants, with output at each of them.
 
     Both sides of jumps are recorded too, so that derivatives can be followed across them.

@@ -13,9 +13,9 @@ from lumped.compiler.system import System
 from lumped.errors import Interrupted, SolverError
 from lumped.many_runs.read_run import read_run
 from lumped.points.start import run_start
-from lumped.simulation.certify import certified
+from lumped.simulation.certify import certify_run
 from lumped.simulation.compare import between
-from lumped.simulation.energy_audit import audited
+from lumped.simulation.energy_audit import audit_energy
 from lumped.simulation.method_choice import closed_form_pays
 from lumped.simulation.run_again import again_from, run_from
 from lumped.support.arguments import checked
@@ -73,7 +73,7 @@ def simulate(
     The time loop is compiled once on a machine, which takes a second or two. The functions of a
     system are interpreted until they were evaluated so often that compiling them would have taken
     as long; results are the same to the last bit. Machine code is kept in the user's folder of
-    caches, or in ``LUMPED_CACHE``. That folder is trusted, as what stands there is executed: one
+    caches, or in ``LUMPED_CACHE``. That folder is trusted, as what it holds is executed: one
     that belongs to another user, or that others may write, is not used, and a warning says so.
 
     Parameters
@@ -120,7 +120,7 @@ def simulate(
     elif plan.method == "auto" and closed_form_pays(point, plan.until, rtol):
         plan = plan._replace(method="exact")
     found = run_on(point, plan, recorder(point, plan, grid))
-    return _certified(found, point, plan) if certify else found
+    return _certify(found, point, plan) if certify else found
 
 
 def recorder(point: OperatingPoint, plan: RunPlan, grid: Grid) -> Recorder:
@@ -143,7 +143,7 @@ def run_on(point: OperatingPoint, plan: RunPlan, output: Recorder) -> Trajectory
     return replace(found, read=functools.partial(read_run, plan, point), again=again)
 
 
-def _certified(found: Trajectory, point: OperatingPoint, plan: RunPlan) -> Trajectory:
+def _certify(found: Trajectory, point: OperatingPoint, plan: RunPlan) -> Trajectory:
     """The run with a certificate, by steps at a hundredth of the tolerances."""
     closed, tight = plan.method == "exact", max(1e-2 * plan.rtol, 1e-13)
     same_plan = plan._replace(start=point, max_steps=100 * plan.max_steps)
@@ -159,8 +159,8 @@ def _certified(found: Trajectory, point: OperatingPoint, plan: RunPlan) -> Traje
         times = np.sort(np.concatenate([found.t, inner]))
         same = again(times, tightly=False) if len(inner) else found
         tighter = again(times, tightly=True)
-        energy = audited(found, lambda times: again(times, tightly=closed))
-        return certified(found, same, tighter, tight, energy)
+        energy = audit_energy(found, lambda times: again(times, tightly=closed))
+        return certify_run(found, same, tighter, tight, energy)
     except SolverError as error:
         raise SolverError(f"certify: the second run, at rtol = {tight:g}: {error}", found) from None
     except KeyboardInterrupt:

@@ -14,7 +14,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import torque_speed
 from lumped.plots.picture import label_axis
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, display
+from lumped.support.display_units import Units, choose_units, display
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.trajectory import Trajectory
@@ -114,10 +114,10 @@ class Sizing(RichHtml):
         """
         turning = self.units[0] == "N.m"
         names = ("torque", "angular velocity") if turning else ("force", "speed")
-        choice = chosen(units, names)
+        choice = choose_units(units, names)
         y, x = (display(name, unit, choice) for name, unit in zip(names, self.units, strict=True))
 
-        def told(limit: Limit | None) -> Limit | None:
+        def convert_limit(limit: Limit | None) -> Limit | None:
             if limit is None or isinstance(limit, float | int):
                 return None if limit is None else y.value(float(limit))
             return [(x.value(float(w)), y.value(float(bound))) for w, bound in limit]
@@ -126,8 +126,8 @@ class Sizing(RichHtml):
         picture = torque_speed(
             (x.value(speed), y.value(torque)),
             (x.value(self.mean_speed), y.value(self.rms_torque)),
-            told(self.rated),
-            told(self.maximum),
+            convert_limit(self.rated),
+            convert_limit(self.maximum),
             (label_axis(names[1], x.unit), label_axis(names[0], y.unit)),
         )
         return draw(picture, backend, ax)

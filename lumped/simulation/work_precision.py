@@ -14,7 +14,7 @@ from lumped.errors import LumpedError, OptionError
 from lumped.plots import numbers
 from lumped.plots.draw import Backend, draw
 from lumped.points.start import run_start
-from lumped.simulation.compare import compared, observed
+from lumped.simulation.compare import choose_names, compare_runs
 from lumped.simulation.method_choice import closed_form_pays
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
@@ -208,7 +208,7 @@ def work_precision(
     SolverError
         If the reference cannot be computed; single runs that fail are rows.
     """
-    names, ladder = observed(system, of), [float(r) for r in tolerances]
+    names, ladder = choose_names(system, of), [float(r) for r in tolerances]
     chosen = _methods(system) if methods is None else list(methods)
     if not chosen or not all(1e-14 <= rtol < 1 for rtol in ladder):
         raise OptionError(
@@ -243,7 +243,7 @@ def work_precision(
         reference = run("steps", tight)
         text = f"steps at rtol {tight:.1g}, checked at {10 * tight:.1g}"
         check = run("steps", 10 * tight)
-    own = compared(check, reference, names)
+    own = compare_runs(check, reference, names)
     rows, window = [], own.window
     for method in chosen:
         for rtol in ladder:
@@ -272,7 +272,7 @@ def _row(
     nan = float("nan")
     try:
         found = run(method, rtol, _MOST_STEPS)
-        comparison = compared(found, reference, names)
+        comparison = compare_runs(found, reference, names)
     except LumpedError as error:
         part: Trajectory | None = getattr(error, "partial", None)
         steps, rejected, evaluations = 0, 0, 0

@@ -283,7 +283,7 @@ def _is_a(value: Any, hint: Any) -> bool:
     if hint is np.ndarray:
         return isinstance(value, np.ndarray) and _numbers(value)
     if isinstance(hint, ForwardRef) or issubclass(hint, _Absent):
-        return _called(hint) in [cls.__name__ for cls in type(value).__mro__]
+        return _name_class(hint) in [cls.__name__ for cls in type(value).__mro__]
     if getattr(hint, "_is_protocol", False):
         return all(hasattr(value, name) for name in dir(hint) if not name.startswith("_"))
     return isinstance(value, hint)
@@ -346,17 +346,17 @@ def _words(hint: Any) -> str:
     simple = {float: "a finite number", int: "a whole number", bool: "True or False", str: "a text"}
     if hint in simple:
         return simple[hint]
-    return _FROM.get(_called(hint), f"a {_called(hint)}")
+    return _FROM.get(_name_class(hint), f"a {_name_class(hint)}")
 
 
-def _called(hint: Any) -> str:
+def _name_class(hint: Any) -> str:
     """Name of a class, or of a class that does not exist yet."""
     return str(getattr(hint, "__forward_arg__", getattr(hint, "__name__", hint)))
 
 
 def _names(hint: Any) -> bool:
     """Whether an annotation stands for names of quantities."""
-    return hint is str or {_called(kind) for kind in get_args(hint)} == {
+    return hint is str or {_name_class(kind) for kind in get_args(hint)} == {
         "str",
         "Expr",
     }

@@ -12,13 +12,13 @@ import numpy as np
 
 from lumped.errors import OptionError, UnitError, UnknownNameError, nearest, shown
 from lumped.support.known_units import measure
-from lumped.support.units import in_unit
+from lumped.support.units import convert_number
 
 __all__ = [
     "PRESETS",
     "Shown",
     "Units",
-    "chosen",
+    "choose_units",
     "display",
     "display_units",
     "frequency_unit",
@@ -120,7 +120,7 @@ def display(
     UnitError
         If the unit to show is of another kind, unless the session chose it, or cannot be read.
     """
-    choice = chosen(units)
+    choice = choose_units(units)
     wanted = usual or unit
     loose, inner = isinstance(choice, _Usual), _inner(path)
     named = [
@@ -164,7 +164,7 @@ def time_unit(units: Units = None) -> Shown:
     return display("time", "s", units)
 
 
-def chosen(
+def choose_units(
     units: Units, names: Iterable[str] | None = None, *, usual: str | None = None
 ) -> Mapping[str, str]:
     """A choice of units as a mapping.
@@ -260,11 +260,11 @@ def _factors(wanted: str, unit: str) -> tuple[float, float]:
     if not unit:
         raise UnitError(f"{wanted!r}: in which unit it is, is not known.")
     meant = _SPEED.get((unit, wanted), wanted)
-    zero, one = (in_unit(size, meant, unit, repr(wanted)) for size in (0.0, 1.0))
+    zero, one = (convert_number(size, meant, unit, repr(wanted)) for size in (0.0, 1.0))
     return 1 / (one - zero), -zero / (one - zero) + 0.0  # never -0.0
 
 
-class _Until:
+class _RestoredUnits:
     """What a choice for the session replaced, and puts back at the end of a context."""
 
     def __init__(self, before: _Usual) -> None:
@@ -309,20 +309,20 @@ def display_units(units: Units) -> AbstractContextManager[None]:
     UnitError
         If a unit cannot be read, or is of another kind than the SI unit for which it stands.
     """
-    choice = _Usual() if units is None else _Usual(chosen(units))
+    choice = _Usual() if units is None else _Usual(choose_units(units))
     for key, unit in choice.items():
         if _reads_as_si(key) and not key.isidentifier():
             _scale(unit, key, f"display_units: {key} cannot be shown in")
         elif not _is_unit(key, unit):
             _check_readable(key, unit)
     before, _Session.units = _Session.units, choice
-    return _Until(before)
+    return _RestoredUnits(before)
 
 
 def _check_readable(key: str, unit: str) -> None:
     """Refuse a text that is no unit at all."""
     try:
-        in_unit(1.0, unit, "1", f"display_units: {key} cannot be shown in {unit!r}")
+        convert_number(1.0, unit, "1", f"display_units: {key} cannot be shown in {unit!r}")
     except UnitError as fault:
         if "of the kind" not in str(fault):
             raise

@@ -32,7 +32,7 @@ def made_once(function: Callable[[S, *Arguments], T]) -> Callable[[S, *Arguments
     """Call a function once for an object and further arguments, and keep the result."""
 
     @wraps(function)
-    def kept(owner: S, *arguments: *Arguments) -> T:
+    def call_once(owner: S, *arguments: *Arguments) -> T:
         key = function, arguments
         if key not in owner.made:
             with process_lock:
@@ -41,7 +41,7 @@ def made_once(function: Callable[[S, *Arguments], T]) -> Callable[[S, *Arguments
         found: T = owner.made[key]
         return found
 
-    return kept
+    return call_once
 
 
 class Recent(Generic[T]):

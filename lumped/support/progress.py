@@ -44,7 +44,7 @@ class Progress:
         if now < self._next:
             return
         left = (now - self._begin) * (self._total / done - 1.0)
-        text = f"{self._what}: {100 * done / self._total:.0f} %, {_spoken(left)} left"
+        text = f"{self._what}: {100 * done / self._total:.0f} %, {_format_time(left)} left"
         sys.stderr.write(f"\r{text:<78}")
         sys.stderr.flush()
         self._next, self._shown = now + _EVERY, True
@@ -63,7 +63,7 @@ class Progress:
             self._shown = False
 
 
-def _spoken(seconds: float) -> str:
+def _format_time(seconds: float) -> str:
     if seconds < 90:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

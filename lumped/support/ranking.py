@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from lumped.errors import OptionError
 
-__all__ = ["quantiles", "ranked", "ranks"]
+__all__ = ["quantiles", "rank_by_size", "ranks"]
 
 
-def ranked(
+def rank_by_size(
     what: str, value: float, names: Sequence[str], relative: np.ndarray
 ) -> list[tuple[str, float]]:
     """Names and relative sensitivities, the largest first.

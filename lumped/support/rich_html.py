@@ -11,7 +11,7 @@ __all__ = ["RichHtml"]
 class RichHtml:
     """Shown by notebooks with tables and small pictures.
 
-    What draws them stands above all results, and is loaded when a notebook asks.
+    What draws them comes before all results, and is loaded when a notebook asks.
     """
 
     def _repr_html_(self) -> str:

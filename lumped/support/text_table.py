@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 from lumped.support.display_units import Units, display
 
-__all__ = ["amounts", "compared", "listed", "number", "table"]
+__all__ = ["amounts", "format_comparison", "list_names", "number", "table"]
 
 
-def listed(names: Sequence[str], most: int = 6) -> str:
+def list_names(names: Sequence[str], most: int = 6) -> str:
     """Names with commas; those beyond `most` are only counted."""
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more
@@ -45,7 +45,7 @@ def amounts(
     return *(number(to_show.value(float(value)), digits) for value in values), to_show.unit
 
 
-def compared(
+def format_comparison(
     published: float | None,
     computed: float,
     bounds: tuple[float | None, float | None] | None = None,
@@ -69,7 +69,7 @@ def compared(
     tuple of str
         Published, computed, and the deviation in per cent, or whether the range is met.
     """
-    told = number(computed)
+    text_computed = number(computed)
     if bounds is not None:
         low, high = bounds
         met = (low is None or computed >= low) and (high is None or computed <= high)
@@ -77,10 +77,10 @@ def compared(
     elif published is not None:
         off = round(100 * (computed / published - 1), 2) + 0.0  # never "-0.00"
         text, verdict = number(published, 12), f"{off:+.2f}"
-        told = number(computed, max(6, len(text.strip("-").replace(".", ""))))
+        text_computed = number(computed, max(6, len(text.strip("-").replace(".", ""))))
     else:
-        return "-", told, "-"
-    return text, told, verdict + ", fitted" * fitted
+        return "-", text_computed, "-"
+    return text, text_computed, verdict + ", fitted" * fitted
 
 
 def _range(low: float | None, high: float | None) -> str:

@@ -16,13 +16,13 @@ from lumped.support.known_units import measure
 __all__ = [
     "Dimension",
     "amount",
-    "converted",
+    "convert_number",
+    "convert_value",
     "dimension",
+    "format_dimension",
     "has_unit",
-    "in_seconds",
-    "in_unit",
     "plain",
-    "written",
+    "read_time",
 ]
 
 _LINEAR = 1e-9
@@ -47,7 +47,7 @@ def plain(
     Parameters
     ----------
     value, unit, what
-        See `converted`.
+        See `convert_value`.
     fault : callable
         Makes an error from its text, if the value is neither.
     more : str
@@ -56,12 +56,12 @@ def plain(
     Raises
     ------
     UnitError
-        See `converted`.
+        See `convert_value`.
     """
     if type(value) is float:
         return value
     if has_unit(value):
-        return converted(value, unit, what)
+        return convert_value(value, unit, what)
     if not isinstance(value, bool | np.bool_ | np.complexfloating) and not getattr(
         value, "ndim", 0
     ):
@@ -71,7 +71,7 @@ def plain(
     raise fault(f"{what} {shown(value)}: a number{kind}{more} is needed.")
 
 
-def converted(value: Any, unit: str, what: str) -> float:
+def convert_value(value: Any, unit: str, what: str) -> float:
     """A value with a unit as a number in the unit of a quantity.
 
     Angles are a dimension of their own here: a stiffness in N.m/rad is not a torque, a ratio or
@@ -107,12 +107,12 @@ def converted(value: Any, unit: str, what: str) -> float:
         raise UnitError(f"{needed}, such as '3.5 {'%' if unit == '1' else unit}'.") from None
     if not given and unit != "1":
         raise UnitError(f"{needed}, such as '{number} {unit}'.")
-    spelling = _spelt(given) if is_text else given
-    return _in_si(size, given, spelling, unit, f"{what} {value!r}", needed)
+    spelling = _spell_for_pint(given) if is_text else given
+    return _convert_to_si(size, given, spelling, unit, f"{what} {value!r}", needed)
 
 
-def in_unit(value: float, given: str, unit: str, said: str) -> float:
-    """A number of one unit in another; both as in `converted`.
+def convert_number(value: float, given: str, unit: str, said: str) -> float:
+    """A number of one unit in another; both as in `convert_value`.
 
     Parameters
     ----------
@@ -126,12 +126,16 @@ def in_unit(value: float, given: str, unit: str, said: str) -> float:
     Raises
     ------
     UnitError
-        See `converted`.
+        See `convert_value`.
     """
-    return _in_si(value, given, _spelt(given), unit, said, f"{said}: a unit is needed")
+    return _convert_to_si(
+        value, given, _spell_for_pint(given), unit, said, f"{said}: a unit is needed"
+    )
 
 
-def _in_si(size: float, given: str, spelling: str, unit: str, said: str, needed: str) -> float:
+def _convert_to_si(
+    size: float, given: str, spelling: str, unit: str, said: str, needed: str
+) -> float:
     """A number in an SI unit; errors begin with `said`, or with what is needed to read the unit."""
     if given == unit:
         return size
@@ -146,7 +150,7 @@ def _in_si(size: float, given: str, spelling: str, unit: str, said: str, needed:
         registry = _registry()
     except UnitError as fault:
         raise UnitError(f"{said}: {fault}") from None
-    wanted = _declared(unit)
+    wanted = _read_declared(unit)
     try:
         if re.search(r"\d\s*\*\*", spelling):
             raise ValueError("a number has no power")
@@ -195,7 +199,7 @@ def _angle_hint(unit: str, given: bool) -> str:
     return " There is an angle too many or too few."
 
 
-def in_seconds(value: Any, what: str) -> float:
+def read_time(value: Any, what: str) -> float:
     """A time, given as a number in s or with a unit.
 
     Parameters
@@ -218,11 +222,11 @@ def in_seconds(value: Any, what: str) -> float:
 @cache
 def dimension(unit: str) -> Dimension:
     """Dimension of a unit; angles are numbers."""
-    found = _declared(unit).dimensionality
+    found = _read_declared(unit).dimensionality
     return {name: float(power) for name, power in found.items()}
 
 
-def written(found: Dimension) -> str:
+def format_dimension(found: Dimension) -> str:
     """A dimension as a product of SI base units."""
     base = {
         "[mass]": "kg",
@@ -235,10 +239,10 @@ def written(found: Dimension) -> str:
     return " ".join(parts) or "number"
 
 
-def _declared(unit: str) -> Any:
+def _read_declared(unit: str) -> Any:
     """One unit, as a component declares it."""
     try:
-        return _registry().Quantity(1.0, _spelt(unit))
+        return _registry().Quantity(1.0, _spell_for_pint(unit))
     except UnitError:
         raise
     except Exception as fault:
@@ -259,7 +263,7 @@ def _registry() -> Any:
     return pint.UnitRegistry()
 
 
-def _spelt(unit: str) -> str:
+def _spell_for_pint(unit: str) -> str:
     """A unit as pint reads it: ``N.m.s/rad2`` becomes ``N*m*s/rad**2``."""
     powers = re.sub(r"([A-Za-z])(-?\d+)", r"\1**\2", unit)
     products = re.sub(r"\.(?!\d)", "*", powers)  # a dot before a digit is a decimal point

@@ -61,7 +61,7 @@ class Clock:
 
     @cached_property
     def moves(self) -> bool:
-        """The time stands in the argument."""
+        """The time occurs in the argument."""
         return bool(ca.depends_on(self.condition.argument, self.inputs[0]))
 
     def number(self, place: np.ndarray) -> np.ndarray:

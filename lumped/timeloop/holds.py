@@ -10,9 +10,9 @@ from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
 from lumped.kernel.instants.holds import STANDSTILL
 from lumped.support.made_once import made_once
-from lumped.timeloop.plants.executable import evaluated
+from lumped.timeloop.plants.executable import evaluate_at
 
-__all__ = ["HoldValues", "Holds", "hold_words", "turned"]
+__all__ = ["HoldValues", "Holds", "hold_words", "turn_condition"]
 
 
 class HoldValues(NamedTuple):
@@ -66,7 +66,7 @@ class Holds:
     def look(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> HoldValues:
         """Evaluate everything that decides modes."""
         settings = np.concatenate([modes, guess])
-        row = evaluated(self.system, "look", x, self._theta, t, settings)
+        row = evaluate_at(self.system, "look", x, self._theta, t, settings)
         i, j, k, m = self._ends
         v, a, reaction, upper, lower, gap, restitution = row[j:k].reshape(7, -1)
         upper[~self.switching.has_upper] = np.inf
@@ -97,13 +97,13 @@ class Holds:
         return words[0 if stuck else 1 if forward else 2 if backward else 3]
 
 
-def turned(
+def turn_condition(
     system: System, x: np.ndarray, theta: np.ndarray, t: float, settings: np.ndarray, number: int
 ) -> np.ndarray:
     """Settings with one condition changed: to its contrary, or to the next piece at hand."""
     s, found, run = system.switching, settings.copy(), 0.0
     if s.is_table[number]:
-        row = evaluated(system, "look", x, theta, t, settings)
+        row = evaluate_at(system, "look", x, theta, t, settings)
         run = float(row[number] - row[len(s.conditions) + number])
     s.turn(found, number, run)
     return found

@@ -36,7 +36,7 @@ class Instants:
         Instants after the begin of the span, up to its end.
     edges : ndarray, shape (k + 2,)
         Begin of the span, the instants, and its end.
-    told : list of (str, str, str)
+    words : list of (str, str, str)
         What changes at each: the components, and their pieces before and after in words.
     places : ndarray of int, shape (m,)
         Modes that depend on the time alone.
@@ -46,7 +46,7 @@ class Instants:
 
     times: np.ndarray
     edges: np.ndarray
-    told: list[tuple[str, str, str]]
+    words: list[tuple[str, str, str]]
     places: np.ndarray
     modes: np.ndarray
 
@@ -72,7 +72,7 @@ def instants(
         return Instants(np.zeros(0), edges, [], np.zeros(0, dtype=int), np.zeros((1, 0)))
     key = theta[clock_parameters(system)].tobytes(), begin, end, without
     search = _InstantSearch(system, theta, begin, end, without)
-    return _latest(system).of(key, search.found)
+    return _latest(system).of(key, search.find)
 
 
 @made_once
@@ -112,7 +112,7 @@ class _InstantSearch:
         self.without = without
         self.clocks = clocks(system)
 
-    def found(self) -> Instants:
+    def find(self) -> Instants:
         """All instants, with those that rounding alone keeps apart in one."""
         courses: list[_Course] = []
         plain = self._plain()
@@ -133,7 +133,7 @@ class _InstantSearch:
         middles = 0.5 * (edges[:-1] + edges[1:])
         if len(times) and times[-1] == self.end:
             middles[-1] = self.end + apart
-        told: list[list[tuple[str, str, str]]] = [[] for _ in times]
+        words: list[list[tuple[str, str, str]]] = [[] for _ in times]
         columns = [np.zeros((len(middles), 0))]
         changes: list[np.ndarray] = []
         for clock, course in zip(self.clocks, courses, strict=True):
@@ -149,12 +149,12 @@ class _InstantSearch:
                 name, texts = clock.condition.name, clock.condition.texts
                 pairs = zip(texts(numbers[where]), texts(numbers[where + 1]), strict=True)
                 for k, (before, after) in zip(where.tolist(), pairs, strict=True):
-                    told[k].append((name, before, after))
+                    words[k].append((name, before, after))
         places = [m for clock in self.clocks for m in clock.condition.modes]
         return Instants(
             times,
             edges,
-            [_together(changes) for changes in told],
+            [_together(changes) for changes in words],
             np.array(places, dtype=int),
             np.hstack(columns),
         )
@@ -241,7 +241,7 @@ class _InstantSearch:
             narrow = b - a <= _NARROWEST * size
             one = (count > 0) & (monotone | narrow)
             if one.any():
-                found.append(self._located(clock, a[one], b[one], given[segment[one]]))
+                found.append(self._locate(clock, a[one], b[one], given[segment[one]]))
             more = (count > 0) & ~one
             a, b, segment = a[more], b[more], segment[more]
             middle = 0.5 * (a + b)
@@ -279,7 +279,7 @@ class _InstantSearch:
         last = clock.number(np.where(wide, 0.0, high))
         return np.where(wide, 2, np.minimum(last - first, 2))
 
-    def _located(self, clock: Clock, a: np.ndarray, b: np.ndarray, given: np.ndarray) -> np.ndarray:
+    def _locate(self, clock: Clock, a: np.ndarray, b: np.ndarray, given: np.ndarray) -> np.ndarray:
         """Changes in intervals in which the argument only rises or only falls."""
         first = clock.number(self._values(clock, a, given)[0])
         last = clock.number(self._values(clock, b, given)[0])

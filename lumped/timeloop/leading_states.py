@@ -11,13 +11,13 @@ from lumped.compiler.system import System
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
 from lumped.timeloop.guards import levers
-from lumped.timeloop.plants.executable import evaluated
+from lumped.timeloop.plants.executable import evaluate_at
 
-__all__ = ["Lead", "exchanged"]
+__all__ = ["Lead", "exchange_lead"]
 
 
 class Lead(NamedTuple):
-    """A system with another choice of states, and where a run stands in it.
+    """A system with another choice of states, and the states of a run in it.
 
     Attributes
     ----------
@@ -35,13 +35,13 @@ class Lead(NamedTuple):
     before: str
 
 
-def exchanged(
+def exchange_lead(
     system: System, theta: np.ndarray, t: float, x: np.ndarray, settings: np.ndarray
 ) -> Lead:
     """Let the motion lead that is fastest over the state that leads it."""
-    ratios = np.abs(evaluated(system, "leverage", x, theta, t, settings))
+    ratios = np.abs(evaluate_at(system, "leverage", x, theta, t, settings))
     follower, leader = levers(system)[0][int(np.argmax(ratios))]
-    new, change = _changed(system, follower, leader)
+    new, change = _change_lead(system, follower, leader)
     states, implicit = change(x, theta, t, settings)
     modes = settings[: len(settings) - len(system.structure.implicit)]
     now = np.concatenate([modes, implicit])
@@ -49,9 +49,9 @@ def exchanged(
 
 
 @made_once
-def _changed(system: System, follower: int, leader: int) -> tuple[System, ArrayFunction]:
+def _change_lead(system: System, follower: int, leader: int) -> tuple[System, ArrayFunction]:
     """The system led by another motion, and its states and implicit quantities."""
-    new = system.led_by(follower, leader)
+    new = system.exchange_state(follower, leader)
     wanted = (new.structure.states, new.structure.implicit)
     found = [ca.densify(system.structure.values.of(nodes)) for nodes in wanted]
     return new, ArrayFunction(ca.Function("change", system.inputs, found))

@@ -13,12 +13,12 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.language.lowering import has_steps
 from lumped.support.made_once import Recent, made_once
+from lumped.support.text_table import list_names
 from lumped.timeloop.guards import may_be_unfit
 
 __all__ = ["LinearForm", "linear_form"]
 
 _MOST = 6
-_NAMED = 6
 _KEPT = 64
 """Parts of runs whose coefficients are kept."""
 
@@ -74,17 +74,17 @@ def linear_form(system: System) -> LinearForm:
 @made_once
 def _form_or_refusal(system: System) -> LinearForm | OptionError:
     try:
-        return _made(system)
+        return _make(system)
     except OptionError as refusal:
         return refusal
 
 
-def _made(system: System) -> LinearForm:
+def _make(system: System) -> LinearForm:
     if system.switching:
-        raise _refusal(system, f"its modes depend on states, in {_listed(_switching(system))}")
+        raise _refusal(system, f"its modes depend on states, in {list_names(_switching(system))}")
     if system.structure.implicit:
         names = [system.structure.node_name(node) for node in system.structure.implicit]
-        raise _refusal(system, f"{_listed(names)} follow from equations that are not linear")
+        raise _refusal(system, f"{list_names(names)} follow from equations that are not linear")
     if may_be_unfit(system):
         raise _refusal(system, "what its states lead is not linear in them")
     x, theta, t, settings = system.inputs
@@ -98,7 +98,7 @@ def _made(system: System) -> LinearForm:
         names = [n for n, bent in zip(system.state_names, rows, strict=True) if bent]
         raise _refusal(
             system,
-            f"the derivatives of {_listed(names)} are not linear in the states with constant "
+            f"the derivatives of {list_names(names)} are not linear in the states with constant "
             "coefficients",
         )
     terms = [ca.densify(ca.substitute(rates, x, ca.SX.zeros(x.numel())))]
@@ -108,8 +108,8 @@ def _made(system: System) -> LinearForm:
             names = [n for n, bent in zip(system.state_names, rows, strict=True) if bent]
             raise _refusal(
                 system,
-                f"what drives {_listed(names)} is no polynomial of the time between jumps, or one "
-                f"of a degree above {_MOST}",
+                f"what drives {list_names(names)} is no polynomial of the time between jumps, or "
+                f"one of a degree above {_MOST}",
             )
         terms.append(ca.densify(ca.jacobian(terms[-1], t)))
     columns = ca.densify(ca.horzcat(*terms))
@@ -121,11 +121,6 @@ def _switching(system: System) -> list[str]:
     found = system.switching
     conditions = [found.relation_text(k, True)[0] for k in range(len(found.relation_modes))]
     return sorted({*conditions, *found.names})
-
-
-def _listed(names: list[str]) -> str:
-    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return ", ".join(names[:_NAMED]) + more
 
 
 def _refusal(system: System, why: str) -> OptionError:

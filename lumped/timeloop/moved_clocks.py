@@ -9,7 +9,7 @@ import casadi as ca
 from lumped.compiler.system import System
 from lumped.timeloop.clocks import clocks
 
-__all__ = ["MovedClocks", "moved_clocks"]
+__all__ = ["MovedClocks", "find_moved_clocks"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class MovedClocks:
     function: ca.Function
 
 
-def moved_clocks(system: System, varied: ca.SX) -> MovedClocks:
+def find_moved_clocks(system: System, varied: ca.SX) -> MovedClocks:
     """Clocks that move with parameters, given as symbols."""
     everything = clocks(system)
     moved = [

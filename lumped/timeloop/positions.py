@@ -14,7 +14,7 @@ from lumped.timeloop.programs import set_twice_fault
 from lumped.timeloop.results.event import Change
 from lumped.timeloop.settings import closing_fault
 
-__all__ = ["begin", "calm_positions", "no_fit", "settled"]
+__all__ = ["begin", "calm_positions", "no_fit", "settle_positions"]
 
 
 def begin(
@@ -62,7 +62,7 @@ def calm_positions(
     return found
 
 
-def settled(
+def settle_positions(
     system: System, theta: np.ndarray, time: float, x: np.ndarray, settings: np.ndarray
 ) -> np.ndarray | None:
     """Settings in which everything fits, from those that were found before; None if these do.
@@ -78,7 +78,7 @@ def settled(
     run.instant.before[:] = settings
     run.instant.fired_count = 0
     run.instant.prepared_at = -np.inf
-    engine.call("watched", run)
+    engine.call("watch_constraints", run)
     _check(system, run, engine.call("find_positions", run))
     found, positions = run.instant.m.copy(), system.switching.positions
     same = (positions(found) == positions(settings)).all() and not run.instant.is_struck.any()

@@ -16,15 +16,15 @@ from lumped.support.made_once import made_once
 
 __all__ = [
     "Answers",
-    "Told",
-    "asking_ranks",
+    "ProgramInputs",
     "programs_of",
+    "rank_programs",
     "refuse_programs",
     "set_twice_fault",
 ]
 
-Told = dict[int, np.ndarray]
-"""Instants, s, and what a program was told at each, by the number of the jump."""
+ProgramInputs = dict[int, np.ndarray]
+"""Instants, s, and what a program was given at each, by the number of the jump."""
 
 
 def programs_of(system: System) -> dict[str, str]:
@@ -49,7 +49,7 @@ def refuse_programs(system: System, what: str) -> None:
 
 
 def set_twice_fault(system: System, run: Run) -> str:
-    """Words for two `when` that set one state at the instant at which a run stands."""
+    """Words for two `when` that set one state at the present instant of a run."""
     state, jumps = int(run.instant.set_twice), system.switching.jumps
     first, second = (
         f"{jumps[int(k)].name} when {jumps[int(k)].condition}"
@@ -63,7 +63,7 @@ def set_twice_fault(system: System, run: Run) -> str:
 
 
 @made_once
-def asking_ranks(system: System) -> list[int]:
+def rank_programs(system: System) -> list[int]:
     """Order in which programs are asked at one instant, from 1; 0 for jumps without any.
 
     One that needs what another answers comes later. In a ring the first that was declared is asked
@@ -82,8 +82,8 @@ def asking_ranks(system: System) -> list[int]:
     needs = nx.DiGraph()
     needs.add_nodes_from(asked)
     for k in asked:
-        told = range(jumps[k].first + len(jumps[k].nodes), jumps[k].first + jumps[k].width)
-        used = set(columns[np.isin(rows, told)].tolist())
+        inputs = range(jumps[k].first + len(jumps[k].nodes), jumps[k].first + jumps[k].width)
+        used = set(columns[np.isin(rows, inputs)].tolist())
         needs.add_edges_from(
             (other, k)
             for other in asked
@@ -104,12 +104,12 @@ class Answers:
 
     Parameters
     ----------
-    told : dict, optional
-        What they were told before; they are told it again before the first question.
+    before : dict, optional
+        What they were given before; they are given it again before the first question.
     """
 
-    def __init__(self, told: Told | None = None) -> None:
-        self._before = told or {}
+    def __init__(self, before: ProgramInputs | None = None) -> None:
+        self._before = before or {}
         self._sessions: dict[int, Session] = {}
         self._places: dict[tuple[System, int], tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
         self._since: dict[int, list[np.ndarray]] = {}
@@ -137,7 +137,7 @@ class Answers:
         Returns
         -------
         ndarray
-            The instant, and what the program was told.
+            The instant, and what the program was given.
 
         Raises
         ------
@@ -159,7 +159,7 @@ class Answers:
             raise SolverError(
                 f"at t = {run.t:.9g} s {jump.name} asks {jump.program.text}: {error}"
             ) from None
-        which, states, signs = self._taken(system, number)
+        which, states, signs = self._find_taken(system, number)
         for state in states.tolist():
             if run.instant.set_by[state] > 0:
                 run.instant.set_twice, run.instant.setting_again = state, number
@@ -168,7 +168,7 @@ class Answers:
         run.instant.x[states] = signs * answers[which]
         return np.array([run.t, *values])
 
-    def _taken(self, system: System, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _find_taken(self, system: System, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Which answers states take, which states, and their signs."""
         found = self._places.get((system, number))
         if found is None:
@@ -180,7 +180,7 @@ class Answers:
             found = self._places[system, number] = np.array(which, dtype=int), states, signs
         return found
 
-    def given(self, system: System, run: Run) -> bool:
+    def does_answer(self, system: System, run: Run) -> bool:
         """Whether the program answers, as `give`."""
         try:
             self.give(system, run)
@@ -189,13 +189,13 @@ class Answers:
         return True
 
     def note(self, system: System, run: Run) -> None:
-        """As `give`; what the program was told is kept."""
+        """As `give`; what the program was given is kept."""
         number = int(run.instant.asking)
         self._since.setdefault(number, []).append(self.give(system, run))
 
     @property
-    def told(self) -> Told:
-        """Instants and what programs were told, in this run and before."""
+    def program_inputs(self) -> ProgramInputs:
+        """Instants and what programs were given, in this run and before."""
         found = dict(self._before)
         for number, rows in self._since.items():
             before = [self._before[number]] if number in self._before else []

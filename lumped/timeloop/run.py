@@ -56,7 +56,7 @@ class Simulation:
         self.steps = self.rejected = self.evaluations = 0
         self.seconds = 0.0
         self.atol = self.largest = np.zeros(0)
-        self.answers = Answers(point.told)
+        self.answers = Answers(point.program_inputs)
         hits = point.collisions
         self.events = [
             Event(self.begin, c.component, "hold", c.before, c.after, c.loss) for c in hits
@@ -65,10 +65,10 @@ class Simulation:
     def find_instants(self) -> np.ndarray:
         """Ends of the segments between instants of functions of time, s."""
         self.instants = instants(self.system, self.point.theta, self.begin, self.until)
-        times, told = self.instants.times.tolist(), self.instants.told
+        times, words = self.instants.times.tolist(), self.instants.words
         self.events += [
             Event(t, name, "time", before, after)
-            for t, (name, before, after) in zip(times, told, strict=True)
+            for t, (name, before, after) in zip(times, words, strict=True)
         ]
         return self.instants.edges
 
@@ -94,7 +94,7 @@ class Simulation:
             self.point.system,
             pieces,
             self.point.theta,
-            tuple(sorted(self._told(end), key=lambda event: event.time)),
+            tuple(sorted(self._cut_events(end), key=lambda event: event.time)),
             Statistics(
                 tuple(self.methods),
                 self.steps,
@@ -104,10 +104,10 @@ class Simulation:
                 self.seconds,
                 self._small(),
             ),
-            told=self.answers.told,
+            program_inputs=self.answers.program_inputs,
         )
 
-    def _told(self, end: float) -> Iterator[Event]:
+    def _cut_events(self, end: float) -> Iterator[Event]:
         """Events up to a time; bounces that end later end there."""
         for event in self.events:
             if event.time <= end:

@@ -1,4 +1,4 @@
-"""Runs by steps: what stands around the time loop."""
+"""Runs by steps: what surrounds the time loop."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from lumped.kernel.run import (
 )
 from lumped.timeloop.guards import finite_fault, shrinking_fault
 from lumped.timeloop.holds import hold_words
-from lumped.timeloop.leading_states import exchanged
+from lumped.timeloop.leading_states import exchange_lead
 from lumped.timeloop.plants.executable import executable, span
 from lumped.timeloop.plants.kept_run import KeptRun
 from lumped.timeloop.plants.output_room import OutputRoom
@@ -129,12 +129,12 @@ class RunBySteps(Simulation):
     # -- into the loop -----------------------------------------------------------------------
 
     def _begin(self) -> None:
-        """Stand at the start, in the records of a run that is over if it had the same options."""
+        """Begin at the start, in the records of a run that is over if it had the same options."""
         self._edges, times = self.find_instants(), self.output.times
         count = None if times is None else len(times)
         options = self.rtol, self._relative_atol, self._method, self.max_steps, count
         self._executable = executable(self.system)
-        kept = self._executable.begun(options) or self._with_options(options)
+        kept = self._executable.reuse_run(options) or self._with_options(options)
         grid = None if times is None else times.tobytes()
         changing = self.instants if len(self.instants.places) else None
         when = self.begin, self.until, grid, self.output.both_sides, changing
@@ -144,7 +144,7 @@ class RunBySteps(Simulation):
         self._stand(kept, self.point.x, self.point.settings)
 
     def _with_options(self, options: object) -> KeptRun:
-        """Records of a run with options that stands nowhere yet."""
+        """Records of a run with options, at no point yet."""
         run = self._executable.blank_run()
         run.rtol, run.max_steps = self.rtol, self.max_steps
         run.atol[:] = self._relative_atol * nominals(self.system)
@@ -173,14 +173,14 @@ class RunBySteps(Simulation):
         kept.room.begin(grid, output.taken, on_grid=on_grid, both_sides=both_sides)
 
     def _stand(self, kept: KeptRun, x: np.ndarray, settings: np.ndarray) -> None:
-        """Stand somewhere with the states of the present system."""
+        """Go to a point with the states of the present system."""
         self._kept, self._room, run = kept, kept.room, kept.run
         self._run, plant = run, self._executable.plant
         self.atol = self._relative_atol * nominals(self.system)
         self.largest = self._sizes.get(self.system, np.zeros(0))
         self._executable.place(run, self.point.theta, x, settings)
         if plant.holds:
-            engine.call("watched", run)
+            engine.call("watch_constraints", run)
         self._modes = settings[: len(settings) - plant.implicit].copy()
 
     def _longest(self) -> float:
@@ -261,8 +261,8 @@ class RunBySteps(Simulation):
             self._note_method(t)
         out.turns = 0
         if changes:
-            told = zip(room.changes[:changes].tolist(), room.when[:changes].tolist(), strict=True)
-            self.events += [self._event(*change) for change in told]
+            pairs = zip(room.changes[:changes].tolist(), room.when[:changes].tolist(), strict=True)
+            self.events += [self._event(*change) for change in pairs]
             out.changes = 0
 
     def _event(self, change: list[int], when: list[float]) -> Event:
@@ -278,7 +278,7 @@ class RunBySteps(Simulation):
     def _change_states(self) -> None:
         """Let another motion lead."""
         run, t = self._run, float(self._run.t)
-        lead = exchanged(self.system, self.point.theta, t, run.x.copy(), run.m.copy())
+        lead = exchange_lead(self.system, self.point.theta, t, run.x.copy(), run.m.copy())
         if t == self._changed_at:
             self.refuse(
                 f"at t = {t:.9g} s no choice of states determines the position: "

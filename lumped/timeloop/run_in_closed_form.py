@@ -19,7 +19,7 @@ from lumped.timeloop.results.statistics import Used
 from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_options import RunPlan
 
-__all__ = ["RunInClosedForm", "closed"]
+__all__ = ["RunInClosedForm", "find_closed_form"]
 
 _KEPT = 16
 
@@ -62,7 +62,7 @@ class RunInClosedForm(Simulation):
         self.refuse(finite_fault(self.system, begin, x, matrix @ x + terms[0]))
         if not (np.isfinite(matrix.data).all() and np.isfinite(terms).all()):
             self.refuse(f"a coefficient is not finite at t = {begin:g} s")
-        solution = closed(self.system, matrix)
+        solution = find_closed_form(self.system, matrix)
         rounding = solution.rounding(end - begin)
         if rounding > self.rtol:
             self.refuse(
@@ -88,7 +88,7 @@ class RunInClosedForm(Simulation):
         return last
 
 
-def closed(system: System, matrix: scipy.sparse.csc_array) -> ClosedForm:
+def find_closed_form(system: System, matrix: scipy.sparse.csc_array) -> ClosedForm:
     """Closed form for a matrix."""
     key = (matrix.indices.tobytes(), matrix.data.tobytes())
     return _closed_forms(system).of(key, lambda: ClosedForm(matrix))

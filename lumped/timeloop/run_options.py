@@ -10,7 +10,7 @@ import numpy as np
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
 from lumped.functionals.functional import Functional, watching
-from lumped.support.units import in_seconds
+from lumped.support.units import read_time
 from lumped.timeloop.results.operating_point import OperatingPoint
 
 __all__ = ["Grid", "Method", "RunOptions", "RunPlan", "plan_of", "run_plan"]
@@ -168,7 +168,7 @@ def run_plan(until: float | str, rtol: float, options: RunOptions) -> RunPlan:
     start, begin, free = given["start"], given["begin"], tuple(given["free"])
     if begin is None:
         begin = start.time if isinstance(start, OperatingPoint) else 0.0
-    until, begin = in_seconds(until, "until"), in_seconds(begin, "begin")
+    until, begin = read_time(until, "until"), read_time(begin, "begin")
     given |= {"until": until, "rtol": rtol, "begin": begin, "free": free}
     plan = RunPlan(**given)
     if not until > begin:

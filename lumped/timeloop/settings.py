@@ -12,7 +12,7 @@ from lumped.kernel import engine
 from lumped.timeloop.clocks import clocks, modes_at
 from lumped.timeloop.plants.executable import executable
 
-__all__ = ["closed_with", "closing_fault", "followed", "just_after", "settings_at"]
+__all__ = ["close_settings", "closing_fault", "follow_settings", "just_after", "settings_at"]
 
 
 def just_after(time: float) -> float:
@@ -43,10 +43,10 @@ def settings_at(
         kept = modes[: len(now)].copy()
         kept[timed] = now[timed]
         now = kept
-    return closed_with(system, x, theta, time, now, guesses)
+    return close_settings(system, x, theta, time, now, guesses)
 
 
-def closed_with(
+def close_settings(
     system: System,
     x: np.ndarray,
     theta: np.ndarray,
@@ -59,7 +59,7 @@ def closed_with(
         return modes
     code = executable(system)
     run = code.at(theta, time, x, np.concatenate([modes, guesses]))
-    if engine.call("closed", run):
+    if engine.call("close_linkages", run):
         return run.m.copy()
     raise StartError(closing_fault(system, time))
 
@@ -74,11 +74,11 @@ def closing_fault(system: System, time: float) -> str:
     )
 
 
-def followed(
+def follow_settings(
     system: System, x: np.ndarray, theta: np.ndarray, time: float, settings: np.ndarray
 ) -> np.ndarray | None:
     """Settings near those of a neighbouring point with the same modes; None if there are none."""
     if not system.structure.implicit:
         return settings
     run = executable(system).at(theta, time, x, settings)
-    return run.m.copy() if engine.call("converged", run) else None
+    return run.m.copy() if engine.call("converge_linkages", run) else None

@@ -61,7 +61,7 @@ def smooth_part(
     grid = np.ascontiguousarray(t[1:], dtype=float)
     rows = max(_LEAST_ROWS, 1 << (len(grid) + 8).bit_length())
     options = rtol, method, rows
-    kept = code.begun(options) or _with_options(code, options)
+    kept = code.reuse_run(options) or _with_options(code, options)
     run, room = kept.run, kept.room
     span(run, max(abs(float(t[0])), abs(float(t[-1]))))
     run.atol[:] = atol
@@ -82,7 +82,7 @@ def smooth_part(
 
 
 def _with_options(code: Executable, options: tuple[float, Method, int]) -> KeptRun:
-    """Records of a run that stands nowhere yet."""
+    """Records of a run at no point yet."""
     rtol, method, rows = options
     run, plant = code.blank_run(), code.plant
     run.rtol, run.max_steps = rtol, 1 << 60

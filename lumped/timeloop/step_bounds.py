@@ -35,14 +35,14 @@ def kinks(system: System, quantities: Sequence[ca.SX]) -> ca.Function | None:
     given = [ca.vertsplit(each) for each in system.inputs]
     found: dict[int, ca.SX] = {}
 
-    def applied(operation: int, args: list[ca.SX]) -> ca.SX:
+    def apply(operation: int, args: list[ca.SX]) -> ca.SX:
         if operation in _KINKS:
             own = _KINKS[operation](*args)
             if ca.depends_on(own, moving):
                 found[own.element_hash()] = own
         return (ca.SX.unary if len(args) == 1 else ca.SX.binary)(operation, *args)
 
-    follow_operations(function, lambda which, place: given[which][place], ca.SX, applied)
+    follow_operations(function, lambda which, place: given[which][place], ca.SX, apply)
     if not found:
         return None
     return ca.Function("kinks", system.inputs, [ca.densify(ca.vertcat(*found.values()))])

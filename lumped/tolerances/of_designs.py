@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lumped.errors import SolverError
-from lumped.numerics.nearest_points import FURTHEST, Search, searched
-from lumped.support.text_table import amounts, listed, number
+from lumped.numerics.nearest_points import FURTHEST, Search, search_together
+from lumped.support.text_table import amounts, list_names, number
 from lumped.tolerances.evaluated import Array
 from lumped.tolerances.failure.form import form, is_same, join_points, nothing_found, search_all
 from lumped.tolerances.failure.importance import around
@@ -168,7 +168,7 @@ class DesignProbability:
 
     def _planes(self, limit: Limit, design: Design) -> list[Plane]:
         """The limit at the design points that are followed, or at the nearest if there is none."""
-        known = searched(limit.slopes, self._followed)
+        known = search_together(limit.slopes, self._followed)
         ends = [search for search in known if search.is_found]
         if ends:
             kept: list[Plane] = []
@@ -185,7 +185,7 @@ class DesignProbability:
         return [min(map(_plane, ends), key=lambda plane: abs(plane[0]))]
 
     def _refuse(self, design: Design, error: Exception) -> SolverError:
-        told = listed([f"{name} = {value:.6g}" for name, value in design.items()])
+        told = list_names([f"{name} = {value:.6g}" for name, value in design.items()])
         return SolverError(f"{self.scene.analysis}: at {told}: {error}", None)
 
     def check(
@@ -262,7 +262,7 @@ class DesignAim:
                 told = [f"{name} = {value:.6g}" for name, value in design.items()]
                 raise SolverError(
                     f"{self.scene.analysis}: {self.aim}: {len(failures)} of {self.aim.runs} runs "
-                    f"fail at {listed(told)}. Run {run}: {reason}",
+                    f"fail at {list_names(told)}. Run {run}: {reason}",
                     None,
                 )
             self._last = dict(design), *self.aim.of_sample(values, slopes)

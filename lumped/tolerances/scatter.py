@@ -15,7 +15,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.plots.spreads import spreads_picture
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
-from lumped.support.display_units import Units, chosen, display
+from lumped.support.display_units import Units, choose_units, display
 from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
@@ -107,7 +107,7 @@ class Scatter(ByName, RichHtml):
         UnknownNameError
             If a name does not exist.
         """
-        choice = chosen(units, self.spreads)
+        choice = choose_units(units, self.spreads)
         shown: dict[str, Any] = {}
         for label in self.spreads if labels is None else labels:
             own = self[label]
@@ -137,7 +137,7 @@ class Scatter(ByName, RichHtml):
             If a unit does not fit.
         """
         pandas = extra("pandas", "data", "to_pandas")
-        choice, rows = chosen(units, self.spreads), []
+        choice, rows = choose_units(units, self.spreads), []
         for label, own in self.spreads.items():
             to_show = display(label, own.unit, choice)
             change = display(label, own.unit, choice, is_change=True)

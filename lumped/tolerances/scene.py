@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from lumped.compiler.system import Changes, Name, System
-from lumped.ensembles.collected_runs import fixed, labelled
+from lumped.ensembles.collected_runs import fill_parameters, label_functionals
 from lumped.ensembles.variants import (
     Marginals,
     Over,
@@ -86,7 +86,7 @@ class Scene:
         self.labels, self.units, self.error = evaluated.labels, evaluated.units, evaluated.error
         self.failures: Failures = {}
         self.over, self.parameters = over, parameters
-        self._theta, self._places = fixed(system, parameters), system.places(self.names)
+        self._theta, self._places = fill_parameters(system, parameters), system.places(self.names)
         self.marginals, self._evaluated = marginals, evaluated
         self.evaluated_over = evaluated_over
 
@@ -353,7 +353,7 @@ def plan_scene(
     analysis: str,
 ) -> Scene:
     """The scene of a study with options that were checked (see `scene_of`)."""
-    wanted = labelled(of, analysis)
+    wanted = label_functionals(of, analysis)
     if workers is not None and workers < 1:
         raise OptionError(f"{analysis}: workers = {workers}: at least one thread is needed.")
     if isinstance(what, System):

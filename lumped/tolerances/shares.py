@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.errors import OptionError
-from lumped.support.text_table import listed
+from lumped.support.text_table import list_names
 from lumped.tolerances.scene import Scene
 
 __all__ = ["find_correlated", "refuse_correlated"]
@@ -33,7 +33,7 @@ def refuse_correlated(scene: Scene) -> None:
     ]
     if names:
         raise OptionError(
-            f"{scene.analysis}: {listed(names)} are correlated, so that the variance has no share "
-            "of each. Give distributions without correlation, or take the ranking of "
+            f"{scene.analysis}: {list_names(names)} are correlated, so that the variance has no "
+            "share of each. Give distributions without correlation, or take the ranking of "
             "lumped.scatter, which is of each alone."
         )

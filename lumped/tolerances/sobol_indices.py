@@ -14,7 +14,7 @@ from lumped.ensembles.variants import Over, probabilities
 from lumped.errors import OptionError, SolverError, shown
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
-from lumped.support.text_table import listed, table
+from lumped.support.text_table import list_names, table
 from lumped.timeloop.run_options import RunOptions
 from lumped.tolerances.scene import Scattered, Scene, scene_of
 from lumped.tolerances.shares import refuse_correlated
@@ -77,7 +77,7 @@ class SobolIndices(RichHtml):
                 rows.append((label, self.names[j], *texts))
         span = f"{self.confidence:.0%}"
         head = ("share in the variance of", "parameter", "alone", span, "with others", span)
-        text = f"{self.runs} runs over {listed(self.names)}, {len(self.failures)} failed"
+        text = f"{self.runs} runs over {list_names(self.names)}, {len(self.failures)} failed"
         parts = [text, table(head, rows)]
         if self.failures:
             run, reason = next(iter(self.failures.items()))

@@ -221,7 +221,7 @@ print(*(name for name in sys.modules if name.partition(".")[0] == "lumped"))
 
 def test_all_modules_that_kernels_import_are_in_the_name_of_their_code(folder):
     loaded = set(told_by(LOADED, folder).split())
-    files, packages = sources.imported()
+    files, packages = sources.find_imports()
     assert {"lumped.flattening.hold_modes", "lumped.numerics.dop853"} < loaded
     assert loaded <= set(files)
     assert {"casadi", "llvmlite", "numpy"} <= set(packages)

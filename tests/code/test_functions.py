@@ -7,19 +7,14 @@ import numpy as np
 import pytest
 from machine_scenes import SCENES
 
-from lumped.code.functions import compiled_functions
+from lumped.code.functions import compile_functions
 from lumped.code.operations import UnsupportedError, operations_of
 from lumped.kernel import engine
 from lumped.kernel.plant import Function, Plant
 from lumped.kernel.run import Run
 
 _CALL = ctypes.CFUNCTYPE(
-    None,
-    ctypes.c_void_p,
-    ctypes.c_void_p,
-    ctypes.c_double,
-    ctypes.c_void_p,
-    ctypes.c_void_p,
+    None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p
 )
 
 ONE = {
@@ -84,7 +79,7 @@ class Ways:
 
     def __init__(self, function, full=True):
         self.own = operations_of(function, full=full)
-        self.code = compiled_functions({"f": self.own})
+        self.code = compile_functions({"f": self.own})
         self.count = self.own.results
         self.made = Function(
             count=len(self.own.table),

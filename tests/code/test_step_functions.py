@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from lumped.code.operations import operations_of
-from lumped.code.step_functions import looked_up
+from lumped.code.step_functions import tabulate_steps
 from lumped.language.expression import time
 from lumped.language.lowering import lower
 from lumped.ops import interpolate, periodic_spline
@@ -35,7 +35,7 @@ def tables(kind, x, p):
 def test_tables_looked_up_have_the_bits_of_their_comparisons(kind):
     x, p, t, m = ca.SX.sym("x", 2), ca.SX.sym("p"), ca.SX.sym("t"), ca.SX.sym("m", 1)
     function = ca.Function("f", [x, p, t, m], [ca.cse(tables(kind, x, p) * m)])
-    parts = looked_up(operations_of(function), 1)
+    parts = tabulate_steps(operations_of(function), 1)
     assert parts is not None
     assert len(parts.rest.table) < 0.4 * len(operations_of(function).table)
     points = np.column_stack([RANDOM.uniform(-30, 30, 500), RANDOM.uniform(-30, 30, 500)])
@@ -51,4 +51,4 @@ def test_tables_looked_up_have_the_bits_of_their_comparisons(kind):
 def test_few_comparisons_are_left_as_they_are():
     x, none = ca.SX.sym("x"), ca.SX.sym("none", 0)
     function = ca.Function("f", [x, none, ca.SX.sym("t"), none], [ca.if_else(x >= 1, x, 2)])
-    assert looked_up(operations_of(function), 0) is None
+    assert tabulate_steps(operations_of(function), 0) is None

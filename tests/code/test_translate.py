@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 import pytest
 
-from lumped.code.machine_code import Code, compiled
+from lumped.code.machine_code import Code, compile_module
 from lumped.code.records import Record, address
 from lumped.code.to_c import as_c
 from lumped.code.to_llvm import as_llvm
@@ -61,7 +61,7 @@ CODES = []
 
 
 def by_llvm(functions):
-    code = Code(compiled(as_llvm(functions), True))
+    code = Code(compile_module(as_llvm(functions), True))
     CODES.append(code)  # machine code lives as long as this
     return {name: _CALL(code.address(name)) for name in functions}
 

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from test_random_drives import locked, random_drive
+from random_graphs import locked, random_drive
 
 import lumped as lp
 from lumped.components import Fixed, IdealGear, Inertia, RackAndPinion, Speed, Torque

@@ -4,14 +4,7 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.components import (
-    CamSwitch,
-    HarmonicTorque,
-    Inertia,
-    PeriodicTorque,
-    PulseTorque,
-    Speed,
-)
+from lumped.components import CamSwitch, HarmonicTorque, Inertia, PeriodicTorque, PulseTorque, Speed
 
 
 def turned(part: lp.Component, w: float = 1.0, **options: object) -> lp.Trajectory:

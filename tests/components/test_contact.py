@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import assemble_row
 from scipy.optimize import brentq
 
 import lumped as lp
@@ -29,13 +30,10 @@ class Heated(ElastoBacklash):
 
 def disc(direction=1.0, **options):
     """A disc in the middle of its play, moving towards a flank."""
-    return lp.assemble(
-        lp.compose(
-            wall=Fixed(),
-            play=Heated(c=C, b=PLAY, **options),
-            disc=Inertia(J=J, phi=0.0, w=direction * SPEED),
-            connections=lambda m: lp.chain(m.wall, m.play, m.disc),
-        )
+    return assemble_row(
+        wall=Fixed(),
+        play=Heated(c=C, b=PLAY, **options),
+        disc=Inertia(J=J, phi=0.0, w=direction * SPEED),
     )
 
 
@@ -128,13 +126,8 @@ def test_a_loaded_play_rests_at_the_twist_of_its_spring():
 
 
 def test_without_play_it_is_a_spring_and_damper():
-    system = lp.assemble(
-        lp.compose(
-            wall=Fixed(),
-            play=ElastoBacklash(c=C, d=D, b=0.0),
-            disc=Inertia(J=J, phi=0.0, w=SPEED),
-            connections=lambda m: lp.chain(m.wall, m.play, m.disc),
-        )
+    system = assemble_row(
+        wall=Fixed(), play=ElastoBacklash(c=C, d=D, b=0.0), disc=Inertia(J=J, phi=0.0, w=SPEED)
     )
     run = lp.simulate(system, until=1.0, rtol=1e-10)
     np.testing.assert_allclose(run["disc.phi"], damped(0.0, SPEED, run.t)[0], atol=1e-9 * SPEED / W)
@@ -142,13 +135,10 @@ def test_without_play_it_is_a_spring_and_damper():
 
 def test_a_mass_leaves_an_elastic_gap_with_the_speed_of_the_closed_form():
     start = 0.4
-    system = lp.assemble(
-        lp.compose(
-            wall=translation.Fixed(),
-            gap=translation.ElastoGap(c=C, d=D, s_rel0=start),
-            mass=translation.Mass(m=J, s=start + PLAY / 2, v=-SPEED),
-            connections=lambda m: lp.chain(m.wall, m.gap, m.mass),
-        )
+    system = assemble_row(
+        wall=translation.Fixed(),
+        gap=translation.ElastoGap(c=C, d=D, s_rel0=start),
+        mass=translation.Mass(m=J, s=start + PLAY / 2, v=-SPEED),
     )
     run = lp.simulate(system, until=0.3, rtol=1e-11)
     lasts, speed = release(limited=True)

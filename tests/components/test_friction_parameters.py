@@ -6,6 +6,7 @@ A body coasts: ``J der(w) = -(c_0 + s w)`` with ``s = (c_1 - c_0) / 20`` has the
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import BearingFriction, Clutch, Fixed, Inertia, Stribeck
@@ -111,9 +112,7 @@ def test_a_clutch_takes_them_too():
 
 def test_a_parameter_of_nothing_around_it_is_refused_by_name():
     stray = BearingFriction(characteristic=((0.0, rig("rows").c_0),))
-    alone = lp.compose(
-        body=Inertia(J=J), bearing=stray, connections=lambda m: lp.chain(m.body, m.bearing)
-    )
+    alone = in_a_row(body=Inertia(J=J), bearing=stray)
     with pytest.raises(EquationError, match="parameter 'c_0', which Model does not have"):
         lp.assemble(alone)
     with pytest.raises(EquationError, match=r"'c_0', which is not its own .* Give a number"):

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.special import ellipk
 
 import lumped as lp
@@ -95,10 +96,9 @@ def test_a_journal_fades_with_its_load():
     # the load is doubled at 1 s
     J, w, load = 4.0, 20.0, 100.0
     grip = MU * load * D / 2
-    model = lp.compose(
+    model = in_a_row(
         body=Inertia(J=J, w=w),
         journal=JournalFriction(mu=MU, d=D, f_n=where(lp.time >= 1.0, 2 * load, load)),
-        connections=lambda m: lp.chain(m.body, m.journal),
     )
     run = lp.simulate(lp.assemble(model), until=20.0, rtol=1e-10, grid=40)
     rest = 1.0 + (w - grip / J) * J / (2 * grip)
@@ -110,11 +110,7 @@ def test_a_journal_fades_with_its_load():
 
 
 def test_without_load_a_journal_is_free():
-    model = lp.compose(
-        body=Inertia(J=1.0, w=3.0),
-        journal=JournalFriction(mu=MU, d=D, f_n=0.0),
-        connections=lambda m: lp.chain(m.body, m.journal),
-    )
+    model = in_a_row(body=Inertia(J=1.0, w=3.0), journal=JournalFriction(mu=MU, d=D, f_n=0.0))
     run = lp.simulate(lp.assemble(model), until=5.0)
     assert (run["body.w"] == 3.0).all()
 

@@ -28,9 +28,7 @@ def ball(restitution, height, mass=1.0, weight=-G):
             floor=translation.Stop(restitution=restitution),
             mass=Mass(m=mass, s=height, v=0.0),
             weight=Force(f=mass * weight),
-            connections=lambda m: [
-                lp.connect(m.floor.flange_b, m.mass.flange_a, m.weight.flange),
-            ],
+            connections=lambda m: [lp.connect(m.floor.flange_b, m.mass.flange_a, m.weight.flange)],
         )
     )
 
@@ -103,9 +101,7 @@ def test_a_reaction_that_falls_to_zero_opens_the_contact_at_that_instant():
             stop=Stop(phi_min=0.5),
             disc=Inertia(J=2.0, phi=0.5, w=0.0),
             drive=Torque(tau=-3.0 + 7.0 * lp.time**2),
-            connections=lambda m: [
-                lp.connect(m.stop.flange_b, m.disc.flange_a, m.drive.flange),
-            ],
+            connections=lambda m: [lp.connect(m.stop.flange_b, m.disc.flange_a, m.drive.flange)],
         )
     )
     run = lp.simulate(system, until=1.0, rtol=1e-10)

@@ -72,28 +72,3 @@ def test_open_rolls_run_freely():
     run = rolls(1.0, w=3.0, F=0.0)
     assert run["body.w"] == pytest.approx(3.0, rel=1e-12)
     assert run["gap.position"][-1] == 2
-
-
-def test_work_of_drive_and_tensions_is_heat_of_forming_and_motion():
-    class Audited(lp.Component):
-        """A reversing pass, and its energies."""
-
-        drive: Torque = Torque(tau=9e4 * lp.ops.sin(3 * lp.time))
-        body: Inertia = Inertia(J=J)
-        gap: RollingTorque = RollingTorque(F=F, a=A, R=R, T_back=3e4, T_front=8e4)
-        work: lp.Var = lp.var("J", "work of drive and tensions", nominal=1e4)
-        heat: lp.Var = lp.var("J", "heat of forming", nominal=1e4)
-
-        def connections(self):
-            yield from lp.chain(self.drive, self.body, self.gap.flange)
-
-        def equations(self):
-            pull = (self.gap.T_front - self.gap.T_back) * R
-            yield lp.der(self.work) == (self.drive.tau + pull) * self.body.w
-            yield lp.der(self.heat) == self.gap.loss()
-
-    run = lp.simulate(lp.assemble(Audited()), until=5.0, rtol=1e-10)
-    expected = run["heat"] + J / 2 * run["body.w"] ** 2
-    assert run["work"] == pytest.approx(expected, abs=1e-7 * run["work"][-1])
-    assert {1.0, 0.0, -1.0} <= set(run["gap.position"])
-    assert (np.diff(run["heat"]) >= -1e-6).all()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -39,11 +40,7 @@ both = pytest.mark.parametrize("kind", [Turning, Sliding])
 
 
 def moved(source, kind):
-    model = lp.compose(
-        source=source,
-        body=kind.body(**{kind.mass: 3.0}),
-        connections=lambda m: lp.chain(m.source, m.body),
-    )
+    model = in_a_row(source=source, body=kind.body(**{kind.mass: 3.0}))
     return lp.assemble(model, keep=[f"body.{kind.x}", f"source.flange.{kind.flow}"])
 
 
@@ -96,11 +93,10 @@ def test_an_acceleration_gives_speed_and_way_and_takes_the_force_for_it(kind):
 @both
 def test_a_speed_between_two_bodies_keeps_their_momentum(kind):
     rel = 0.5 * lp.ops.sin(3 * lp.time)
-    model = lp.compose(
+    model = in_a_row(
         a=kind.body(**{kind.mass: 3.0}),
         between=kind.between(**{kind.v: rel}),
         b=kind.body(**{kind.mass: 1.0}),
-        connections=lambda m: lp.chain(m.a, m.between, m.b),
     )
     run = lp.simulate(lp.assemble(model), until=4.0, rtol=1e-10, start={f"a.{kind.v}": 1.0})
     expected = 0.5 * np.sin(3 * run.t)
@@ -113,14 +109,13 @@ def test_a_speed_between_two_bodies_keeps_their_momentum(kind):
 
 
 def test_rods_and_bodies_with_length_stand_one_behind_the_other():
-    model = lp.compose(
+    model = in_a_row(
         wall=translation.Fixed(s0=0.1),
         rod=translation.Rod(length=0.4),
         body=translation.MassWithLength(m=2.0, length=0.6),
         spring=translation.Spring(c=100.0, s_rel0=0.5),
         end=translation.Rod(length=-0.2),
         pull=translation.Force(f=20.0),
-        connections=lambda m: lp.chain(m.wall, m.rod, m.body, m.spring, m.end, m.pull),
     )
     names = ["body.s", "spring.flange_b.s", "end.flange_b.s", "wall.flange.f"]
     point = lp.start_point(lp.assemble(model, keep=names))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, NonlinearSpring, translation
@@ -20,12 +21,7 @@ def oscillator(slides, characteristic, v):
         body = translation.Mass(m=MASS, v=v, s=0.0)
     else:
         wall, kind, body = Fixed(), NonlinearSpring, Inertia(J=MASS, w=v, phi=0.0)
-    return lp.compose(
-        wall=wall,
-        spring=kind(characteristic=characteristic),
-        body=body,
-        connections=lambda m: lp.chain(m.wall, m.spring, m.body),
-    )
+    return in_a_row(wall=wall, spring=kind(characteristic=characteristic), body=body)
 
 
 def knee_and_peak(v):
@@ -97,11 +93,10 @@ def test_rows_without_sense_are_refused_by_the_part_that_has_them(rows, text):
 
 def test_a_contact_with_full_damping_jumps_and_lets_go_where_it_would_pull():
     m, c, d, v = 2.0, 800.0, 12.0, -0.5
-    model = lp.compose(
+    model = in_a_row(
         wall=translation.Fixed(),
         gap=translation.ElastoGap(c=c, d=d, limited=False),
         body=translation.Mass(m=m, s=0.1, v=v),
-        connections=lambda m: lp.chain(m.wall, m.gap, m.body),
     )
     begin = 0.1 / -v
     decay, turn = d / (2 * m), np.sqrt(c / m - (d / (2 * m)) ** 2)

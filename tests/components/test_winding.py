@@ -4,19 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.optimize import brentq
 
 import lumped as lp
-from lumped.components import (
-    Coil,
-    Inertia,
-    Position,
-    Speed,
-    Strip,
-    StripPath,
-    Torque,
-    translation,
-)
+from lumped.components import Coil, Inertia, Position, Speed, Strip, StripPath, Torque, translation
 from lumped.ops import pi, sqrt
 
 r, h, b, rho = 0.3, 2e-3, 1.2, 7850.0
@@ -143,11 +135,10 @@ class TestCoil:
 
 class TestStrip:
     def model(self, v=0.0, **given):
-        return lp.compose(
+        return in_a_row(
             line=translation.Speed(v=v),
             strip=Strip(**({"c": 4e5} | given)),
             body=translation.Mass(m=100.0),
-            connections=lambda m: lp.chain(m.line, m.strip, m.body),
         )
 
     def test_it_swings_with_the_frequency_of_mass_and_spring(self):

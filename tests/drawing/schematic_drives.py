@@ -1,33 +1,26 @@
 """Drives whose schematics are examined: chains, branches, loops, composites, circuits, signals."""
 
+from operator import attrgetter
+
 from genset import genset
 from linkages import FourBar
 from random_drives import RandomDrive
 
 import lumped as lp
 from lumped import components as lib
-from lumped.components import (
-    Brake,
-    Clutch,
-    Fixed,
-    IdealGear,
-    Inertia,
-    LinearTorque,
-    Planetary,
-    Spring,
-    SpringDamper,
-    Torque,
-    translation,
-)
+from lumped.components import IdealGear, Inertia, SpringDamper
 from lumped.language.quantity import Input
 from lumped.models import MACHINES, machine
 
 
-def drive(joints: str, **parts: type[lp.Component]) -> lp.Component:
+def drive(joints: str, library: str = "", **parts: type[lp.Component]) -> lp.Component:
     """Parts and what is joined, a line each: ``a > b > c`` for chains, ``a.p = b.p`` for ports.
 
-    A class stands for a part of this class without values; its inputs are 0 unless joined.
+    A class stands for a part of this class without values; its inputs are 0 unless joined. Parts of
+    the library have their classes by name, as ``"motor Inertia, shaft Spring"``.
     """
+    named = dict(pair.split() for pair in library.split(",") if pair)
+    parts |= {name: attrgetter(kind)(lib) for name, kind in named.items()}
     ends = {name.strip() for line in joints.splitlines() for name in line.split("=")}
 
     def made(name: str, cls: type[lp.Component]) -> lp.Component:
@@ -84,49 +77,32 @@ def long_chain(count: int) -> lp.Component:
 CHAINS = {
     "chain": drive(
         "drive > rotor > shaft > table > load",
-        drive=Torque,
-        rotor=Inertia,
-        shaft=SpringDamper,
-        table=Inertia,
-        load=LinearTorque,
+        "drive Torque, rotor Inertia, shaft SpringDamper, table Inertia, load LinearTorque",
     ),
     "chain declared from the load": drive(
         "drive > rotor > shaft > gear > table > load",
-        load=lib.QuadraticTorque,
-        table=Inertia,
-        gear=IdealGear,
-        shaft=SpringDamper,
-        rotor=Inertia,
-        drive=Torque,
+        "load QuadraticTorque, table Inertia, gear IdealGear, shaft SpringDamper, rotor Inertia, "
+        "drive Torque",
     ),
     "chain joined from its end": drive(
         """table.flange_b = load.flange
         shaft.flange_b = table.flange_a
         gear.flange_b = shaft.flange_a
         motor.flange = gear.flange_a""",
-        motor=lib.InductionMotor,
-        gear=IdealGear,
-        shaft=SpringDamper,
-        table=Inertia,
-        load=LinearTorque,
+        "motor InductionMotor, gear IdealGear, shaft SpringDamper, table Inertia, "
+        "load LinearTorque",
     ),
     "straight motion": drive(
         "pusher > wagon > buffer > stone > bumper",
-        pusher=translation.Force,
-        wagon=translation.Mass,
-        buffer=translation.SpringDamper,
-        stone=translation.Mass,
-        bumper=translation.Fixed,
+        "pusher translation.Force, wagon translation.Mass, buffer translation.SpringDamper, "
+        "stone translation.Mass, bumper translation.Fixed",
     ),
     "four bar": drive("crank > linkage > rocker", crank=Inertia, linkage=FourBar, rocker=Inertia),
     "long names": drive(
         "low_pressure_turbine > intermediate_shaft > main_reduction_gear > propeller_shaft "
         "> ship_propeller",
-        low_pressure_turbine=Inertia,
-        intermediate_shaft=SpringDamper,
-        main_reduction_gear=IdealGear,
-        propeller_shaft=SpringDamper,
-        ship_propeller=Inertia,
+        "low_pressure_turbine Inertia, intermediate_shaft SpringDamper, "
+        "main_reduction_gear IdealGear, propeller_shaft SpringDamper, ship_propeller Inertia",
     ),
     "gearboxes in line": drive(
         "motor > box > coupling > second > load",
@@ -146,12 +122,8 @@ BRANCHED = {
         """motor > stage.sun
         stage.carrier > shaft > load > work
         brake.flange_b = stage.ring""",
-        motor=Inertia,
-        stage=Planetary,
-        brake=Brake,
-        shaft=SpringDamper,
-        load=Inertia,
-        work=LinearTorque,
+        "motor Inertia, stage Planetary, brake Brake, shaft SpringDamper, load Inertia, "
+        "work LinearTorque",
     ),
     "two planetary stages": drive(
         """turbine > first.sun
@@ -159,55 +131,32 @@ BRANCHED = {
         second.carrier > generator
         first.ring = housing.flange_a = second.ring
         housing > feet > floor""",
-        turbine=Inertia,
-        first=Planetary,
-        shaft=SpringDamper,
-        second=Planetary,
-        generator=Inertia,
-        housing=Inertia,
-        feet=SpringDamper,
-        floor=Fixed,
+        "turbine Inertia, first Planetary, shaft SpringDamper, second Planetary, "
+        "generator Inertia, housing Inertia, feet SpringDamper, floor Fixed",
     ),
     "power split": drive(
         """engine > damper > split.carrier
         split.sun > generator
         split.ring > final > car.wheel
         motor.flange = split.ring""",
-        engine=Torque,
-        damper=SpringDamper,
-        split=Planetary,
-        generator=lib.ConverterDrive,
-        motor=lib.ConverterDrive,
-        final=IdealGear,
-        car=lib.Vehicle,
+        "engine Torque, damper SpringDamper, split Planetary, generator ConverterDrive, "
+        "motor ConverterDrive, final IdealGear, car Vehicle",
     ),
     "branches": drive(
         """motor > pinion
         pinion.flange_b = upper.flange_a = lower.flange_a
         upper > upper_shaft > upper_roll
         lower > lower_shaft > lower_roll""",
-        motor=lib.InductionMotor,
-        pinion=Inertia,
-        upper=IdealGear,
-        upper_shaft=SpringDamper,
-        upper_roll=Inertia,
-        lower=IdealGear,
-        lower_shaft=SpringDamper,
-        lower_roll=Inertia,
+        "motor InductionMotor, pinion Inertia, upper IdealGear, upper_shaft SpringDamper, "
+        "upper_roll Inertia, lower IdealGear, lower_shaft SpringDamper, lower_roll Inertia",
     ),
     "differential": drive(
         """motor > propeller_shaft > axle
         axle.left > left_shaft > left_wheel > left_load
         axle.right > right_shaft > right_wheel > right_load""",
-        motor=lib.InductionMotor,
-        propeller_shaft=SpringDamper,
-        axle=lib.BevelDifferential,
-        left_shaft=SpringDamper,
-        left_wheel=Inertia,
-        left_load=LinearTorque,
-        right_shaft=SpringDamper,
-        right_wheel=Inertia,
-        right_load=LinearTorque,
+        "motor InductionMotor, propeller_shaft SpringDamper, axle BevelDifferential, "
+        "left_shaft SpringDamper, left_wheel Inertia, left_load LinearTorque, "
+        "right_shaft SpringDamper, right_wheel Inertia, right_load LinearTorque",
     ),
     "wind turbine": drive(
         """wind > hub > main_shaft > stage.carrier
@@ -218,61 +167,33 @@ BRANCHED = {
         speed.flange = rotor.flange_b
         speed.w = control.measured
         control.y = generator.wanted""",
-        wind=Torque,
-        hub=Inertia,
-        main_shaft=SpringDamper,
-        stage=lib.ElasticPlanetary,
-        ring=SpringDamper,
-        tower=Fixed,
-        high_speed=Inertia,
-        brake=Brake,
-        coupling=SpringDamper,
-        rotor=Inertia,
-        generator=lib.ConverterDrive,
-        speed=lib.SpeedSensor,
-        control=lib.LimitedPI,
+        "wind Torque, hub Inertia, main_shaft SpringDamper, stage ElasticPlanetary, "
+        "ring SpringDamper, tower Fixed, high_speed Inertia, brake Brake, coupling SpringDamper, "
+        "rotor Inertia, generator ConverterDrive, speed SpeedSensor, control LimitedPI",
     ),
     "car": drive(
         """engine > flywheel > clutch > input > first > output > axle
         axle.left > left_wheel > car.wheel
         axle.right > right_wheel > car.wheel
         input > second > output""",
-        engine=Torque,
-        flywheel=Inertia,
-        clutch=Clutch,
-        input=Inertia,
-        first=lib.SelectableGear,
-        second=lib.SelectableGear,
-        output=Inertia,
-        axle=lib.BevelDifferential,
-        left_wheel=SpringDamper,
-        right_wheel=SpringDamper,
-        car=lib.Vehicle,
+        "engine Torque, flywheel Inertia, clutch Clutch, input Inertia, first SelectableGear, "
+        "second SelectableGear, output Inertia, axle BevelDifferential, left_wheel SpringDamper, "
+        "right_wheel SpringDamper, car Vehicle",
     ),
     "dampers": drive(
         """engine > crank > shaft > flywheel > load
         viscous.flange = crank.flange_a
         tuned.flange = crank.flange_a
         pendulum.flange = flywheel.flange_a""",
-        engine=Torque,
-        crank=Inertia,
-        shaft=SpringDamper,
-        flywheel=Inertia,
-        load=LinearTorque,
-        viscous=lib.ViscousDamper,
-        tuned=lib.TunedDamper,
-        pendulum=lib.CentrifugalPendulum,
+        "engine Torque, crank Inertia, shaft SpringDamper, flywheel Inertia, load LinearTorque, "
+        "viscous ViscousDamper, tuned TunedDamper, pendulum CentrifugalPendulum",
     ),
     "springs side by side": drive(
         """motor > spring > rotor > load
         motor > damper > rotor
         motor > play > rotor""",
-        motor=Inertia,
-        spring=Spring,
-        damper=lib.Damper,
-        play=lib.ElastoBacklash,
-        rotor=Inertia,
-        load=LinearTorque,
+        "motor Inertia, spring Spring, damper Damper, play ElastoBacklash, rotor Inertia, "
+        "load LinearTorque",
     ),
     "star": drive(
         "\n".join(f"hub > shaft_{i} > disc_{i}" for i in range(6)),
@@ -284,16 +205,9 @@ BRANCHED = {
         """motor > belt > flywheel > clutch > shaft > gear > crank.flange
         brake.flange_a = shaft.flange_b
         crank.slider = ram.flange_a = die.flange""",
-        motor=lib.InductionMotor,
-        belt=IdealGear,
-        flywheel=Inertia,
-        clutch=Clutch,
-        brake=Brake,
-        shaft=Inertia,
-        gear=lib.EllipticalGear,
-        crank=lib.CrankSlider,
-        ram=translation.Mass,
-        die=lib.StrokeLoad,
+        "motor InductionMotor, belt IdealGear, flywheel Inertia, clutch Clutch, brake Brake, "
+        "shaft Inertia, gear EllipticalGear, crank CrankSlider, ram translation.Mass, "
+        "die StrokeLoad",
     ),
     "linkage press": drive(
         """motor > flywheel > crank.flange
@@ -303,14 +217,8 @@ BRANCHED = {
         crank.pin_y = rod.pin_y
         rod.foot_y = ram.flange_a
         ram.flange_b = force.flange""",
-        motor=Torque,
-        flywheel=Inertia,
-        crank=lib.Eccentric,
-        x=translation.Fixed,
-        y=translation.Fixed,
-        rod=lib.GuidedRod,
-        ram=translation.Mass,
-        force=translation.Force,
+        "motor Torque, flywheel Inertia, crank Eccentric, x translation.Fixed, "
+        "y translation.Fixed, rod GuidedRod, ram translation.Mass, force translation.Force",
     ),
     "bar on springs": drive(
         """bar.a_x = left.a_x
@@ -322,42 +230,25 @@ BRANCHED = {
         right.b_x = right_x.flange
         right.b_y = right_y.flange
         turning.flange_a = bar.flange""",
-        bar=lib.Bar,
-        turning=Inertia,
-        left=lib.PlaneSpring,
-        right=lib.PlaneSpring,
-        left_x=translation.Fixed,
-        left_y=translation.Fixed,
-        right_x=translation.Fixed,
-        right_y=translation.Fixed,
+        "bar Bar, turning Inertia, left PlaneSpring, right PlaneSpring, left_x translation.Fixed, "
+        "left_y translation.Fixed, right_x translation.Fixed, right_y translation.Fixed",
     ),
     "feed axis": drive(
         """motor > coupling > screw > rack > slide > force
         rack.support = bed.flange_a
         bed > feet > floor
         position.flange = slide.flange_b""",
-        motor=lib.ConverterDrive,
-        coupling=SpringDamper,
-        screw=Inertia,
-        rack=lib.RackAndPinion,
-        slide=translation.MassWithStops,
-        force=translation.Force,
-        bed=translation.Mass,
-        feet=translation.SpringDamper,
-        floor=translation.Fixed,
-        position=translation.PositionSensor,
+        "motor ConverterDrive, coupling SpringDamper, screw Inertia, rack RackAndPinion, "
+        "slide translation.MassWithStops, force translation.Force, bed translation.Mass, "
+        "feet translation.SpringDamper, floor translation.Fixed, "
+        "position translation.PositionSensor",
     ),
     "housing on feet": drive(
         """motor > gear > shaft > pump
         motor.support = gear.support = frame.flange_a
         frame > feet > floor""",
-        motor=lib.InductionMotor,
-        gear=IdealGear,
-        shaft=SpringDamper,
-        pump=lib.QuadraticTorque,
-        frame=Inertia,
-        feet=SpringDamper,
-        floor=Fixed,
+        "motor InductionMotor, gear IdealGear, shaft SpringDamper, pump QuadraticTorque, "
+        "frame Inertia, feet SpringDamper, floor Fixed",
     ),
 }
 """Chains with branches, loops and second chains."""
@@ -369,13 +260,8 @@ CONTROLLED = {
         speed.w = control.measured
         wanted.y = control.wanted
         control.y = motor.tau""",
-        wanted=lib.Step,
-        control=lib.LimitedPI,
-        motor=Torque,
-        rotor=Inertia,
-        speed=lib.SpeedSensor,
-        shaft=SpringDamper,
-        load=LinearTorque,
+        "wanted Step, control LimitedPI, motor Torque, rotor Inertia, speed SpeedSensor, "
+        "shaft SpringDamper, load LinearTorque",
     ),
     "position control": drive(
         """motor > coupling > table
@@ -389,16 +275,9 @@ CONTROLLED = {
         speed.w = control.measured
         control.y = limit.u
         limit.y = motor.wanted""",
-        path=lib.PointToPoint,
-        position=lib.PController,
-        sum=lib.Sum,
-        control=lib.PIController,
-        limit=lib.Limiter,
-        motor=lib.FieldOrientedMotor,
-        coupling=SpringDamper,
-        table=Inertia,
-        angle=lib.AngleSensor,
-        speed=lib.SpeedSensor,
+        "path PointToPoint, position PController, sum Sum, control PIController, limit Limiter, "
+        "motor FieldOrientedMotor, coupling SpringDamper, table Inertia, angle AngleSensor, "
+        "speed SpeedSensor",
     ),
     "DC motor": drive(
         """motor > rotor > load
@@ -409,28 +288,16 @@ CONTROLLED = {
         meter.i = current.measured
         wanted.y = current.wanted
         current.y = source.v""",
-        source=lib.VoltageSource,
-        inductor=lib.Inductor,
-        meter=lib.CurrentSensor,
-        earth=lib.Ground,
-        motor=lib.DCMotor,
-        rotor=Inertia,
-        load=LinearTorque,
-        wanted=lib.Constant,
-        current=lib.PIController,
+        "source VoltageSource, inductor Inductor, meter CurrentSensor, earth Ground, "
+        "motor DCMotor, rotor Inertia, load LinearTorque, wanted Constant, current PIController",
     ),
     "separate field": drive(
         """motor > rotor > shaft > load
         source.p = motor.p
         source.n = motor.n = earth.pin = field.n = motor.field_n
         field.p = motor.field_p""",
-        source=lib.VoltageSource,
-        field=lib.VoltageSource,
-        earth=lib.Ground,
-        motor=lib.SeparatelyExcitedDCMotor,
-        rotor=Inertia,
-        shaft=SpringDamper,
-        load=LinearTorque,
+        "source VoltageSource, field VoltageSource, earth Ground, motor SeparatelyExcitedDCMotor, "
+        "rotor Inertia, shaft SpringDamper, load LinearTorque",
     ),
     "generator on a network": drive(
         "turbine > shaft > generator\n"
@@ -441,14 +308,8 @@ CONTROLLED = {
             line.{p}_2 = network.{p}"""
             for p in "abc"
         ),
-        turbine=Torque,
-        shaft=SpringDamper,
-        generator=lib.WoundFieldMachine,
-        step_up=lib.ThreePhaseLine,
-        short=lib.ShortCircuit,
-        breaker=lib.CircuitBreaker,
-        line=lib.ThreePhaseLine,
-        network=lib.InfiniteBus,
+        "turbine Torque, shaft SpringDamper, generator WoundFieldMachine, step_up ThreePhaseLine, "
+        "short ShortCircuit, breaker CircuitBreaker, line ThreePhaseLine, network InfiniteBus",
     ),
 }
 """Drives with circuits and signals."""

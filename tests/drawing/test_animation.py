@@ -13,24 +13,10 @@ import lumped as lp
 from lumped.components import CrankSlider, Eccentric, GuidedRod, Inertia, Position, SwingingMass
 from lumped.components.translation import Fixed, Mass
 from lumped.drawing.film import moving_lines
-from lumped.models.eccentric_shear.scenes import (
-    SPEED,
-    FreeShear,
-    free_run,
-    seat_support,
-)
-from lumped.models.eccentric_shear.stand import (
-    ECCENTRICITY,
-    ROD_UPPER,
-    GuidedShear,
-)
+from lumped.models.eccentric_shear.scenes import SPEED, FreeShear, free_run, seat_support
+from lumped.models.eccentric_shear.stand import ECCENTRICITY, ROD_UPPER, GuidedShear
 from lumped.models.pilger_mill.drive import running
-from lumped.models.pilger_mill.stand import (
-    OFFSET,
-    RADIUS,
-    ROD,
-    ROD_1,
-)
+from lumped.models.pilger_mill.stand import OFFSET, RADIUS, ROD, ROD_1
 from lumped.models.rotary_arm.control import run_controlled
 
 R, L, E, AXIS = 0.3, 1.1, 0.1, 0.4

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from schematic_drives import DRIVES
 
 import lumped as lp
@@ -23,10 +24,7 @@ from lumped.language.connection import label
 from lumped.language.port import Port
 from lumped.models import MACHINES, machine
 from lumped.models.carrousel_coiler.turret import Turret
-from lumped.models.reversing_mill.scenes import (
-    StripGap,
-    TrimmedStand,
-)
+from lumped.models.reversing_mill.scenes import StripGap, TrimmedStand
 
 SVG = "{http://www.w3.org/2000/svg}"
 HALF = 0.2  # inch, within every symbol's cell
@@ -272,11 +270,7 @@ def test_picture_of_more_than_sixty_symbols_says_so(count: int, noted: bool):
 
 
 def test_values_stand_above_their_components_only():
-    model = lp.compose(
-        rotor=Inertia(J=3.0),
-        other=Inertia(J=2.0),
-        connections=lambda m: lp.chain(m.rotor, m.other),
-    )
+    model = in_a_row(rotor=Inertia(J=3.0), other=Inertia(J=2.0))
     figure = lp.schematic(model, values={"rotor": "3 kg.m2 $x$", "nobody": "none"})
     shown = {t.get_text(): t.get_position() for axes in figure.axes for t in axes.texts}
     assert "none" not in shown
@@ -288,8 +282,7 @@ def test_values_stand_above_their_components_only():
 @pytest.mark.parametrize("columns", [3, 5, 30])
 def test_a_chain_turns_after_the_columns(columns: int):
     model = lp.compose(
-        body=[Inertia(J=1.0) for _ in range(20)],
-        connections=lambda m: lp.chain(*m.body),
+        body=[Inertia(J=1.0) for _ in range(20)], connections=lambda m: lp.chain(*m.body)
     )
     cells = place(netlist(model), columns).cells.values()
     assert max(column for column, _ in cells) + 1 == min(columns, 20)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from hybrid_drives import END, RandomDrive
-from hybrid_reference import Contact, Line, steady
+from hybrid_parts import Contact, Line, steady
 from pressed_reference import Pressed, PressedDrive
 
 import lumped as lp

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from rows import in_a_row
+
 import lumped as lp
 from lumped import functionals as fun
 from lumped.components import (
@@ -24,10 +26,7 @@ from lumped.components import (
     Torque,
     translation,
 )
-from lumped.components.translation.contact import (
-    ElastoGap,
-    MassWithStops,
-)
+from lumped.components.translation.contact import ElastoGap, MassWithStops
 from lumped.ops import cos, sin, where
 
 DRIVES = {}
@@ -41,7 +40,7 @@ def drive(function):
 
 @drive
 def brake_with_a_ramp():
-    model = lp.compose(
+    model = in_a_row(
         push=Torque(tau=3.0),
         body=Inertia(J=1.5, w=20.0),
         brake=Brake(
@@ -50,7 +49,6 @@ def brake_with_a_ramp():
             u=where(lp.time > 0.3, where(lp.time < 0.8, 2 * (lp.time - 0.3), 1), 0),
             characteristic=((0.0, 0.4), (30.0, 0.3)),
         ),
-        connections=lambda m: lp.chain(m.push, m.body, m.brake),
     )
     of = [
         fun.final("body.phi"),
@@ -91,14 +89,13 @@ def stick_slip_with_stribeck():
 
 @drive
 def play_with_rigid_flanks():
-    model = lp.compose(
+    model = in_a_row(
         push=Torque(tau=2.0 * sin(9.0 * lp.time)),
         a=Inertia(J=0.2, phi=0.0),
         play=Backlash(b=0.06, restitution=0.4),
         b=Inertia(J=0.5, phi=0.0),
         oil=Damper(d=0.4),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.push, m.a, m.play, m.b, m.oil, m.wall),
     )
     of = [
         fun.final("b.phi"),
@@ -173,20 +170,14 @@ def mass_between_two_stops():
 
 @drive
 def elastic_play_with_damped_flanks():
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J=1.0, w=2.0, phi=0.0),
         play=ElastoBacklash(c=600.0, d=6.0, b=0.02, limited=False),
         b=Inertia(J=1.5),
         spring=SpringDamper(c=200.0, d=0.5),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.a, m.play, m.b, m.spring, m.wall),
     )
-    of = [
-        fun.final("a.w"),
-        fun.final("b.w"),
-        fun.peak("spring.tau"),
-        fun.instant("play", number=1),
-    ]
+    of = [fun.final("a.w"), fun.final("b.w"), fun.peak("spring.tau"), fun.instant("play", number=1)]
     to = ["a.J", "b.J", "play.c", "play.d", "play.b", "spring.c"]
     return lp.assemble(model, keep=["a.phi"]), of, to, 0.9
 
@@ -225,9 +216,7 @@ def two_masses_and_a_stop():
         b=Inertia(J=0.9, phi=0.3),
         back=SpringDamper(c=8.0, phi_rel0=-0.3),
         wall=Fixed(),
-        connections=lambda m: [
-            *lp.chain(m.ground, m.spring, m.a, m.stop, m.b, m.back, m.wall),
-        ],
+        connections=lambda m: [*lp.chain(m.ground, m.spring, m.a, m.stop, m.b, m.back, m.wall)],
     )
     of = [
         fun.final("a.w"),
@@ -271,13 +260,12 @@ def clutch_engaged_by_its_command():
 
 @drive
 def elastic_play_without_damping():
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J=1.0, w=2.0, phi=0.0),
         play=ElastoBacklash(c=600.0, b=0.02),
         b=Inertia(J=1.5),
         spring=SpringDamper(c=200.0, d=0.5),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.a, m.play, m.b, m.spring, m.wall),
     )
     of = [fun.final("a.w"), fun.final("b.w"), fun.peak("play.tau")]
     to = ["a.J", "play.c", "play.b", "spring.c"]
@@ -303,11 +291,10 @@ def mass_that_falls_on_an_elastic_gap():
 
 @drive
 def belt_whose_strands_go_slack():
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J=0.1, w=30.0),
         belt=Belt(r_a=0.1, r_b=0.2, distance=0.8, EA=2e4, F_0=20.0),
         b=Inertia(J=0.5),
-        connections=lambda m: lp.chain(m.a, m.belt, m.b),
     )
     of = [fun.final("a.w"), fun.final("b.w")]
     to = ["a.J", "belt.EA", "belt.F_0", "b.J"]

@@ -1,7 +1,8 @@
 """Random hybrid drives, for `lumped` and for `hybrid_reference`."""
 
 import numpy as np
-from hybrid_reference import Contact, Drive, Line, Load, steady
+from hybrid_parts import Contact, Line, Load, steady
+from hybrid_reference import Drive
 
 import lumped as lp
 from lumped import components as rotating

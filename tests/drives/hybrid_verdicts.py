@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from contact_reference import OpenLawError
 from hybrid_drives import END, RandomDrive
-from hybrid_reference import Line, LostError
+from hybrid_parts import Line, LostError
 
 import lumped as lp
 from lumped.errors import LumpedError, SolverError

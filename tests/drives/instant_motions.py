@@ -16,8 +16,8 @@ YIELDING, TOUCHES, CLOSED = 2e-6, 1e-13, 1e-10
 """Acceleration, relative to the greatest, of what rests but yields a little; gap that surely is
 none, and that may be none, as what touched may have yielded."""
 STATES, SHARED = 1e-6, 1e-7
-"""Difference allowed in states after a motion, and, of the largest load, in shares of redundant
-contacts, which are solved for together."""
+"""Difference allowed in states after a motion, and, of the largest load or range of limits, in
+shares of redundant contacts, which are solved for together."""
 _FREE = {"gap": OFF, "freewheel": FORWARD}
 """Mode in which a contact bears nothing."""
 
@@ -135,7 +135,7 @@ class Motions:
         limits = [c.peak * self.law.level(k, part.t[0]) for k, c in enumerate(self.contacts)]
         free = self.law.smooth([OFF] * len(modes), part.t[-1], part.q[-1], part.v[-1])
         missing = self.J @ np.abs(part.a[-1] - (motion.A @ after[-1])[n : 2 * n])
-        missing += SHARED * np.abs(self.J * free).max()
+        missing += SHARED * max(np.abs(self.J * free).max(), 2 * max(limits))
         allowed += motion.blamed @ (KNIFE * np.array(limits)) + missing
         bad = lowest < -allowed
         if bad.any():
@@ -162,7 +162,8 @@ def sense(moved, length, speed, rate, still, rest):
         slows = speed[0] * rate[0] < 0 and abs(speed[0]) > rest
         return speed[0] if slows else rate[0]
     if abs(rate[1]) > still:
-        grows = speed[1] * rate[1] > 0 and abs(speed[1]) > ROUNDING
+        least = min(ROUNDING, 0.1 * abs(rate[1]) * length)
+        grows = speed[1] * rate[1] > 0 and abs(speed[1]) > least
         return speed[1] if grows else -rate[1]
     return 0.0
 

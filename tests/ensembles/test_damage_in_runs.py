@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from ensemble_runs import CURVE, Alone, drive, ran, states
+from rows import in_a_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -81,12 +82,7 @@ def decaying(c, d, J, phi, until):
 
 @pytest.mark.parametrize("method", ["explicit", "implicit", "taylor"])
 def test_a_free_vibration_that_decays_leaves_half_cycles(method):
-    model = lp.compose(
-        wall=Fixed(),
-        shaft=SpringDamper(c=100.0, d=0.5),
-        body=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.wall, m.shaft, m.body),
-    )
+    model = in_a_row(wall=Fixed(), shaft=SpringDamper(c=100.0, d=0.5), body=Inertia(J=1.0))
     c, d = np.array([80.0, 150.0, 900.0]), np.array([0.1, 0.9, 3.0])
     found = lp.ensemble(
         lp.assemble(model),
@@ -163,12 +159,7 @@ def test_spindles_of_the_reversing_mill(monkeypatch):
 
 def test_too_many_open_turning_points_are_told(monkeypatch):
     monkeypatch.setattr(watched, "_DEPTH", 8)
-    model = lp.compose(
-        wall=Fixed(),
-        shaft=SpringDamper(c=100.0, d=0.1),
-        body=Inertia(J=1.0, phi=1.0),
-        connections=lambda m: lp.chain(m.wall, m.shaft, m.body),
-    )
+    model = in_a_row(wall=Fixed(), shaft=SpringDamper(c=100.0, d=0.1), body=Inertia(J=1.0, phi=1.0))
     system, of = lp.assemble(model), {"life": fun.damage("body.phi", STEEP)}
     for until, fails in ((2.0, False), (4.0, True)):
         found = lp.ensemble(system, over={"shaft.c": [100.0]}, until=until, of=of)

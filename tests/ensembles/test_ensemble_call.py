@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -17,12 +18,7 @@ UNTIL = 0.7
 
 @pytest.fixture(scope="module")
 def system():
-    model = lp.compose(
-        ground=Fixed(),
-        shaft=Spring(c=100.0),
-        body=Inertia(J=1.0, phi=0.0, w=1.0),
-        connections=lambda m: lp.chain(m.ground, m.shaft, m.body),
-    )
+    model = in_a_row(ground=Fixed(), shaft=Spring(c=100.0), body=Inertia(J=1.0, phi=0.0, w=1.0))
     return lp.assemble(model)
 
 
@@ -131,12 +127,7 @@ class Saturated(lp.Component):
 
 def test_starts_are_searched_for_with_the_parameters_of_each_run():
     """The torque at the start gives the twist; where it is beyond the limit there is no start."""
-    model = lp.compose(
-        ground=Fixed(),
-        shaft=Saturated(),
-        body=Inertia(J=1e9, w=0.0),
-        connections=lambda m: lp.chain(m.ground, m.shaft, m.body),
-    )
+    model = in_a_row(ground=Fixed(), shaft=Saturated(), body=Inertia(J=1e9, w=0.0))
     limit = np.array([40.0, 25.0, 60.0, 31.0])
     of, over = {"twist": fun.final("shaft.twist")}, {"shaft.limit": limit}
     start = {"shaft.tau": 30.0}
@@ -196,11 +187,7 @@ def test_what_makes_no_sense_is_refused_before_the_first_run(
 
 
 def test_modes_that_a_component_has_not_are_refused():
-    model = lp.compose(
-        body=Inertia(J=1.0, w=1.0),
-        brake=Brake(f_max=1.0, u=1.0),
-        connections=lambda m: lp.chain(m.body, m.brake),
-    )
+    model = in_a_row(body=Inertia(J=1.0, w=1.0), brake=Brake(f_max=1.0, u=1.0))
     system, given = lp.assemble(model), {"over": {"body.J": [1.0]}, "until": 1.0}
     with pytest.raises(OptionError, match="modes of brake are: backward, forward, free, stuck"):
         lp.ensemble(system, of=[fun.instant("brake", "open")], **given)
@@ -245,11 +232,7 @@ def test_drawn_runs_are_those_of_their_seed(system):
 
 
 def test_runs_may_begin_at_any_time():
-    model = lp.compose(
-        drive=Torque(tau=2.0 * lp.time),
-        body=Inertia(J=1.0, w=0.0),
-        connections=lambda m: lp.chain(m.drive, m.body),
-    )
+    model = in_a_row(drive=Torque(tau=2.0 * lp.time), body=Inertia(J=1.0, w=0.0))
     of = {
         "w": fun.final("body.w"),
         "at": fun.at_time([1.0, 1.5], "body.a"),

@@ -1,17 +1,16 @@
 """Ensembles that are interrupted, kept in files, spread over a cluster, or part of a sweep."""
 
 import contextlib
-import gc
 import json
 import operator
 import os
 import signal
 import threading
 import time
-import warnings
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -28,12 +27,7 @@ OF = {"x": fun.final("shaft.phi_rel"), "peak": fun.peak("shaft.tau")}
 
 @pytest.fixture(scope="module")
 def system():
-    model = lp.compose(
-        ground=Fixed(),
-        shaft=Spring(c=100.0),
-        body=Inertia(J=1.0, phi=0.0, w=1.0),
-        connections=lambda m: lp.chain(m.ground, m.shaft, m.body),
-    )
+    model = in_a_row(ground=Fixed(), shaft=Spring(c=100.0), body=Inertia(J=1.0, phi=0.0, w=1.0))
     return lp.assemble(model)
 
 
@@ -103,7 +97,6 @@ def test_an_interrupt_keeps_what_is_done_and_the_file_goes_on(system, whole, idl
         chunks = interrupting(patch, 4)
         first = ran(system, workers=1, store=store)
     done = sum(chunks[:3])
-    print(f"{done} of {len(first)} runs are done")
     assert set(first.failures) == set(range(done, len(MANY)))
     assert set(first.failures.values()) == {"interrupted before it was run"}
     np.testing.assert_array_equal(first.values[:done], whole.values[:done])
@@ -128,7 +121,6 @@ def test_an_interrupt_ends_runs_in_the_middle(system):
     timer.start()
     found = ran(system, C, until=1e7, max_steps=10**12)
     spent = time.perf_counter() - begun
-    print(f"back after {spent:.2f} s")
     assert 0.4 < spent < 5
     assert set(found.failures.values()) == {"interrupted before it was run"}
     assert len(found.failures) == len(C)
@@ -238,6 +230,8 @@ DAMAGES = {
     "few values": lambda line, entry: entry.update(values=entry["values"][:-8]),
     "no status": lambda line, entry: entry.update(status=""),
     "a word": lambda line, entry: entry.update(first="third"),
+    "beyond all runs": lambda line, entry: entry.update(first=10**6),
+    "before all runs": lambda line, entry: entry.update(first=-3),
 }
 
 
@@ -249,22 +243,6 @@ def test_a_damaged_line_is_refused_and_can_be_removed(system, whole, kept, tmp_p
     lines = store.read_text().split("\n")
     store.write_text("\n".join(lines[:2] + lines[3:]))
     assert_equal(ran(system, store=store), whole)
-
-
-@pytest.mark.parametrize("first", [10**6, -3])
-def test_a_line_of_runs_that_are_none_is_refused(system, kept, tmp_path, first):
-    change = lambda line, entry: entry.update(first=first)  # noqa: E731
-    store, text = damaged(tmp_path / "runs.jsonl", kept, change), ""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ResourceWarning)  # of a file that is left open
-        try:
-            ran(system, store=store)
-        except OptionError as refusal:
-            text = str(refusal)
-        except ValueError as raw:
-            text = type(raw).__name__
-        gc.collect()
-    assert "line 3 of" in text
 
 
 def test_a_file_of_values_at_other_instants_is_refused(system, tmp_path):

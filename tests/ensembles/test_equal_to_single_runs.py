@@ -22,6 +22,7 @@ from ensemble_runs import (
 )
 from linkages import four_bar
 from machine_scenes import SCENES, asked
+from rows import in_a_row
 from stiff_in_turn import UNTIL, InTurn
 
 import lumped as lp
@@ -56,11 +57,10 @@ def test_random_drives(kind, seed):
 
 
 def test_a_clutch_that_a_command_closes_has_the_events_of_its_single_run():
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J=1.0, w=3.0),
         clutch=Clutch(f_max=4.0, characteristic=((0.0, 1.0),), u=where(lp.time >= 0.5, 1.0, 0.0)),
         b=Inertia(J=1.0, w=0.0),
-        connections=lambda m: lp.chain(m.a, m.clutch, m.b),
     )
     system, of = lp.assemble(model), [fun.count("clutch"), fun.instant("clutch", number=1)]
     run = lp.simulate(system, until=2.0, method="steps", grid=[2.0])
@@ -195,12 +195,7 @@ def test_instants_that_move(varied):
 
 
 def loaded(spring):
-    return lp.compose(
-        ground=Fixed(),
-        shaft=spring,
-        body=Inertia(J=2.0, w=0.0),
-        connections=lambda m: lp.chain(m.ground, m.shaft, m.body),
-    )
+    return in_a_row(ground=Fixed(), shaft=spring, body=Inertia(J=2.0, w=0.0))
 
 
 PARABOLA = NonlinearSpring(characteristic=lambda x: 50.0 * x + 400.0 * x**3)
@@ -228,13 +223,12 @@ def test_starts_that_torques_or_linkages_determine(model, varied, start):
 
 def test_a_collision_at_a_start_that_is_searched_for_is_an_event():
     """The torque of a curved spring is given, and a closed dog clutch joins two speeds."""
-    model = lp.compose(
+    model = in_a_row(
         wall=Fixed(),
         shaft=PARABOLA,
         a=Inertia(J=1.0, w=3.0),
         dog=Coupling(u=1.0),
         b=Inertia(J=1.0, phi=0.0, w=0.0),
-        connections=lambda m: lp.chain(m.wall, m.shaft, m.a, m.dog, m.b),
     )
     system, start = lp.assemble(model), {"shaft.tau": 30.0}
     of = [fun.count("dog"), fun.loss("dog"), fun.instant("dog")]

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
+from test_functionals_in_runs import check
 
 import lumped as lp
 from lumped import functionals as fun
@@ -11,17 +13,6 @@ from lumped.ops import sin, where
 
 paired = lp.ensembles.paired
 G = 9.81
-
-
-def check(what, found, expected, limit):
-    """Compare all runs, relative to the largest expected value, and print the figure."""
-    found, expected = np.asarray(found), np.broadcast_to(expected, np.shape(found))
-    missing = np.isnan(expected)
-    assert (np.isnan(found) == missing).all(), f"{what}: {found} instead of {expected}"
-    size = max(np.abs(expected[~missing]).max(initial=0.0), 1e-3)
-    error = np.abs(found - expected)[~missing].max(initial=0.0) / size
-    print(f"{what}: {error:.1e}")
-    assert error < limit, f"{what}: {found} instead of {expected}"
 
 
 # -- a ball ----------------------------------------------------------------------------------------
@@ -146,33 +137,14 @@ def test_sums_over_all_impacts_and_jumps_at_them(ball):
     check("way", found["way"], found["end"] - 1.0, 1e-12)
 
 
-def test_a_ball_comes_to_rest_where_its_bounces_add_up(ball):
-    of = {
-        "rest": fun.instant("floor", "closed"),
-        "loss": fun.loss("floor"),
-        "before": fun.at_event("body.v", "floor", "closed"),
-        "s": fun.final("body.s"),
-        "v": fun.final("body.v"),
-    }
-    over = {"floor.s_min": 1.0 - DROP[:2], "floor.restitution": BOUNCE[:2]}
-    found = lp.ensemble(ball, over=over, until=4.0, of=of, rtol=1e-8)
-    drop, e = 1.0 - found["floor.s_min"], found["floor.restitution"]
-    check("rest", found["rest"], np.sqrt(2 * drop / G) * (1 + e) / (1 - e), 1e-5)
-    check("loss", found["loss"], MASS * G * drop, 1e-9)
-    assert np.abs(found["before"]).max() < 1e-4
-    assert (found["v"] == 0).all()
-    check("place", found["s"], 1.0 - drop, 3e-12)  # the last bounces miss by 1e-13 m each
-
-
 # -- a brake ---------------------------------------------------------------------------------------
 
 
 def test_a_brake_brings_a_body_to_rest():
     """Heat is the energy of the body; where it does not stop, this instant is missing."""
-    model = lp.compose(
+    model = in_a_row(
         body=Inertia(J=0.5, phi=0.0, w=20.0),
         brake=Brake(f_max=10.0, characteristic=((0.0, 0.5),), u=1.0),
-        connections=lambda m: lp.chain(m.body, m.brake),
     )
     system = lp.assemble(model, keep=["body.phi"])
     force, until = np.array([12.0, 20.0, 40.0, 9.0, 1.0]), 2.0
@@ -353,11 +325,10 @@ def test_an_impact_at_the_begin_is_an_event(begin):
 
 def test_a_body_between_two_flanks():
     """It flies from flank to flank; each impact leaves a part of its speed."""
-    model = lp.compose(
+    model = in_a_row(
         wall=Inertia(J=1e9, phi=0.0, w=0.0),
         play=Backlash(b=0.2, restitution=0.5),
         body=Inertia(J=0.5, phi=0.0, w=2.0),
-        connections=lambda m: lp.chain(m.wall, m.play, m.body),
     )
     of = {
         "count": fun.count("play"),

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -34,12 +35,7 @@ SIZE = SPEED / RATE
 @pytest.fixture(scope="module")
 def oscillator():
     """A body with a speed on a spring: phi = SIZE sin(RATE t)."""
-    model = lp.compose(
-        ground=Fixed(),
-        shaft=Spring(c=100.0),
-        body=Inertia(J=1.0, phi=0.0, w=SPEED),
-        connections=lambda m: lp.chain(m.ground, m.shaft, m.body),
-    )
+    model = in_a_row(ground=Fixed(), shaft=Spring(c=100.0), body=Inertia(J=1.0, phi=0.0, w=SPEED))
     return lp.assemble(model)
 
 

@@ -7,6 +7,7 @@ import threading
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, Spring, SwingingMass
@@ -16,12 +17,7 @@ from lumped.support.process_lock import process_lock
 
 @pytest.fixture(scope="module")
 def system():
-    model = lp.compose(
-        ground=Fixed(),
-        shaft=Spring(c=100.0),
-        body=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.ground, m.shaft, m.body),
-    )
+    model = in_a_row(ground=Fixed(), shaft=Spring(c=100.0), body=Inertia(J=1.0))
     return lp.assemble(model.with_({"body.w": 1.0}))
 
 

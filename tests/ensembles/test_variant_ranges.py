@@ -5,6 +5,7 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 import scipy
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, Spring
@@ -16,12 +17,7 @@ C, J = "shaft.c", "body.J"
 
 @pytest.fixture(scope="module")
 def system():
-    model = lp.compose(
-        ground=Fixed(),
-        shaft=Spring(c=100.0),
-        body=Inertia(J=2.0),
-        connections=lambda m: lp.chain(m.ground, m.shaft, m.body),
-    )
+    model = in_a_row(ground=Fixed(), shaft=Spring(c=100.0), body=Inertia(J=2.0))
     return lp.assemble(model)
 
 

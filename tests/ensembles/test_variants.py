@@ -8,18 +8,14 @@ import numpy as np
 import pint
 import pytest
 import scipy
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, Spring
 from lumped.ensembles.variants import variants_of
 from lumped.errors import OptionError, ParameterError, UnitError, UnknownNameError
 
-MODEL = lp.compose(
-    ground=Fixed(),
-    shaft=Spring(c=100.0),
-    body=Inertia(J=2.0),
-    connections=lambda m: lp.chain(m.ground, m.shaft, m.body),
-)
+MODEL = in_a_row(ground=Fixed(), shaft=Spring(c=100.0), body=Inertia(J=2.0))
 C, J = "shaft.c", "body.J"
 
 

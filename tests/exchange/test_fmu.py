@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fmus import fmpy, runs
+from rows import in_a_row
 from scipy.linalg import expm
 
 import lumped as lp
@@ -26,11 +27,7 @@ from lumped.components import (
     Torque,
     VoltageSource,
 )
-from lumped.errors import (
-    ExportError,
-    OptionError,
-    UnknownNameError,
-)
+from lumped.errors import ExportError, OptionError, UnknownNameError
 from lumped.exchange.c_compiler import zig_compiler
 from lumped.exchange.interface import rate_unit
 from lumped.ops import where
@@ -122,12 +119,7 @@ def test_a_motor_follows_a_table_of_its_voltage(tmp_path):
 
 
 def test_states_that_follow_from_nothing_else_can_be_set(tmp_path):
-    model = lp.compose(
-        a=Inertia(J=2.0, w=1.0),
-        shaft=Spring(c=300.0),
-        b=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
-    )
+    model = in_a_row(a=Inertia(J=2.0, w=1.0), shaft=Spring(c=300.0), b=Inertia(J=1.0))
     changed = {"shaft.phi_rel": 0.1, "b.w": -2.0}
     system = lp.assemble(model)
     run = lp.simulate(system, until=0.5, start=changed, grid=100, rtol=1e-11)
@@ -250,12 +242,7 @@ def test_a_compiler_that_fails_is_an_error(tmp_path, monkeypatch):
 def test_a_unit_for_several_platforms_runs_on_this_one(tmp_path):
     pytest.importorskip("ziglang")
     path = tmp_path / "spring.fmu"
-    model = lp.compose(
-        mass=Inertia(J=2.0, w=3.0),
-        spring=Spring(c=8.0),
-        wall=Fixed(),
-        connections=lambda m: lp.chain(m.mass, m.spring, m.wall),
-    )
+    model = in_a_row(mass=Inertia(J=2.0, w=3.0), spring=Spring(c=8.0), wall=Fixed())
     begins = {"x86_64-linux": b"\x7fELF", "aarch64-darwin": b"\xcf\xfa\xed\xfe"}
     asked = tuple(begins)
     options = {"version": "3.0", "kind": "co_simulation", "platforms": asked}

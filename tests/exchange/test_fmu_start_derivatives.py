@@ -9,7 +9,7 @@ from test_fmu_derivatives import MODELS, Limited
 import lumped as lp
 from lumped.components import Filter, Ramp, translation
 from lumped.points.start import start_slopes
-from lumped.points.start_values import given_values
+from lumped.points.start_values import read_start_values
 
 STARTS = {**MODELS, "limited": (Limited(), [], ["limiter.y"])}
 
@@ -23,7 +23,7 @@ def derivatives_at_start(system, known, outputs):
         if name in free:
             seed[system.places([name])[0]] = direction
         else:
-            varied |= dict.fromkeys(given_values(system, {name: 0.0}), direction)
+            varied |= dict.fromkeys(read_start_values(system, {name: 0.0}), direction)
     _, states = start_slopes(system, theta, {}, 0.0, seed, varied)
     matrices = lp.linearise(system, inputs=free, outputs=outputs)
     picked = directions[[known.index(name) for name in free]]

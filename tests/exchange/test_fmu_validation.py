@@ -5,6 +5,7 @@ import zipfile
 import pytest
 from fmus import fmpy, validate_fmu
 from machine_scenes import SCENES, asked
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Backlash, Fixed, Inertia, Spring, Torque
@@ -62,11 +63,8 @@ def test_names_of_any_text_are_valid(tmp_path, version):
 
 def test_states_that_may_jump_are_told(tmp_path):
     path = tmp_path / "unit.fmu"
-    stopped = lp.compose(
-        body=Inertia(J=1.0, w=1.0),
-        play=Backlash(b=0.03, restitution=0.3),
-        wall=Fixed(),
-        connections=lambda m: lp.chain(m.body, m.play, m.wall),
+    stopped = in_a_row(
+        body=Inertia(J=1.0, w=1.0), play=Backlash(b=0.03, restitution=0.3), wall=Fixed()
     )
     for version in ("2.0", "3.0"):
         for model, jumps in ((stopped, True), (pair(), False)):
@@ -80,11 +78,7 @@ def test_states_that_may_jump_are_told(tmp_path):
 
 
 def test_an_input_given_as_a_number_is_no_output_too(tmp_path):
-    driven = lp.compose(
-        drive=Torque(tau=2.0),
-        body=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.drive, m.body),
-    )
+    driven = in_a_row(drive=Torque(tau=2.0), body=Inertia(J=1.0))
     system, options = lp.assemble(driven), {"outputs": ["drive.tau"]}
     with pytest.raises(OptionError, match=r"'drive\.tau' cannot be an output: it is a param"):
         lp.export_fmu(system, tmp_path / "driven.fmu", **options)

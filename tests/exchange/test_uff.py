@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import pyuff
+from rows import assemble_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
@@ -14,16 +15,13 @@ J, STIFFNESS = 2.0, 900.0
 
 
 def drive(damping):
-    return lp.assemble(
-        lp.compose(
-            motor=Torque(tau=0.0),
-            a=Inertia(J=J),
-            s=SpringDamper(c=STIFFNESS, d=damping),
-            b=Inertia(J=J),
-            g=SpringDamper(c=STIFFNESS, d=damping),
-            wall=Fixed(),
-            connections=lambda m: lp.chain(m.motor, m.a, m.s, m.b, m.g, m.wall),
-        )
+    return assemble_row(
+        motor=Torque(tau=0.0),
+        a=Inertia(J=J),
+        s=SpringDamper(c=STIFFNESS, d=damping),
+        b=Inertia(J=J),
+        g=SpringDamper(c=STIFFNESS, d=damping),
+        wall=Fixed(),
     )
 
 

@@ -111,9 +111,7 @@ def test_conditions_are_told_with_the_names_of_the_model_at_hand():
     assert lp.simulate(system, until=2.0).events[-1].component == "second"
 
 
-def test_faults_name_the_instance_although_an_equal_one_was_sound(
-    monkeypatch: pytest.MonkeyPatch,
-):
+def test_faults_name_the_instance_although_an_equal_one_was_sound(monkeypatch: pytest.MonkeyPatch):
     lp.assemble(lp.compose(first=Careless()))
     monkeypatch.setitem(GAIN, "now", 7.0)
     with pytest.raises(SingularModelError, match=r"second \(Careless\) brings 2 equations"):

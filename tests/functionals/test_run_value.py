@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from rows import assemble_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -92,14 +93,7 @@ def test_runs_that_go_on_and_runs_from_points_are_read(bouncing):
 @pytest.fixture(scope="module")
 def cosine():
     """``phi = cos(3 t)``."""
-    return lp.assemble(
-        lp.compose(
-            wall=Fixed(),
-            spring=Spring(c=9.0),
-            a=Inertia(J=1.0, phi=1.0),
-            connections=lambda m: lp.chain(m.wall, m.spring, m.a),
-        )
-    )
+    return assemble_row(wall=Fixed(), spring=Spring(c=9.0), a=Inertia(J=1.0, phi=1.0))
 
 
 def test_a_closed_form_is_read_by_steps(cosine):

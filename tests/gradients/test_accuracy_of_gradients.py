@@ -5,6 +5,7 @@ import math
 import casadi as ca
 import numpy as np
 import pytest
+from rows import assemble_row
 from scipy.linalg import expm
 
 import lumped as lp
@@ -25,14 +26,7 @@ J, C, D, END = 1.0, 100.0, 0.1, 10.0
 
 def oscillator(w=0.0):
     """``J w' + d w + c phi == 0``."""
-    return lp.assemble(
-        lp.compose(
-            body=Inertia(J=J, w=w),
-            spring=SpringDamper(c=C, d=D),
-            wall=Fixed(),
-            connections=lambda m: lp.chain(m.body, m.spring, m.wall),
-        )
-    )
+    return assemble_row(body=Inertia(J=J, w=w), spring=SpringDamper(c=C, d=D), wall=Fixed())
 
 
 def speed(c, d, w, end=END):
@@ -110,16 +104,13 @@ def test_an_integrand_faster_than_all_states_is_resolved():
 
 
 def stiff_chain():
-    return lp.assemble(
-        lp.compose(
-            load=Torque(tau=3.0),
-            a=Inertia(J=1.0),
-            soft=SpringDamper(c=50.0, d=0.5),
-            b=Inertia(J=0.5),
-            stiff=SpringDamper(c=1e8, d=1e4),
-            c=Inertia(J=0.2),
-            connections=lambda m: lp.chain(m.load, m.a, m.soft, m.b, m.stiff, m.c),
-        )
+    return assemble_row(
+        load=Torque(tau=3.0),
+        a=Inertia(J=1.0),
+        soft=SpringDamper(c=50.0, d=0.5),
+        b=Inertia(J=0.5),
+        stiff=SpringDamper(c=1e8, d=1e4),
+        c=Inertia(J=0.2),
     )
 
 
@@ -274,19 +265,8 @@ def test_an_implicit_step_without_a_solution_is_an_error():
 
 def test_too_many_steps_are_refused_in_words():
     """A stiff drive at rest would need millions of explicit steps."""
-    system = lp.assemble(
-        lp.compose(
-            a=Inertia(J=1.0),
-            shaft=SpringDamper(c=1e14, d=1.0),
-            b=Inertia(J=1.0),
-            connections=lambda m: lp.chain(m.a, m.shaft, m.b),
-        )
-    )
+    system = assemble_row(a=Inertia(J=1.0), shaft=SpringDamper(c=1e14, d=1.0), b=Inertia(J=1.0))
     with pytest.raises(lp.errors.SolverError, match="implicit"):
         lp.gradient(
-            system,
-            of=[functionals.final("a.w")],
-            by=["a.w"],
-            until=10.0,
-            method="explicit",
+            system, of=[functionals.final("a.w")], by=["a.w"], until=10.0, method="explicit"
         )

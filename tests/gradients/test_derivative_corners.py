@@ -210,16 +210,7 @@ def test_the_end_of_the_run_can_be_varied():
     found = both(system, of, ["until", "k"], T)
     mean, square = (2 - x) / (k * T), (4 - x**2) / (2 * k * T)
     rms = np.sqrt(square)
-    expected = [
-        -k * x,
-        x,
-        (x - mean) / T,
-        (x**2 - square) / (2 * rms * T),
-        -k * x,
-        0.0,
-        0.0,
-        0.0,
-    ]
+    expected = [-k * x, x, (x - mean) / T, (x**2 - square) / (2 * rms * T), -k * x, 0.0, 0.0, 0.0]
     assert found["final(x)", "until"] == pytest.approx(-k * x)
     assert found.derivatives[:, 0] == pytest.approx(expected, rel=1e-9)
 

@@ -2,26 +2,13 @@
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
+from rows import assemble_row
 from scipy.optimize import brentq
 
 import lumped as lp
 from lumped import functionals as fun
-from lumped.components import (
-    BearingFriction,
-    Brake,
-    Coupling,
-    Damper,
-    Fixed,
-    Inertia,
-    Speed,
-    SpringDamper,
-    Torque,
-    translation,
-)
-from lumped.components.translation.contact import Stop
+from lumped.components import Damper, Fixed, Inertia, Torque
 from lumped.errors import OptionError, SolverError, UnknownNameError
-from lumped.gradients import legs
 from lumped.models.carrousel_coiler import scenes as coiler
 from lumped.models.eccentric_shear import scenes as shear
 from lumped.models.pilger_mill import drive as pilger
@@ -137,117 +124,8 @@ def test_an_extreme_inside_a_step_moves_as_it_does_at_a_fixed_instant(oscillator
     assert found.derivatives == pytest.approx(np.array(slopes), rel=1e3 * rtol, abs=100 * rtol)
 
 
-def ball(jump=False):
-    def equations(self):
-        yield lp.der(self.s) == self.v
-        if jump:
-            yield lp.der(self.v) == -self.g
-            yield lp.when(self.s <= 0, {self.v: -self.e * self.v})
-        else:
-            yield lp.der(self.v) == -self.g - self.f
-            yield lp.hold(reaction=self.f, speed=self.v, gap=self.s, restitution=self.e)
-
-    quantities = {
-        "g": lp.param("m/s2", "gravity", 10.0),
-        "e": lp.param("1", "restitution", 0.8),
-        "s": lp.var("m", "height", start=1.0),
-        "v": lp.var("m/s", "velocity", state="prefer"),
-    }
-    if not jump:
-        quantities["f"] = lp.var("N/kg", "reaction of the ground, upwards negative")
-    return lp.assemble(one(equations, **quantities))
-
-
-def test_what_happens_at_an_impact_moves_with_its_instant():
-    of = [
-        fun.peak("v"),
-        fun.highest("v"),
-        fun.instant("One", number=1),
-        fun.instant("One", number=-2),
-        fun.integral("v", "v"),
-    ]
-    found = lp.gradient(ball(), of=of, by=["s", "e", "g"], until=1.5, rtol=1e-10)
-
-    def closed(h, e, g):
-        """Fall from h, flight of 2 e t_1, begin of the next."""
-        fall, v = np.sqrt(2 * h / g), np.sqrt(2 * g * h)
-        second = fall * (1 + 2 * e)
-        rest = 1.5 - second
-        first = g**2 * fall**3 / 3
-        flight = 2 * g**2 * (e * fall) ** 3 / 3
-        start = e**2 * v
-        last = start**2 * rest - start * g * rest**2 + g**2 * rest**3 / 3
-        return np.array([v, e * v, second, fall, first + flight + last])
-
-    point = np.array([1.0, 0.8, 10.0])
-    assert found.values == pytest.approx(closed(*point), rel=1e-9)
-    assert found.derivatives == pytest.approx(by_complex_step(closed, point), rel=1e-8, abs=1e-12)
-
-
-def test_a_coupling_that_closes_at_a_speed_shares_the_momentum():
-    # closes at t_0; before, the torque drives a alone
-    model = lp.compose(
-        push=Torque(tau=3.0),
-        a=Inertia(J=2.0, w=1.0),
-        dogs=Coupling(u=where(lp.time >= 0.4, 1.0, 0.0)),
-        b=Inertia(J=5.0, w=-2.0),
-        connections=lambda m: lp.chain(m.push, m.a, m.dogs, m.b),
-    )
-    to = ["a.J", "b.J", "push.tau", "a.w", "b.w"]
-    system = lp.assemble(model)
-    found = lp.gradient(system, of=[fun.final("b.w")], by=to, until=1.0, rtol=1e-10)
-
-    def closed(J_a, J_b, tau, w_a, w_b):
-        before = w_a + tau * 0.4 / J_a
-        return (J_a * before + J_b * w_b + tau * 0.6) / (J_a + J_b)
-
-    expected = by_complex_step(closed, [2.0, 5.0, 3.0, 1.0, -2.0])
-    assert found.values[0] == pytest.approx(closed(2.0, 5.0, 3.0, 1.0, -2.0), rel=1e-10)
-    assert found.derivatives[0] == pytest.approx(expected, rel=1e-10)
-    forward = lp.sensitivity(system, of=["b.w"], by=to, until=1.0, rtol=1e-10)
-    assert forward.derivatives[-1, 0] == pytest.approx(expected, rel=1e-10)
-
-
-def test_a_stiff_run_that_changes_its_method_agrees_with_a_matrix_exponential():
-    J_a, J_b, c, d, w = 0.5, 2.0, 800.0, 3e4, 3.0
-    system = lp.assemble(
-        lp.compose(
-            a=Inertia(J=J_a, w=w),
-            shaft=SpringDamper(c=c, d=d),
-            b=Inertia(J=J_b),
-            connections=lambda m: lp.chain(m.a, m.shaft, m.b),
-        )
-    )
-    to = ["a.J", "shaft.c", "shaft.d", "a.w"]
-    found = lp.gradient(system, of=[fun.final("a.w")], by=to, until=0.5, rtol=1e-9)
-    statistics = found.run.statistics
-    assert statistics.method == "explicit then implicit"
-    assert 0 < statistics.methods[1].begin < 0.5
-
-    def last(J_a, c, d, w):
-        A = np.array(
-            [[-d / J_a, d / J_a, c / J_a], [d / J_b, -d / J_b, -c / J_b], [-1.0, 1.0, 0.0]]
-        )
-        return (expm(A * 0.5) @ np.array([w, 0.0, 0.0]))[0]
-
-    expected = by_complex_step(last, [J_a, c, d, w])
-    # by stiffness and damping the end hardly changes: as parts of the whole
-    point = np.array([J_a, c, d, w])
-    error = np.abs((found.derivatives[0] - expected) * point).max() / found.values[0]
-    assert error < 1e-8
-    assert found.derivatives[0, [0, 3]] == pytest.approx(expected[[0, 3]], rel=1e-7)
-
-
 def test_a_run_without_states_has_gradients_too():
-    system = lp.assemble(
-        lp.compose(
-            motor=Torque(tau=0.0),
-            a=Inertia(J=2.0),
-            oil=Damper(d=0.7),
-            wall=Fixed(),
-            connections=lambda m: lp.chain(m.motor, m.a, m.oil, m.wall),
-        )
-    )
+    system = assemble_row(motor=Torque(tau=0.0), a=Inertia(J=2.0), oil=Damper(d=0.7), wall=Fixed())
     run = lp.inverse(system, motion={"a.w": lp.ops.sin(lp.time)}, drive="motor.tau", until=1.0)
     of = [fun.integral("motor.tau", "motor.tau"), fun.highest("motor.tau")]
     found = lp.gradient(run.system, of=of, by=["a.J", "oil.d"], until=1.0)
@@ -256,62 +134,6 @@ def test_a_run_without_states_has_gradients_too():
     integral = [J * (1 + s * c) + d * s**2, d * (1 - s * c) + J * s**2]
     top = [J / np.hypot(J, d), d / np.hypot(J, d)]
     assert found.derivatives == pytest.approx(np.array([integral, top]), rel=1e-10)
-
-
-# -- the forward sensitivities -------------------------------------------------------------------
-
-
-def stick_slip():
-    model = lp.compose(
-        feed=Speed(w=0.3),
-        shaft=SpringDamper(c=20.0, d=0.3),
-        body=Inertia(J=1.0),
-        bearing=BearingFriction(characteristic=((0.0, 3.0), (2.0, 1.0)), peak=1.5),
-        connections=lambda m: lp.chain(m.feed, m.shaft, m.body, m.bearing),
-    )
-    system = lp.assemble(model, keep=["body.phi"])
-    return system, ["body.phi", "shaft.tau"], ["feed.w", "shaft.c", "shaft.d", "body.J"], 2.5, 3
-
-
-def break_away():
-    model = lp.compose(
-        push=Torque(tau=8.0 * lp.time),
-        body=Inertia(J=2.0),
-        brake=Brake(f_max=5.0, u=1.0, characteristic=((0.0, 1.0),)),
-        connections=lambda m: lp.chain(m.push, m.body, m.brake),
-    )
-    system = lp.assemble(model, keep=["body.phi"])
-    return system, ["body.w", "body.phi"], ["brake.f_max", "body.J"], 2.0, 1
-
-
-def stopped():
-    model = lp.compose(
-        a=translation.Mass(m=1.0, s=0.0, v=2.0),
-        stop=Stop(restitution=0.25),
-        b=translation.Mass(m=3.0, s=0.5, v=0.0),
-        connections=lambda m: lp.chain(m.a, m.stop, m.b),
-    )
-    system = lp.assemble(model, keep=["b.s"])
-    return system, ["b.v", "b.s"], ["a.v", "a.m", "stop.restitution", "b.s"], 1.0, 1
-
-
-CASES = {
-    "bounces by a hold": lambda: (ball(), ["s", "v"], ["s", "e", "g"], 1.5, 2),
-    "bounces by when": lambda: (ball(jump=True), ["s", "v"], ["s", "e", "g"], 1.5, 2),
-    "stick-slip": stick_slip,
-    "break-away": break_away,
-    "impact": stopped,
-}
-
-
-@pytest.mark.parametrize("case", CASES)
-def test_the_sweep_back_agrees_with_the_sensitivities_forward(case):
-    system, of, to, until, events = CASES[case]()
-    forward = lp.sensitivity(system, of=of, by=to, until=until, rtol=1e-12, grid=None)
-    back = lp.gradient(system, of=[fun.final(n) for n in of], by=to, until=until, rtol=1e-12)
-    assert len({moved.time for moved in forward.instants}) >= events
-    for received, expected in zip(back.derivatives, forward.derivatives[-1], strict=True):
-        assert np.abs(received - expected).max() <= 1e-9 * np.abs(expected).max()
 
 
 # -- the machines --------------------------------------------------------------------------------
@@ -380,21 +202,6 @@ def test_the_machines_agree_with_differences_of_sixth_order(scene):
     print(f"\n{scene.__name__}: largest error of p/y dy/dp {error.max():.1e}, of")
     print(np.abs(found.relative).max(axis=1))
     assert error.max() < limit
-
-
-@pytest.mark.parametrize("scene", [rolling, winding, piercing, cutting, taking])
-def test_the_machines_have_the_same_bits_with_few_states_kept(scene, monkeypatch):
-    system, of, to, until, start, changed, _ = scene()
-    options = {"of": of, "by": to, "until": until, "start": start, "parameters": changed}
-    whole = lp.gradient(system, **options)
-    monkeypatch.setattr(legs, "_KEPT_BYTES", 1000)
-    monkeypatch.setattr(legs, "_MADE_BYTES", 4000)
-    found = lp.gradient(system, **options)
-    if not system.structure.implicit:
-        assert len(found.run.t) < 0.5 * len(whole.run.t)
-    for a, b in ((found.values, whole.values), (found.derivatives, whole.derivatives)):
-        assert (a == b).all()
-    assert (found.errors == whole.errors).all()
 
 
 def test_shares_of_indeterminate_constraints_that_let_go_are_told():

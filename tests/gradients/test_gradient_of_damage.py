@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from ensemble_runs import CURVE, drive, states
+from rows import in_a_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -34,12 +35,7 @@ def decaying(c, d, J, phi, until):
 
 
 def test_a_free_vibration_that_decays():
-    model = lp.compose(
-        wall=Fixed(),
-        shaft=SpringDamper(c=100.0, d=0.5),
-        body=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.wall, m.shaft, m.body),
-    )
+    model = in_a_row(wall=Fixed(), shaft=SpringDamper(c=100.0, d=0.5), body=Inertia(J=1.0))
     system, damage = lp.assemble(model), fun.damage("body.phi", STEEP)
     values, until = np.array([100.0, 0.5, 1.0, 2.0]), 3.0
     names = ["shaft.c", "shaft.d", "body.J", "body.phi"]
@@ -142,12 +138,11 @@ def test_equal_cycles_are_no_swap():
 
 def test_the_largest_torque_that_a_shaft_bears():
     """A body swings about the torque by a step: half cycles ``0, 2 tau, 0, ...`` of the shaft."""
-    model = lp.compose(
+    model = in_a_row(
         wall=Fixed(),
         shaft=SpringDamper(c=400.0, d=0.0),
         body=Inertia(J=1.0, phi=0.0, w=0.0),
         motor=Torque(tau=1.0),
-        connections=lambda m: lp.chain(m.wall, m.shaft, m.body, m.motor),
     )
     system = lp.assemble(model)
     until, allowed = 2.0, 0.02

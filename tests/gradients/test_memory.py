@@ -91,12 +91,12 @@ def test_memory_does_not_grow_with_the_states_of_all_steps(sparing):
         of = [fun.final("a0.w"), fun.peak("s0.tau"), fun.rms("s1.tau")]
         return lp.gradient(system, of=of, until=until, **options).run.steps
 
-    steps = np.array([differentiate(until) for until in (40.0, 160.0)])
+    steps = np.array([differentiate(until) for until in (30.0, 120.0)])
     states = 8 * n * np.diff(steps)[0]
     for bound in ("large", "small"):
         if bound == "small":
             sparing(200_000, 100_000)
-        found[bound] = [peak(lambda t=until: differentiate(t)) for until in (40.0, 160.0)]
+        found[bound] = [peak(lambda t=until: differentiate(t)) for until in (30.0, 120.0)]
     growth = {bound: (late - early) / states for bound, (early, late) in found.items()}
     print(f"\npeak of {found} bytes; growth over that of the states {growth}")
     assert growth["large"] > 1.0

@@ -2,21 +2,19 @@
 
 import numpy as np
 import pytest
+from rows import assemble_row, in_a_row
 from scipy.linalg import expm
 
 import lumped as lp
 from lumped.components import (
     BearingFriction,
-    Brake,
     Damper,
     Fixed,
     IdealGear,
     Inertia,
     SpringDamper,
     Torque,
-    translation,
 )
-from lumped.components.translation.contact import Stop
 from lumped.errors import OptionError, SolverError, UnknownNameError
 from lumped.ops import where
 
@@ -64,14 +62,7 @@ def test_an_oscillation_depends_on_its_frequency_and_its_start(oscillator, rtol)
 @pytest.mark.parametrize(("d", "method"), [(3.0, "explicit"), (3e4, "implicit")])
 def test_a_damped_drive_agrees_with_a_matrix_exponential(d, method):
     J_a, J_b, c, w = 0.5, 2.0, 800.0, 3.0
-    system = lp.assemble(
-        lp.compose(
-            a=Inertia(J=J_a, w=w),
-            shaft=SpringDamper(c=c, d=d),
-            b=Inertia(J=J_b),
-            connections=lambda m: lp.chain(m.a, m.shaft, m.b),
-        )
-    )
+    system = assemble_row(a=Inertia(J=J_a, w=w), shaft=SpringDamper(c=c, d=d), b=Inertia(J=J_b))
     to = ["a.J", "shaft.c", "shaft.d", "a.w"]
     found = lp.sensitivity(system, of=["b.w", "shaft.tau"], by=to, until=0.5, grid=20, rtol=1e-8)
     assert method in found.run.statistics.method
@@ -107,26 +98,6 @@ def test_a_damped_drive_agrees_with_a_matrix_exponential(d, method):
         assert error < 1e-7
 
 
-def test_an_instant_given_by_a_parameter_moves_what_comes_after_it():
-    def equations(self):
-        yield lp.der(self.v) == where(lp.time >= self.t_0, self.a, 0.0)
-
-    system = lp.assemble(
-        one(
-            equations,
-            t_0=lp.param("s", "begin", 0.4),
-            a=lp.param("m/s2", "acceleration", 3.0),
-            v=lp.var("m/s", "velocity"),
-        )
-    )
-    found = lp.sensitivity(system, of=["v"], by=["t_0", "a"], until=1.0)
-    after = np.arange(len(found.run.t)) > np.flatnonzero(found.run.t == 0.4)[0]
-    close(found["v", "t_0"], np.where(after, -3.0, 0.0), 1e-12)
-    close(found["v", "a"], np.where(after, found.run.t - 0.4, 0.0), 1e-12)
-    ((t, slopes, _),) = found.instants
-    assert (t, *slopes) == pytest.approx((0.4, 1.0, 0.0), rel=1e-12)
-
-
 def test_a_border_that_is_crossed_moves_the_instant_and_what_comes_after_it():
     def equations(self):
         yield lp.der(self.x) == self.v
@@ -158,11 +129,10 @@ def test_a_border_that_is_crossed_moves_the_instant_and_what_comes_after_it():
 def test_a_body_that_friction_stops_comes_to_rest_whatever_its_start():
     J, w, mu = 2.0, 6.0, 5.0
     system = lp.assemble(
-        lp.compose(
+        in_a_row(
             push=Torque(tau=0.5),
             body=Inertia(J=J, w=w),
             bearing=BearingFriction(characteristic=((0.0, mu),)),
-            connections=lambda m: lp.chain(m.push, m.body, m.bearing),
         ),
         keep=["body.phi"],
     )
@@ -177,70 +147,6 @@ def test_a_body_that_friction_stops_comes_to_rest_whatever_its_start():
     ((_, slopes, components),) = found.instants
     assert components == ("bearing",)
     assert slopes == pytest.approx([1 / a, w / a**2 / J], rel=1e-9)
-
-
-def bounces(height, e, g, until):
-    """Height after two bounces and before the third, and instants."""
-    t_1 = np.sqrt(2 * height / g)
-    t_2 = t_1 * (1 + 2 * e)
-    s = until - t_2
-    return e**2 * g * t_1 * s - g * s**2 / 2, t_2
-
-
-@pytest.mark.parametrize("how", ["when", "hold"])
-def test_a_ball_that_bounces_twice_remembers_its_height_and_its_restitution(how):
-    def jump(self):
-        yield lp.der(self.s) == self.v
-        yield lp.der(self.v) == -self.g
-        yield lp.when(self.s <= 0, {self.v: -self.e * self.v})
-
-    def contact(self):
-        yield lp.der(self.s) == self.v
-        yield lp.der(self.v) == -self.g - self.f
-        yield lp.hold(reaction=self.f, speed=self.v, gap=self.s, restitution=self.e)
-
-    quantities = {
-        "g": lp.param("m/s2", "gravity", 10.0),
-        "e": lp.param("1", "restitution", 0.8),
-        "s": lp.var("m", "height", start=1.0),
-        "v": lp.var("m/s", "velocity", state="prefer"),
-    }
-    if how == "hold":
-        quantities["f"] = lp.var("N/kg", "reaction of the ground, upwards negative")
-    model = one(jump if how == "when" else contact, **quantities)
-    found = lp.sensitivity(lp.assemble(model), of=["s"], by=["s", "e", "g"], until=1.5, rtol=1e-9)
-    assert len({round(moved.time, 12) for moved in found.instants}) == 2
-    point = np.array([1.0, 0.8, 10.0])
-    expected = [
-        [bounces(*(point + 1e-30j * np.eye(3)[i]), until=1.5)[k].imag / 1e-30 for i in range(3)]
-        for k in range(2)
-    ]
-    assert found.run["s"][-1] == pytest.approx(bounces(*point, until=1.5)[0], rel=1e-8)
-    assert found.derivatives[-1, 0] == pytest.approx(expected[0], rel=1e-7)
-    assert found.instants[-1].slopes == pytest.approx(expected[1], rel=1e-7)
-
-
-def test_a_clock_that_samples_keeps_the_derivatives_of_its_state():
-    # y(n+1) = y(n) + T k (1 - y(n)), y(0) = 0: the first sample is at the time zero
-    def equations(self):
-        yield lp.der(self.y) == 0
-        yield lp.der(self.t_next) == 0
-        yield lp.when(
-            lp.time > self.t_next,
-            {self.y: self.y + 0.1 * self.k * (1 - self.y), self.t_next: self.t_next + 0.1},
-        )
-
-    system = lp.assemble(
-        one(
-            equations,
-            k=lp.param("1/s", "gain", 2.0),
-            y=lp.var("1", "output", state="always"),
-            t_next=lp.var("s", "next sample", start=0.1, state="always"),
-        )
-    )
-    found = lp.sensitivity(system, of=["y"], by=["k"], until=0.55, grid=11)
-    # y after n samples is 1 - (1 - 0.1 k)^n
-    assert found["y", "k"][-1] == pytest.approx(5 * 0.1 * 0.8**4, rel=1e-9)
 
 
 def message(kind, action):
@@ -276,21 +182,14 @@ def test_events_that_coincide_have_no_derivative():
         )
     )
     text = message(
-        SolverError,
-        lambda: lp.sensitivity(system, of=["y"], by=["first", "second"], until=1.0),
+        SolverError, lambda: lp.sensitivity(system, of=["y"], by=["first", "second"], until=1.0)
     )
     assert "different changes coincide" in text
     assert "t = 0.5 s (One)" in text
 
 
 def test_a_run_without_states_has_derivatives_too():
-    system = lp.assemble(
-        lp.compose(
-            motor=Torque(tau=0.0),
-            a=Inertia(J=2.0),
-            connections=lambda m: lp.chain(m.motor, m.a),
-        )
-    )
+    system = assemble_row(motor=Torque(tau=0.0), a=Inertia(J=2.0))
     inverted = lp.inverse(
         system, motion={"a.w": lp.ops.sin(lp.time)}, drive="motor.tau", until=1.0
     ).system
@@ -298,42 +197,14 @@ def test_a_run_without_states_has_derivatives_too():
     close(found["motor.tau", "a.J"], np.cos(found.run.t), 1e-12)
 
 
-def test_a_mass_that_is_stopped_by_a_rigid_stop_passes_its_momentum_on():
-    # momentum m_a v is shared, and the speed of separation is e times that of approach
-    m_a, m_b, v, gap = 1.0, 3.0, 2.0, 0.5
-    system = lp.assemble(
-        lp.compose(
-            a=translation.Mass(m=m_a, s=0.0, v=v),
-            stop=Stop(restitution=0.25),
-            b=translation.Mass(m=m_b, s=gap, v=0.0),
-            connections=lambda m: lp.chain(m.a, m.stop, m.b),
-        ),
-        keep=["b.s"],
-    )
-    to = ["a.v", "a.m", "stop.restitution", "b.s"]
-    found = lp.sensitivity(system, of=["b.v", "b.s"], by=to, until=1.0, rtol=1e-9)
-
-    def after(v, m_a, e, gap):
-        """Speed and position of b at 1 s."""
-        speed = m_a * (1 + e) * v / (m_a + m_b)
-        return speed, gap + speed * (1.0 - gap / v)
-
-    point = np.array([v, m_a, 0.25, gap])
-    for i in range(4):
-        complex_step = after(*(point + 1e-30j * np.eye(4)[i]))
-        expected = [y.imag / 1e-30 for y in complex_step]
-        assert found.derivatives[-1, :, i] == pytest.approx(expected, rel=1e-8, abs=1e-12)
-
-
 def test_start_values_that_determine_states_through_equations_are_followed():
     # the load turns at w_motor / ratio: no state, and its start value depends on the ratio
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J=1.0),
         gear=IdealGear(ratio=4.0),
         b=Inertia(J=2.0, w=3.0),
         oil=Damper(d=0.5),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.a, m.gear, m.b, m.oil, m.wall),
     )
     to = ["gear.ratio", "b.w"]
     found = lp.sensitivity(lp.assemble(model), of=["a.w"], by=to, until=2.0, rtol=1e-9)
@@ -366,21 +237,6 @@ def test_a_closed_linkage_agrees_with_its_closed_form():
     close(found["y", "l"], 2.0 / y, 1e-9)
 
 
-def test_a_body_breaks_away_later_from_more_friction():
-    J, mu, rate = 2.0, 5.0, 8.0
-    model = lp.compose(
-        push=Torque(tau=8.0 * lp.time),
-        body=Inertia(J=J),
-        brake=Brake(f_max=mu, u=1.0, characteristic=((0.0, 1.0),)),
-        connections=lambda m: lp.chain(m.push, m.body, m.brake),
-    )
-    found = lp.sensitivity(lp.assemble(model), of=["body.w"], by=["brake.f_max"], until=2.0)
-    # w = rate (t - mu / rate)^2 / (2 J)
-    t, begin = found.run.t, mu / rate
-    close(found["body.w", "brake.f_max"], -np.maximum(t - begin, 0.0) / J, 1e-8)
-    assert found.instants[0].slopes == pytest.approx([1 / rate], rel=1e-9)
-
-
 def test_states_that_change_places_are_refused():
     def equations(self):
         yield lp.der(self.x) == self.u
@@ -404,41 +260,6 @@ def test_states_that_change_places_are_refused():
         SolverError, lambda: lp.sensitivity(system, of=["x"], by=["g"], until=3.0, start={"u": 6.0})
     )
     assert "states change places" in text
-
-
-def test_a_coupling_that_closes_at_a_speed_passes_derivatives_on():
-    class Pair(lp.Component):
-        """Two bodies that are joined where the first passes an angle."""
-
-        phi: lp.Var = lp.var("rad", "angle of the first")
-        w: lp.Var = lp.var("rad/s", "its speed", start=3.0)
-        v: lp.Var = lp.var("rad/s", "speed of the second", start=-1.5)
-        slip: lp.Var = lp.var("rad/s", "difference of the speeds", state="prefer")
-        tau: lp.Var = lp.var("N.m", "torque between them")
-        J: lp.Param = lp.param("kg.m2", "inertia of the first", 2.0)
-        K: lp.Param = lp.param("kg.m2", "inertia of the second", 1.0)
-        at: lp.Param = lp.param("rad", "angle where they are joined", 1.0)
-
-        def equations(self):
-            yield lp.der(self.phi) == self.w
-            yield self.slip == self.w - self.v
-            yield self.J * lp.der(self.w) == -self.tau
-            yield self.K * lp.der(self.v) == self.tau
-            yield lp.hold(self.tau, self.slip, engaged=self.phi > self.at)
-
-    system = lp.assemble(Pair(), keep=["phi"])
-    to = ["w", "v", "J", "at"]
-    run = {"until": 1.0, "start": {"w": 3.0, "v": -1.5}, "rtol": 1e-9}
-    found = lp.sensitivity(system, of=["phi", "v"], by=to, **run)
-    J, K, w, v, at = 2.0, 1.0, 3.0, -1.5, 1.0
-    closed, joint = at / w, (J * w + K * v) / (J + K)
-    t = found.run.t
-    by_w = np.where(t <= closed, t, J / (J + K) * (t - closed) + joint * at / w**2)
-    late = t > closed + 1e-9
-    close(found["phi", "w"][late], by_w[late], 1e-8)
-    close(found["phi", "v"][late], (K / (J + K) * (t - closed))[late], 1e-8)
-    close(found["v", "J"][late], np.full(late.sum(), K * (w - v) / (J + K) ** 2), 1e-8)
-    close(found["phi", "at"][late], np.full(late.sum(), 1 - joint / w), 1e-8)
 
 
 def test_what_was_not_differentiated_and_instants_outside_of_the_run_are_refused(oscillator):

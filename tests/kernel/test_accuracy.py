@@ -2,20 +2,12 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import lumped as lp
-from lumped.components import (
-    Brake,
-    Damper,
-    Fixed,
-    Inertia,
-    Latch,
-    SpeedSensor,
-    SpringDamper,
-    Torque,
-)
+from lumped.components import Damper, Fixed, Inertia, Latch, SpeedSensor, SpringDamper, Torque
 from lumped.ops import minimum, sin
 
 J, D, W0, END = 0.2, 6.0, 20.0, 3.0
@@ -79,14 +71,13 @@ def test_events_between_steps_come_once_and_in_time(method, rtol):
 
 def test_stiffness_is_noticed_before_it_costs_a_hundredfold():
     """The damper alone asks for steps of 0.2 s; a spring of a millisecond holds explicit ones."""
-    model = lp.compose(
+    model = in_a_row(
         motor=Torque(tau=10 * sin(2 * lp.time)),
         rotor=Inertia(J=1.0),
         shaft=SpringDamper(c=1e6, d=2e3),
         load=Inertia(J=1.0),
         slip=Damper(d=1.0),
         ground=Fixed(),
-        connections=lambda m: lp.chain(m.motor, m.rotor, m.shaft, m.load, m.slip, m.ground),
     )
     system = lp.assemble(model)
     runs = {
@@ -102,13 +93,12 @@ def test_stiffness_is_noticed_before_it_costs_a_hundredfold():
 
 def test_undamped_vibrations_stay_explicit():
     """Three bodies that swing for 300 periods: longer steps would not be accurate."""
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J=1.0, w=1.0),
         one=SpringDamper(c=100.0, d=0.0),
         b=Inertia(J=1.0),
         two=SpringDamper(c=900.0, d=0.0),
         c=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.a, m.one, m.b, m.two, m.c),
     )
     run = lp.simulate(lp.assemble(model), until=100.0, method="steps", rtol=1e-7)
     assert run.statistics.method == "explicit"
@@ -156,23 +146,3 @@ def test_a_stiff_chain_of_any_length_follows_scipy():
     error = np.abs(received - x[n - 1 :]).max() / np.abs(x[n - 1 :]).max()
     print(f"{2 * n - 1} states, {run.statistics.steps} steps: {error:.1e}")
     assert error < 1e-6
-
-
-def test_brakes_with_limits_that_change_let_go_at_their_sum():
-    """One limit rises, the other falls: 1.5 (1 + t/10) + 3 (1 - t/20) is 4.5 N.m at all times."""
-    model = lp.compose(
-        drive=Torque(tau=1.0 * lp.time),
-        body=Inertia(J=1.0),
-        one=Brake(characteristic=((0.0, 1.0),), peak=1.5, f_max=1.0, u=1 + 0.1 * lp.time),
-        two=Brake(characteristic=((0.0, 2.0),), peak=1.5, f_max=1.0, u=1 - 0.05 * lp.time),
-        connections=lambda m: [
-            lp.connect(m.drive.flange, m.body.flange_a, m.one.flange_a, m.two.flange_a)
-        ],
-    )
-    run = lp.simulate(lp.assemble(model), until=6.0, rtol=1e-9)
-    assert {e.component for e in run.events} == {"one", "two"}
-    for event in run.events:
-        assert event.time == pytest.approx(4.5, abs=5e-6)
-    assert run["body.w"][run.t < 4.499].max() < 1e-7
-    # then 3 N.m brake: w = (t - 4.5) (t + 4.5) / 2 - 3 (t - 4.5)
-    assert run["body.w"][-1] == pytest.approx(1.5 * 10.5 / 2 - 3 * 1.5, abs=1e-4)

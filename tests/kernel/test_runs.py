@@ -6,23 +6,20 @@ import numpy as np
 import pytest
 from linkages import double_rocker, four_bar
 from machine_scenes import SCENES, by_engines
+from rows import assemble_row
 
 import lumped as lp
 from benchmarks.hybrid import Coupled, rubbing
 from lumped.components import (
-    BearingFriction,
-    Brake,
     Damper,
     Fixed,
     Inertia,
     SampledPI,
-    Speed,
     SpeedSensor,
     Spring,
     SpringDamper,
     Torque,
 )
-from lumped.components.translation import Force, Mass
 from lumped.errors import SolverError
 from lumped.timeloop.plants.executable import Executable, executable
 
@@ -76,13 +73,7 @@ def test_the_implicit_method_takes_the_same_steps(grid):
 
 def test_the_implicit_method_knows_how_a_single_rate_depends_on_time():
     """A torque linear in time: the rate depends on no state, and every step is exact."""
-    system = lp.assemble(
-        lp.compose(
-            drive=Torque(tau=0.3 - 0.7 * lp.time),
-            body=Inertia(J=2.0),
-            connections=lambda m: lp.chain(m.drive, m.body),
-        )
-    )
+    system = assemble_row(drive=Torque(tau=0.3 - 0.7 * lp.time), body=Inertia(J=2.0))
     options = {"until": 2.0, "rtol": 1e-10, "method": "implicit"}
     a, b = by_engines(lambda: lp.simulate(system, **options))
     assert_same(a, b)
@@ -129,84 +120,6 @@ def test_ten_bodies_that_rub():
     system = lp.assemble(rubbing(10))
     a, b = by_engines(lambda: lp.simulate(system, method="steps", until=10.0, rtol=1e-9))
     assert len(a.events) > 50
-    assert_same(a, b)
-
-
-def test_a_thousand_cycles_of_stick_and_slip_are_two_thousand_events():
-    """A spring drags a body that rubs; J w'' = tau - kinetic, in closed form from stop to stop."""
-    J, c, w, static, kinetic = 1.0, 100.0, 0.5, 1.2, 1.0
-    model = lp.compose(
-        drive=Speed(w=w),
-        spring=Spring(c=c),
-        body=Inertia(J=J),
-        rub=BearingFriction(characteristic=((0.0, kinetic),), peak=static / kinetic),
-        connections=lambda m: lp.chain(m.drive, m.spring, m.body, m.rub),
-    )
-    drop = (static - kinetic) / c
-    slip = 2 * np.sqrt(J / c) * (np.pi - np.arctan(drop / w * np.sqrt(c / J)))
-    first, period = static / (c * w), 2 * drop / w + slip
-    run = lp.simulate(
-        lp.assemble(model), until=first + 1000 * period - drop / w, rtol=1e-9, grid=[0.0]
-    )
-    assert len(run.events) == 2000
-    times = np.array([event.time for event in run.events])
-    np.testing.assert_allclose(times[::2], first + period * np.arange(1000), rtol=1e-6)
-    np.testing.assert_allclose(times[1::2] - times[::2], slip, rtol=1e-6)
-
-
-class Floor(lp.Component):
-    """A floor at the height zero."""
-
-    flange = lp.LinearFlange()
-    s: lp.Var = lp.var("m", "height", state="prefer")
-    v: lp.Var = lp.var("m/s", "velocity", state="prefer")
-    f: lp.Var = lp.var("N", "reaction")
-
-    def equations(self):
-        yield self.s == self.flange.s
-        yield self.v == lp.der(self.s)
-        yield self.flange.f == self.f
-        yield lp.hold(self.f, self.v, gap=self.s, restitution=0.8)
-
-
-def test_a_bouncing_ball_and_its_losses():
-    """Flights last 2 v / g and shorten by the restitution each time, until the ball rests."""
-    m, g, h, e = 2.0, 10.0, 1.0, 0.8
-    model = lp.compose(
-        ball=Mass(m=m, s=h, v=0.0),
-        weight=Force(f=-m * g),
-        floor=Floor(),
-        connections=lambda m: [
-            lp.connect(m.ball.flange_a, m.weight.flange, m.floor.flange),
-        ],
-    )
-    system = lp.assemble(model)
-    a, b = by_engines(lambda: lp.simulate(system, method="steps", until=6.0, rtol=1e-9))
-    # the very last bounces are as high as rounding
-    for one, other in zip(a.events[:50], b.events[:50], strict=True):
-        assert (other.before, other.after) == (one.before, one.after)
-        assert other.time == pytest.approx(one.time, rel=1e-9)
-        assert other.loss == pytest.approx(one.loss, rel=1e-6, abs=1e-12)
-    assert b.events[-1].after == "closed"
-    fall = np.sqrt(2 * h / g)
-    flights = 2 * fall * e ** np.arange(1, 20)
-    expected = fall + np.concatenate([[0.0], np.cumsum(flights)])
-    np.testing.assert_allclose([x.time for x in b.events[:20]], expected, rtol=1e-9)
-    assert sum(x.loss for x in b.events) == pytest.approx(m * g * h, rel=1e-9)
-    assert b["ball.s"][-1] == pytest.approx(0.0, abs=1e-12)
-
-
-def test_two_brakes_on_one_shaft_share_what_they_carry():
-    model = lp.compose(
-        drive=Torque(tau=6 * lp.ops.sin(3 * lp.time)),
-        body=Inertia(J=1.0, w=1.0),
-        one=Brake(f_max=4.0, u=1.0),
-        two=Brake(f_max=2.0, u=1.0),
-        connections=lambda m: lp.chain(m.drive, m.body, m.one, m.two),
-    )
-    system = lp.assemble(model)
-    a, b = by_engines(lambda: lp.simulate(system, method="steps", until=5.0, rtol=1e-8))
-    assert len(a.events) > 6
     assert_same(a, b)
 
 

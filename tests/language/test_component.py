@@ -2,13 +2,7 @@ import pytest
 
 import lumped as lp
 from lumped.components import IdealGear, Inertia, Spring, SpringDamper, Torque
-from lumped.errors import (
-    ConnectError,
-    DeclarationError,
-    OptionError,
-    UnitError,
-    UnknownNameError,
-)
+from lumped.errors import ConnectError, DeclarationError, OptionError, UnitError, UnknownNameError
 
 
 class Stage(lp.Component):

@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import IdealGear, Inertia, Spring, Torque
@@ -144,13 +145,7 @@ def yoke_motion(phi, r):
 
 def slider(part, names, motion):
     """Torque on a crank that drives a mass; by hand ``(J + m s'^2) w' = tau - m s' s'' w^2``."""
-    model = lp.compose(
-        torque=Torque(tau=2.0),
-        crank=Inertia(J=1.0),
-        rod=part,
-        slider=Mass(m=2.0),
-        connections=lambda m: lp.chain(m.torque, m.crank, m.rod, m.slider),
-    )
+    model = in_a_row(torque=Torque(tau=2.0), crank=Inertia(J=1.0), rod=part, slider=Mass(m=2.0))
     phi, w, J, m, tau = (ca.SX.sym(name) for name in ("phi", "w", "J", "m", "tau"))
     own = [ca.SX.sym(name) for name in names]
     slope, bend = motion(phi, *own)

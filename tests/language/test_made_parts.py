@@ -9,7 +9,7 @@ import lumped as lp
 from lumped.components import Inertia, Spring
 from lumped.errors import DeclarationError, EquationError, ParameterError
 from lumped.language.component import Made
-from lumped.language.given_numbers import given_number
+from lumped.language.given_numbers import read_given_number
 
 
 def cut(rod):
@@ -103,7 +103,7 @@ def test_a_part_inside_of_a_class_is_bound_to_its_parameters():
 
 def test_numbers_are_known_before_a_model_is_assembled():
     model = Twice()
-    received = [given_number(rod, "J") for rod in model.pair.rods]
+    received = [read_given_number(rod, "J") for rod in model.pair.rods]
     expected = [0.12, 0.05]
     assert received == pytest.approx(expected)
 

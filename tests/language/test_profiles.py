@@ -68,10 +68,7 @@ def test_the_peaks_in_the_texts_are_those_of_the_formulas():
             35 * x**4 - 84 * x**5 + 70 * x**6 - 20 * x**7,
             (35 / 16, 84 * 5**0.5 / 25, 105 / 2),
         ),
-        "cycloidal": (
-            x - ca.sin(2 * np.pi * x) / (2 * np.pi),
-            (2, 2 * np.pi, 4 * np.pi**2),
-        ),
+        "cycloidal": (x - ca.sin(2 * np.pi * x) / (2 * np.pi), (2, 2 * np.pi, 4 * np.pi**2)),
     }
     grid = np.linspace(0, 1, 100_001)
     for name, (formula, peaks) in formulas.items():

@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
@@ -29,12 +30,7 @@ def derivatives(expression, places, orders=3):
 
 def turned(gear, turns=3.3, **options):
     """Flange a turned at 1 rad/s against a body at b."""
-    model = lp.compose(
-        drive=Speed(w=1.0),
-        gear=gear,
-        body=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.drive, m.gear, m.body),
-    )
+    model = in_a_row(drive=Speed(w=1.0), gear=gear, body=Inertia(J=1.0))
     system = lp.assemble(model, keep=["body.phi"])
     return lp.simulate(system, until=TURN * turns, rtol=1e-11, grid=400, **options)
 
@@ -185,13 +181,12 @@ class TestFromRatio:
             from_ratio(ratio, **given)
 
     def test_energy_of_free_bodies_is_kept(self):
-        model = lp.compose(
+        model = in_a_row(
             left=Inertia(J=1.0, w=1.0),
             gear=NonCircularGear(
                 transmission=from_ratio(lambda x: -(1 + 0.5 * cos(x) + 0.2 * sin(2 * x)), turns=-1)
             ),
             right=Inertia(J=2.0),
-            connections=lambda m: lp.chain(m.left, m.gear, m.right),
         )
         run = lp.simulate(lp.assemble(model), until=50.0, rtol=1e-10)
         energy = run["left.w"] ** 2 + 2 * run["right.w"] ** 2

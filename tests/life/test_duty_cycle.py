@@ -4,6 +4,7 @@ import collections
 
 import numpy as np
 import pytest
+from rows import assemble_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
@@ -87,23 +88,18 @@ def test_a_smaller_case_keeps_its_cycles():
 
 def test_means_count():
     found = duty_cycle(
-        {"a": LoadCase([100.0, 300.0, 100.0], 9, step=1)},
-        curve=CURVE,
-        mean_stress=goodman(500.0),
+        {"a": LoadCase([100.0, 300.0, 100.0], 9, step=1)}, curve=CURVE, mean_stress=goodman(500.0)
     )
     assert found.damage == pytest.approx(9 * (100 / (1 - 200 / 500) / 5) ** 4 / 1e6, rel=1e-12)
 
 
 @pytest.fixture(scope="module")
 def swinging():
-    return lp.assemble(
-        lp.compose(
-            load=Torque(tau=-10.0),
-            body=Inertia(J=1.0),
-            spring=SpringDamper(c=100.0, d=0.4),
-            ground=Fixed(),
-            connections=lambda m: lp.chain(m.load, m.body, m.spring, m.ground),
-        )
+    return assemble_row(
+        load=Torque(tau=-10.0),
+        body=Inertia(J=1.0),
+        spring=SpringDamper(c=100.0, d=0.4),
+        ground=Fixed(),
     )
 
 

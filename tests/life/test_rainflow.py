@@ -5,6 +5,7 @@ import fatpack
 import numpy as np
 import pytest
 import rainflow as published
+from rows import in_a_row
 
 import lumped as lp
 from lumped.errors import OptionError
@@ -191,11 +192,8 @@ def test_slips_are_named(action, match):
 def test_a_run_is_counted():
     from lumped.components import Fixed, Inertia, Spring
 
-    model = lp.compose(
-        ground=Fixed(),
-        spring=Spring(c=(2 * np.pi) ** 2, phi_rel=0.5),
-        body=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.ground, m.spring, m.body),
+    model = in_a_row(
+        ground=Fixed(), spring=Spring(c=(2 * np.pi) ** 2, phi_rel=0.5), body=Inertia(J=1.0)
     )
     run = lp.simulate(lp.assemble(model), until=5.0, grid=5001, rtol=1e-9)
     found = rainflow(run["spring.tau"])

@@ -6,15 +6,7 @@ import numpy as np
 import pytest
 
 from lumped.errors import OptionError, UnitError
-from lumped.life import (
-    SNCurve,
-    fkm,
-    gerber,
-    goodman,
-    rainflow,
-    smith_watson_topper,
-    walker,
-)
+from lumped.life import SNCurve, fkm, gerber, goodman, rainflow, smith_watson_topper, walker
 
 POINTS = [("300 MPa", 1e4), ("150 MPa", 3e5), (80e6, 4e6)]
 AMPLITUDES = np.array([1e6, 40e6, 80e6, 100e6, 149e6, 150e6, 151e6, 300e6, 500e6])

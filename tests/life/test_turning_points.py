@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from linkages import Rod
+from rows import assemble_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, Spring, SpringDamper, Torque
@@ -14,13 +15,8 @@ from lumped.ops import where
 
 @pytest.fixture(scope="module")
 def swinging():
-    return lp.assemble(
-        lp.compose(
-            ground=Fixed(),
-            spring=SpringDamper(c=100.0, d=0.4, phi_rel=0.5),
-            body=Inertia(J=1.0),
-            connections=lambda m: lp.chain(m.ground, m.spring, m.body),
-        )
+    return assemble_row(
+        ground=Fixed(), spring=SpringDamper(c=100.0, d=0.4, phi_rel=0.5), body=Inertia(J=1.0)
     )
 
 
@@ -56,14 +52,11 @@ def test_points_that_no_motion_joins_are_refused(swinging):
 
 def test_both_sides_of_a_jump_count():
     """A torque that steps: it is its own turning points; the twist follows a known formula."""
-    step = lp.assemble(
-        lp.compose(
-            load=Torque(tau=where(lp.time >= 0.5, 7.0, where(lp.time >= 0.2, 2.0, 0.0))),
-            body=Inertia(J=1.0),
-            spring=Spring(c=(2 * np.pi) ** 2),
-            ground=Fixed(),
-            connections=lambda m: lp.chain(m.load, m.body, m.spring, m.ground),
-        )
+    step = assemble_row(
+        load=Torque(tau=where(lp.time >= 0.5, 7.0, where(lp.time >= 0.2, 2.0, 0.0))),
+        body=Inertia(J=1.0),
+        spring=Spring(c=(2 * np.pi) ** 2),
+        ground=Fixed(),
     )
     run = lp.simulate(step, until=1.0, grid=None)
     assert turning_points(run, "load.tau") == pytest.approx([0.0, 7.0])

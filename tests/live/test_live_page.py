@@ -169,7 +169,7 @@ EVERY_KIND = {
     "integral": f.integral("shaft.tau"),
     "mean": f.mean("shaft.tau", between=(0.2, 1.0)),
     "rms": f.rms("shaft.tau"),
-    "at": f.at(1.25, "load.w"),
+    "at": f.at_time(1.25, "load.w"),
     "count": f.count("brake"),
     "instant": f.instant("brake", after="stuck"),
     "last instant": f.instant("brake", number=-1),

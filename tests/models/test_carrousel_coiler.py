@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import lumped as lp
 from lumped.models.carrousel_coiler import drive as coiler
 from lumped.models.carrousel_coiler import scenes, sizing
 
@@ -116,14 +115,6 @@ class TestRows:
 
 
 class TestSizing:
-    def test_rated_torque_suffices_for_the_full_coil_in_high_gear(self):
-        motor = sizing.choose_motor()
-        assert motor.torque == pytest.approx(T * R * 1.08 / (0.92 * 1.354), rel=1e-14)
-        assert motor.speed / motor.base == pytest.approx(2.623, abs=5e-4)
-
-    def test_power_on_the_drawing_is_that_of_the_tension_times_115(self):
-        assert 2160e3 / sizing.tension_power() == pytest.approx(1.150, abs=5e-4)
-
     @pytest.mark.parametrize("ratio", [1.354, 2.0])
     @pytest.mark.parametrize("power", [None, 2160e3])
     def test_gear_map(self, ratio, power):
@@ -167,12 +158,6 @@ def line_acceleration(run):
 @pytest.fixture(scope="module")
 def run():
     return coiler.winding(grid=reference("run")["t_s"], rtol=1e-12)
-
-
-@pytest.fixture(scope="module")
-def whole():
-    """The run with both sides of its jumps."""
-    return coiler.winding(rtol=1e-11, grid=20_000)
 
 
 class TestWindingRun:
@@ -227,44 +212,6 @@ class TestWindingRun:
             error = np.abs(signal(run)[sides] - self.file[column][pair])
             assert error.max() < 1e-9 * np.ptp(self.file[column])
 
-    @pytest.mark.parametrize(
-        ("at", "side", "torque", "power"),
-        [
-            (0.0, 0, 23_682.9, 0.0),
-            (20.0, 0, 27_656.1, 1892.0),
-            (20.0, -1, 24_092.8, 1648.2),
-            (144.4672998, 0, 61_938.6, 1721.7),
-            (144.4672998, -1, 46_218.1, 1284.7),
-            (160.4672998, 0, 47_595.9, 0.0),
-        ],
-    )
-    def test_table_of_the_digest(self, whole, at, side, torque, power):
-        i = np.flatnonzero(np.abs(whole.t - at) < 1e-6)[side]
-        tau = motor(whole)[i]
-        assert tau == pytest.approx(torque, abs=0.06)
-        assert tau * whole["drive.rotor.w"][i] / 1e3 == pytest.approx(power, abs=0.06)
-
-    def test_work_is_that_of_tension_and_losses_less_what_the_strip_brought(self, whole):
-        run = whole
-        brought = rho * b * h / 2 * (20.0**4 / 4 * (1 + 1 / 1.25) + 20.0**3 * 124.467299849480)
-        assert brought == pytest.approx(5.2385915e6, rel=1e-7)
-        angle = np.diff(run["drive.coil.theta"])
-
-        def over_the_run(torque):
-            return np.sum(angle * (torque[1:] + torque[:-1])) / 2
-
-        losses = over_the_run(run["drive.coil.M_b"] + run["drive.bearing.tau"])
-        work = over_the_run(at_mandrel(run))
-        assert work == pytest.approx(2.235499644e8, rel=1e-7)
-        given = T * run["drive.coil.L"][-1] + losses
-        assert given == pytest.approx(2.287885624e8, rel=1e-7)
-        assert work == pytest.approx(given - brought, rel=1e-7)
-
-    def test_use_of_the_motor(self, whole):
-        asked = sizing.demand(whole, sizing.choose_motor())
-        assert asked.rms_torque == pytest.approx(44.96e3, abs=5)
-        assert asked.fits
-
     def test_low_gear_turns_the_motor_faster_with_less_torque(self):
         run = coiler.winding(gear=coiler.LOW, v=13.0, grid=50)
         assert run["drive.rotor.w"] == pytest.approx(2 * run["drive.coil.w"], rel=1e-9, abs=1e-9)
@@ -288,21 +235,3 @@ class TestTensionDeviation:
         radii = self.file["R_m"]
         twice = scenes.tension_deviation(radii) - rho * b * h * 20.0**2
         assert deviation(twice, self.file["dT_text_wdJdt_N"]) < 1e-9
-
-    @pytest.mark.parametrize(("h_mm", "kilonewton"), [(0.3, 3.5), (5.0, 58.9)])
-    def test_it_grows_with_the_thickness(self, h_mm, kilonewton):
-        deviation_at_r = scenes.tension_deviation(np.array([r]), h=h_mm * 1e-3)[0]
-        assert deviation_at_r / 1e3 == pytest.approx(kilonewton, abs=0.05)
-
-    def test_least_deviation_while_accelerating_is_where_the_digest_has_it(self):
-        radii = np.array([0.554, 0.555, 0.556])
-        found = scenes.tension_deviation(radii, v=0.0, a=1.0)
-        assert found[1] == found.max()
-        assert found[1] / 1e3 == pytest.approx(-9.51, abs=0.005)
-
-    def test_bending_torque_of_thin_and_thick_strip(self):
-        for thickness, torque, share in ((1e-3, 93.75, 0.004), (5e-3, 2344.0, 0.096)):
-            model = coiler.UnderTension().with_({"drive.h": thickness, "drive.motor.phi": lp.time})
-            point = lp.start_point(lp.assemble(model))
-            assert point["drive.coil.M_b"] == pytest.approx(torque, abs=0.5)
-            assert point["drive.coil.M_b"] / (T * r) == pytest.approx(share, abs=5e-4)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.components import Inertia, Speed
 from lumped.errors import OptionError, SolverError
 from lumped.models.carrousel_coiler import drive as coiler
 from lumped.models.carrousel_coiler import scenes, turret
@@ -12,19 +11,9 @@ from lumped.models.carrousel_coiler import scenes, turret
 T, r, R, h, b, rho = 80e3, 0.305, 1.0, 1e-3, 1.25, 7850.0
 J_EMPTY = 500 + 600 * 1.354**2  # at the mandrel, high gear
 LOSSLESS = {"drive.eta": 1.0, "drive.mu": 0.0}
-AT = np.array([0.0, 10.0, 59.9])
 
 
 class TestElasticStrip:
-    def test_without_compensation(self):
-        run = scenes.elastic_winding(0.0, grid=AT, until=60.0, rtol=1e-9, parameters=LOSSLESS)
-        wound = np.array([50.0, 200 + 20 * 39.9])
-        radius = np.sqrt(r**2 + h * wound / np.pi)
-        v, a = np.array([10.0, 20.0]), np.array([1.0, 0.0])
-        J = J_EMPTY + np.pi * rho * b / 2 * (radius**4 - r**4)
-        quasi_static = T - J / radius * (a / radius - h * v**2 / (2 * np.pi * radius**3))
-        assert run["strip.T"][1:3] == pytest.approx(quasi_static, abs=0.2)
-
     @pytest.mark.parametrize("parameters", [LOSSLESS, {}], ids=["lossless", "with losses"])
     def test_compensation_holds_the_tension(self, parameters):
         run = scenes.elastic_winding(1.0, grid=400, until=160.4, rtol=1e-9, parameters=parameters)
@@ -64,14 +53,6 @@ class TestElasticStrip:
         assert abs(caught.value.partial["strip.T"].min()) < 1e-9
         assert str(caught.value).startswith("The strip loses")
 
-    def test_a_coarse_run_asks_for_a_tighter_one_before_it_blames_the_drive(self):
-        """At rtol = 0.5 the strip seems to lose its tension; it keeps 77 kN."""
-        text = r"^At rtol = 0\.5 this may be the error of the run itself; .* The strip loses its"
-        with pytest.raises(SolverError, match=text):
-            scenes.elastic_winding(0.9, until=8.0, rtol=0.5)
-        run = scenes.elastic_winding(0.9, until=8.0)
-        assert run["strip.T"].min() > 7e4
-
 
 class TestLimits:
     def test_a_strip_that_is_too_long_is_refused_before_it_is_wound(self):
@@ -104,15 +85,6 @@ class TestLimits:
         assert run["drive.motor.flange.tau"] == pytest.approx(0, abs=1e-7)
         assert run["drive.coil.w"] == pytest.approx(20.0 / r)
 
-    def test_inertia_from_the_empty_to_the_full_coil(self):
-        run = coiler.winding(grid=200)
-        J = run["drive.coil.J"] + J_EMPTY
-        assert J[-1] / J[0] == pytest.approx(10.55, abs=0.005)
-        straight = r**2 + h * run["drive.coil.L"] / np.pi
-        assert run["drive.coil.R"] ** 2 == pytest.approx(straight, rel=1e-14)
-        assert run["drive.coil.theta"][-1] / (2 * np.pi) == pytest.approx(695, abs=1e-6)
-        assert run["drive.coil.m"][-1] == pytest.approx(27.96e3, abs=5)
-
     def test_when_the_power_flows_back_the_loss_is_on_the_other_side(self):
         tension, brake = 5e3, 6.0
         run = coiler.winding(
@@ -131,19 +103,6 @@ class TestLimits:
         received = -run["drive.motor.flange.tau"][before_end]
         assert (at_gear[before_end] < 0).any()
         assert received == pytest.approx(expected[before_end], rel=1e-8, abs=1e-4)
-
-
-class TestGearChange:
-    def test_momentum_is_kept_and_the_loss_is_told(self):
-        run = scenes.gear_change()
-        low, high = 500 + 600 * 2.0**2, J_EMPTY
-        assert low - 500 == pytest.approx(2400)
-        assert high - 500 == pytest.approx(1100, abs=0.1)
-        after = (500 + 600 * 1.354 * 2.0) * 20.0 / high
-        assert run["drive.mandrel.w"][-1] == pytest.approx(after, rel=1e-12)
-        lost = (low * 20.0**2 - high * after**2) / 2
-        assert sum(event.loss for event in run.events) == pytest.approx(lost, rel=1e-11)
-        assert {e.component for e in run.events} == {"drive.gear", "drive.gear.u"}
 
 
 @pytest.fixture(scope="module")
@@ -174,15 +133,6 @@ class TestTurret:
         left = half["coil.L"] + half["path.length"] - turret.LINE * half.t
         assert left == pytest.approx(np.full(left.shape, left[0]), abs=1e-9)
 
-    def test_power_of_sun_and_turret_is_that_of_the_strip(self, half):
-        top = np.pi / 9  # speeds up and slows down in 3 s each, 12 s in all
-        Omega = top * np.clip(np.minimum(half.t, 12 - half.t) / 3, 0, 1)
-        w_sun = 2 * Omega - half["coil.w"]
-        received = -half["held.motor.tau"] * w_sun - half["turn.flange.tau"] * Omega
-        expected = np.full(half.t.size, T * turret.LINE)
-        print(f"power: {np.abs(received - expected).max():.1e} W")
-        assert received == pytest.approx(expected, rel=1e-12)
-
     def test_another_ratio_of_the_sun_leaves_strip_and_power_as_they_are(self, half):
         run = turret.half_turn(grid=np.linspace(0, 12, 601), parameters={"k": 2.0})
         assert run["coil.w"] == pytest.approx(half["coil.w"], rel=1e-12)
@@ -199,20 +149,3 @@ class TestTurret:
         assert run["path.length"] == pytest.approx(
             np.sqrt(np.hypot(-4 + 1.25, 1.8) ** 2 - run["coil.R"] ** 2), rel=1e-10
         )
-
-    def test_with_a_small_sun_the_mandrel_turns_with_the_turret(self):
-        k = 1e-9
-        gear = turret.Turret(k=k).gear
-        model = lp.compose(
-            sun=Speed(w=3.0),
-            turn=Speed(w=0.3),
-            gear=gear.with_({"ratio": -1 / k}),
-            mandrel=Inertia(J=1.0),
-            connections=lambda m: [
-                lp.connect(m.sun.flange, m.gear.flange_a),
-                lp.connect(m.turn.flange, m.gear.support),
-                lp.connect(m.gear.flange_b, m.mandrel.flange_a),
-            ],
-        )
-        run = lp.simulate(lp.assemble(model), until=1.0)
-        assert run["mandrel.w"] == pytest.approx(0.3, abs=1e-8)

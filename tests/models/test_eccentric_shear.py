@@ -11,17 +11,10 @@ from shear_by_hand import DEGREES, apart, data, nearest
 
 import lumped as lp
 from lumped.models.eccentric_shear import stand
-from lumped.models.eccentric_shear.scenes import (
-    CrankTurned,
-    MotorTurned,
-    inertia,
-    motions,
-    seat_support,
-)
+from lumped.models.eccentric_shear.scenes import CrankTurned, inertia, motions, seat_support
 from lumped.models.eccentric_shear.stand import (
     CENTRE_RECTANGLE,
     CENTRE_SHAFT,
-    CENTRE_SINE,
     HALF_SINE,
     J_SHAFT,
     M_SHAFT,
@@ -108,70 +101,11 @@ class TestInertia:
         received = (row["J1"] + row["J2_consistent"]) / 2 - sum(lost) / SPEED**2
         assert abs(received / row["J12_consistent"] - 1) < 1e-7
 
-    def test_means_and_ranges_are_those_of_the_reference(self):
-        for shear, mean in ((PrintedShear, 2247.4), (GuidedShear, 2329.2)):
-            run = inertia(shear)
-            J = reduced(run, shear)
-            assert abs(np.trapezoid(J, run.t) / run.t[-1] - mean) < 0.06
-            if shear is PrintedShear:
-                assert np.abs(np.subtract((J.min(), J.max()), (1542.7, 3117.0))).max() < 0.06
-
     @pytest.mark.parametrize(("pulse", "column"), [(HALF_SINE, "sine"), (RECTANGLE, "rect")])
     def test_cutting_torque_is_that_of_the_reference(self, pulse, column):
         run = crank_turned(cut=pulse)
         received = -run["loaded.cut.tau"][nearest(SPEED * run.t)]
         assert apart(received, data("inertia")[f"Mcut_{column}_Nm"]) < 1e-9
-
-
-class TestFourier:
-    """A series of the inertia that jumps has no slope: it grows with the terms without bound."""
-
-    @pytest.fixture(scope="class")
-    @classmethod
-    def turned(cls):
-        phi = np.arange(5760) * 2 * np.pi / 5760
-        run = inertia(PrintedShear, np.append(phi, 2 * np.pi) / SPEED)
-        rows = np.searchsorted(run.t, phi / SPEED - 1e-12)
-        assert np.abs(SPEED * run.t[rows] - phi).max() < 1e-9
-        return phi, reduced(run, PrintedShear)[rows], np.abs(run["drive.flange.tau"]).max()
-
-    @pytest.mark.parametrize(
-        ("terms", "steepest", "rms", "away"),
-        [
-            (5, 1612, 48, 114),
-            (10, 1706, 34, 37),
-            (20, 1982, 22, 29),
-            (40, 3883, 19, 15),
-            (80, 7964, 13, 7.5),
-        ],
-    )
-    def test_slope_of_the_series_grows_with_the_number_of_terms(
-        self, turned, terms, steepest, rms, away
-    ):
-        phi, J, torque = turned
-        k = np.arange(terms + 1)
-        series = np.fft.rfft(J[:: len(J) // (4 * terms)])[: terms + 1] / (4 * terms)
-        waves = np.where(k, 2, 1) * np.exp(1j * np.outer(phi, k))
-        slope = np.real(waves @ (1j * k * series))
-        assert abs(np.abs(slope).max() / steepest - 1) < 1e-3
-        assert torque * 2 / SPEED**2 < 1541  # the true one
-        error = np.abs(np.real(waves @ series) - J)
-        far = (np.abs(phi - np.array([[MEETS], [2 * np.pi - MEETS]])) > np.radians(10)).all(axis=0)
-        assert abs(error[far].max() / away - 1) < 0.05
-        assert abs(np.sqrt(np.mean(error**2)) / rms - 1) < 0.05
-        assert error.max() > 150  # half of the jump, whatever the number of terms
-
-    def test_square_of_the_ratio_is_no_such_case(self):
-        """u^2 has the coefficients e^k ((1 + e^2) / (1 - e^2) + k): its series converges."""
-        e, k = 0.5, np.arange(21)
-        run = crank_turned(eps=e)
-        rows = nearest(SPEED * run.t)[:-1]
-        received = (run["motor.w"][rows] / SPEED) ** 2
-        c = e**k * ((1 + e**2) / (1 - e**2) + k)
-        waves = np.cos(np.outer(DEGREES[:-1] - CENTRE_SINE, k))
-        series = (np.where(k, 2, 1) * waves) @ c
-        error = np.abs(received - series).max() / received.max()
-        assert 4e-6 < error < 6e-6
 
 
 class TestEllipses:
@@ -183,22 +117,6 @@ class TestEllipses:
         for values, column in zip(received, ("u", "dudphi", "q_rad"), strict=True):
             expected = reference[f"{column}_e{e:.1f}"]
             assert np.abs(values[rows] - expected).max() < 1e-9 * max(1.0, np.ptp(expected))
-
-    def test_crank_is_slowest_in_the_middle_of_the_cut(self):
-        model = MotorTurned()
-        system = lp.assemble(model)
-        run = lp.simulate(
-            system,
-            until=2 * np.pi / SPEED,
-            parameters={"eps": 0.5},
-            start=seat_support(PrintedShear),
-            grid=8000,
-        )
-        w = run["loaded.shear.shaft.body.w"]
-        phi = run["loaded.shear.crank.phi"][w.argmin()]
-        assert abs(phi - CENTRE_SINE) < 1e-3
-        assert abs(w.min() / SPEED - 1 / 3) < 1e-6
-        assert abs(w.max() / SPEED - 3) < 1e-6
 
 
 class TestRows:

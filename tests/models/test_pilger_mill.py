@@ -11,10 +11,7 @@ import lumped as lp
 from lumped.models import pilger_mill
 from lumped.models.pilger_mill import stand
 from lumped.models.pilger_mill.balance import balance
-from lumped.models.pilger_mill.stand import (
-    AsPrinted,
-    Mill,
-)
+from lumped.models.pilger_mill.stand import AsPrinted, Mill
 
 CASES = [(name, design) for name in "PF" for design in ("before", "after")]
 
@@ -142,15 +139,9 @@ class TestPublished:
         expected = {
             "stroke of the stand": (1183.644, 5e-4),
             "crank angle of the stroke inward": (178.7365, 5e-5),
-            "set F, change of the torque fluctuation": (
-                72.6,
-                0.1,
-            ),
+            "set F, change of the torque fluctuation": (72.6, 0.1),
             "set P, change of the torque fluctuation": (70.9, 0.1),
-            "set F, least foundation force of all designs": (
-                312592,
-                2.0,
-            ),  # 2 N too high
+            "set F, least foundation force of all designs": (312592, 2.0),  # 2 N too high
             "set P, least foundation force of all designs": (58727.7, 0.1),
             "set F, least torque fluctuation of all designs": (84352.8, 0.6),  # likewise
             "set P, least torque fluctuation of all designs": (84441.4, 1.0),
@@ -221,12 +212,6 @@ class TestPublished:
             half = 0.51 if expected > 1000 else 0.051
             assert abs(received[reading] / 1e3 - expected) < half, reading
 
-    def test_mean_power_is_the_work_of_the_rolling_force(self):
-        """No mass matters for the mean; the trapezoid rule is exact for it."""
-        for name, power in (("P", 219.6), ("F", 505.4)):
-            load = data(f"curves_{name}")["Mroll_Nm"][:-1].mean() + stand.SETS[name]["M0"]
-            assert abs(load * stand.SPEED[name] / 0.96 / 1e3 - power) < 0.051
-
     @pytest.mark.parametrize("name", ["P", "F"])
     def test_published_change_of_force_needs_a_fast_crank(self, name):
         """Bound for any masses: the change of the force by w^2 and by the change of the design."""
@@ -245,18 +230,6 @@ class TestPublished:
 
 
 class TestGravity:
-    @pytest.mark.parametrize(
-        ("changes", "design", "amplitude"),
-        [({}, "before", 14.1), ({}, "after", 6.3), ({"U": 0.0}, "after", 120)],
-    )
-    def test_its_torque_swings_as_far_as_in_the_reference(self, changes, design, amplitude):
-        with_g = stand.crank_torque(turn("P", design, g=9.80665, **changes))
-        torque = with_g - stand.crank_torque(turn("P", design, **changes))
-        half_digit = 0.51 if amplitude == 120 else 0.051
-        assert abs(torque.max() / 1e3 - amplitude) < half_digit
-        assert abs(torque.min() / 1e3 + amplitude) < half_digit
-        assert abs(torque[:-1].mean()) < 1e-12 * torque.max()
-
     def test_it_is_the_slope_of_the_potential_energy(self):
         with_g = stand.crank_torque(turn("P", g=9.80665))
         without = stand.crank_torque(turn("P"))

@@ -6,16 +6,8 @@ from scipy.optimize import minimize
 
 import lumped as lp
 from lumped.models.pilger_mill import stand
-from lumped.models.pilger_mill.balance import (
-    Balance,
-    balance,
-)
-from lumped.models.pilger_mill.stand import (
-    DESIGNS,
-    SETS,
-    SPEED,
-    Mill,
-)
+from lumped.models.pilger_mill.balance import Balance, balance
+from lumped.models.pilger_mill.stand import DESIGNS, SETS, SPEED, Mill
 
 PUBLISHED = np.array(list(DESIGNS["after"].values()))
 R, L, L1, E = 0.59, 4.25, 3.4, 0.33

@@ -8,11 +8,7 @@ import pytest
 import lumped as lp
 from lumped.components import SpeedSensor
 from lumped.models.pilger_mill import drive
-from lumped.models.pilger_mill.stand import (
-    DESIGNS,
-    SETS,
-    SPEED,
-)
+from lumped.models.pilger_mill.stand import DESIGNS, SETS, SPEED
 
 DATA = Path(__file__).parents[1] / "data" / "pilger_mill"
 FORWARD = np.genfromtxt(DATA / "forward.csv", delimiter=",", names=True)

@@ -9,10 +9,7 @@ from scipy.optimize import brentq, linprog, minimize
 import lumped as lp
 from lumped.components import Position
 from lumped.models.pilger_mill import stand
-from lumped.models.pilger_mill.stand import (
-    AsPrinted,
-    Mill,
-)
+from lumped.models.pilger_mill.stand import AsPrinted, Mill
 
 IDLE = 1 - stand.IDLE
 L, L1 = stand.ROD, stand.ROD_1

@@ -7,19 +7,8 @@ from mill_by_hand import changes, relative
 import lumped as lp
 from lumped.components import Damper
 from lumped.models.reversing_mill import drives, scenes
-from lumped.models.reversing_mill.scenes import (
-    DIFFERENCE,
-    GAIN,
-    INTEGRAL_TIME,
-    SPEED,
-)
-from lumped.models.reversing_mill.stand import (
-    C_SHAFT,
-    C_SPINDLE,
-    KGF,
-    RATED,
-    SHAFTS,
-)
+from lumped.models.reversing_mill.scenes import DIFFERENCE, GAIN, INTEGRAL_TIME, SPEED
+from lumped.models.reversing_mill.stand import C_SHAFT, C_SPINDLE, KGF, RATED, SHAFTS
 
 
 class TestDroop:

@@ -13,12 +13,7 @@ from lumped.models.eccentric_shear import scenes as shear
 from lumped.models.reversing_mill import drives as motors
 from lumped.models.reversing_mill import scenes as mill
 from lumped.models.reversing_mill import stand
-from lumped.models.rotary_arm.control import (
-    AIM,
-    Controlled,
-    instants,
-    run_controlled,
-)
+from lumped.models.rotary_arm.control import AIM, Controlled, instants, run_controlled
 from lumped.models.rotary_arm.cycle import run_cycle
 from lumped.models.rotary_arm.parts import Driven
 

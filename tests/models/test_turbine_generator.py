@@ -26,12 +26,7 @@ from lumped.models.turbine_generator.drive import (
     Train,
     TurbineGenerator,
 )
-from lumped.models.turbine_generator.scenes import (
-    FREE,
-    clear_faults,
-    per_unit,
-    run_short_circuit,
-)
+from lumped.models.turbine_generator.scenes import FREE, clear_faults, per_unit, run_short_circuit
 from lumped.points.direct_start import direct_start
 
 CASE = "03_ieee_first_benchmark"

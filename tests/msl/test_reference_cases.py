@@ -101,10 +101,7 @@ class Pendulum(lp.Component):
         yield lp.connect(self.up.slide, self.body_up.flange_a, self.weight.flange)
 
 
-WRITTEN_OUT = {
-    "engine_motored": Engine,
-    "pendulum_damped": Pendulum,
-}
+WRITTEN_OUT = {"engine_motored": Engine, "pendulum_damped": Pendulum}
 BUILT = (
     "mt_connection_possibilities",
     "mt_directions2",

@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 from specification import read
-from specification_drives import (
-    Controlled,
-    CurrentControlled,
-    ElasticDrive,
-    Sampled,
-    build,
-)
+from specification_drives import Controlled, CurrentControlled, ElasticDrive, Sampled, build
 from test_reference_cases import outside_of_tube
 
 import lumped as lp

@@ -128,9 +128,7 @@ def test_a_point_without_stiffness_has_a_rigid_body_mode_by_name_and_no_static_r
 
 def test_newtons_method_that_does_not_converge_tells_iterations_and_the_worst_by_name():
     model = lp.compose(
-        body=Inertia(J=2.0),
-        load=Torque(tau=3.0),
-        connections=lambda m: lp.chain(m.load, m.body),
+        body=Inertia(J=2.0), load=Torque(tau=3.0), connections=lambda m: lp.chain(m.load, m.body)
     )
     with pytest.raises(
         SolverError, match=r"der\(body\.w\) stays at 1\.5 after \d+ iterations of Newton's method"

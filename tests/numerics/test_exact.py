@@ -72,11 +72,7 @@ def stand_torques(t):
     found = []
     rolls = J_BACKUP + J_WORK
     for J, twist, c in (
-        (
-            [rolls, J_GEARBOX, J_MOTOR],
-            np.array([[-1.0, 1, 0], [0, -1, 1]]),
-            [C_SPINDLE, C_SHAFT],
-        ),
+        ([rolls, J_GEARBOX, J_MOTOR], np.array([[-1.0, 1, 0], [0, -1, 1]]), [C_SPINDLE, C_SHAFT]),
         ([rolls, J_GEARBOX + J_MOTOR], np.array([[-1.0, 1]]), [C_SPINDLE]),
     ):
         K = twist.T @ np.diag(c) @ twist

@@ -8,15 +8,7 @@ import pytest
 from scipy.integrate import quad
 
 import lumped as lp
-from lumped.components import (
-    Damper,
-    Fixed,
-    IdealGear,
-    Inertia,
-    Spring,
-    SpringDamper,
-    Torque,
-)
+from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, SpringDamper, Torque
 from lumped.components.translation import Force, Mass
 from lumped.errors import LumpedError, ParameterError, SolverError, StartError
 

@@ -1,6 +1,7 @@
 """Drives whose optimal designs are known in closed form."""
 
 import numpy as np
+from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia, Position, Spring, SpringDamper, Torque
@@ -32,26 +33,19 @@ LEAST = A * D * W  # amplitude that is left for the damper
 
 def two_bodies():
     """A torque that ends at 0.5 s on two bodies joined by a spring, in oil."""
-    return lp.assemble(
-        lp.compose(
-            t=Torque(tau=10 * lp.ops.where(lp.time >= 0.5, 0.0, 1.0)),
-            a=Inertia(J=0.5),
-            s=SpringDamper(c=100.0, d=0.2),
-            b=Inertia(J=2.0),
-            oil=Damper(d=0.7),
-            wall=Fixed(),
-            connections=lambda m: lp.chain(m.t, m.a, m.s, m.b, m.oil, m.wall),
-        )
+    return assemble_row(
+        t=Torque(tau=10 * lp.ops.where(lp.time >= 0.5, 0.0, 1.0)),
+        a=Inertia(J=0.5),
+        s=SpringDamper(c=100.0, d=0.2),
+        b=Inertia(J=2.0),
+        oil=Damper(d=0.7),
+        wall=Fixed(),
     )
 
 
 def pushed(torque, **body):
     """Body in oil under a torque: ``J w' + d w == tau``."""
-    model = lp.compose(
-        motor=Torque(tau=torque),
-        body=Inertia(J=J, **body),
-        oil=Damper(d=D),
-        ground=Fixed(),
-        connections=lambda m: lp.chain(m.motor, m.body, m.oil, m.ground),
+    model = in_a_row(
+        motor=Torque(tau=torque), body=Inertia(J=J, **body), oil=Damper(d=D), ground=Fixed()
     )
     return lp.assemble(model)

@@ -1,6 +1,7 @@
 """Drives whose parameters scatter, and a condition of one."""
 
 import numpy as np
+from rows import assemble_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -23,25 +24,12 @@ class Bar(lp.Component):
 
 
 def oscillator(c=1000.0):
-    return lp.assemble(
-        lp.compose(
-            wall=Fixed(),
-            shaft=Spring(c=c),
-            body=Inertia(J=2.0),
-            connections=lambda m: lp.chain(m.wall, m.shaft, m.body),
-        )
-    )
+    return assemble_row(wall=Fixed(), shaft=Spring(c=c), body=Inertia(J=2.0))
 
 
 def pushed():
     """A body that has the speed ``tau / J`` after 1 s."""
-    return lp.assemble(
-        lp.compose(
-            motor=Torque(tau=10.0),
-            body=Inertia(J=2.0),
-            connections=lambda m: lp.chain(m.motor, m.body),
-        )
-    )
+    return assemble_row(motor=Torque(tau=10.0), body=Inertia(J=2.0))
 
 
 SCATTER = {"T": lp.normal(LOAD, SPREAD), "R": lp.normal(STRENGTH, WEAKER)}

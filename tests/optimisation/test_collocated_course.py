@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from optimised_drives import PERIOD, A, D, J, W, pushed, two_bodies
+from rows import in_a_row
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
@@ -65,12 +66,11 @@ class TestStates:
     def test_parts_between_jumps_of_time(self):
         """The torque acts from 0.3 s on; the mean speed is that of the closed form."""
         T, begin = 1.0, 0.3
-        model = lp.compose(
+        model = in_a_row(
             motor=Torque(tau=lp.ops.where(lp.time >= begin, 6.0, 0.0)),
             body=Inertia(J=J),
             oil=Damper(d=D),
             ground=Fixed(),
-            connections=lambda m: lp.chain(m.motor, m.body, m.oil, m.ground),
         )
         run = lp.simulate(lp.assemble(model), until=T)
         found = lp.optimise(
@@ -85,12 +85,11 @@ class TestStates:
 
     def test_periodic_run_of_an_oscillator(self):
         """Torque into the ground of a shaken body, from the frequency response."""
-        model = lp.compose(
+        model = in_a_row(
             motor=Torque(tau=A * lp.ops.sin(W * lp.time)),
             body=Inertia(J=J),
             mount=SpringDamper(c=10.0, d=D),
             ground=Fixed(),
-            connections=lambda m: lp.chain(m.motor, m.body, m.mount, m.ground),
         )
         run = lp.simulate(lp.assemble(model), until=PERIOD)
         k = 5e-3  # a stiff mount is wanted too
@@ -113,11 +112,7 @@ class TestStates:
         assert found.run["body.w"][-1] == pytest.approx(found.run["body.w"][0], abs=1e-7)
 
     def test_runs_with_events_are_refused_by_name(self):
-        model = lp.compose(
-            body=Inertia(J=J, w=5.0),
-            brake=Brake(f_max=20.0, u=1.0),
-            connections=lambda m: lp.chain(m.body, m.brake),
-        )
+        model = in_a_row(body=Inertia(J=J, w=5.0), brake=Brake(f_max=20.0, u=1.0))
         run = lp.simulate(lp.assemble(model), until=2.0)
         with pytest.raises(OptionError, match=r"brake changes .*single shooting"):
             lp.optimise(run, vary={"body.J": (1, 3)}, minimise=fun.rms("body.w"))

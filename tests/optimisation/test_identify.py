@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.stats import norm
 from scipy.stats import t as student
 
@@ -14,21 +15,16 @@ NOISE = 0.02
 
 def pushed():
     """``J w' == tau``: the speed is linear in the torque and in the start value."""
-    model = lp.compose(
-        motor=Torque(tau=2.0),
-        body=Inertia(J=0.5),
-        connections=lambda m: lp.chain(m.motor, m.body),
-    )
+    model = in_a_row(motor=Torque(tau=2.0), body=Inertia(J=0.5))
     return lp.assemble(model)
 
 
 def drive():
-    model = lp.compose(
+    model = in_a_row(
         motor=Torque(tau=3.0),
         a=Inertia(J=1.0),
         shaft=SpringDamper(c=400.0, d=1.0),
         b=Inertia(J=0.5),
-        connections=lambda m: lp.chain(m.motor, m.a, m.shaft, m.b),
     )
     return lp.assemble(model)
 
@@ -111,12 +107,7 @@ def test_intervals_cover_the_truth_as_often_as_they_say():
 
 def test_the_95_percent_hold_at_uneven_instants_of_a_fast_vibration():
     """``w = e^(-z w0 t) (cos - z / sqrt(1 - z^2) sin)`` at 100 Hz, 200 instants within 4 s."""
-    model = lp.compose(
-        wall=Fixed(),
-        shaft=SpringDamper(c=1.0, d=0.0),
-        body=Inertia(J=1.0, w=1.0),
-        connections=lambda m: lp.chain(m.wall, m.shaft, m.body),
-    )
+    model = in_a_row(wall=Fixed(), shaft=SpringDamper(c=1.0, d=0.0), body=Inertia(J=1.0, w=1.0))
     system = lp.assemble(model)
     w0, z = 2 * np.pi * 100, 0.002
     c, d = w0**2, 2 * z * w0
@@ -171,10 +162,7 @@ def test_what_the_curves_do_not_tell_is_named():
     run = lp.simulate(drive(), until=1.0, grid=100)
     names = ("motor.tau", "a.J", "b.J", "shaft.c", "shaft.d")
     found = lp.identify(
-        drive(),
-        vary=dict.fromkeys(names, (0.01, 1e4)),
-        t=run.t,
-        measured={"b.w": run["b.w"]},
+        drive(), vary=dict.fromkeys(names, (0.01, 1e4)), t=run.t, measured={"b.w": run["b.w"]}
     )
     assert set(found.unknown) == set(names)
     assert found.singular_values[3] < 1e-6 * found.singular_values[0]
@@ -239,12 +227,7 @@ def test_bad_input_is_named(options, error, text):
 
 def swinging():
     """A body on a spring: its speed tells the frequency, sampled seldom several of them."""
-    model = lp.compose(
-        body=Inertia(J=1.0, w=1.0),
-        spring=SpringDamper(c=100.0, d=0.1),
-        wall=Fixed(),
-        connections=lambda m: lp.chain(m.body, m.spring, m.wall),
-    )
+    model = in_a_row(body=Inertia(J=1.0, w=1.0), spring=SpringDamper(c=100.0, d=0.1), wall=Fixed())
     return lp.assemble(model)
 
 

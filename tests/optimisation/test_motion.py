@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia, SpringDamper, SwingingMass, Torque
@@ -64,11 +65,7 @@ class TestClosedForm:
 
     def test_gravity_is_carried(self):
         """A horizontal weight that shall stay: to first order no swing changes its moment."""
-        model = lp.compose(
-            motor=Torque(tau=0),
-            arm=SwingingMass(m=2.0, R=0.5, J=0.1, g=9.81),
-            connections=lambda m: lp.chain(m.motor, m.arm),
-        )
+        model = in_a_row(motor=Torque(tau=0), arm=SwingingMass(m=2.0, R=0.5, J=0.1, g=9.81))
         point = lp.start_point(lp.assemble(model, keep=["arm.phi"]))
         found = least(point, stations={"arm.phi": (0.0, 0.0)}, intervals=5)
         assert found.objective == pytest.approx(2.0 * 0.5 * 9.81, rel=1e-9)
@@ -113,12 +110,11 @@ def test_profile_goes_into_inverse():
 
 
 def test_elastic_drive_comes_to_rest_without_swinging_on():
-    model = lp.compose(
+    model = in_a_row(
         motor=Torque(tau=0),
         rotor=Inertia(J=0.1),
         shaft=SpringDamper(c=40.0, d=0.0),
         load=Inertia(J=0.3),
-        connections=lambda m: lp.chain(m.motor, m.rotor, m.shaft, m.load),
     )
     point = lp.start_point(lp.assemble(model, keep=["load.phi"]))
     found = least(point, intervals=40)

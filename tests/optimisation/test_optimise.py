@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from optimised_drives import BEST, LEAST, TAU, A, D, W, shaken
+from rows import in_a_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -35,9 +36,7 @@ class TestPrescribedMotion:
         slope = k / (A / np.sqrt(2))
         expected = BEST - D * W * slope / np.sqrt(1 - slope**2)
         found = lp.optimise(
-            shaken(),
-            vary={"spring.c": (1, 1000)},
-            minimise={fun.rms(TAU): 1.0, "spring.c": k},
+            shaken(), vary={"spring.c": (1, 1000)}, minimise={fun.rms(TAU): 1.0, "spring.c": k}
         )
         assert found.parameters["spring.c"] == pytest.approx(expected, rel=1e-6)
 
@@ -70,9 +69,7 @@ class TestPrescribedMotion:
     def test_all_torque_can_vanish(self):
         """The root mean square has a kink where it is zero."""
         found = lp.optimise(
-            shaken(),
-            vary={"spring.c": (1, 1000), "oil.d": (0, 10)},
-            minimise=fun.rms(TAU),
+            shaken(), vary={"spring.c": (1, 1000), "oil.d": (0, 10)}, minimise=fun.rms(TAU)
         )
         assert found.parameters["spring.c"] == pytest.approx(BEST, rel=1e-5)
         assert found.objective < 1e-5 * LEAST
@@ -80,12 +77,8 @@ class TestPrescribedMotion:
     def test_inverse_dynamics(self):
         """Least mean square of ``J_a i^2 a + J_b a``'s motor torque over the ratio of a gear."""
         J_a, J_b = 0.02, 3.0
-        rig = lp.compose(
-            motor=Torque(tau=0),
-            rotor=Inertia(J=J_a),
-            gear=IdealGear(ratio=4),
-            table=Inertia(J=J_b),
-            connections=lambda m: lp.chain(m.motor, m.rotor, m.gear, m.table),
+        rig = in_a_row(
+            motor=Torque(tau=0), rotor=Inertia(J=J_a), gear=IdealGear(ratio=4), table=Inertia(J=J_b)
         )
         move = lp.profiles.polynomial5(distance=1.0, duration=0.5)
         run = lp.inverse(
@@ -114,18 +107,8 @@ class TestBadInput:
                 UnknownNameError,
                 "Nearest",
             ),
-            (
-                {"spring.c": (1, 99)},
-                {"minimise": {fun.rms(TAU): 0}},
-                OptionError,
-                "nothing",
-            ),
-            (
-                {"spring.c": (1, 99)},
-                {"minimise": {fun.peak(TAU): -1}},
-                OptionError,
-                "made small",
-            ),
+            ({"spring.c": (1, 99)}, {"minimise": {fun.rms(TAU): 0}}, OptionError, "nothing"),
+            ({"spring.c": (1, 99)}, {"minimise": {fun.peak(TAU): -1}}, OptionError, "made small"),
             (
                 {"spring.c": (1, 99)},
                 {"minimise": fun.frequency(0)},

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import assemble_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -12,15 +13,12 @@ from lumped.errors import OptimisationError, OptionError
 class TestModes:
     @staticmethod
     def drive(c_1=4000.0, c_2=9000.0, d=1.0):
-        return lp.assemble(
-            lp.compose(
-                a=Inertia(J=1.0),
-                one=SpringDamper(c=c_1, d=d),
-                b=Inertia(J=0.5),
-                two=SpringDamper(c=c_2, d=d),
-                c=Inertia(J=2.0),
-                connections=lambda m: lp.chain(m.a, m.one, m.b, m.two, m.c),
-            )
+        return assemble_row(
+            a=Inertia(J=1.0),
+            one=SpringDamper(c=c_1, d=d),
+            b=Inertia(J=0.5),
+            two=SpringDamper(c=c_2, d=d),
+            c=Inertia(J=2.0),
         )
 
     @staticmethod
@@ -68,14 +66,7 @@ class TestModes:
 
     def test_clearance_is_the_same_on_both_sides(self):
         """One free parameter between two excitations: equal relative distance from both."""
-        pair = lp.assemble(
-            lp.compose(
-                a=Inertia(J=1.0),
-                shaft=Spring(c=4000.0),
-                b=Inertia(J=0.5),
-                connections=lambda m: lp.chain(m.a, m.shaft, m.b),
-            )
-        )
+        pair = assemble_row(a=Inertia(J=1.0), shaft=Spring(c=4000.0), b=Inertia(J=0.5))
         low, high = 15.0, 25.0
         found = lp.optimise(
             lp.modes(pair),
@@ -89,14 +80,7 @@ class TestModes:
 
     def test_damping_ratio(self):
         """Two bodies: ``zeta = d (1/J_a + 1/J_b) / (2 w)``."""
-        pair = lp.assemble(
-            lp.compose(
-                a=Inertia(J=1.0),
-                shaft=SpringDamper(c=4000.0, d=0.1),
-                b=Inertia(J=0.5),
-                connections=lambda m: lp.chain(m.a, m.shaft, m.b),
-            )
-        )
+        pair = assemble_row(a=Inertia(J=1.0), shaft=SpringDamper(c=4000.0, d=0.1), b=Inertia(J=0.5))
         found = lp.optimise(
             lp.modes(pair),
             vary={"shaft.d": (0, 100)},

@@ -8,7 +8,7 @@ from lumped import functionals as fun
 from lumped.components import Damper, Fixed, Inertia, Spring, SpringDamper, Torque
 from lumped.errors import OptimisationError, OptionError, UnknownNameError
 from lumped.vibration.speeds.mean_spectrum import MeanSpectrum
-from tests.vibration.ordered.test_order_response import OPTIONS, ship
+from tests.vibration.ordered.test_order_means import OPTIONS, ship
 
 J = (2.0, 0.6, 8.0)
 G, L, D_COUPLING, D_WATER, D_GEAR = 80e9, 1.5, 30.0, 40.0, 6.0
@@ -112,10 +112,7 @@ def test_torque_and_separation_are_kept_at_once_by_the_thinnest_shaft(drive):
     """The limit holds at 71 speeds; 20 % lie between the first critical speed and the range."""
     limit = 130.0
     found = lp.optimise(
-        began(drive),
-        vary=VARY,
-        minimise=WEIGHTS,
-        subject_to=[PEAK <= limit, CLEAR >= 0.2],
+        began(drive), vary=VARY, minimise=WEIGHTS, subject_to=[PEAK <= limit, CLEAR >= 0.2]
     )
     design = np.array([found.parameters[name] for name in ("coupling.c", "shaft.D")])
     torque, share = torques(*design)[INSIDE].max() / limit, first_hertz(*design) / CLEAR_AT

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy
+from rows import in_a_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -14,10 +15,8 @@ J, W = 2.0, 5.0
 
 def braked(f_max=20.0):
     """A body that dry friction stops after J W / f_max."""
-    model = lp.compose(
-        body=Inertia(J=J, w=W),
-        brake=Brake(f_max=f_max, u=1.0, characteristic=((0.0, 1.0),)),
-        connections=lambda m: lp.chain(m.body, m.brake),
+    model = in_a_row(
+        body=Inertia(J=J, w=W), brake=Brake(f_max=f_max, u=1.0, characteristic=((0.0, 1.0),))
     )
     return lp.assemble(model, keep=["body.phi"])
 
@@ -58,7 +57,7 @@ def test_the_instant_of_an_event_is_bounded():
 
 def test_a_stiff_run_finds_the_best_damping_of_a_chain():
     """Root mean squares of a linear drive: against a search with Lyapunov's equation."""
-    model = lp.compose(
+    model = in_a_row(
         wall=Fixed(),
         stiff=SpringDamper(c=1e7, d=200.0),
         a=Inertia(J=0.01),
@@ -66,7 +65,6 @@ def test_a_stiff_run_finds_the_best_damping_of_a_chain():
         b=Inertia(J=1.0, w=3.0),
         oil=Damper(d=0.5),
         ground=Fixed(),
-        connections=lambda m: lp.chain(m.wall, m.stiff, m.a, m.soft, m.b, m.oil, m.ground),
     )
     found = lp.optimise(
         lp.assemble(model),

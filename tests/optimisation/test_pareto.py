@@ -31,9 +31,7 @@ class TestPareto:
     def test_it_needs_two(self):
         with pytest.raises(OptionError, match="two different functionals"):
             lp.optimisation.pareto(
-                shaken(),
-                vary={"spring.c": (1, 99)},
-                minimise=(fun.rms(TAU), fun.rms(TAU)),
+                shaken(), vary={"spring.c": (1, 99)}, minimise=(fun.rms(TAU), fun.rms(TAU))
             )
         with pytest.raises(OptionError, match="at least two designs"):
             lp.optimisation.pareto(

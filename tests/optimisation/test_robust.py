@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy
 from robust_drives import BREAKS, LOAD, SPREAD, STRENGTH, WEAKER, Bar, oscillator, pushed
+from rows import in_a_row
 
 import lumped as lp
 from lumped import distributions as dist
@@ -370,12 +371,8 @@ def test_the_front_of_diameter_and_probability_is_the_closed_form():
 
 def test_the_front_of_two_springs_and_their_frequency():
     """Springs in series: the least sum of stiffnesses for a frequency has both equal."""
-    model = lp.compose(
-        wall=Fixed(),
-        one=Spring(c=3000.0),
-        other=Spring(c=9000.0),
-        body=Inertia(J=2.0),
-        connections=lambda m: lp.chain(m.wall, m.one, m.other, m.body),
+    model = in_a_row(
+        wall=Fixed(), one=Spring(c=3000.0), other=Spring(c=9000.0), body=Inertia(J=2.0)
     )
     front = lp.optimisation.pareto(
         lp.modes(lp.assemble(model)),

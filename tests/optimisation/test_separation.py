@@ -2,15 +2,7 @@
 
 import numpy as np
 import pytest
-from progressive_drive import (
-    CUBIC,
-    Progressive,
-    critical,
-    cubic_stiffness,
-    drive,
-    hertz,
-    respond,
-)
+from progressive_drive import CUBIC, Progressive, critical, cubic_stiffness, drive, hertz, respond
 
 import lumped as lp
 from lumped import functionals as fun

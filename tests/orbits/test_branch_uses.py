@@ -76,9 +76,7 @@ class Axis(lp.Component):
         yield self.twist == self.motor - self.load
         half = self.b / 2
         over = where(
-            self.twist > half,
-            self.twist - half,
-            where(self.twist < -half, self.twist + half, 0.0),
+            self.twist > half, self.twist - half, where(self.twist < -half, self.twist + half, 0.0)
         )
         control = -self.k * self.load - self.d * self.w_motor
         yield self.J * lp.der(self.w_motor) == control - self.c * over

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 import lumped as lp
 from lumped.errors import OptionError
 from tests.orbits.test_orbit_range import Rotor, rotor_torque, rotor_turn
-from tests.vibration.ordered.test_order_response import OPTIONS, ship
+from tests.vibration.ordered.test_order_means import OPTIONS, ship
 
 SPEEDS = np.array([5.0, 8.0, 16.0])
 

@@ -188,10 +188,7 @@ def test_a_free_torque_is_found_with_the_design():
     period = 0.5
     orbit = lp.periodic(ROTOR, turn=TURN, period=period, free=["tau"])
     found = lp.optimise(
-        orbit,
-        vary={"J": (0.5, 3.0), "tau": (1.0, 10.0)},
-        minimise=fun.swing("w"),
-        intervals=40,
+        orbit, vary={"J": (0.5, 3.0), "tau": (1.0, 10.0)}, minimise=fun.swing("w"), intervals=40
     )
     assert found.parameters["J"] == pytest.approx(3.0, rel=1e-6)
     assert found.parameters["tau"] == pytest.approx(torque_for(period, J=3.0), rel=1e-6)

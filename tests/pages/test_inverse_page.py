@@ -11,14 +11,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "models"))
 from arm_by_hand import EMPTY, LOADED, ROTOR, friction, gravity
 
 from lumped.models.rotary_arm.cycle import ADOPTED
-from lumped.models.rotary_arm.loads import (
-    MAXIMUM,
-    RATED,
-)
-from lumped.models.rotary_arm.parts import (
-    ETA,
-    RATIO,
-)
+from lumped.models.rotary_arm.loads import MAXIMUM, RATED
+from lumped.models.rotary_arm.parts import ETA, RATIO
 
 PAGE = (Path(__file__).parents[2] / "docs" / "analyses" / "inverse.md").read_text()
 

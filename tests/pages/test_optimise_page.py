@@ -8,16 +8,8 @@ import pytest
 from scipy.optimize import linprog
 
 from lumped.models.pilger_mill.balance import balance
-from lumped.models.rotary_arm.cycle import (
-    ADOPTED,
-    REDUCER,
-    demand,
-    run_cycle,
-)
-from lumped.models.rotary_arm.parts import (
-    FAST,
-    SLOW,
-)
+from lumped.models.rotary_arm.cycle import ADOPTED, REDUCER, demand, run_cycle
+from lumped.models.rotary_arm.parts import FAST, SLOW
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "analyses" / "optimise.md").read_text()

@@ -62,12 +62,7 @@ def test_the_press_has_less_than_40_lines_and_follows_a_second_formulation(tmp_p
     assert (tmp_path / "press.png").stat().st_size > 5_000
     run = names["run"]
     modes = [(e.component, e.after) for e in run.events if e.after in ("stuck", "free")]
-    assert modes == [
-        ("brake", "free"),
-        ("clutch", "stuck"),
-        ("clutch", "free"),
-        ("brake", "stuck"),
-    ]
+    assert modes == [("brake", "free"), ("clutch", "stuck"), ("clutch", "free"), ("brake", "stuck")]
     coupled = (run.t > 0.55) & (run.t < 1.95)
     t, phi, w = run.t[coupled], run["brake.phi"][coupled], run["flywheel.w"][coupled]
     expected = solve_ivp(

@@ -139,8 +139,7 @@ def groups(text, pattern):
 
 def test_the_site_groups_elements_as_their_page_does():
     expected = groups(
-        (DOCS / "elements" / "README.md").read_text(encoding="utf-8"),
-        r"^## (.*)\n\n((?:\* .*\n)+)",
+        (DOCS / "elements" / "README.md").read_text(encoding="utf-8"), r"^## (.*)\n\n((?:\* .*\n)+)"
     )
     received = groups(
         (DOCS / "index.md").read_text(encoding="utf-8").replace("elements/README\n", ""),

@@ -9,16 +9,8 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.models.reversing_mill.scenes import (
-    KINETIC,
-    RATED,
-    SPEED,
-    STATIC,
-)
-from lumped.models.reversing_mill.stand import (
-    C_SHAFT,
-    C_SPINDLE,
-)
+from lumped.models.reversing_mill.scenes import KINETIC, RATED, SPEED, STATIC
+from lumped.models.reversing_mill.stand import C_SHAFT, C_SPINDLE
 
 PAGE = (Path(__file__).parents[2] / "docs" / "analyses" / "steady.md").read_text()
 DROOP = 0.03

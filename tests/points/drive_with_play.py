@@ -1,12 +1,13 @@
 """A drive with play in it, which several tests use."""
 
-import lumped as lp
+from rows import in_a_row
+
 from lumped.components import ElastoBacklash, IdealGear, Inertia, SpringDamper, Torque
 
 
 def geared(torque=5.0, ratio=5.0, **starts):
     """Motor, play, gear, elastic shaft and a load that balances the motor."""
-    return lp.compose(
+    return in_a_row(
         motor=Torque(tau=torque),
         a=Inertia(J=1.0),
         play=ElastoBacklash(c=1e3, d=1.0, b=0.01),
@@ -15,5 +16,4 @@ def geared(torque=5.0, ratio=5.0, **starts):
         shaft=SpringDamper(c=1e3, d=1.0),
         e=Inertia(J=20.0),
         load=Torque(tau=-torque * ratio),
-        connections=lambda m: lp.chain(m.motor, m.a, m.play, m.b, m.gear, m.shaft, m.e, m.load),
     ).with_(starts)

@@ -97,7 +97,7 @@ def test_a_steady_state_from_which_parameters_follow_is_left_to_the_search():
 
 def test_random_drives_start_as_the_search_says():
     worst, count = 0.0, 0
-    for seed in range(60):
+    for seed in range(24):
         drive = RandomDrive(seed)
         system = lp.assemble(drive.model(), keep=drive.names()[: drive.n])
         theta = system.theta(None)
@@ -112,5 +112,5 @@ def test_random_drives_start_as_the_search_says():
         error = np.abs(found[0] - searched) / (1.0 + np.abs(searched))
         worst = max(worst, float(error.max(initial=0.0)))
     print(f"{count} drives, largest difference {worst:.1e}")
-    assert count > 40
+    assert count > 15
     assert worst < 1e-12

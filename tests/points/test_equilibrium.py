@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.optimize import brentq
 
 import lumped as lp
@@ -67,13 +68,12 @@ class Coupling(lp.Component):
 
 
 def coupled(**coupling):
-    return lp.compose(
+    return in_a_row(
         motor=Torque(tau=30.0),
         a=Inertia(J=0.5, w=100.0),
         coupling=Coupling(**coupling),
         b=Inertia(J=2.0),
         load=Torque(tau=-30.0),
-        connections=lambda m: lp.chain(m.motor, m.a, m.coupling, m.b, m.load),
     )
 
 
@@ -91,14 +91,13 @@ def test_a_drive_of_absolute_angles_turns_steadily_too():
 
 @pytest.mark.parametrize("keep", [[], ["fluid.phi_rel"], ["a.phi", "fluid.phi_rel"]])
 def test_a_fluid_coupling_slips_steadily(keep):
-    model = lp.compose(
+    model = in_a_row(
         motor=Torque(tau=30.0),
         a=Inertia(J=0.5),
         fluid=Damper(d=2.0),
         b=Inertia(J=2.0),
         fan=Damper(d=0.5),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.motor, m.a, m.fluid, m.b, m.fan, m.wall),
     )
     point = lp.equilibrium(lp.assemble(model, keep=keep))
     assert point["b.w"] == pytest.approx(30.0 / 0.5, rel=1e-10)
@@ -130,13 +129,12 @@ class Tether(lp.Component):
 
 
 def test_a_soft_tether_beside_a_stiff_coupling_keeps_a_drive_from_turning_for_ever():
-    model = lp.compose(
+    model = in_a_row(
         motor=Torque(tau=0.5),
         a=Inertia(J=0.5, w=100.0),
         coupling=Coupling(c=1e6),
         b=Inertia(J=2.0),
         tether=Tether(),
-        connections=lambda m: lp.chain(m.motor, m.a, m.coupling, m.b, m.tether),
     )
     point = lp.equilibrium(lp.assemble(model))
     assert point["b.phi"] == pytest.approx(0.5 / 1e-2, rel=1e-6)
@@ -162,14 +160,13 @@ def test_a_motor_torque_follows_from_the_speed_that_it_shall_hold():
 
 
 def test_a_speed_that_is_no_state_is_kept_too():
-    model = lp.compose(
+    model = in_a_row(
         motor=Torque(tau=1.0),
         a=Inertia(J=0.5),
         gear=IdealGear(ratio=4.0),
         b=Inertia(J=2.0),
         brake=Damper(d=3.0),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.motor, m.a, m.gear, m.b, m.brake, m.wall),
     )
     system = lp.assemble(model)
     for name, value in {"a.w": 80.0, "b.w": 20.0}.items():
@@ -195,14 +192,13 @@ def test_an_initial_equation_goes_on_to_hold_at_an_equilibrium():
 
 def hoist():
     """A load on a rope over a drum that an elastic brake holds; it was given speeds."""
-    return lp.compose(
+    return in_a_row(
         wall=Fixed(),
         brake=Spring(c=900.0),
         drum=Inertia(J=0.3, w=20.0),
         rope=SpringDamper(c=50.0, d=0.1),
         load=Inertia(J=1.0, w=20.0),
         weight=Torque(tau=-45.0),
-        connections=lambda m: lp.chain(m.wall, m.brake, m.drum, m.rope, m.load, m.weight),
     )
 
 
@@ -228,22 +224,17 @@ def test_a_balanced_drive_rests_where_it_was_put(keep):
 def test_what_is_driven_or_turned_does_not_rest():
     with pytest.raises(SolverError, match="no rest"):  # it would turn at 40 rad/s
         lp.equilibrium(lp.assemble(loaded(brake=Damper(d=3.0), wall=Fixed())), rest=True)
-    turned = lp.compose(
-        motor=Speed(w=10.0),
-        a=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.motor, m.a),
-    )
+    turned = in_a_row(motor=Speed(w=10.0), a=Inertia(J=1.0))
     with pytest.raises(SolverError, match=r"no rest: a\.w = 10"):
         lp.equilibrium(lp.assemble(turned), rest=True)
 
 
 def test_a_mass_hangs_at_rest():
-    model = lp.compose(
+    model = in_a_row(
         ceiling=translation.Fixed(),
         spring=translation.Spring(c=2e3),
         body=translation.Mass(m=4.0, v=1.0),
         weight=translation.Force(f=-4.0 * 9.81),
-        connections=lambda m: lp.chain(m.ceiling, m.spring, m.body, m.weight),
     )
     point = lp.equilibrium(lp.assemble(model), rest=True)
     assert point["body.s"] == pytest.approx(-4.0 * 9.81 / 2e3, rel=1e-10)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from drive_with_play import geared
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia, Torque
@@ -45,12 +46,8 @@ def test_an_initial_equation_that_no_equilibrium_keeps_is_named():
 
 def test_an_equilibrium_knows_its_time():
     torque = lp.ops.where(lp.time >= 1.0, 4.0, 0.0)
-    model = lp.compose(
-        push=Torque(tau=torque),
-        body=Inertia(J=0.5),
-        brake=Damper(d=2.0),
-        wall=Fixed(),
-        connections=lambda m: lp.chain(m.push, m.body, m.brake, m.wall),
+    model = in_a_row(
+        push=Torque(tau=torque), body=Inertia(J=0.5), brake=Damper(d=2.0), wall=Fixed()
     )
     system = lp.assemble(model)
     point = lp.equilibrium(system, time=1.0)

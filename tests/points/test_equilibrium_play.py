@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from drive_with_play import geared
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Backlash, Brake, ElastoBacklash, Fixed, Inertia, SpringDamper, Torque
@@ -24,12 +25,11 @@ def test_a_loaded_drive_with_play_turns_steadily_from_the_default_start(torque, 
 @pytest.mark.parametrize("torque", [5.0, -5.0])
 @pytest.mark.parametrize("damping", [0.0, 2.0])
 def test_a_body_comes_to_rest_on_the_flank_of_a_play(torque, damping):
-    model = lp.compose(
+    model = in_a_row(
         wall=Fixed(),
         play=ElastoBacklash(c=100.0, d=damping, b=0.2),
         body=Inertia(J=1.0),
         load=Torque(tau=torque),
-        connections=lambda m: lp.chain(m.wall, m.play, m.body, m.load),
     )
     system = lp.assemble(model)
     expected = np.sign(torque) * (0.1 + 5.0 / 100.0)
@@ -65,14 +65,13 @@ def test_a_train_of_many_plays_is_driven_through(torque):
 
 
 def test_a_rigid_play_closes_on_the_way_to_an_equilibrium():
-    model = lp.compose(
+    model = in_a_row(
         wall=Fixed(),
         shaft=SpringDamper(c=100.0, d=1.0),
         a=Inertia(J=1.0),
         play=Backlash(b=0.2),
         b=Inertia(J=2.0),
         load=Torque(tau=5.0),
-        connections=lambda m: lp.chain(m.wall, m.shaft, m.a, m.play, m.b, m.load),
     )
     point = lp.equilibrium(lp.assemble(model))
     received = [point[n] for n in ("shaft.phi_rel", "play.phi_rel", "a.w", "b.w")]
@@ -81,11 +80,8 @@ def test_a_rigid_play_closes_on_the_way_to_an_equilibrium():
 
 def test_a_play_that_opens_is_no_steady_rotation():
     # nothing drives: both bodies turn at the given speed, and not one of them alone
-    model = lp.compose(
-        a=Inertia(J=1.0, w=100.0),
-        play=ElastoBacklash(c=1e3, d=1.0, b=0.01),
-        b=Inertia(J=10.0),
-        connections=lambda m: lp.chain(m.a, m.play, m.b),
+    model = in_a_row(
+        a=Inertia(J=1.0, w=100.0), play=ElastoBacklash(c=1e3, d=1.0, b=0.01), b=Inertia(J=10.0)
     )
     point = lp.equilibrium(lp.assemble(model))
     assert [point["a.w"], point["b.w"]] == pytest.approx([100.0, 100.0], rel=1e-12)
@@ -93,13 +89,12 @@ def test_a_play_that_opens_is_no_steady_rotation():
 
 
 def test_a_load_slides_until_a_spring_behind_a_gap_takes_what_friction_does_not_hold():
-    model = lp.compose(
+    model = in_a_row(
         wall=Fixed(),
         play=ElastoBacklash(c=100.0, d=1.0, b=0.2),
         body=Inertia(J=1.0),
         brake=Brake(f_max=2.0, u=1.0, characteristic=((0.0, 1.0),)),
         load=Torque(tau=5.0),
-        connections=lambda m: lp.chain(m.wall, m.play, m.body, m.brake, m.load),
     )
     point = lp.equilibrium(lp.assemble(model))
     assert point["body.w"] == pytest.approx(0.0, abs=1e-12)

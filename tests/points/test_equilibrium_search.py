@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.optimize import brentq
 
 import lumped as lp
@@ -36,13 +37,12 @@ class Fan(lp.Component):
 
 
 def fan_drive(k=1e-3, **values):
-    return lp.compose(
+    return in_a_row(
         motor=Motor(),
         a=Inertia(J=0.5),
         shaft=SpringDamper(c=4e4, d=2.0),
         b=Inertia(J=3.0),
         fan=Fan(k=k, **values),
-        connections=lambda m: lp.chain(m.motor, m.a, m.shaft, m.b, m.fan),
     )
 
 
@@ -56,7 +56,7 @@ def test_a_steep_motor_runs_up_to_its_steady_speed(k, monkeypatch):
     torque = 5.0 + k * expected**2
     assert point["shaft.phi_rel"] == pytest.approx(-torque / 4e4, rel=1e-8)
     if k == 0.0:  # Newton's method alone fails: nothing there reacts to the speed
-        monkeypatch.setattr(module, "settled", lambda *_: None)
+        monkeypatch.setattr(module, "settle_states", lambda *_: None)
         with pytest.raises(SolverError, match="no equilibrium"):
             lp.equilibrium(system)
 
@@ -74,17 +74,12 @@ class Play(lp.Component):
 
 
 def test_a_spring_without_stiffness_where_the_search_begins_finds_its_rest(monkeypatch):
-    model = lp.compose(
-        drive=Torque(tau=4.0),
-        body=Inertia(J=2.0),
-        spring=Play(),
-        connections=lambda m: lp.chain(m.drive, m.body, m.spring),
-    )
+    model = in_a_row(drive=Torque(tau=4.0), body=Inertia(J=2.0), spring=Play())
     system = lp.assemble(model)
     expected = brentq(lambda p: 300.0 * (p - 0.02 * np.tanh(p / 0.02)) - 4.0, 0, 1, xtol=1e-15)
     for rest in (False, True):
         assert lp.equilibrium(system, rest=rest)["body.phi"] == pytest.approx(expected, rel=1e-9)
-    monkeypatch.setattr(module, "settled", lambda *_: None)
+    monkeypatch.setattr(module, "settle_states", lambda *_: None)
     with pytest.raises(SolverError, match="no equilibrium"):
         lp.equilibrium(system)
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import assemble_row, in_a_row
 from scipy.optimize import brentq
 
 import lumped as lp
@@ -23,7 +24,6 @@ from lumped.components import (
     translation,
 )
 from lumped.errors import OptionError, SolverError
-from lumped.vibration.natural.mode_designs import equilibrium_again
 
 
 def derivatives(point, of, to):
@@ -72,7 +72,7 @@ def test_two_stuck_brakes_keep_the_twist_between_them(keep):
 
 def test_a_locked_clutch_keeps_the_angle_at_which_it_locked():
     """Two springs in series between walls, the clutch between them locked at 0.25 rad."""
-    model = lp.compose(
+    model = in_a_row(
         left=Fixed(),
         s1=SpringDamper(c=30.0, d=1.0),
         a=Inertia(J=1.0),
@@ -80,7 +80,6 @@ def test_a_locked_clutch_keeps_the_angle_at_which_it_locked():
         b=Inertia(J=2.0),
         s2=SpringDamper(c=60.0, d=1.0),
         right=Fixed(),
-        connections=lambda m: lp.chain(m.left, m.s1, m.a, m.clutch, m.b, m.s2, m.right),
     )
     system = lp.assemble(model)
     point = lp.equilibrium(system, start={"clutch.phi_rel": 0.25})
@@ -114,14 +113,13 @@ def test_a_body_that_is_carried_keeps_its_place_on_the_shaft():
 
 def test_a_play_in_contact_stays_in_contact():
     """Closed form: a = tau / c + b / 2."""
-    model = lp.compose(
+    model = in_a_row(
         t=Torque(tau=8.0),
         a=Inertia(J=1.0),
         play=Backlash(b=0.1),
         b=Inertia(J=1.0),
         spring=SpringDamper(c=40.0, d=1.0),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.t, m.a, m.play, m.b, m.spring, m.wall),
     )
     point = lp.equilibrium(lp.assemble(model), start={"a.phi": 0.25, "b.phi": 0.2})
     received = derivatives(point, "a.phi", ["play.b", "t.tau", "spring.c"])
@@ -214,15 +212,12 @@ def test_responses_at_a_stuck_brake_inherit_it():
 
 def geared():
     """A motor, a gear and a fan: ``tau ratio == 20 (w / (10 ratio))^2`` with the fan's sign."""
-    return lp.assemble(
-        lp.compose(
-            motor=Torque(tau=5.0),
-            a=Inertia(J=0.3),
-            gear=IdealGear(ratio=3.0),
-            b=Inertia(J=0.2),
-            fan=QuadraticTorque(tau_nominal=-20.0, w_nominal=10.0),
-            connections=lambda m: lp.chain(m.motor, m.a, m.gear, m.b, m.fan),
-        )
+    return assemble_row(
+        motor=Torque(tau=5.0),
+        a=Inertia(J=0.3),
+        gear=IdealGear(ratio=3.0),
+        b=Inertia(J=0.2),
+        fan=QuadraticTorque(tau_nominal=-20.0, w_nominal=10.0),
     )
 
 
@@ -253,12 +248,7 @@ def test_a_given_speed_stays_in_decays_too():
 
 def test_a_free_drive_keeps_the_speed_that_was_given_on_the_shaft_that_it_was_given_to():
     """Nothing determines the speed: that of the second shaft was given, so it stays."""
-    model = lp.compose(
-        a=Inertia(J=0.3),
-        gear=IdealGear(ratio=3.0),
-        b=Inertia(J=0.2),
-        connections=lambda m: lp.chain(m.a, m.gear, m.b),
-    )
+    model = in_a_row(a=Inertia(J=0.3), gear=IdealGear(ratio=3.0), b=Inertia(J=0.2))
     system = lp.assemble(model)
     for given, other, expected in (("a.w", "b.w", -12.0 / 9), ("b.w", "a.w", 12.0)):
         point = lp.equilibrium(system, start={given: 12.0})
@@ -267,12 +257,8 @@ def test_a_free_drive_keeps_the_speed_that_was_given_on_the_shaft_that_it_was_gi
 
 
 def test_at_rest_no_speed_appears():
-    model = lp.compose(
-        t=Torque(tau=6.0),
-        a=Inertia(J=1.0, w=5.0),
-        spring=SpringDamper(c=30.0, d=1.0),
-        wall=Fixed(),
-        connections=lambda m: lp.chain(m.t, m.a, m.spring, m.wall),
+    model = in_a_row(
+        t=Torque(tau=6.0), a=Inertia(J=1.0, w=5.0), spring=SpringDamper(c=30.0, d=1.0), wall=Fixed()
     )
     point = lp.equilibrium(lp.assemble(model), rest=True)
     assert derivatives(point, "a.w", ["t.tau"]) == pytest.approx([0.0], abs=1e-15)
@@ -393,53 +379,3 @@ def test_what_cannot_move_while_it_is_held_is_named():
     system = lp.assemble(model, keep=["a.phi", "b.phi"])
     with pytest.raises(SolverError, match=r"gear\.ratio changes while one, two stay held"):
         lp.points.equilibrium_sensitivity(lp.equilibrium(system), of=["a.phi"], by=["gear.ratio"])
-
-
-def test_an_optimum_of_modes_keeps_the_brake_where_it_was_put():
-    """The mass for which the pendulum behind the brake at 0.6 rad has a frequency."""
-    system = pendulum()
-    modes = lp.modes(system, at=lp.equilibrium(system, start={"b.phi": 0.6}))
-    hertz = lambda m: np.sqrt(stiffness(m) / (0.1 + m * 0.25)) / (2 * np.pi)  # noqa: E731
-    found = lp.optimise(
-        modes,
-        vary={"p.m": (0.5, 5.0)},
-        minimise={"p.m": 1.0},
-        subject_to=lp.functionals.frequency(0) <= 1.2,
-    )
-    expected = brentq(lambda m: hertz(m) - 1.2, 0.5, 5)
-    assert found.parameters["p.m"] == pytest.approx(expected, rel=1e-7)
-
-
-def test_an_optimum_of_modes_at_the_end_of_a_run_moves_with_its_equilibrium():
-    """A pendulum on a spring from a wall, where it has come to rest."""
-    model = lp.compose(
-        wall=Fixed(phi0=0.6),
-        spring=SpringDamper(c=50.0, d=8.0),
-        p=SwingingMass(m=2.0, R=0.5, J=0.1),
-        connections=lambda m: [
-            lp.connect(m.wall.flange, m.spring.flange_a),
-            lp.connect(m.spring.flange_b, m.p.flange),
-        ],
-    )
-    system = lp.assemble(model)
-    at = lp.simulate(system, until=20.0, rtol=1e-11).point(20.0)
-    modes = lp.modes(system, at=at)
-    hertz = lambda m: np.sqrt(stiffness(m) / (0.1 + m * 0.25)) / (2 * np.pi)  # noqa: E731
-    assert modes.hertz == pytest.approx([hertz(2.0)], rel=1e-8)
-    found = lp.optimise(
-        modes,
-        vary={"p.m": (1.0, 5.0)},
-        minimise={"p.m": 1.0},
-        subject_to=lp.functionals.frequency(0) <= 1.2,
-    )
-    expected = brentq(lambda m: hertz(m) - 1.2, 0.5, 5)
-    assert found.parameters["p.m"] == pytest.approx(expected, rel=1e-7)
-
-
-def test_an_optimum_of_modes_frees_what_the_equilibrium_freed():
-    """The decay ``2 k w / ratio^3 / (J_a + J_b / ratio^2)`` is that at the given speed."""
-    drive = geared()
-    point = lp.equilibrium(drive, start={"a.w": 15.0}, free=["motor.tau"])
-    again = equilibrium_again(point, point.parameters | {"gear.ratio": 2.0})
-    assert again["a.w"] == pytest.approx(15.0, rel=1e-9)
-    assert again["motor.tau"] == pytest.approx(20 * (15 / 20) ** 2 / 2.0, rel=1e-9)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, Torque, translation
@@ -28,9 +29,7 @@ def hanging(**changes):
 
 
 def test_a_hanging_mass_starts_where_its_weight_and_its_spring_balance():
-    model = hanging(
-        initial_equations=lambda m: [lp.der(m.body.v) == 0, lp.der(m.body.s) == 0],
-    )
+    model = hanging(initial_equations=lambda m: [lp.der(m.body.v) == 0, lp.der(m.body.s) == 0])
     system = lp.assemble(model)
     point = lp.start_point(system)
     assert point["body.s"] == pytest.approx(-4.0 * 9.81 / 2e3, rel=1e-12)
@@ -65,10 +64,7 @@ def test_an_initial_equation_relates_quantities_of_different_parts():
         shaft=Spring(c=50.0),
         b=Inertia(J=1.0),
         connections=lambda m: lp.chain(m.a, m.shaft, m.b),
-        initial_equations=lambda m: [
-            m.b.w == 2 * m.a.w + 1,
-            m.shaft.tau == m.shaft.c * 0.3,
-        ],
+        initial_equations=lambda m: [m.b.w == 2 * m.a.w + 1, m.shaft.tau == m.shaft.c * 0.3],
     )
     point = lp.start_point(lp.assemble(model))
     assert [point["b.w"], point["shaft.phi_rel"]] == pytest.approx([15.0, 0.3], rel=1e-13)
@@ -95,31 +91,22 @@ def test_an_initial_equation_may_ask_for_derivatives_that_the_equations_do_not_h
 
 
 def test_an_initial_equation_determines_a_parameter():
-    model = hanging(
-        initial_equations=lambda m: [m.body.s == -0.1, lp.der(m.body.v) == 0],
-    )
+    model = hanging(initial_equations=lambda m: [m.body.s == -0.1, lp.der(m.body.v) == 0])
     point = lp.start_point(lp.assemble(model), free=["spring.c"])
     assert point.parameters["spring.c"] == pytest.approx(4.0 * 9.81 / 0.1, rel=1e-12)
 
 
 def test_a_stiffness_is_found_although_its_spring_is_not_twisted_at_the_first_guess():
-    model = lp.compose(
-        a=Inertia(J=1.0, phi=0.0),
-        shaft=Spring(c=1e5, tau=60.0),
-        b=Inertia(J=1.0, phi=0.3),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
+    model = in_a_row(
+        a=Inertia(J=1.0, phi=0.0), shaft=Spring(c=1e5, tau=60.0), b=Inertia(J=1.0, phi=0.3)
     )
     system = lp.assemble(model, keep=["a.phi"])
     point = lp.start_point(system, free=["shaft.c"])
     assert point.parameters["shaft.c"] == pytest.approx(60.0 / 0.3, rel=1e-12)
     assert point["b.phi"] == pytest.approx(0.3, rel=1e-12)
+    model = in_a_row(a=Inertia(J=1.0), shaft=Spring(c=1e5, tau=60.0), b=Inertia(J=1.0))
     with pytest.raises(StartError, match=r"shaft\.c is not determined"):  # without a twist
-        lp.start_point(lp.assemble(lp.compose(
-            a=Inertia(J=1.0),
-            shaft=Spring(c=1e5, tau=60.0),
-            b=Inertia(J=1.0),
-            connections=lambda m: lp.chain(m.a, m.shaft, m.b),
-        )), free=["shaft.c"])  # fmt: skip
+        lp.start_point(lp.assemble(model), free=["shaft.c"])
 
 
 class Fading(lp.Component):
@@ -211,14 +198,7 @@ def test_a_thousand_initial_equations_of_one_class_are_lowered_once():
 
 @pytest.mark.parametrize("start", ["equilibrium", [1.0, 2.0], 3.0])
 def test_start_values_without_names_are_refused_with_the_way_to_an_equilibrium(start):
-    system = lp.assemble(
-        lp.compose(
-            wall=Fixed(),
-            spring=Spring(c=1.0),
-            body=Inertia(J=1.0),
-            connections=lambda m: lp.chain(m.wall, m.spring, m.body),
-        )
-    )
+    system = assemble_row(wall=Fixed(), spring=Spring(c=1.0), body=Inertia(J=1.0))
     with pytest.raises(
         OptionError, match=r"start = .*names as keys.*an operating point from lumped\.equilibrium"
     ):

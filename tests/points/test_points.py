@@ -3,24 +3,18 @@
 import numpy as np
 import pytest
 from linkages import double_rocker
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import (
-    Belt,
-    Capacitor,
     Damper,
-    ElasticPlanetary,
-    ElastoBacklash,
     Fixed,
-    Ground,
     IdealGear,
     Inertia,
-    Resistor,
     Spring,
     SpringDamper,
     SwingingMass,
     Torque,
-    VoltageSource,
 )
 from lumped.errors import OptionError, SolverError, StartError
 
@@ -48,12 +42,11 @@ def test_a_start_acceleration_sets_the_twist(two_mass):
 def test_a_rest_length_follows_from_the_position_in_which_it_holds_a_body():
     from lumped.components import translation
 
-    model = lp.compose(
+    model = in_a_row(
         wall=translation.Fixed(),
         spring=translation.Spring(c=1e3),
         body=translation.Mass(m=2.0, s=0.5, v=0.0, a=0.0),
         weight=translation.Force(f=-19.62),
-        connections=lambda m: lp.chain(m.wall, m.spring, m.body, m.weight),
     )
     system = lp.assemble(model)
     point = lp.start_point(system, free=["spring.s_rel0"])
@@ -68,14 +61,13 @@ def test_a_rest_length_follows_from_the_position_in_which_it_holds_a_body():
 
 
 def test_a_run_starts_from_an_equilibrium():
-    model = lp.compose(
+    model = in_a_row(
         drive=Torque(tau=12.0),
         a=Inertia(J=1.0),
         shaft=SpringDamper(c=400.0, d=0.2),
         b=Inertia(J=2.0),
         load=Damper(d=0.5),
         ground=Fixed(),
-        connections=lambda m: lp.chain(m.drive, m.a, m.shaft, m.b, m.load, m.ground),
     )
     system = lp.assemble(model)
     steady = lp.equilibrium(system, parameters={"drive.tau": 10.0})
@@ -97,24 +89,9 @@ def test_a_start_value_bound_to_a_parameter_follows_it():
     assert lp.start_point(system, parameters={"v": 5.0})["body.w"] == 10.0
 
 
-def test_start_values_pass_through_gears():
-    model = lp.compose(
-        a=Inertia(J=1.0),
-        gear=IdealGear(ratio=4.0),
-        b=Inertia(J=1.0, w=3.0, phi=0.1),
-        connections=lambda m: lp.chain(m.a, m.gear, m.b),
-    )
-    point = lp.start_point(lp.assemble(model, keep=["a.phi"]))
-    assert [point["a.w"], point["a.phi"]] == pytest.approx([12.0, 0.4], rel=1e-14)
-
-
 def test_a_loaded_shaft_comes_to_rest_twisted():
-    model = lp.compose(
-        drive=Torque(tau=12.0),
-        body=Inertia(J=1.0),
-        shaft=Spring(c=400.0),
-        wall=Fixed(),
-        connections=lambda m: lp.chain(m.drive, m.body, m.shaft, m.wall),
+    model = in_a_row(
+        drive=Torque(tau=12.0), body=Inertia(J=1.0), shaft=Spring(c=400.0), wall=Fixed()
     )
     point = lp.equilibrium(lp.assemble(model))
     assert point["body.phi"] == pytest.approx(12.0 / 400.0, rel=1e-12)
@@ -122,14 +99,13 @@ def test_a_loaded_shaft_comes_to_rest_twisted():
 
 
 def test_a_driven_and_braked_shaft_turns_at_its_steady_speed():
-    model = lp.compose(
+    model = in_a_row(
         drive=Torque(tau=12.0),
         a=Inertia(J=1.0),
         shaft=SpringDamper(c=400.0, d=0.2),
         b=Inertia(J=2.0),
         load=Damper(d=0.5),
         ground=Fixed(),
-        connections=lambda m: lp.chain(m.drive, m.a, m.shaft, m.b, m.load, m.ground),
     )
     system = lp.assemble(model)
     point = lp.equilibrium(system)
@@ -140,12 +116,11 @@ def test_a_driven_and_braked_shaft_turns_at_its_steady_speed():
 
 
 def test_a_free_drive_turns_at_the_speed_that_was_given():
-    model = lp.compose(
+    model = in_a_row(
         motor=Inertia(J=0.02, w=100.0),
         shaft=SpringDamper(c=2e3, d=0.4),
         gear=IdealGear(ratio=3.0),
         load=Inertia(J=1.5),
-        connections=lambda m: lp.chain(m.motor, m.shaft, m.gear, m.load),
     )
     system = lp.assemble(model)
     point = lp.equilibrium(system)
@@ -167,12 +142,7 @@ class Cubic(lp.Component):
 
 
 def test_an_equilibrium_of_a_nonlinear_spring_solves_its_cubic():
-    model = lp.compose(
-        drive=Torque(tau=100.0),
-        body=Inertia(J=1.0),
-        spring=Cubic(),
-        connections=lambda m: lp.chain(m.drive, m.body, m.spring),
-    )
+    model = in_a_row(drive=Torque(tau=100.0), body=Inertia(J=1.0), spring=Cubic())
     point = lp.equilibrium(lp.assemble(model))
     roots = np.roots([5.0, 0.0, 2.0, -100.0])
     expected = roots[np.abs(roots.imag) < 1e-9].real[0]
@@ -180,12 +150,11 @@ def test_an_equilibrium_of_a_nonlinear_spring_solves_its_cubic():
 
 
 def test_a_linearisation_is_the_closed_form(two_mass):
-    model = lp.compose(
+    model = in_a_row(
         drive=Torque(tau=1.0),
         a=Inertia(J=2.0),
         shaft=SpringDamper(c=300.0, d=0.6),
         b=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.drive, m.a, m.shaft, m.b),
     )
     linear = lp.linearise(
         lp.assemble(model), inputs=["drive.tau"], outputs=["shaft.tau", "b.w", "a.a"]
@@ -244,68 +213,6 @@ def test_a_point_of_a_run_is_where_it_is_linearised():
         run.point(2.1)
 
 
-# -- one speed for a whole train ---------------------------------------------------------------
-
-
-def train(**given):
-    """Motor, six elastic shafts with wheels, a gear that reverses, a play and a load."""
-    return lp.compose(
-        motor=Inertia(J=0.5),
-        shaft=[SpringDamper(c=1e3 * (i + 1), d=1.0) for i in range(6)],
-        wheel=[Inertia(J=1.0 + i) for i in range(6)],
-        gear=IdealGear(ratio=-4.0),
-        play=ElastoBacklash(c=1e4, d=2.0, b=0.01),
-        load=Inertia(J=3.0),
-        connections=lambda m: lp.chain(
-            m.motor,
-            *(p for pair in zip(m.shaft, m.wheel, strict=True) for p in pair),
-            m.gear,
-            m.play,
-            m.load,
-        ),
-    ).with_(given)
-
-
-@pytest.mark.parametrize(("name", "value"), [("motor.w", 100.0), ("load.w", -25.0)])
-def test_one_given_speed_turns_a_whole_train(name, value):
-    system = lp.assemble(train())
-    point = lp.start_point(system, start={name: value}, together=True)
-    run = lp.simulate(system, until=0.5, start=point, grid=5)
-    for wheel in ("motor", *(f"wheel[{i}]" for i in range(6))):
-        assert run[f"{wheel}.w"] == pytest.approx(np.full(6, 100.0), rel=1e-9)
-    assert run["load.w"] == pytest.approx(np.full(6, -25.0), rel=1e-9)
-    assert np.abs(run["shaft[3].tau"]).max() < 1e-6
-    assert run.events == ()
-    alone = lp.start_point(system, start={name: value})  # else the rest stands still
-    assert alone["wheel[2].w"] == 0.0
-
-
-def test_a_train_that_moves_together_keeps_a_given_twist_and_refuses_two_speeds():
-    system = lp.assemble(train(**{"shaft[1].phi_rel": 0.02}))
-    point = lp.start_point(system, start={"motor.w": 100.0}, together=True)
-    assert [point["shaft[1].phi_rel"], point["wheel[5].w"]] == pytest.approx([0.02, 100.0])
-    both = {"motor.w": 100.0, "wheel[2].w": 5.0}
-    with pytest.raises(StartError, match=r"at rest \(together=True\).*motor\.w = 100"):
-        lp.start_point(system, start=both, together=True)
-    alike = lp.start_point(system, start={"motor.w": 8.0, "load.w": -2.0}, together=True)
-    assert alike["wheel[4].w"] == pytest.approx(8.0, rel=1e-12)
-
-
-def test_what_only_a_damper_joins_moves_as_it_is_told():
-    model = lp.compose(
-        motor=Inertia(J=0.5),
-        fluid=Damper(d=2.0),
-        fan=Inertia(J=1.0),
-        shaft=Spring(c=10.0),
-        rotor=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.motor, m.fluid, m.fan, m.shaft, m.rotor),
-    )
-    start = {"motor.w": 100.0, "rotor.w": 60.0}
-    point = lp.start_point(lp.assemble(model), start=start, together=True)
-    received = [point[n] for n in ("motor.w", "fan.w", "rotor.w")]
-    assert received == pytest.approx([100.0, 60.0, 60.0], rel=1e-12)
-
-
 # -- states that were asked for ----------------------------------------------------------------
 
 
@@ -361,56 +268,9 @@ def test_derivatives_across_an_exchange_of_states_name_it_and_the_remedy():
         lp.sensitivity(system, of=["crank.w"], by=["crank.J"], until=5.0)
 
 
-def test_one_given_speed_turns_what_stretches_in_metres_too():
-    """A belt turns its pulleys as the radii say, a planetary set its carrier as the teeth."""
-    belt = {"r_a": 0.1, "r_b": 0.25, "EA": 1e5, "distance": 1.0, "F_0": 1e3}
-    mesh = {"ratio": 2.0, "n": 3, "r_s": 0.05, "c_s": 1e8, "c_r": 1e8, "J_p": 1e-3}
-    model = lp.compose(
-        motor=Inertia(J=0.1),
-        belt=Belt(**belt),
-        pulley=Inertia(J=0.5),
-        set=ElasticPlanetary(**mesh),
-        load=Inertia(J=3.0),
-        housing=Fixed(),
-        connections=lambda m: [
-            *lp.chain(m.motor, m.belt, m.pulley, m.set.sun),
-            lp.connect(m.set.carrier, m.load.flange_a),
-            lp.connect(m.set.ring, m.housing.flange),
-        ],
-    )
-    point = lp.start_point(lp.assemble(model), start={"motor.w": 30.0}, together=True)
-    received = [point[n] for n in ("pulley.w", "load.w")]
-    pulley = 30.0 * belt["r_a"] / belt["r_b"]
-    assert received == pytest.approx([pulley, pulley / (1 + mesh["ratio"])], rel=1e-9)
-
-
-def test_a_train_that_moves_together_charges_no_capacitor():
-    model = lp.compose(
-        source=VoltageSource(v=6.0),
-        before=Resistor(R=1.0),
-        store=Capacitor(C=1.0),
-        after=Resistor(R=2.0),
-        ground=Ground(),
-        connections=lambda m: [
-            lp.connect(m.source.p, m.before.p),
-            lp.connect(m.before.n, m.store.p),
-            lp.connect(m.store.n, m.after.p),
-            lp.connect(m.after.n, m.source.n, m.ground.pin),
-        ],
-    )
-    point = lp.start_point(lp.assemble(model), together=True)
-    assert [point["store.v"], point["store.i"]] == pytest.approx([0.0, 6.0 / 3.0], abs=1e-12)
-
-
 @pytest.mark.parametrize("action", [lp.start_point, lp.equilibrium])
 def test_a_free_parameter_named_twice_is_refused(action):
-    model = lp.compose(
-        drive=Torque(tau=5.0),
-        body=Inertia(J=2.0),
-        oil=Damper(d=1.0),
-        housing=Fixed(),
-        connections=lambda m: lp.chain(m.drive, m.body, m.oil, m.housing),
-    )
+    model = in_a_row(drive=Torque(tau=5.0), body=Inertia(J=2.0), oil=Damper(d=1.0), housing=Fixed())
     system = lp.assemble(model)
     with pytest.raises(OptionError, match=r"free parameter drive\.tau is named twice"):
         action(system, free=["drive.tau", model.drive.tau], start={"body.w": 3.0})

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -21,14 +22,11 @@ from lumped.errors import OptionError
 
 
 def lash():
-    return lp.assemble(
-        lp.compose(
-            a=Inertia(J=1.0),
-            s=ElastoBacklash(c=1e3, d=1.0, b=0.01),
-            b=Inertia(J=10.0),
-            t=Torque(tau=0.0),
-            connections=lambda m: lp.chain(m.a, m.s, m.b, m.t),
-        )
+    return assemble_row(
+        a=Inertia(J=1.0),
+        s=ElastoBacklash(c=1e3, d=1.0, b=0.01),
+        b=Inertia(J=10.0),
+        t=Torque(tau=0.0),
     )
 
 
@@ -120,12 +118,7 @@ def test_what_a_brake_holds_is_no_rigid_body_mode():
 
 
 def test_a_drive_without_contact_or_friction_has_nothing_to_say():
-    model = lp.compose(
-        a=Inertia(J=1.0),
-        s=SpringDamper(c=1e3, d=1.0),
-        b=Inertia(J=10.0),
-        connections=lambda m: lp.chain(m.a, m.s, m.b),
-    )
+    model = in_a_row(a=Inertia(J=1.0), s=SpringDamper(c=1e3, d=1.0), b=Inertia(J=10.0))
     received = first_line(lp.modes(lp.assemble(model)))
     assert received == "Model: 1 oscillating and 1 rigid-body modes, 0 decays"
 
@@ -143,9 +136,7 @@ class Fan(lp.Component):
 
 def test_a_fan_at_rest_is_not_open_and_has_one_linearisation():
     model = lp.compose(
-        a=Inertia(J=1.0),
-        fan=Fan(),
-        connections=lambda m: [lp.connect(m.a.flange_b, m.fan.flange)],
+        a=Inertia(J=1.0), fan=Fan(), connections=lambda m: [lp.connect(m.a.flange_b, m.fan.flange)]
     )
     received = repr(lp.linearise(lp.assemble(model)))
     assert "open" not in received
@@ -169,12 +160,7 @@ def test_a_point_at_a_border_is_called_one_sided():
     ],
 )
 def test_a_contact_that_carries_nothing_is_one_sided(part, text):
-    model = lp.compose(
-        wall=Fixed(),
-        part=part,
-        a=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.wall, m.part, m.a),
-    )
+    model = in_a_row(wall=Fixed(), part=part, a=Inertia(J=1.0))
     assert text in repr(lp.modes(lp.assemble(model)))
 
 
@@ -182,13 +168,12 @@ def test_a_contact_that_carries_nothing_is_one_sided(part, text):
 @pytest.mark.parametrize("d", [0.0, 1e-3])
 def test_modes_lost_beside_an_extreme_stiffness_are_counted(ratio, d):
     """Three bodies: one rigid-body mode, the soft one, and that of the two stiffly joined."""
-    model = lp.compose(
+    model = in_a_row(
         b1=Inertia(J=1.0),
         s1=SpringDamper(c=1.0, d=d),
         b2=Inertia(J=1.0),
         s2=SpringDamper(c=ratio, d=0.0),
         b3=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.b1, m.s1, m.b2, m.s2, m.b3),
     )
     modes = lp.modes(lp.assemble(model))
     found = 2 * len(modes.hertz)

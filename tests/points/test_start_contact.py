@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Backlash, ElastoBacklash, Fixed, Inertia, OneWayClutch, Spring, Torque
@@ -9,12 +10,11 @@ from lumped.components import Backlash, ElastoBacklash, Fixed, Inertia, OneWayCl
 
 def loaded_play(torque, **play):
     """A body behind a play of 0.2 rad with 100 N.m/rad, with a load."""
-    return lp.compose(
+    return in_a_row(
         wall=Fixed(),
         play=ElastoBacklash(c=100.0, d=0.0, b=0.2, **play),
         body=Inertia(J=1.0, w=0.0),
         load=Torque(tau=torque),
-        connections=lambda m: lp.chain(m.wall, m.play, m.body, m.load),
     )
 
 
@@ -37,12 +37,8 @@ def test_a_loaded_play_starts_in_contact_where_nothing_shall_accelerate(torque):
 
 
 def test_a_rigid_play_starts_closed_where_nothing_shall_accelerate():
-    model = lp.compose(
-        wall=Fixed(),
-        play=Backlash(b=0.2),
-        body=Inertia(J=1.0, w=0.0),
-        load=Torque(tau=5.0),
-        connections=lambda m: lp.chain(m.wall, m.play, m.body, m.load),
+    model = in_a_row(
+        wall=Fixed(), play=Backlash(b=0.2), body=Inertia(J=1.0, w=0.0), load=Torque(tau=5.0)
     )
     point = lp.start_point(lp.assemble(model), start={"body.a": 0.0})
     assert point["play.phi_rel"] == pytest.approx(0.1, abs=1e-12)

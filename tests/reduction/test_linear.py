@@ -14,7 +14,7 @@ def system_of(matrix, kinds):
     n = len(matrix)
     a, b = ca.SX.sym("a", n, n), ca.SX.sym("b", n)
     tape = Tape()
-    terms = tape.given(ca.vec(a))
+    terms = tape.add_terms(ca.vec(a))
     rows = [
         {
             j: Entry(terms[j * n + i], int(kinds[i, j]), matrix[i, j])
@@ -23,7 +23,7 @@ def system_of(matrix, kinds):
         }
         for i in range(n)
     ]
-    right = [(term, 1.0 + i) for i, term in enumerate(tape.given(b))]
+    right = [(term, 1.0 + i) for i, term in enumerate(tape.add_terms(b))]
     solution = solve(rows, right, tape)
     function = ca.Function("x", [a, b], [tape.expressions([x for x, _ in solution])])
     return function, np.array([value for _, value in solution])
@@ -82,7 +82,7 @@ def test_constraints_are_solved_whichever_of_them_hold(seed):
     n, tape = bodies + holds, Tape()
     upper = ca.horzcat(ca.diag(ca.SX(mass)), ca.SX(ways.T))
     lower = ca.horzcat(ca.diag(stuck) @ ca.SX(ways), ca.diag(1 - stuck))
-    terms = tape.given(ca.vec(ca.densify(ca.vertcat(upper, lower))))
+    terms = tape.add_terms(ca.vec(ca.densify(ca.vertcat(upper, lower))))
     generic = np.block([[np.diag(mass), ways.T], [ways, np.zeros((holds, holds))]])
     kinds = np.where(np.arange(n)[:, None] < bodies, CONSTANT, VARYING)
     present = generic != 0
@@ -98,7 +98,7 @@ def test_constraints_are_solved_whichever_of_them_hold(seed):
     force, law = rng.normal(size=bodies), rng.normal(size=holds)
     given = ca.vertcat(ca.SX(force), (1 - stuck) * law)
     point = np.concatenate([force, np.zeros(holds)])
-    right = list(zip(tape.given(given), point.tolist(), strict=True))
+    right = list(zip(tape.add_terms(given), point.tolist(), strict=True))
     solution = solve(rows, right, tape, {bodies + h: bodies + h for h in range(holds)})
     function = ca.Function("x", [stuck], [tape.expressions([x for x, _ in solution])])
     for s in (np.zeros(holds), np.ones(holds), *rng.integers(0, 2, (20, holds))):

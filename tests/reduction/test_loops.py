@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from linkages import FourBar, Rod, double_rocker, four_bar, rocker_angle
+from rows import in_a_row
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
@@ -195,12 +196,8 @@ class Hardening(lp.Component):
 
 
 def test_hardening_springs_in_series_share_the_torque():
-    model = lp.compose(
-        wall=Fixed(),
-        one=Hardening(k=50.0),
-        two=Hardening(k=400.0),
-        body=Inertia(J=1.0, phi=1.0),
-        connections=lambda m: lp.chain(m.wall, m.one, m.two, m.body),
+    model = in_a_row(
+        wall=Fixed(), one=Hardening(k=50.0), two=Hardening(k=400.0), body=Inertia(J=1.0, phi=1.0)
     )
     system = lp.assemble(model)
     assert len(system.state_names) == 2
@@ -235,12 +232,11 @@ def test_an_implicit_algebraic_equation_is_solved():
 
 
 def test_an_implicit_quantity_is_solved_again_where_a_torque_jumps():
-    model = lp.compose(
+    model = in_a_row(
         wall=Fixed(),
         one=Hardening(k=50.0),
         two=Hardening(k=400.0),
         pull=Torque(tau=lp.ops.where(lp.time >= 0.5, 30.0, -2.0)),
-        connections=lambda m: lp.chain(m.wall, m.one, m.two, m.pull),
     )
     run = lp.simulate(lp.assemble(model), until=1.0, grid=4)
     assert run.events[0].component == "pull.tau"

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Fixed, IdealGear, Inertia, Position, Spring, SpringDamper, Torque
@@ -211,13 +212,7 @@ def test_a_planetary_set_has_the_projected_mass_matrix():
 
 
 def test_springs_in_series_without_inertia_between_them_add_their_compliances():
-    model = lp.compose(
-        a=Inertia(J=1.0),
-        one=Spring(c=100.0),
-        two=Spring(c=300.0),
-        b=Inertia(J=2.0),
-        connections=lambda m: lp.chain(m.a, m.one, m.two, m.b),
-    )
+    model = in_a_row(a=Inertia(J=1.0), one=Spring(c=100.0), two=Spring(c=300.0), b=Inertia(J=2.0))
     system = lp.assemble(model)
     assert len(system.state_names) == 3
     expected = np.sqrt(75.0 * 1.5) / (2 * np.pi)
@@ -296,12 +291,7 @@ class Cam(lp.Component):
 
 
 def test_an_angle_stays_that_enters_by_a_law_without_value_at_some_angles():
-    model = lp.compose(
-        shaft=Inertia(J=1.0),
-        cam=Cam(),
-        follower=Mass(m=2.0),
-        connections=lambda m: lp.chain(m.shaft, m.cam, m.follower),
-    )
+    model = in_a_row(shaft=Inertia(J=1.0), cam=Cam(), follower=Mass(m=2.0))
     system = lp.assemble(model)
     assert system.state_names == ["shaft.phi", "shaft.w"]
     point = lp.start_point(system, start={"shaft.phi": 0.7, "shaft.w": 3.0})
@@ -348,12 +338,7 @@ def test_the_report_tells_what_became_of_the_model():
     text = repr(report)
     assert "a.phi: leads what constraints tie to it" in text
     assert "solved together" in text
-    chain = lp.compose(
-        a=Inertia(J=1.0),
-        shaft=Spring(c=4.0),
-        b=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
-    )
+    chain = in_a_row(a=Inertia(J=1.0), shaft=Spring(c=4.0), b=Inertia(J=1.0))
     report = lp.assemble(chain).report()
     assert report.states["shaft.phi_rel"] == "declared state='prefer'; constraints determine others"
     assert report.states["a.w"] == "its derivative stands in the equations"

@@ -5,6 +5,7 @@ from importlib import import_module
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.integrate import simpson
 from scipy.linalg import expm
 
@@ -21,7 +22,7 @@ from lumped.components import (
 )
 from lumped.errors import EquationError, Interrupted, SolverError
 from lumped.ops import sin, where
-from lumped.simulation.compare import compared
+from lumped.simulation.compare import compare_runs
 from lumped.timeloop.run_by_steps import RunBySteps
 
 
@@ -152,11 +153,10 @@ def test_the_error_of_the_balance_is_the_drift_of_an_undamped_drive(two_mass, rt
 
 
 def test_an_impact_loses_what_newton_says():
-    model = lp.compose(
+    model = in_a_row(
         body=translation.Mass(m=2.0, s=0.0, v=1.0),
         stop=translation.Stop(restitution=0.5),
         wall=translation.Fixed(s0=0.5),
-        connections=lambda m: lp.chain(m.body, m.stop, m.wall),
     )
     run = lp.simulate(lp.assemble(model), until=1.0, certify=True)
     audit = run.certificate.energy
@@ -241,11 +241,7 @@ def test_where_output_times_are_events_inner_instants_are_compared(grid, method)
 def test_a_closed_form_between_events_is_compared_inside_too():
     """A torque that jumps every 0.1 s, seen at these instants only."""
     torque = sum(where(lp.time >= 0.1 * k, (-1.0) ** k, 0.0) for k in range(1, 10))
-    model = lp.compose(
-        drive=Torque(tau=torque),
-        body=Inertia(J=1.0, w=1.0),
-        connections=lambda m: lp.chain(m.drive, m.body),
-    )
+    model = in_a_row(drive=Torque(tau=torque), body=Inertia(J=1.0, w=1.0))
     grid = np.arange(11) * 0.1
     run = lp.simulate(lp.assemble(model), until=1.0, grid=grid, certify=True)
     assert run.statistics.method == run.certificate.run.statistics.method == "exact"
@@ -257,7 +253,7 @@ def test_a_closed_form_between_events_is_compared_inside_too():
 def test_a_comparison_of_nothing_is_no_agreement(two_mass):
     run = lp.simulate(lp.assemble(two_mass), until=1.0, grid=[0.5])
     spoiled = replace(run, events=(lp.simulation.Event(0.5, "shaft", "condition", "a", "b"),))
-    found = compared(spoiled, spoiled, ["a.w"])
+    found = compare_runs(spoiled, spoiled, ["a.w"])
     assert np.isnan(found.worst.relative)
     assert len(found.t) == 0
 
@@ -266,7 +262,7 @@ def test_an_interrupt_while_certifying_leaves_the_run(two_mass, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(import_module("lumped.simulation.simulate"), "audited", interrupted)
+    monkeypatch.setattr(import_module("lumped.simulation.simulate"), "audit_energy", interrupted)
     with pytest.raises(Interrupted, match="interrupted while it was certified") as caught:
         lp.simulate(lp.assemble(two_mass), until=1.0, certify=True)
     assert caught.value.partial.t[-1] == 1.0

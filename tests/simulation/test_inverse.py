@@ -19,13 +19,7 @@ from lumped.components import (
     VoltageSource,
     translation,
 )
-from lumped.errors import (
-    OptionError,
-    SingularModelError,
-    SolverError,
-    StartError,
-    UnknownNameError,
-)
+from lumped.errors import OptionError, SingularModelError, SolverError, StartError, UnknownNameError
 from lumped.ops import cos, pi, sin, where
 
 J_A, C, J_B = 2.0, 300.0, 1.0
@@ -257,11 +251,7 @@ def test_a_drive_that_does_not_act_on_the_motion_is_refused():
 
 
 @pytest.mark.parametrize(
-    "part",
-    [
-        Clutch(f_max=10.0, u=1.0, characteristic=((0.0, 0.5),)),
-        Backlash(b=0.1),
-    ],
+    "part", [Clutch(f_max=10.0, u=1.0, characteristic=((0.0, 0.5),)), Backlash(b=0.1)]
 )
 def test_what_slips_or_opens_between_drive_and_motion_is_refused(part):
     system = two_masses(shaft=part)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia, Spring, SpringDamper, Torque
@@ -58,11 +59,7 @@ def test_the_error_falls_with_the_order_of_the_method(two_mass, method, order):
 
 
 def test_a_torque_that_jumps_is_integrated_exactly():
-    model = lp.compose(
-        drive=Torque(tau=where(lp.time >= 0.3, 5.0, 1.0)),
-        body=Inertia(J=2.0),
-        connections=lambda m: lp.chain(m.drive, m.body),
-    )
+    model = in_a_row(drive=Torque(tau=where(lp.time >= 0.3, 5.0, 1.0)), body=Inertia(J=2.0))
     run = lp.simulate(lp.assemble(model, keep=["body.phi"]), until=1.0, grid=20)
     assert [e.time for e in run.events] == [0.3]
     assert run.events[0].component == "drive.tau"
@@ -75,12 +72,11 @@ def test_a_torque_that_jumps_is_integrated_exactly():
 
 def test_a_jump_costs_no_accuracy_and_no_rejected_steps_beyond_the_restart():
     times = [0.2, 0.45, 0.7]
-    model = lp.compose(
+    model = in_a_row(
         drive=Torque(tau=sum((where(lp.time >= t, 10.0, 0.0) for t in times), start=lp.time * 0)),
         body=Inertia(J=1.0),
         shaft=Spring(c=400.0),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.drive, m.body, m.shaft, m.wall),
     )
     run = lp.simulate(lp.assemble(model), until=1.0, rtol=1e-10, grid=200)
     expected = sum(
@@ -92,11 +88,7 @@ def test_a_jump_costs_no_accuracy_and_no_rejected_steps_beyond_the_restart():
 
 
 def test_output_times_given_by_the_user_are_kept_exactly():
-    model = lp.compose(
-        drive=Torque(tau=table([0, 0.5, 0.5, 1], [0, 1, -1, -1])),
-        body=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.drive, m.body),
-    )
+    model = in_a_row(drive=Torque(tau=table([0, 0.5, 0.5, 1], [0, 1, -1, -1])), body=Inertia(J=1.0))
     times = [0.0, 0.25, 0.5, 0.5000001, 0.75, 1.0]
     run = lp.simulate(lp.assemble(model), until=1.0, grid=times)
     assert run.t.tolist() == times
@@ -135,12 +127,11 @@ def test_an_instant_of_change_is_a_parameter_like_any_other():
 
 def test_a_harmonic_torque_near_resonance_follows_its_closed_form():
     w0, w = 20.0, 19.0
-    model = lp.compose(
+    model = in_a_row(
         drive=Torque(tau=3 * sin(w * lp.time)),
         body=Inertia(J=1.0),
         shaft=Spring(c=w0**2),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.drive, m.body, m.shaft, m.wall),
     )
     run = lp.simulate(lp.assemble(model), until=10.0, rtol=1e-9)
     expected = 3 / (w0**2 - w**2) * (np.sin(w * run.t) - w / w0 * np.sin(w0 * run.t))
@@ -159,14 +150,13 @@ def test_a_damped_vibration_loses_the_energy_its_damper_takes(two_mass):
 
 
 def test_a_stiff_shaft_switches_to_the_implicit_method_and_keeps_the_slow_motion():
-    model = lp.compose(
+    model = in_a_row(
         drive=Torque(tau=10.0),
         motor=Inertia(J=1e-4),
         coupling=SpringDamper(c=1e9, d=1e3),
         rotor=Inertia(J=1.0),
         load=Damper(d=2.0),
         ground=Fixed(),
-        connections=lambda m: lp.chain(m.drive, m.motor, m.coupling, m.rotor, m.load, m.ground),
     )
     run = lp.simulate(lp.assemble(model), until=2.0, rtol=1e-8, method="steps")
     print(run.statistics)
@@ -181,13 +171,12 @@ def test_a_stiff_shaft_switches_to_the_implicit_method_and_keeps_the_slow_motion
 
 
 def test_an_undamped_stiff_mode_that_nothing_excites_does_not_disturb_the_rest():
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J=1.0, w=1.0),
         soft=Spring(c=100.0),
         b=Inertia(J=1e-3),
         stiff=Spring(c=1e9),
         c=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.a, m.soft, m.b, m.stiff, m.c),
     )
     run = lp.simulate(lp.assemble(model), until=2.0, rtol=1e-6, method="implicit")
     w = np.sqrt(100.0 * (1 + 1 / 1.001))

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped import profiles
@@ -16,11 +17,7 @@ J, PEAK, T_UP, T_CRUISE, T_REST = 0.4, 20.0, 0.25, 0.5, 0.6
 @pytest.fixture
 def cycle():
     """An inertia that speeds up, turns steadily, brakes and rests."""
-    rig = lp.compose(
-        motor=Torque(tau=0.0),
-        load=Inertia(J=J),
-        connections=lambda m: lp.chain(m.motor, m.load),
-    )
+    rig = in_a_row(motor=Torque(tau=0.0), load=Inertia(J=J))
     a = PEAK / T_UP
     move = profiles.trapezoidal(PEAK * (T_UP + T_CRUISE), PEAK, a)
     whole = 2 * T_UP + T_CRUISE + T_REST
@@ -91,11 +88,7 @@ def test_the_report_prints_its_figures(cycle):
 
 
 def test_a_force_is_sized_over_a_speed_through_zero():
-    rig = lp.compose(
-        motor=translation.Force(f=0.0),
-        slide=translation.Mass(m=3.0),
-        connections=lambda m: lp.chain(m.motor, m.slide),
-    )
+    rig = in_a_row(motor=translation.Force(f=0.0), slide=translation.Mass(m=3.0))
     motion = {"slide.v": 1.0 - 2 * lp.time}
     run = lp.inverse(lp.assemble(rig), motion=motion, drive="motor.f", until=2.0, grid=7)
     found = lp.simulation.sizing(run, of=("motor.f", "slide.v"))

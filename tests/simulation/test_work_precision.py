@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import BearingFriction, Damper, Fixed, Inertia, Spring, SpringDamper, Torque
 from lumped.errors import OptionError
 from lumped.ops import sin, where
-from lumped.simulation.compare import compared
+from lumped.simulation.compare import compare_runs
 
 W = np.sqrt(450.0)
 
@@ -79,21 +80,20 @@ def test_a_missed_event_counts():
         until=2.0,
         grid=grid,
     )
-    comparison = compared(free, right, ["body.w"])
+    comparison = compare_runs(free, right, ["body.w"])
     print(comparison)
     assert "in the reference" in comparison.missed
     assert comparison.worst.relative > 0.1
 
 
 def test_a_run_that_fails_is_a_row_with_its_reason():
-    model = lp.compose(
+    model = in_a_row(
         drive=Torque(tau=sin(lp.time)),
         motor=Inertia(J=1e-6),
         coupling=SpringDamper(c=1e9, d=1e6),
         rotor=Inertia(J=1.0),
         load=Damper(d=2.0),
         ground=Fixed(),
-        connections=lambda m: lp.chain(m.drive, m.motor, m.coupling, m.rotor, m.load, m.ground),
     )
     found = lp.simulation.work_precision(
         lp.assemble(model),
@@ -117,11 +117,6 @@ def test_what_makes_no_sense_is_refused(two_mass):
     system = lp.assemble(two_mass)
     with pytest.raises(OptionError, match="at least one tolerance"):
         lp.simulation.work_precision(system, until=1.0, tolerances=[])
-    empty = lp.compose(
-        a=Fixed(),
-        b=Spring(c=1.0),
-        c=Fixed(),
-        connections=lambda m: lp.chain(m.a, m.b, m.c),
-    )
+    empty = in_a_row(a=Fixed(), b=Spring(c=1.0), c=Fixed())
     with pytest.raises(OptionError, match="no states to compare"):
         lp.simulation.work_precision(lp.assemble(empty), until=1.0)

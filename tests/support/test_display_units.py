@@ -8,7 +8,7 @@ import pytest
 
 import lumped as lp
 from lumped.errors import OptionError, UnitError, UnknownNameError
-from lumped.support.display_units import _factors, chosen, display
+from lumped.support.display_units import _factors, choose_units, display
 from lumped.support.units import _registry
 
 RPM = 60 / (2 * pi)
@@ -82,7 +82,7 @@ def test_a_path_goes_before_a_last_name_and_that_before_a_unit():
 def test_a_key_that_may_be_a_name_or_a_unit_is_what_its_unit_fits(units, length, time):
     assert display("body.s", "m", units).unit == length
     assert display("time", "s", units).unit == time
-    assert chosen(units, ["body.s", "time"]) == units
+    assert choose_units(units, ["body.s", "time"]) == units
 
 
 def test_what_is_not_chosen_is_shown_as_usual():
@@ -126,7 +126,7 @@ def test_values_in_decibels_are_no_multiples():
 )
 def test_wrong_choices_are_refused(units, error, text):
     with pytest.raises(error, match=text):
-        chosen(units, ["motor.w", "shaft.tau"])
+        choose_units(units, ["motor.w", "shaft.tau"])
 
 
 @pytest.mark.parametrize(
@@ -156,7 +156,7 @@ def test_what_the_session_chose_counts_where_it_fits():
 def test_numbers_that_sum_up_a_run_answer_to_the_names_of_their_quantity(label):
     for key in (label, "motor.w", "w"):
         assert display(label, "rad/s", {key: "rpm"}).unit == "rpm"
-        assert chosen({key: "rpm"}, [label])
+        assert choose_units({key: "rpm"}, [label])
     assert display(label.replace("peak", "instant"), "s", {"motor.w": "rpm"}).unit == "s"
 
 

@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Inertia, Spring
@@ -39,12 +40,7 @@ def in_child(work, seconds=60.0):
 
 def swung(c=300.0):
     """Twist of a spring between two bodies after a second, and its closed form."""
-    model = lp.compose(
-        a=Inertia(J=2.0, w=1.0),
-        shaft=Spring(c=c),
-        b=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
-    )
+    model = in_a_row(a=Inertia(J=2.0, w=1.0), shaft=Spring(c=c), b=Inertia(J=1.0))
     run = lp.simulate(lp.assemble(model), until=1.0, rtol=1e-9, method="steps", grid=[1.0])
     omega = np.sqrt(c * (1 / 2.0 + 1 / 1.0))
     return run["shaft.phi_rel"][-1], -np.sin(omega) / omega
@@ -91,7 +87,7 @@ def test_children_of_a_process_whose_threads_assemble_make_their_runs():
     for thread in threads:
         thread.start()
     try:
-        for _ in range(12):
+        for _ in range(5):
             assert in_child(is_right)
             time.sleep(0.02)
     finally:

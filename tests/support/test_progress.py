@@ -10,14 +10,7 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.components import (
-    BearingFriction,
-    CrankSlider,
-    Inertia,
-    Spring,
-    SwingingMass,
-    Torque,
-)
+from lumped.components import BearingFriction, CrankSlider, Inertia, Spring, SwingingMass, Torque
 from lumped.errors import Interrupted, OptionError
 from lumped.ops import where
 from lumped.support import progress
@@ -85,7 +78,7 @@ def test_it_is_quiet_where_nobody_looks(capsys, monkeypatch):
     ("seconds", "text"), [(3.2, "3 s"), (600.0, "10 min"), (7200.0 * 2, "4.0 h")]
 )
 def test_time_is_spoken(seconds, text):
-    assert progress._spoken(seconds) == text
+    assert progress._format_time(seconds) == text
 
 
 def test_an_interrupted_run_keeps_what_it_computed(monkeypatch):

@@ -6,6 +6,7 @@ from math import pi
 
 import numpy as np
 import pytest
+from rows import assemble_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -34,16 +35,13 @@ LAST = re.compile(r"(?:^|, )([A-Za-z][\w./]*)$")
 
 @cache
 def system():
-    return lp.assemble(
-        lp.compose(
-            motor=Torque(tau=40.0),
-            a=Inertia(J=2.0),
-            shaft=SpringDamper(c=300.0, d=0.5),
-            b=Inertia(J=1.0),
-            mount=SpringDamper(c=80.0, d=0.4),
-            wall=Fixed(),
-            connections=lambda m: lp.chain(m.motor, m.a, m.shaft, m.b, m.mount, m.wall),
-        )
+    return assemble_row(
+        motor=Torque(tau=40.0),
+        a=Inertia(J=2.0),
+        shaft=SpringDamper(c=300.0, d=0.5),
+        b=Inertia(J=1.0),
+        mount=SpringDamper(c=80.0, d=0.4),
+        wall=Fixed(),
     )
 
 

@@ -5,12 +5,13 @@ import builtins
 import numpy as np
 import pint
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import ConverterDrive, Inertia, SpeedSensor, Spring, Vehicle
 from lumped.errors import UnitError
 from lumped.models import MACHINES
-from lumped.support.units import _registry, converted
+from lumped.support.units import _registry, convert_value
 
 DEGREE = np.pi / 180
 
@@ -43,19 +44,19 @@ DEGREE = np.pi / 180
     ],
 )
 def test_values_are_converted(value, unit, expected):
-    assert converted(value, unit, "x =") == pytest.approx(expected, rel=1e-14)
+    assert convert_value(value, unit, "x =") == pytest.approx(expected, rel=1e-14)
 
 
 @pytest.mark.parametrize("written", ["1 %", "0.5 dimensionless", "2 bit", "2 sr", "50 1/m", "3"])
 def test_a_number_is_no_angle(written):
     with pytest.raises(UnitError, match="rad"):
-        converted(written, "rad", "x =")
+        convert_value(written, "rad", "x =")
 
 
 @pytest.mark.parametrize("written", ["45 deg", "5 turn", "1 mrad", "2 rad", "2 bit", "3 Hz"])
 def test_an_angle_is_no_number(written):
     with pytest.raises(UnitError, match="of the kind 1"):
-        converted(written, "1", "x =")
+        convert_value(written, "1", "x =")
 
 
 def test_a_slope_in_degrees_is_refused_and_says_that_it_is_a_tangent():
@@ -65,7 +66,7 @@ def test_a_slope_in_degrees_is_refused_and_says_that_it_is_a_tangent():
 
 def test_a_difference_of_temperatures_is_no_temperature():
     with pytest.raises(UnitError, match="difference of temperatures"):
-        converted("20 delta_degC", "K", "x =")
+        convert_value("20 delta_degC", "K", "x =")
 
 
 @pytest.mark.parametrize(
@@ -77,7 +78,7 @@ def test_a_difference_of_temperatures_is_no_temperature():
 )
 def test_logarithms_are_refused(written, unit, remedy):
     with pytest.raises(UnitError) as caught:
-        converted(written, unit, "gear.ratio =")
+        convert_value(written, unit, "gear.ratio =")
     text = str(caught.value)
     assert text.startswith(f"gear.ratio = '{written}': this unit is a logarithm")
     assert text.endswith(
@@ -88,31 +89,30 @@ def test_logarithms_are_refused(written, unit, remedy):
 @pytest.mark.parametrize("written", ["-300 degC", "-273.16 degC", "-460 degF", "-300 celsius"])
 def test_temperatures_below_absolute_zero_are_refused(written):
     with pytest.raises(UnitError, match=r"part.T = .*: no temperature is below absolute zero"):
-        converted(written, "K", "part.T =")
+        convert_value(written, "K", "part.T =")
 
 
 @pytest.mark.parametrize("written", ["-273.15 degC", "-459.67 degF", "0 K"])
 def test_absolute_zero_is_a_temperature(written):
-    assert abs(converted(written, "K", "part.T =")) < 1e-9
+    assert abs(convert_value(written, "K", "part.T =")) < 1e-9
 
 
 @pytest.mark.parametrize("written", ["3 m)", "3 N.m/", "3 9**9**9", "3 import os", "3 m+s", "3 ["])
 def test_units_that_cannot_be_read_are_refused(written):
     with pytest.raises(UnitError, match="a number, a space and a unit, is needed"):
-        converted(written, "N.m", "x =")
+        convert_value(written, "N.m", "x =")
 
 
 def test_a_unit_that_is_none_is_told_of_the_declaration():
     with pytest.raises(UnitError, match=r"declares a quantity in 'Nmm/foo', which is no unit"):
-        converted("3 kN.m", "Nmm/foo", "x =")
+        convert_value("3 kN.m", "Nmm/foo", "x =")
 
 
 def test_units_enter_at_every_boundary():
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J="0.02 t.m2"),
         shaft=Spring(c=pint.UnitRegistry().Quantity(1.0, "kN*m/degree")),
         b=Inertia(J=5.0),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
     ).with_({"b.J": "7 kg.m2"})
     system = lp.assemble(model)
     assert system.parameters["a.J"] == 20.0
@@ -151,7 +151,7 @@ def test_without_pint_the_remedy_is_named(monkeypatch):
     with pytest.raises(UnitError, match=r"pip install lumped\[units\]"):
         Inertia(J="3 lb.ft2")
     assert Inertia(J="3 t.m2")._values["J"] == 3000.0
-    assert converted("1500 rpm", "rad/s", "x =") == pytest.approx(50 * np.pi, rel=1e-15)
+    assert convert_value("1500 rpm", "rad/s", "x =") == pytest.approx(50 * np.pi, rel=1e-15)
     monkeypatch.undo()
     assert Inertia(J="3 lb.ft2")._values["J"] == pytest.approx(3 * 0.45359237 * 0.3048**2)
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from linkages import double_rocker
+from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped.components import Brake, Inertia, SpringDamper, Torque
@@ -12,13 +13,7 @@ from lumped.errors import OptionError
 def pushed(**body):
     """A body that a torque of 10 N.m pushes from 1 s on."""
     torque = lp.ops.where(lp.time >= 1.0, 10.0, 0.0)
-    return lp.assemble(
-        lp.compose(
-            push=Torque(tau=torque),
-            body=Inertia(J=2.0, **body),
-            connections=lambda m: lp.chain(m.push, m.body),
-        )
-    )
+    return assemble_row(push=Torque(tau=torque), body=Inertia(J=2.0, **body))
 
 
 @pytest.mark.parametrize("method", ["auto", "explicit", "implicit", "taylor"])
@@ -52,9 +47,7 @@ def test_a_step_at_the_begin_counts_from_there_on():
     assert run["body.w"] == pytest.approx([0.0, 5.0], rel=1e-9)
     # what ends at the begin is over
     until = lp.ops.where(lp.time <= 1.0, 10.0, 0.0)
-    model = lp.compose(
-        push=Torque(tau=until), body=Inertia(J=1.0), connections=lambda m: lp.chain(m.push, m.body)
-    )
+    model = in_a_row(push=Torque(tau=until), body=Inertia(J=1.0))
     assert lp.start_point(lp.assemble(model), time=1.0)["push.tau"] == 0.0
 
 
@@ -68,22 +61,20 @@ def test_states_of_a_point_may_be_taken_for_those_at_another_time():
 def braked():
     """Stick-slip: a torque that swings, and a brake that is pressed harder from 1.2 s on."""
     wave = lp.ops.sin(2 * lp.ops.pi * lp.time)
-    return lp.compose(
+    return in_a_row(
         push=Torque(tau=8.0 * wave),
         body=Inertia(J=1.0),
         brake=Brake(f_max=6.0, u=lp.ops.where(lp.time >= 1.2, 1.0, 0.5)),
-        connections=lambda m: lp.chain(m.push, m.body, m.brake),
     )
 
 
 def vibrating():
     """Two bodies on a shaft; a torque that comes at 1 s."""
-    return lp.compose(
+    return in_a_row(
         push=Torque(tau=lp.ops.where(lp.time >= 1.0, 10.0, 0.0)),
         a=Inertia(J=1.0),
         shaft=SpringDamper(c=400.0, d=0.5),
         b=Inertia(J=2.0),
-        connections=lambda m: lp.chain(m.push, m.a, m.shaft, m.b),
     )
 
 

@@ -167,17 +167,9 @@ def test_engines_find_the_same_instants():
 # -- pulses of the time ----------------------------------------------------------------------------
 
 PULSES = {
-    "gauss": (
-        lambda o, x: 12 * o.exp(-(((x - 7.7) / 0.1) ** 2)),
-        20.0,
-        7.7,
-    ),
+    "gauss": (lambda o, x: 12 * o.exp(-(((x - 7.7) / 0.1) ** 2)), 20.0, 7.7),
     "lorentz": (lambda o, x: 30 / (1 + ((x - 3.0) / 0.02) ** 2), 5.0, 3.0),
-    "product": (
-        lambda o, x: 14 * o.sin(x) * o.exp(-(((x - 1.5) / 0.01) ** 2)),
-        6.0,
-        1.5,
-    ),
+    "product": (lambda o, x: 14 * o.sin(x) * o.exp(-(((x - 1.5) / 0.01) ** 2)), 6.0, 1.5),
     "short": (lambda o, x: 12 * o.exp(-(((x - 0.77) / 1e-5) ** 2)), 1.0, 0.77),
 }
 
@@ -254,9 +246,7 @@ def test_a_body_at_rest_takes_the_impulse_of_a_pulse(method, pulse):
 def test_pulses_in_lanes_and_by_all_engines_have_the_bits_of_single_runs():
     law = PULSES["short"][0](lp.ops, t) + PULSES["product"][0](lp.ops, t)
     model = lp.compose(
-        a=Inertia(J=1.0, w=0.0),
-        m=Torque(tau=law),
-        connections=lambda k: lp.chain(k.m, k.a),
+        a=Inertia(J=1.0, w=0.0), m=Torque(tau=law), connections=lambda k: lp.chain(k.m, k.a)
     )
     system, points = lp.assemble(model), np.linspace(0.5, 2.0, 11)[:, None]
     of = {"w": fun.final("a.w")}

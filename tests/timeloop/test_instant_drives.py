@@ -6,7 +6,8 @@
 import numpy as np
 import pytest
 from dense_drives import InstantDrive
-from hybrid_reference import BACKWARD, FORWARD, OFF, STICK, Contact, Drive, Line, Load, steady
+from hybrid_parts import Contact, Line, Load, steady
+from hybrid_reference import BACKWARD, FORWARD, OFF, STICK, Drive
 from instant_checks import check
 from instant_drives import in_both_orders, simulated
 from instant_laws import Law, Part
@@ -26,6 +27,7 @@ BY_A_HAIR = {
     207919: "accelerations that are rounding",
     305046: "freewheels that can bear only zero against each other",
     302140: "two stops at one place, with different restitutions",
+    603241: "a brake of 3 mN.m beside a stop that carries a thousand times as much",
 }
 
 

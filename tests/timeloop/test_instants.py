@@ -33,10 +33,7 @@ def test_a_freewheel_beside_a_play_never_turns_backwards(seed):
         wheel=OneWayClutch(u=0.0),
         play=Backlash(b=0.1),
         load=Torque(tau=float(size) * lp.ops.sin(float(rate) * lp.time)),
-        connections=lambda m: [
-            *lp.chain(m.a, m.wheel, m.b, m.load),
-            *lp.chain(m.a, m.play, m.b),
-        ],
+        connections=lambda m: [*lp.chain(m.a, m.wheel, m.b, m.load), *lp.chain(m.a, m.play, m.b)],
     )
     run = lp.simulate(lp.assemble(model), until=4.0, grid=1000)
     assert run["wheel.w_rel"].min() > -1e-9

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import assume, given, note
 from hypothesis import strategies as st
 from laws import RELATIONS, ChatterError, expression, motion, numbers
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia
@@ -130,11 +131,7 @@ def test_a_law_of_the_time_alone_moves_a_body_alike_with_every_method(tree):
 def test_a_power_of_what_is_cut_at_zero_is_never_taken_of_less(method):
     """A torque ``max(1 - phi, 0)^1.5`` does the work ``1 / 2.5``; a step may pass its end."""
     push = LawTorque(law=lambda phi, w: lp.ops.maximum(1 - phi, 0.0) ** 1.5)
-    model = lp.compose(
-        body=Inertia(J=1.0),
-        push=push,
-        connections=lambda m: lp.chain(m.body, m.push),
-    )
+    model = in_a_row(body=Inertia(J=1.0), push=push)
     start = {"body.phi": 0.0, "body.w": 1.0}
     system = lp.assemble(model, keep=["body.phi"])
     run = lp.simulate(system, until=3.0, start=start, method=method, rtol=1e-9)

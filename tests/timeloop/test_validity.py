@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, Torque
@@ -32,12 +33,11 @@ class Rubber(lp.Component):
 
 def swing(begin=0.0, push=0.0, **rubber):
     """A rotor of inertia 1 on rubber of stiffness 100: 10 rad/s."""
-    model = lp.compose(
+    model = in_a_row(
         wall=Fixed(),
         rubber=Rubber(c=100.0, phi_rel=begin, **rubber),
         rotor=Inertia(J=1.0),
         torque=Torque(tau=push),
-        connections=lambda m: lp.chain(m.wall, m.rubber, m.rotor, m.torque),
     )
     return lp.assemble(model)
 
@@ -118,11 +118,7 @@ def test_a_range_that_is_left_for_a_ten_thousandth_of_a_step(method):
     lp.simulate(system, until=1.0, grid=(0.0, 1.0), method=method, parameters={"top": 0.9899})
     tops = np.array([0.9899, 1.0, 0.98999, 0.99001, 0.5, 3.0, 0.0, -0.9999, -1.0001])
     found = lp.ensemble(
-        system,
-        over={"top": tops},
-        until=1.0,
-        of=[lp.functionals.final("phi")],
-        method=method,
+        system, over={"top": tops}, until=1.0, of=[lp.functionals.final("phi")], method=method
     )
     assert set(found.failures) == {1, 3, 5, 8}
 
@@ -134,12 +130,7 @@ def test_a_range_of_a_quantity_of_another_component_is_refused():
         def valid(self):
             yield Fixed().flange.phi, 0, 1, "rad", "twist", "Do not"
 
-    model = lp.compose(
-        wall=Fixed(),
-        rubber=Stray(c=100.0),
-        rotor=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.wall, m.rubber, m.rotor),
-    )
+    model = in_a_row(wall=Fixed(), rubber=Stray(c=100.0), rotor=Inertia(J=1.0))
     with pytest.raises(EquationError, match="rubber"):
         lp.assemble(model)
 
@@ -152,11 +143,6 @@ def test_a_range_that_is_none_is_refused(given):
         def valid(self):
             yield given
 
-    model = lp.compose(
-        wall=Fixed(),
-        rubber=Vague(c=100.0),
-        rotor=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.wall, m.rubber, m.rotor),
-    )
+    model = in_a_row(wall=Fixed(), rubber=Vague(c=100.0), rotor=Inertia(J=1.0))
     with pytest.raises(EquationError, match=r"rubber.*valid\(\) gave .* an advice are needed"):
         lp.assemble(model)

@@ -1,6 +1,7 @@
 """Small drives with closed forms."""
 
 import numpy as np
+from rows import assemble_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, Spring, SpringDamper, Torque
@@ -42,11 +43,4 @@ def wheel():
 
 def pendulum_on_a_spring():
     """An inertia on a spring to the ground: f = sqrt(c / J) / (2 pi)."""
-    return lp.assemble(
-        lp.compose(
-            body=Inertia(J=2.0),
-            spring=Spring(c=1000.0),
-            wall=Fixed(),
-            connections=lambda m: lp.chain(m.body, m.spring, m.wall),
-        )
-    )
+    return assemble_row(body=Inertia(J=2.0), spring=Spring(c=1000.0), wall=Fixed())

@@ -51,9 +51,7 @@ def test_a_product_of_lognormal_parameters_has_its_closed_form():
     scene = GivenScene(
         [lognormal(2.0, 0.1), lognormal(5.0, 0.2), uniform(0.0, 1.0)],
         lambda x: (x[:, 0] * x[:, 1] ** 2)[:, None],
-        lambda x: np.column_stack(
-            [x[:, 1] ** 2, 2 * x[:, 0] * x[:, 1], np.zeros(len(x))],
-        )[:, None],
+        lambda x: np.column_stack([x[:, 1] ** 2, 2 * x[:, 0] * x[:, 1], np.zeros(len(x))])[:, None],
     )
     found = by_chaos(scene, 100, 0, "sobol").spreads["y0"]
     law = scipy.stats.lognorm(np.hypot(0.1, 0.4), scale=50.0)
@@ -95,9 +93,7 @@ def test_what_jumps_is_not_trusted_and_what_fails_is_told():
         return np.column_stack([jumps, fails])
 
     scene = GivenScene(
-        [normal(0.0, 1.0)] * 2,
-        formula,
-        lambda x: np.tile([[0.0, 0.0], [0.0, 1.0]], (len(x), 1, 1)),
+        [normal(0.0, 1.0)] * 2, formula, lambda x: np.tile([[0.0, 0.0], [0.0, 1.0]], (len(x), 1, 1))
     )
     found = by_chaos(scene, 128, 0, "sobol")
     jumps, fails = found.spreads["y0"], found.spreads["y1"]
@@ -115,9 +111,7 @@ def test_too_few_runs_are_refused():
     with pytest.raises(OptionError, match="runs = 9: at least 10 are needed"):
         by_chaos(ishigami(), 9, 0, "sobol")
     lost = GivenScene(
-        [normal(0.0, 1.0)],
-        lambda x: np.where(x > -2, np.nan, x),
-        lambda x: np.ones((len(x), 1, 1)),
+        [normal(0.0, 1.0)], lambda x: np.where(x > -2, np.nan, x), lambda x: np.ones((len(x), 1, 1))
     )
     with pytest.raises(SolverError, match=r"0 of 20 runs have y0.*Run 0: the formula has no"):
         by_chaos(lost, 20, 0, "sobol")

@@ -6,7 +6,7 @@ from scipy import integrate, optimize
 from scipy.stats import chi2, norm
 
 from lumped.errors import LumpedError, SolverError
-from lumped.numerics.nearest_points import searched
+from lumped.numerics.nearest_points import search_together
 from lumped.tolerances.failure.form import form, join_points, points_of, search_all
 from lumped.tolerances.failure.importance import around, centres
 from lumped.tolerances.failure.limit import Limit
@@ -121,7 +121,7 @@ def test_a_search_that_swings_with_the_plain_method_ends():
         by = 5 * np.column_stack([3 * x**2 + 2 * x * y, x**2 + 3 * y**2])
         return x**3 + x**2 * y + y**3 - 18, by
 
-    (search,) = searched(slopes, [np.zeros(2)])
+    (search,) = search_together(slopes, [np.zeros(2)])
     angle = np.linspace(0, 2 * np.pi, 2001)
     ring = 2.2983 * np.column_stack([np.cos(angle), np.sin(angle)])
     print(np.linalg.norm(search.u), search.count)

@@ -5,6 +5,7 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 import scipy
+from rows import in_a_row
 from scipy.stats import norm
 
 import lumped as lp
@@ -36,21 +37,11 @@ def pulled_to_a_stop():
 
 
 def spring_mass(d=0.0):
-    return lp.compose(
-        wall=Fixed(),
-        spring=SpringDamper(c=400.0, d=d),
-        mass=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.wall, m.spring, m.mass),
-    )
+    return in_a_row(wall=Fixed(), spring=SpringDamper(c=400.0, d=d), mass=Inertia(J=1.0))
 
 
 def two_masses():
-    return lp.compose(
-        a=Inertia(J=1.0),
-        spring=SpringDamper(c=400.0, d=0.0),
-        b=Inertia(J=2.0),
-        connections=lambda m: lp.chain(m.a, m.spring, m.b),
-    )
+    return in_a_row(a=Inertia(J=1.0), spring=SpringDamper(c=400.0, d=0.0), b=Inertia(J=2.0))
 
 
 @pytest.fixture(scope="module")
@@ -364,9 +355,4 @@ def test_what_has_no_derivative_names_the_method_that_needs_none():
 
 def test_a_damping_that_depends_on_nothing(torsion):
     with pytest.raises(OptionError, match="does not depend on a"):
-        lp.reliability(
-            torsion,
-            fun.damping(0),
-            above=0.1,
-            over={"a.J": lp.normal(1.0, 0.1)},
-        )
+        lp.reliability(torsion, fun.damping(0), above=0.1, over={"a.J": lp.normal(1.0, 0.1)})

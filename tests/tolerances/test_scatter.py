@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy
+from rows import assemble_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -138,12 +139,8 @@ def test_the_ranking_in_the_small_is_that_of_the_derivatives(driven):
 
 def braked():
     """A body that stands after ``2 w / f_max``: half of f_max is its torque."""
-    return lp.assemble(
-        lp.compose(
-            body=Inertia(J=1.0, w=10.0),
-            brake=Brake(f_max=10.0, characteristic=((0.0, 0.5),), u=1.0),
-            connections=lambda m: lp.chain(m.body, m.brake),
-        )
+    return assemble_row(
+        body=Inertia(J=1.0, w=10.0), brake=Brake(f_max=10.0, characteristic=((0.0, 0.5),), u=1.0)
     )
 
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from rows import assemble_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -116,12 +117,8 @@ def test_all_runs_that_fail_are_an_error_and_some_are_told():
     with pytest.raises(ParameterError, match=r"body\.J = -1"):
         scene.curvatures(np.array([-1.0]))
 
-    system = lp.assemble(
-        lp.compose(
-            body=Inertia(J=1.0, w=10.0),
-            brake=Brake(f_max=10.0, characteristic=((0.0, 0.5),), u=1.0),
-            connections=lambda m: lp.chain(m.body, m.brake),
-        )
+    system = assemble_row(
+        body=Inertia(J=1.0, w=10.0), brake=Brake(f_max=10.0, characteristic=((0.0, 0.5),), u=1.0)
     )
     over, of = {"brake.f_max": lp.uniform(8.0, 9.0)}, fun.instant("brake", "stuck")
     with pytest.raises(SolverError, match=r"scatter: all 20 runs fail\. Run 0: .*event"):

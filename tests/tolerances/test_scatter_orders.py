@@ -30,10 +30,7 @@ def response():
         ],
     )
     return lp.vibration.order_response(
-        lp.assemble(model),
-        speeds=SPEEDS,
-        of=["shaft.tau"],
-        excitations={"torque.tau": {ORDER: A}},
+        lp.assemble(model), speeds=SPEEDS, of=["shaft.tau"], excitations={"torque.tau": {ORDER: A}}
     )
 
 

@@ -1,6 +1,7 @@
 """The wrong models of all kinds, and the page docs/errors.md that shows their answers."""
 
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -86,6 +87,7 @@ Long numbers are rounded here.
 LONG = re.compile(r"-?\d+(\.\d{4,}(e[+-]\d+)?|(\.\d+)?e-\d+)")
 
 
+@cache
 def answer(case):
     """The error that a case raises."""
     with pytest.raises(LumpedError) as caught:

@@ -16,7 +16,7 @@ from lumped.components import (
 from lumped.errors import ConnectError, DeclarationError, EquationError, SingularModelError
 
 from . import Table
-from .parts import Hoist, Line, Machine, Shaft, build
+from .parts import Hoist, Line, Machine, Shaft, assemble_row, build
 
 wrong = Table("Ports and connections")
 
@@ -24,7 +24,7 @@ wrong = Table("Ports and connections")
 @wrong(ConnectError, "shaft.flange_b", "not connected")
 def port_open():
     """The end of a shaft is not connected."""
-    build(lambda m: lp.chain(m.motor, m.shaft), motor=Inertia(J=1.0), shaft=Spring(c=1.0))
+    assemble_row(motor=Inertia(J=1.0), shaft=Spring(c=1.0))
 
 
 @wrong(ConnectError, "hoist.line.second.twist.flange_b", "not connected")
@@ -90,16 +90,14 @@ def part_of_another_model():
 @wrong(ConnectError, "rotational flange", "translational flange", "rack and pinion")
 def rotation_on_translation():
     """A shaft is connected to a sliding mass."""
-    build(lambda m: lp.chain(m.shaft, m.slide), shaft=Inertia(J=1.0), slide=translation.Mass(m=1.0))
+    assemble_row(shaft=Inertia(J=1.0), slide=translation.Mass(m=1.0))
 
 
 @wrong(ConnectError, "motor.p (electrical pin)", "rotor.flange_a (rotational flange)")
 def pin_on_a_flange():
     """An electric pin is connected to a shaft."""
     build(
-        lambda m: [lp.connect(m.motor.p, m.rotor.flange_a)],
-        motor=Machine(),
-        rotor=Inertia(J=1.0),
+        lambda m: [lp.connect(m.motor.p, m.rotor.flange_a)], motor=Machine(), rotor=Inertia(J=1.0)
     )
 
 
@@ -128,31 +126,20 @@ def signal_of_a_sensor_on_a_shaft():
 def part_instead_of_port():
     """A part is connected, not one of its ports."""
     build(
-        lambda m: [lp.connect(m.motor, m.shaft.flange_a)],
-        motor=Inertia(J=1.0),
-        shaft=Spring(c=1.0),
+        lambda m: [lp.connect(m.motor, m.shaft.flange_a)], motor=Inertia(J=1.0), shaft=Spring(c=1.0)
     )
 
 
 @wrong(ConnectError, "'motor.w'", "ports and signals")
 def variable_instead_of_port():
     """A variable of a body is connected to the input of a source."""
-    build(
-        lambda m: [lp.connect(m.motor.w, m.drive.tau)],
-        motor=Inertia(J=1.0),
-        drive=Torque(),
-    )
+    build(lambda m: [lp.connect(m.motor.w, m.drive.tau)], motor=Inertia(J=1.0), drive=Torque())
 
 
 @wrong(ConnectError, "Planetary set", "'flange_a'", "sun, carrier, ring")
 def planetary_in_a_chain():
     """A chain runs through a planetary gear, which has no flange_a."""
-    build(
-        lambda m: lp.chain(m.motor, m.set, m.load),
-        motor=Inertia(J=1.0),
-        set=Planetary(ratio=2.0),
-        load=Inertia(J=1.0),
-    )
+    assemble_row(motor=Inertia(J=1.0), set=Planetary(ratio=2.0), load=Inertia(J=1.0))
 
 
 @wrong(ConnectError, "motor.flange_b", "at least two ports")

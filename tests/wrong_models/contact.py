@@ -5,7 +5,7 @@ from lumped.components import Backlash, ElastoBacklash, Inertia, translation
 from lumped.errors import ParameterError, SolverError, StartError
 
 from . import Table
-from .parts import build
+from .parts import assemble_row, build
 
 wrong = Table("Contact")
 
@@ -24,23 +24,13 @@ def resting(stop, **start):
 @wrong(ParameterError, "mesh.b = -0.001 rad", "whole play", "at least 0")
 def negative_play():
     """The play of an elastic mesh is negative."""
-    build(
-        lambda m: lp.chain(m.pinion, m.mesh, m.wheel),
-        pinion=Inertia(J=1.0),
-        mesh=ElastoBacklash(c=1e5, b=-1e-3),
-        wheel=Inertia(J=1.0),
-    )
+    assemble_row(pinion=Inertia(J=1.0), mesh=ElastoBacklash(c=1e5, b=-1e-3), wheel=Inertia(J=1.0))
 
 
 @wrong(ParameterError, "mesh.b = 0 rad", "greater than 0")
 def rigid_play_of_nothing():
     """Rigid flanks without play between them: that is a rigid joint."""
-    build(
-        lambda m: lp.chain(m.pinion, m.mesh, m.wheel),
-        pinion=Inertia(J=1.0),
-        mesh=Backlash(b=0.0),
-        wheel=Inertia(J=1.0),
-    )
+    assemble_row(pinion=Inertia(J=1.0), mesh=Backlash(b=0.0), wheel=Inertia(J=1.0))
 
 
 @wrong(ParameterError, "stop.restitution = 1.2", "at most 1")
@@ -58,11 +48,8 @@ def start_inside_a_stop():
 @wrong(StartError, "mesh starts 0.03 rad inside", "a gap, or none")
 def start_beyond_a_flank():
     """Two gears start with their teeth inside each other."""
-    system = build(
-        lambda m: lp.chain(m.pinion, m.mesh, m.wheel),
-        pinion=Inertia(J=1.0, phi=0.0, w=0.0),
-        mesh=Backlash(b=0.04),
-        wheel=Inertia(J=1.0, phi=0.05),
+    system = assemble_row(
+        pinion=Inertia(J=1.0, phi=0.0, w=0.0), mesh=Backlash(b=0.04), wheel=Inertia(J=1.0, phi=0.05)
     )
     lp.start_point(system)
 

@@ -9,16 +9,10 @@ from lumped.components import (
     Torque,
     ViscousDamper,
 )
-from lumped.errors import (
-    DeclarationError,
-    EquationError,
-    OptionError,
-    ParameterError,
-    SolverError,
-)
+from lumped.errors import DeclarationError, EquationError, OptionError, ParameterError, SolverError
 
 from . import Table
-from .parts import build
+from .parts import assemble_row, build
 
 wrong = Table("Elastic couplings and torsional dampers")
 
@@ -27,8 +21,7 @@ ROWS = ((0, 60e3), (1000, 95e3), (2000, 150e3))
 
 def drive(push=0.0, **given):
     """Two bodies joined by an elastic coupling."""
-    return build(
-        lambda m: lp.chain(m.motor, m.rotor, m.coupling, m.load),
+    return assemble_row(
         motor=Torque(tau=push),
         rotor=Inertia(J=12.0),
         coupling=ElasticCoupling(**{"stiffness": ROWS, "psi": 0.8, "w_loss": 90.0, **given}),
@@ -86,11 +79,8 @@ def amplitude_beyond_the_rows():
 def maxwell(**given):
     """Two bodies joined by a coupling of Maxwell branches."""
     values = {"stiffness": ROWS, "static": 0.7, "psi": 0.8, "band": (30.0, 300.0), **given}
-    return build(
-        lambda m: lp.chain(m.rotor, m.coupling, m.load),
-        rotor=Inertia(J=12.0),
-        coupling=MaxwellCoupling(**values),
-        load=Inertia(J=30.0),
+    return assemble_row(
+        rotor=Inertia(J=12.0), coupling=MaxwellCoupling(**values), load=Inertia(J=30.0)
     )
 
 

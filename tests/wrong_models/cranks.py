@@ -56,9 +56,7 @@ def prescribed_beyond_reach():
             yield self.phi == lp.ops.asin(0.6 / 0.5 * lp.ops.sin(self.flange.phi))
 
     system = build(
-        lambda m: [lp.connect(m.turn.flange, m.rod.flange)],
-        turn=Position(phi=lp.time),
-        rod=Rod(),
+        lambda m: [lp.connect(m.turn.flange, m.rod.flange)], turn=Position(phi=lp.time), rod=Rod()
     )
     lp.simulate(system, until=2.0, grid=2000)["rod.phi"]
 

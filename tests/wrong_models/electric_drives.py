@@ -21,7 +21,7 @@ from lumped.components import (
 from lumped.errors import ConnectError, EquationError, ParameterError, SingularModelError
 
 from . import Table
-from .parts import Resistor, build
+from .parts import Resistor, assemble_row, build
 
 wrong = Table("Electric drives")
 
@@ -105,11 +105,10 @@ def limits_crossed():
 @wrong(ParameterError, "safety.static = 30 N.m", "at least safety.kinetic = 50 N.m")
 def limits_of_a_slip_coupling_exchanged():
     """A coupling holds less at rest than it carries while it slips."""
-    build(
+    assemble_row(
         motor=Inertia(J=1.0),
         safety=SlipCoupling(static=30.0, kinetic=50.0, u=1.0),
         load=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.motor, m.safety, m.load),
     )
 
 
@@ -177,9 +176,7 @@ def cascade_with_negative_limits():
 @wrong(EquationError, "order (PositionSequencer)", "targets = (0.5, None)", "finite number")
 def target_that_is_none():
     """A sequence of positions holds something that is no number."""
-    build(
-        order=PositionSequencer(targets=(0.5, None), tolerance=0.01, dwell=0.2, measured=0.0),
-    )
+    build(order=PositionSequencer(targets=(0.5, None), tolerance=0.01, dwell=0.2, measured=0.0))
 
 
 @wrong(ParameterError, "order.tolerance = 0", "order.dwell = -1 s", "greater than 0")

@@ -5,7 +5,7 @@ from lumped.components import Inertia, Speed
 from lumped.errors import SolverError, StartError
 
 from . import Table
-from .parts import braked_drive, build
+from .parts import assemble_row, braked_drive
 
 wrong = Table("Equilibria")
 
@@ -19,14 +19,7 @@ def rest_of_a_driven_shaft():
 @wrong(SolverError, "no rest", "rotor.w = 10 rad/s", "sources of motion")
 def rest_on_a_speed_source():
     """A body on a speed source shall rest."""
-    lp.equilibrium(
-        build(
-            lambda m: lp.chain(m.motor, m.rotor),
-            motor=Speed(w=10.0),
-            rotor=Inertia(J=1.0),
-        ),
-        rest=True,
-    )
+    lp.equilibrium(assemble_row(motor=Speed(w=10.0), rotor=Inertia(J=1.0)), rest=True)
 
 
 @wrong(StartError, "rotor.w = 4 rad/s", "rest")

@@ -1,6 +1,5 @@
 """Bearings, journals, brakes and clutches."""
 
-import lumped as lp
 from lumped.components import (
     BearingFriction,
     Clutch,
@@ -13,17 +12,15 @@ from lumped.components import (
 from lumped.errors import ConnectError, EquationError, ParameterError, SingularModelError
 
 from . import Table
-from .parts import build
+from .parts import assemble_row
 
 wrong = Table("Friction")
 
 
 def rubbing(characteristic=((0, 1),), **values):
     """Assemble a shaft in a bearing of this friction."""
-    build(
-        lambda m: lp.chain(m.motor, m.bearing),
-        motor=Inertia(J=1.0),
-        bearing=BearingFriction(characteristic=characteristic, **values),
+    assemble_row(
+        motor=Inertia(J=1.0), bearing=BearingFriction(characteristic=characteristic, **values)
     )
 
 
@@ -72,11 +69,7 @@ def stribeck_curve_upside_down():
 @wrong(ParameterError, "journal.mu = -0.15", "journal.d = 0 m")
 def journal_that_drives():
     """A journal has a negative friction coefficient and no diameter."""
-    build(
-        lambda m: lp.chain(m.motor, m.journal),
-        motor=Inertia(J=1.0),
-        journal=JournalFriction(mu=-0.15, d=0.0, f_n=100.0),
-    )
+    assemble_row(motor=Inertia(J=1.0), journal=JournalFriction(mu=-0.15, d=0.0, f_n=100.0))
 
 
 @wrong(ParameterError, "bearing.peak = 0.8", "at least 1")
@@ -88,19 +81,15 @@ def peak_below_one():
 @wrong(ParameterError, "clutch.f_max = -500 N", "at least 0", "clutch.c_geo = -0.1 m")
 def clutch_pulled_apart():
     """The normal force and the geometry of a clutch are negative."""
-    build(
-        lambda m: lp.chain(m.motor, m.clutch, m.load),
-        motor=Inertia(J=1.0),
-        clutch=Clutch(f_max=-500.0, c_geo=-0.1, u=1.0),
-        load=Inertia(J=1.0),
+    assemble_row(
+        motor=Inertia(J=1.0), clutch=Clutch(f_max=-500.0, c_geo=-0.1, u=1.0), load=Inertia(J=1.0)
     )
 
 
 @wrong(SingularModelError, "clutch", "no inertia", "Inertia or Mass on each side")
 def clutch_without_a_body_on_one_side():
     """A clutch drives a shaft without inertia."""
-    build(
-        lambda m: lp.chain(m.motor, m.clutch, m.shaft, m.load),
+    assemble_row(
         motor=Inertia(J=1.0),
         clutch=Clutch(f_max=10.0, u=1.0),
         shaft=Spring(c=100.0),
@@ -111,18 +100,15 @@ def clutch_without_a_body_on_one_side():
 @wrong(ConnectError, "brake.u", "normal force")
 def brake_that_nobody_presses():
     """The normal force of a brake is not given."""
-    build(
-        lambda m: lp.chain(m.motor, m.brake),
-        motor=Inertia(J=1.0),
-        brake=friction.Brake(f_max=10.0),
-    )
+    assemble_row(motor=Inertia(J=1.0), brake=friction.Brake(f_max=10.0))
 
 
-@wrong(SingularModelError, "first, second hold and slide without inertia", "Inertia")
+@wrong(
+    SingularModelError, "first, second hold and slide without inertia", "between each two of them"
+)
 def two_clutches_in_a_row():
     """Two clutches stand in a row with nothing between them."""
-    build(
-        lambda m: lp.chain(m.motor, m.first, m.second, m.load),
+    assemble_row(
         motor=Inertia(J=1.0),
         first=Clutch(f_max=10.0, u=1.0),
         second=Clutch(f_max=10.0, u=1.0),

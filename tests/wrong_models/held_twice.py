@@ -15,20 +15,15 @@ from lumped.components import (
 from lumped.errors import SingularModelError
 
 from . import Table
-from .parts import build
+from .parts import assemble_row, build
 
 wrong = Table("Motion held or prescribed twice")
 
 
-@wrong(SingularModelError, "bearing.flange", "brake.flange", "spring between")
+@wrong(SingularModelError, "bearing.flange", "brake.flange", "Nothing determines", "spring between")
 def two_supports():
     """Two rigid supports hold the two ends of one rigid rotor."""
-    build(
-        lambda m: lp.chain(m.bearing, m.rotor, m.brake),
-        bearing=Fixed(),
-        rotor=Inertia(J=1.0),
-        brake=Fixed(),
-    )
+    assemble_row(bearing=Fixed(), rotor=Inertia(J=1.0), brake=Fixed())
 
 
 @wrong(SingularModelError, "stand.motor_mount", "stand.foot", "spring between")
@@ -45,12 +40,7 @@ def two_supports_inside_a_part():
         def connections(self):
             yield lp.connect(self.flange, self.motor_mount.flange, self.foot.flange)
 
-    build(
-        lambda m: lp.chain(m.stand, m.spring, m.load),
-        stand=Stand(),
-        spring=Spring(c=1.0),
-        load=Inertia(J=1.0),
-    )
+    assemble_row(stand=Stand(), spring=Spring(c=1.0), load=Inertia(J=1.0))
 
 
 @wrong(SingularModelError, "mill.w = 10", "grid.w = 12", "rotor")
@@ -70,34 +60,19 @@ def two_speeds_on_one_shaft():
 @wrong(SingularModelError, "fast.flange", "slow.flange", "gear")
 def two_speeds_through_a_gear():
     """Two speed sources drive the two sides of a rigid gear."""
-    build(
-        lambda m: lp.chain(m.fast, m.gear, m.slow),
-        fast=Speed(w=30.0),
-        gear=IdealGear(ratio=3.0),
-        slow=Speed(w=10.0),
-    )
+    assemble_row(fast=Speed(w=30.0), gear=IdealGear(ratio=3.0), slow=Speed(w=10.0))
 
 
-@wrong(SingularModelError, "servo.phi = 1", "motor.w = 10")
+@wrong(SingularModelError, "servo.phi = 1", "motor.w = 10", "prescribed motions meet at")
 def speed_and_position():
     """A speed source and a position source drive the same shaft."""
-    build(
-        lambda m: lp.chain(m.motor, m.body, m.servo),
-        motor=Speed(w=10.0),
-        body=Inertia(J=1.0),
-        servo=Position(phi=1.0),
-    )
+    assemble_row(motor=Speed(w=10.0), body=Inertia(J=1.0), servo=Position(phi=1.0))
 
 
 @wrong(SingularModelError, "wall.flange.phi = wall.phi0", "motor")
 def speed_on_a_fixed_shaft():
     """A speed source drives a rotor that a support holds."""
-    build(
-        lambda m: lp.chain(m.motor, m.rotor, m.wall),
-        motor=Speed(w=10.0),
-        rotor=Inertia(J=1.0),
-        wall=Fixed(),
-    )
+    assemble_row(motor=Speed(w=10.0), rotor=Inertia(J=1.0), wall=Fixed())
 
 
 @wrong(SingularModelError, "left.flange", "right.flange", "rack")

@@ -12,19 +12,14 @@ from lumped.components import (
 from lumped.errors import ConnectError, EquationError, ParameterError, SingularModelError
 
 from . import Table
-from .parts import build
+from .parts import assemble_row, build
 
 wrong = Table("Gears with loss, and heat")
 
 
 def hoist(**given):
     """Two bodies joined by a lossy gear."""
-    build(
-        lambda m: lp.chain(m.motor, m.gear, m.drum),
-        motor=Inertia(J=0.1),
-        gear=LossyGear(ratio=5.0, **given),
-        drum=Inertia(J=2.0),
-    )
+    assemble_row(motor=Inertia(J=0.1), gear=LossyGear(ratio=5.0, **given), drum=Inertia(J=2.0))
 
 
 @wrong(EquationError, "gear (LossyGear)", "while b drives", "10 rad/s", "1.2", "at most 1")
@@ -72,19 +67,13 @@ def loss_table_from_a_file():
 @wrong(ParameterError, "gear.eta = 1.1", "efficiency", "at most 1")
 def efficient_gear_above_one():
     """The efficiency of a gear is greater than one."""
-    build(
-        lambda m: lp.chain(m.motor, m.gear, m.drum),
-        motor=Inertia(J=0.1),
-        gear=EfficientGear(ratio=5.0, eta=1.1),
-        drum=Inertia(J=2.0),
-    )
+    assemble_row(motor=Inertia(J=0.1), gear=EfficientGear(ratio=5.0, eta=1.1), drum=Inertia(J=2.0))
 
 
 @wrong(SingularModelError, "gear", "no inertia", "Put an Inertia")
 def lossy_gear_between_springs():
     """A lossy gear without inertia stands between elastic shafts."""
-    build(
-        lambda m: lp.chain(m.motor, m.left, m.gear, m.right, m.drum),
+    assemble_row(
         motor=Inertia(J=0.1),
         left=Spring(c=100.0),
         gear=EfficientGear(ratio=5.0, eta=0.9),

@@ -9,6 +9,11 @@ def build(connections=(), **parts):
     return lp.assemble(lp.compose(connections=connections, **parts))
 
 
+def assemble_row(**parts):
+    """Assemble a model of these parts, each joined to the next one."""
+    return build(lambda m: lp.chain(*(getattr(m, name) for name in parts)), **parts)
+
+
 class Resistor(lp.Component):
     """Resistor: v_p - v_n = R i."""
 
@@ -100,15 +105,11 @@ class Brake(lp.Component):
 def braked(law):
     """Assemble a rotor with a brake of this law."""
     kind = type("Brake", (Brake,), {"__doc__": "Brake under test.", "equations": law})
-    return build(lambda m: lp.chain(m.rotor, m.brake), rotor=Inertia(J=1.0, w=1.0), brake=kind())
+    return assemble_row(rotor=Inertia(J=1.0, w=1.0), brake=kind())
 
 
 def braked_drive():
     """A motor against a damper."""
-    return build(
-        lambda m: lp.chain(m.drive, m.rotor, m.brake, m.wall),
-        drive=Torque(tau=6.0),
-        rotor=Inertia(J=2.0),
-        brake=Damper(d=0.5),
-        wall=Fixed(),
+    return assemble_row(
+        drive=Torque(tau=6.0), rotor=Inertia(J=2.0), brake=Damper(d=0.5), wall=Fixed()
     )

@@ -5,7 +5,7 @@ from lumped.components import Inertia, Position, Torque
 from lumped.errors import OptionError, SolverError, UnitError, UnknownNameError
 
 from . import Table
-from .parts import Hoist, build
+from .parts import Hoist, assemble_row, build
 
 wrong = Table("Runs")
 
@@ -25,9 +25,7 @@ def simulate_a_model():
 @wrong(OptionError, "linearise: inputs = 'drive.tau'", "Write ['drive.tau']")
 def a_text_for_a_list():
     """One input is named without the brackets of a list."""
-    system = build(
-        lambda m: lp.chain(m.drive, m.rotor), drive=Torque(tau=1.0), rotor=Inertia(J=1.0)
-    )
+    system = assemble_row(drive=Torque(tau=1.0), rotor=Inertia(J=1.0))
     lp.linearise(system, inputs="drive.tau")
 
 
@@ -54,9 +52,7 @@ def assemble_a_class():
 def prescribed_jump():
     """A prescribed angle jumps, and a rigid body would have to follow."""
     step = lp.ops.where(lp.time >= 0.5, 1.0, 0.0)
-    system = build(
-        lambda m: lp.chain(m.servo, m.drum), servo=Position(phi=step), drum=Inertia(J=1.0)
-    )
+    system = assemble_row(servo=Position(phi=step), drum=Inertia(J=1.0))
     lp.simulate(system, until=1.0)
 
 
@@ -97,9 +93,7 @@ def root_of_a_negative_number():
 @wrong(SolverError, "rotor.w", "accelerates for ever")
 def no_equilibrium():
     """A free drive with a net torque is asked for its equilibrium."""
-    lp.equilibrium(
-        build(lambda m: lp.chain(m.motor, m.rotor), motor=Torque(tau=3.0), rotor=Inertia(J=2.0))
-    )
+    lp.equilibrium(assemble_row(motor=Torque(tau=3.0), rotor=Inertia(J=2.0)))
 
 
 @wrong(UnitError, "until", "'1 m'", "of the kind s")

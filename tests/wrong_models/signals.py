@@ -5,7 +5,7 @@ from lumped.components import Constant, Inertia, SpeedSensor, Torque
 from lumped.errors import ConnectError, DeclarationError, SingularModelError
 
 from . import Table
-from .parts import build
+from .parts import assemble_row, build
 
 wrong = Table("Signals")
 
@@ -13,7 +13,7 @@ wrong = Table("Signals")
 @wrong(ConnectError, "motor.tau", "no source", "tau=")
 def input_without_source():
     """A torque source gets no torque."""
-    build(lambda m: lp.chain(m.motor, m.rotor), motor=Torque(), rotor=Inertia(J=1.0))
+    assemble_row(motor=Torque(), rotor=Inertia(J=1.0))
 
 
 @wrong(ConnectError, "motor.tau", "one.y", "two.y", "2 sources")
@@ -47,10 +47,7 @@ def input_connected_and_given():
 def inputs_joined_only():
     """Two inputs are joined, and nothing feeds them."""
     build(
-        lambda m: [
-            *lp.chain(m.left, m.rotor, m.right),
-            lp.connect(m.left.tau, m.right.tau),
-        ],
+        lambda m: [*lp.chain(m.left, m.rotor, m.right), lp.connect(m.left.tau, m.right.tau)],
         left=Torque(),
         rotor=Inertia(J=1.0),
         right=Torque(),
@@ -60,11 +57,7 @@ def inputs_joined_only():
 @wrong(ConnectError, "one.y", "two.y", "2 sources")
 def two_outputs_joined():
     """Two outputs are connected to each other."""
-    build(
-        lambda m: [lp.connect(m.one.y, m.two.y)],
-        one=Constant(k=1.0),
-        two=Constant(k=2.0),
-    )
+    build(lambda m: [lp.connect(m.one.y, m.two.y)], one=Constant(k=1.0), two=Constant(k=2.0))
 
 
 @wrong(SingularModelError, "control (Control)", "y == 2 * time", "too many")

@@ -7,7 +7,7 @@ from lumped.components import Fixed, IdealGear, Inertia, Speed, Spring, Torque
 from lumped.errors import EquationError, OptionError, StartError, UnitError, UnknownNameError
 
 from . import Table
-from .parts import Hoist, braked_drive, build
+from .parts import Hoist, assemble_row, braked_drive, build
 
 wrong = Table("Start values")
 
@@ -16,11 +16,8 @@ wrong = Table("Start values")
 def speeds_against_a_gear():
     """The start speeds on both sides of a gear do not fit its ratio."""
     lp.start_point(
-        build(
-            lambda m: lp.chain(m.motor, m.gear, m.load),
-            motor=Inertia(J=1.0, w=10.0),
-            gear=IdealGear(ratio=2.0),
-            load=Inertia(J=1.0, w=10.0),
+        assemble_row(
+            motor=Inertia(J=1.0, w=10.0), gear=IdealGear(ratio=2.0), load=Inertia(J=1.0, w=10.0)
         )
     )
 
@@ -28,41 +25,25 @@ def speeds_against_a_gear():
 @wrong(StartError, "motor.w = 10", "load.w = 12")
 def speeds_against_a_rigid_coupling():
     """Two rigidly joined rotors start at different speeds."""
-    lp.start_point(
-        build(
-            lambda m: lp.chain(m.motor, m.load),
-            motor=Inertia(J=1.0, w=10.0),
-            load=Inertia(J=1.0, w=12.0),
-        )
-    )
+    lp.start_point(assemble_row(motor=Inertia(J=1.0, w=10.0), load=Inertia(J=1.0, w=12.0)))
 
 
 @wrong(StartError, "rotor.w = 5", "sources")
 def speed_of_a_held_body():
     """A body that a support holds starts with a speed."""
-    lp.start_point(
-        build(lambda m: lp.chain(m.wall, m.rotor), wall=Fixed(), rotor=Inertia(J=1.0, w=5.0))
-    )
+    lp.start_point(assemble_row(wall=Fixed(), rotor=Inertia(J=1.0, w=5.0)))
 
 
 @wrong(StartError, "rotor.phi = 1", "make it 0")
 def angle_of_a_held_body():
     """A body starts at another angle than that of its support."""
-    lp.start_point(
-        build(lambda m: lp.chain(m.wall, m.rotor), wall=Fixed(), rotor=Inertia(J=1.0, phi=1.0))
-    )
+    lp.start_point(assemble_row(wall=Fixed(), rotor=Inertia(J=1.0, phi=1.0)))
 
 
 @wrong(StartError, "rotor.w = 5", "sources")
 def speed_against_a_speed_source():
     """A body on a speed source starts at another speed."""
-    lp.start_point(
-        build(
-            lambda m: lp.chain(m.motor, m.rotor),
-            motor=Speed(w=10.0),
-            rotor=Inertia(J=1.0, w=5.0),
-        )
-    )
+    lp.start_point(assemble_row(motor=Speed(w=10.0), rotor=Inertia(J=1.0, w=5.0)))
 
 
 @wrong(StartError, "s_1.phi_rel", "s_2.phi_rel", "s_3.phi_rel")
@@ -85,11 +66,8 @@ def twists_around_a_loop():
 def torque_against_twist():
     """A spring starts with a torque and a twist that do not fit."""
     lp.start_point(
-        build(
-            lambda m: lp.chain(m.a, m.shaft, m.b),
-            a=Inertia(J=1.0),
-            shaft=Spring(c=100.0, tau=50.0, phi_rel=0.0),
-            b=Inertia(J=1.0),
+        assemble_row(
+            a=Inertia(J=1.0), shaft=Spring(c=100.0, tau=50.0, phi_rel=0.0), b=Inertia(J=1.0)
         )
     )
 
@@ -97,11 +75,7 @@ def torque_against_twist():
 @wrong(StartError, "body.a = 3", "make it 1")
 def acceleration_given():
     """A body starts with an acceleration other than what the torques give."""
-    lp.start_point(
-        build(
-            lambda m: lp.chain(m.drive, m.body), drive=Torque(tau=1.0), body=Inertia(J=1.0, a=3.0)
-        )
-    )
+    lp.start_point(assemble_row(drive=Torque(tau=1.0), body=Inertia(J=1.0, a=3.0)))
 
 
 @wrong(StartError, "motor.w = nan", "finite")
@@ -131,11 +105,7 @@ def turning(law, **changes):
 @wrong(StartError, "Too much", "der(motor.w) = 0 in Model", "shaft.c * shaft.phi_rel = 5")
 def initial_equations_too_many():
     """Two initial equations ask for the same twist."""
-    lp.start_point(
-        turning(
-            lambda m: [lp.der(m.motor.w) == 0, m.shaft.c * m.shaft.phi_rel == 5],
-        )
-    )
+    lp.start_point(turning(lambda m: [lp.der(m.motor.w) == 0, m.shaft.c * m.shaft.phi_rel == 5]))
 
 
 @wrong(StartError, "load.w = 2 * motor.w in Model", "motor.w = 10", "load.w = 5")
@@ -154,9 +124,7 @@ def initial_equation_that_nothing_meets():
         def initial_equations(self):
             yield lp.der(self.w) == 0
 
-    lp.start_point(
-        build(lambda m: lp.chain(m.drive, m.rotor), drive=Torque(tau=6.0), rotor=Steady(J=2.0))
-    )
+    lp.start_point(assemble_row(drive=Torque(tau=6.0), rotor=Steady(J=2.0)))
 
 
 @wrong(StartError, "No start state", "load.w**2 = -1 in Model")
@@ -181,7 +149,7 @@ def initial_equations_returned_nothing():
         def initial_equations(self):
             lp.der(self.w) == 0  # noqa: B015
 
-    build(lambda m: lp.chain(m.drive, m.rotor), drive=Torque(tau=6.0), rotor=Steady(J=2.0))
+    assemble_row(drive=Torque(tau=6.0), rotor=Steady(J=2.0))
 
 
 @wrong(EquationError, "w of a component Inertia", "not one of its parts")
@@ -195,11 +163,8 @@ def initial_equation_of_a_stranger():
 def together_with_two_speeds():
     """Parts shall move together, and two of them are given different speeds."""
     lp.start_point(
-        build(
-            lambda m: lp.chain(m.motor, m.shaft, m.wheel),
-            motor=Inertia(J=1.0, w=10.0),
-            shaft=Spring(c=1e3),
-            wheel=Inertia(J=2.0, w=5.0),
+        assemble_row(
+            motor=Inertia(J=1.0, w=10.0), shaft=Spring(c=1e3), wheel=Inertia(J=2.0, w=5.0)
         ),
         together=True,
     )
@@ -233,9 +198,5 @@ def derivatives_through_a_free_parameter():
 @wrong(UnknownNameError, "'drive.tau' is no parameter", "3 * sin(time)", "give a number")
 def a_free_expression():
     """A torque that is given as an expression shall be found by the start values."""
-    system = build(
-        lambda m: lp.chain(m.drive, m.rotor),
-        drive=Torque(tau=3 * lp.ops.sin(lp.time)),
-        rotor=Inertia(J=1.0, a=2.0),
-    )
+    system = assemble_row(drive=Torque(tau=3 * lp.ops.sin(lp.time)), rotor=Inertia(J=1.0, a=2.0))
     lp.simulate(system, until=1.0, free=["drive.tau"])

@@ -15,7 +15,7 @@ from lumped.kernel.watch import Watch
 from lumped.support.made_once import made_once
 from lumped.timeloop.cycle_count import count_record
 from lumped.timeloop.plants.counted_function import CountedFunction
-from lumped.timeloop.plants.parts import enclosed
+from lumped.timeloop.plants.parts import make_enclosed
 from lumped.timeloop.step_bounds import heights, kinks
 
 __all__ = ["Signs", "highest_points", "range_of", "turning_points_in"]
@@ -59,8 +59,8 @@ def _watch(steps: Steps, functions: _Functions, signs: Signs) -> Watch:
     for field, count in counts.items():
         setattr(watch, field, count)
     watch.begin[:], watch.end[:], watch.sign[:] = -np.inf, np.inf, signs
-    watch.enclosed_extremes = enclosed(operations.get("extreme"))
-    watch.enclosed_loads = enclosed(operations.get("load"))
+    watch.enclosed_extremes = make_enclosed(operations.get("extreme"))
+    watch.enclosed_loads = make_enclosed(operations.get("load"))
     watch.count = count_record([DamageLaw()] * counts["loads"], 0)
     return watch
 

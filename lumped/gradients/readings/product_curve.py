@@ -15,7 +15,7 @@ from lumped.gradients.readings.samples import values_at
 from lumped.gradients.spans import Span
 from lumped.gradients.steps import Steps
 from lumped.gradients.stretches import stretches
-from lumped.numerics.bracketed_roots import bracketed_roots
+from lumped.numerics.bracketed_roots import find_bracketed_roots
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.trajectory import Trajectory
@@ -182,7 +182,7 @@ class ProductCurve:
             is_found = (slopes[0] > 0) & (slopes[1] <= 0)
         own = np.flatnonzero(is_found)
         t, value = t.copy(), value.copy()
-        t[own] = bracketed_roots(
+        t[own] = find_bracketed_roots(
             lambda which, times: sign[own[which]] * self.at(leg[own[which]], times)[1],
             *(sides[0, own], sides[1, own], slopes[0, own], slopes[1, own]),
             1e-15 * np.maximum(1.0, sides[1, own]),

@@ -97,7 +97,7 @@ def _root(run: Run, k: int, low: float, high: float, extra: float, sign: float) 
 
 
 @kernel
-def _risen(run: Run, k: int, end: float) -> float:
+def _find_rise(run: Run, k: int, end: float) -> float:
     """A part at which a margin that begins at zero is positive before it falls again; else 0."""
     part = end
     for _ in range(1, 30):
@@ -187,14 +187,14 @@ def _first_fall(run: Run, k: int, until: float) -> bool:
 
 
 @kernel
-def _fired_at(run: Run, k: int, low: float, high: float, is_crowded: bool) -> float:
+def _find_firing(run: Run, k: int, low: float, high: float, is_crowded: bool) -> float:
     """Part of the step at which a margin fires that is below zero at the end of an interval."""
     # speeds and gaps may stay where they stop, so they fire at half of their tolerance
     extra = 0.0 if not is_crowded else 0.5 if run.plant.margin_kind[k] == SLIDE else 1.0
     begin = low
     if not _value(run, k, low, -1.0) > 0.0:
         # it may rise from zero first
-        begin = max(_risen(run, k, high), low)
+        begin = max(_find_rise(run, k, high), low)
         if not _value(run, k, begin, extra) > 0.0:
             # it was within its tolerance all the time before, as rounding may move a rest
             once, twice = _root(run, k, low, high, 1.0, 1.0), _root(run, k, low, high, 2.0, 1.0)
@@ -267,7 +267,7 @@ def find_below(run: Run) -> bool:
                 # it falls later, or at the same instant
                 run.fires[k] = first
                 continue
-            run.fires[k] = _fired_at(run, k, low, high, is_crowded)
+            run.fires[k] = _find_firing(run, k, low, high, is_crowded)
             if run.fires[k] < first:
                 first, last = run.fires[k], k
     if last < 0:

@@ -1,6 +1,6 @@
 """Polynomials of quantities in parts of a step, which wait to be looked at, and cuts between parts.
 
-A part holds what an enclosure told of it. Its halves inherit the polynomial and what that lacks,
+A part holds what an enclosure gave of it. Its halves inherit the polynomial and what that lacks,
 and are enclosed again only where this is too much.
 """
 

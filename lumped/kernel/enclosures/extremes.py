@@ -242,7 +242,7 @@ def raise_all(run: Run, first: int, begin: float, end: float) -> None:
 
 @kernel
 def raise_at(run: Run) -> None:
-    """Extremes where a run stands: a jump may be the last that happens."""
+    """Extremes where a run is: a jump may be the last that happens."""
     watch, n = run.watch, run.watch.integrands
     evaluate(watch.extreme, run, run.x, run.t, run.m, watch.value)
     for k in range(watch.extremes):

@@ -16,7 +16,7 @@ from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.any_method import IMPLICIT_NODES, NODES
 from lumped.kernel.run import Run
 
-__all__ = ["is_clear", "seen"]
+__all__ = ["is_clear", "limit_by_forcing"]
 
 _SHARE = 0.25
 """Part of the span at the nodes by which bounds may be wider."""
@@ -42,7 +42,7 @@ def is_clear(run: Run, h: float, first: float, second: float) -> float:
         evaluate(run.plant.forcing, run, run.x, t, run.m, force)
         for i in range(n):
             low[i], high[i] = min(low[i], force[i]), max(high[i], force[i])
-    # the ends of the step stand in place of the states
+    # the ends of the step take the place of the states
     run.ranges[0], run.ranges[1] = run.t, run.t + h
     evaluate(run.plant.forcing_range, run, run.ranges, run.t, run.m, run.force_range)
     clear = 1.0 + h * 0.0
@@ -107,7 +107,7 @@ def _is_even(number: float) -> bool:
 
 
 @kernel
-def seen(run: Run, h: float) -> float:
+def limit_by_forcing(run: Run, h: float) -> float:
     """A step no longer than a given one in which nothing that acts by the time alone is missed."""
     plant, e = run.plant, run.enclosed_rates
     first, second = NODES[0], NODES[1]

@@ -50,7 +50,7 @@ def _reach(a: Numbers) -> float:
 
 
 @kernel
-def _composed(a: Numbers, f: Numbers, rest: float, out: Numbers, room: Numbers) -> None:
+def _compose(a: Numbers, f: Numbers, rest: float, out: Numbers, room: Numbers) -> None:
     """A function of a from its Taylor coefficients at the middle and a bound of what they lack."""
     middle = a[0]
     a[0] = 0.0
@@ -80,7 +80,7 @@ def _wave(a: Numbers, s: float, c: float, out: Numbers, room: Numbers) -> bool:
         value = s if j % 2 == 0 else c
         f[j] = value * factor if j % 4 < 2 else -(value * factor)
         factor = factor / float(j + 1)
-    _composed(a, f, rest, out, room)
+    _compose(a, f, rest, out, room)
     return True
 
 
@@ -121,7 +121,7 @@ def inverse_of(a: Numbers, out: Numbers, room: Numbers) -> None:
         for j in range(TOP + 1):
             f[j] = value
             value = -(value / middle)
-        _composed(a, f, rest, out, room)
+        _compose(a, f, rest, out, room)
     elif low(a) > 0.0 or high(a) < 0.0:
         set_between(out, 1.0 / high(a), 1.0 / low(a))
     else:
@@ -143,7 +143,7 @@ def power_of(a: Numbers, p: float, out: Numbers, room: Numbers) -> None:
         if ways != 0.0:
             least = power(middle - q, p - float(TOP + 1))
             rest = abs(ways) * max(least, power(middle + q, p - float(TOP + 1))) * _eighth(q)
-        _composed(a, f, rest, out, room)
+        _compose(a, f, rest, out, room)
     elif is_whole:
         first, last = power(low(a), p), power(high(a), p)
         crosses = low(a) < 0.0 and high(a) > 0.0
@@ -166,7 +166,7 @@ def root_of(a: Numbers, out: Numbers, room: Numbers) -> None:
         f[0] = sqrt(middle)
         for j in range(1, TOP + 1):
             f[j] = f[j - 1] * (1.5 - float(j)) / (float(j) * middle)
-        _composed(a, f, f[0] * _eighth(share) / (1.0 - share), out, room)
+        _compose(a, f, f[0] * _eighth(share) / (1.0 - share), out, room)
     else:
         set_between(out, sqrt(max(low(a), 0.0)), sqrt(max(high(a), 0.0)))
 
@@ -182,7 +182,7 @@ def exp_of(a: Numbers, out: Numbers, room: Numbers) -> None:
         for j in range(TOP + 1):
             f[j] = value
             value = value / float(j + 1)
-        _composed(a, f, rest, out, room)
+        _compose(a, f, rest, out, room)
     else:
         set_between(out, exp(low(a)), exp(high(a)))
 
@@ -198,7 +198,7 @@ def log_of(a: Numbers, out: Numbers, room: Numbers) -> None:
             value = -(value / middle)
             f[j] = value / float(j)
         rest = _eighth(share) / (float(TOP + 1) * (1.0 - share))
-        _composed(a, f, rest, out, room)
+        _compose(a, f, rest, out, room)
     elif low(a) > 0.0:
         set_between(out, log(low(a)), log(high(a)))
     else:

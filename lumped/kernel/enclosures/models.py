@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.code.words import Numbers, kernel, written
+from lumped.code.words import Numbers, kernel, make_kernel
 
 __all__ = [
     "DEGREE",
@@ -169,7 +169,7 @@ def _full_product() -> str:
     return "\n".join([*lines, "    return rest"]) + "\n"
 
 
-_times_full = written("full_product", _full_product(), globals())
+_times_full = make_kernel("full_product", _full_product(), globals())
 
 
 @kernel

@@ -18,8 +18,8 @@ __all__ = [
     "is_held",
     "is_shared",
     "look_at",
-    "put",
     "release_demands",
+    "set_position",
     "standstills",
     "stop",
 ]
@@ -34,7 +34,7 @@ STANDSTILL = 1e-9
 
 
 @kernel
-def put(plant: Plant, m: Numbers, hold: int, position: int) -> None:
+def set_position(plant: Plant, m: Numbers, hold: int, position: int) -> None:
     """Let a hold stick, slide, or be free."""
     own = m[plant.hold_setting[hold] :]
     own[0] = own[1] = own[2] = 0.0

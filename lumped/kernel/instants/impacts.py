@@ -23,7 +23,7 @@ from lumped.kernel.instants.holds import (
     copy_settings,
     is_held,
     look_at,
-    put,
+    set_position,
     standstills,
     stop,
 )
@@ -91,7 +91,7 @@ def _returns_at_once(run: Run, h: int, v: float) -> bool:
     """Whether a contact that opens at a speed closes again at once, or rises by nothing."""
     plant, instant = run.plant, run.instant
     copy_settings(plant, instant.m, instant.trial)
-    put(plant, instant.trial, h, FORWARD)
+    set_position(plant, instant.trial, h, FORWARD)
     look_at(run, instant.x, instant.trial, instant.at_rest)
     a = instant.at_rest.acceleration[h]
     return a < 0.0 and (2.0 * v <= -a * run.shortest or v * v <= -2.0 * a * LOWEST)
@@ -189,7 +189,7 @@ def _note_work(run: Run, seen: Look) -> None:
 def _settle(run: Run, h: int, position: int) -> None:
     """Take the position that the answer gives; no later line asks its speed for it."""
     plant, instant = run.plant, run.instant
-    put(plant, instant.m, h, position)
+    set_position(plant, instant.m, h, position)
     instant.is_settled[h] = position == STUCK
 
 

@@ -5,7 +5,14 @@ from __future__ import annotations
 from lumped.code.words import kernel
 from lumped.flattening.hold_modes import BACKWARD, DEMAND, FORWARD, STUCK
 from lumped.kernel.instant_search import Look
-from lumped.kernel.instants.holds import ROUNDING, TOUCHING, copy_settings, is_held, look_at, put
+from lumped.kernel.instants.holds import (
+    ROUNDING,
+    TOUCHING,
+    copy_settings,
+    is_held,
+    look_at,
+    set_position,
+)
 from lumped.kernel.instants.problem import (
     AT_LOWER,
     AT_UPPER,
@@ -62,7 +69,7 @@ def _free(run: Run) -> None:
             position = FORWARD
         elif place == AT_LOWER:
             position = BACKWARD
-        put(plant, run.instant.trial, h, position)
+        set_position(plant, run.instant.trial, h, position)
 
 
 @kernel
@@ -77,7 +84,7 @@ def push(run: Run, seen: Look) -> None:
     look_at(run, instant.x, trial, rest)
     for h in range(plant.holds):
         if problem.place[h] == WITHIN:
-            put(plant, trial, h, STUCK)
+            set_position(plant, trial, h, STUCK)
             change = instant.leaving[h] - seen.speed[h]
             trial[plant.hold_setting[h] + DEMAND] = rest.acceleration[h] + change
     look_at(run, instant.x, trial, pushed)

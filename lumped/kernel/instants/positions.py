@@ -24,8 +24,8 @@ from lumped.kernel.instants.holds import (
     is_at_rest,
     is_held,
     look_at,
-    put,
     release_demands,
+    set_position,
     standstills,
     stop,
 )
@@ -88,9 +88,9 @@ def _engage(run: Run, seen: Look) -> bool:
             standstills(plant, instant)
         any_changes = True
         if is_engaged:
-            put(plant, instant.m, h, _first_position(plant, instant, seen, h))
+            set_position(plant, instant.m, h, _first_position(plant, instant, seen, h))
         else:
-            put(plant, instant.m, h, FREE)
+            set_position(plant, instant.m, h, FREE)
             instant.is_halted[h] = instant.is_settled[h] = 0
     return any_changes
 
@@ -139,7 +139,7 @@ def _follow_speeds(run: Run, seen: Look, calm: float) -> bool:
             continue
         changes = True
         if position == STUCK:
-            put(plant, instant.m, h, STUCK)
+            set_position(plant, instant.m, h, STUCK)
             instant.is_halted[h] = 1
         else:
             let_go(run, h, position)
@@ -204,7 +204,7 @@ def _flip(run: Run) -> None:
         elif kind == SLIDE:
             instant.is_halted[number] = 1
             if not plant.has_gap[number]:
-                put(plant, instant.m, number, STUCK)
+                set_position(plant, instant.m, number, STUCK)
         else:
             let_go(run, number, FORWARD if kind == UPPER else BACKWARD)
 
@@ -296,7 +296,7 @@ def find_positions(run: Run) -> int:
 
     Takes the states and settings of the run, with functions of time as they are from now on, and
     from `instant` the settings before and the margins that fired. The results are in `instant`; of
-    the run only implicit quantities change. After ASKS it goes on with the answers that stand in
+    the run only implicit quantities change. After ASKS it goes on with the answers that are in
     the states of `instant`.
     """
     plant, instant = run.plant, run.instant

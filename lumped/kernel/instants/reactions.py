@@ -20,7 +20,7 @@ from lumped.kernel.instants.holds import (
     is_at_rest,
     is_shared,
     look_at,
-    put,
+    set_position,
 )
 from lumped.kernel.instants.problem import (
     AT_LOWER,
@@ -135,9 +135,9 @@ def _place(run: Run) -> None:
     for h in range(plant.holds):
         place, setting = problem.place[h], plant.hold_setting[h]
         if place == WITHIN:
-            put(plant, trial, h, STUCK)
+            set_position(plant, trial, h, STUCK)
         elif place != OUTSIDE:
-            put(plant, trial, h, FORWARD if place == AT_UPPER else BACKWARD)
+            set_position(plant, trial, h, FORWARD if place == AT_UPPER else BACKWARD)
             trial[setting + SHARE] = problem.beyond[h]
 
 
@@ -250,7 +250,7 @@ def _position(run: Run, h: int) -> int:
 @kernel
 def let_go(run: Run, h: int, position: int) -> None:
     """Let a hold slide from rest; it sticks again at this instant only if it would reverse."""
-    put(run.plant, run.instant.m, h, position)
+    set_position(run.plant, run.instant.m, h, position)
     run.instant.was_let_go[h] = run.instant.is_settled[h] = 1
 
 
@@ -262,7 +262,7 @@ def _know_room(run: Run) -> None:
     copy_settings(plant, instant.trial, instant.sole)
     for h in range(plant.holds):
         if problem.place[h] != OUTSIDE:
-            put(plant, instant.sole, h, FREE)
+            set_position(plant, instant.sole, h, FREE)
     look_at(run, instant.x, instant.sole, free)
     for h in range(plant.holds):
         if problem.place[h] != OUTSIDE:
@@ -287,7 +287,7 @@ def _take_answer(run: Run) -> bool:
         if _position(run, h) != STUCK:
             let_go(run, h, _position(run, h))
             continue
-        put(plant, instant.m, h, STUCK)
+        set_position(plant, instant.m, h, STUCK)
         instant.is_settled[h] = 1
         for other in range(plant.holds):
             instant.was_let_go[other] = 0  # the new one may keep them at rest, too

@@ -134,7 +134,7 @@ def _find_shares(run: Run, x: Numbers, m: Numbers) -> bool:
         for h in range(plant.holds):
             if is_shared(plant, m, h) and not instant.is_grouped[h] and _excess(look, h) > 0.0:
                 any_overload = True
-                bears = _share_in_group(run, m, look, _gathered(run, m, h)) and bears
+                bears = _share_in_group(run, m, look, _gather_group(run, m, h)) and bears
         if not (any_overload and bears):
             break
         look_at(run, x, m, look)
@@ -177,7 +177,7 @@ def _ask_each(run: Run, x: Numbers, m: Numbers) -> None:
 
 
 @kernel
-def _gathered(run: Run, m: Numbers, first: int) -> int:
+def _gather_group(run: Run, m: Numbers, first: int) -> int:
     """Find the group of holds that can relieve the first and each other; gives their number."""
     plant, instant = run.plant, run.instant
     instant.group[0] = first
@@ -264,7 +264,7 @@ def _find_stresses(run: Run, m: Numbers, count: int) -> None:
 
 @kernel
 def _look_ahead(run: Run, x: Numbers, m: Numbers) -> None:
-    """Look where the motion goes; the result stands in `seen`."""
+    """Look where the motion goes; the result is in `seen`."""
     rest, ahead, t = run.instant.at_rest, run.argument, run.t
     step = _AHEAD * run.span
     for i in range(run.plant.states):

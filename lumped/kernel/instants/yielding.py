@@ -5,7 +5,7 @@ from __future__ import annotations
 from lumped.code.words import Numbers, kernel
 from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, SHARE, STUCK
 from lumped.kernel.instant_search import Look
-from lumped.kernel.instants.holds import copy_settings, is_held, look_at, put
+from lumped.kernel.instants.holds import copy_settings, is_held, look_at, set_position
 from lumped.kernel.plant import FREE
 from lumped.kernel.run import Run
 
@@ -19,6 +19,8 @@ _ASKED = 64
 """Holds, evenly chosen, at which the compliance of the parts is found."""
 _WEAKEST = 1e3
 """Most times that one constraint yields more than the strongest."""
+_BESIDE = 30.0
+"""The same, beside a contact: it has no limit, so it counts as strong as what it carries."""
 _AGREE = 1e-6
 _INFINITE = float("inf")
 
@@ -48,7 +50,7 @@ def watch_redundancy(run: Run) -> None:
     plant, trial = run.plant, run.instant.trial
     copy_settings(plant, run.m, trial)
     for h in range(plant.holds):
-        put(plant, trial, h, STUCK)
+        set_position(plant, trial, h, STUCK)
         trial[plant.hold_setting[h] + COMPLIANCE] = 0.0
     run.may_be_redundant = plant.holds > 0 and _is_redundant(run, run.x, trial)
     run.yielding = -1.0
@@ -60,18 +62,18 @@ def _softest(run: Run, x: Numbers, alone: Numbers) -> float:
     plant, rest, pushed = run.plant, run.instant.at_rest, run.instant.pushed
     found = 0.0
     for h in range(plant.holds):
-        put(plant, alone, h, FREE)
+        set_position(plant, alone, h, FREE)
         alone[plant.hold_setting[h] + COMPLIANCE] = 0.0
     asked = min(plant.holds, _ASKED)
     for k in range(asked):
         h = k * (plant.holds - 1) // max(asked - 1, 1)
         demand = plant.hold_setting[h] + DEMAND
-        put(plant, alone, h, STUCK)
+        set_position(plant, alone, h, STUCK)
         look_at(run, x, alone, rest)
         alone[demand] = 1.0
         look_at(run, x, alone, pushed)
         alone[demand] = 0.0
-        put(plant, alone, h, FREE)
+        set_position(plant, alone, h, FREE)
         # the force is infinite where a motion is prescribed
         force = abs(pushed.reaction[h] - rest.reaction[h])
         if force > 0.0 and force < _INFINITE:
@@ -111,7 +113,7 @@ def would_share(run: Run, h: int) -> bool:
     """Whether constraints are redundant if one more sticks."""
     plant, instant, trial = run.plant, run.instant, run.instant.sole
     copy_settings(plant, instant.m, trial)
-    put(plant, trial, h, STUCK)
+    set_position(plant, trial, h, STUCK)
     for other in range(plant.holds):
         trial[plant.hold_setting[other] + COMPLIANCE] = 0.0
     return _is_redundant(run, instant.x, trial)
@@ -148,18 +150,21 @@ def weigh(run: Run, x: Numbers, m: Numbers) -> None:
     """Let all holds yield while they stick, the weaker ones more."""
     plant, instant = run.plant, run.instant
     _know_yielding(run, x, m)
-    look, strongest = instant.at_rest, 0.0
+    look, strongest, heaviest = instant.at_rest, 0.0, 0.0
     for h in range(plant.holds):
         m[plant.hold_setting[h] + COMPLIANCE] = run.yielding
     look_at(run, x, m, look)
     for h in range(plant.holds):
         reach = min(abs(look.upper[h]), abs(look.lower[h]))
-        if reach < _INFINITE:
+        if reach > 0.0 and reach < _INFINITE:
             strongest = max(strongest, reach)
+        elif is_held(plant, m, h) and abs(look.reaction[h]) < _INFINITE:
+            heaviest = max(heaviest, abs(look.reaction[h]))
     for h in range(plant.holds):
         reach = min(abs(look.upper[h]), abs(look.lower[h]))
-        if reach > 0.0 and reach < _INFINITE and strongest > 0.0:
-            m[plant.hold_setting[h] + COMPLIANCE] *= min(strongest / reach, _WEAKEST)
+        if reach > 0.0 and reach < _INFINITE:
+            weaker = max(min(strongest / reach, _WEAKEST), min(heaviest / reach, _BESIDE))
+            m[plant.hold_setting[h] + COMPLIANCE] *= max(weaker, 1.0)
 
 
 @kernel

@@ -15,7 +15,7 @@ __all__ = ["IDLE", "STEPPING", "WAITING", "LaneWatch", "Lanes"]
 
 _STAGES = "lanes * 16 * states"
 (WAITING, STEPPING, IDLE) = range(3)
-"""Where a lane stands: its run must go on alone; it makes steps; no variant is left for it."""
+"""State of a lane: its run must go on alone; it makes steps; no variant is left for it."""
 
 
 class LaneWatch(Record):
@@ -45,7 +45,7 @@ class Lanes(Record):
     slot : Integers
         Address of the `Variants` of each lane.
     state, entry : Integers
-        Where each stands, and the entry by which its run goes on if it waits.
+        State of each, and the entry by which its run goes on if it waits.
     waiting : int
         The lane that Python must act for.
     until_steps_of, attempt_of, crossing_of, look_of, end_of : int

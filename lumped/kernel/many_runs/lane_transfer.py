@@ -68,7 +68,7 @@ def load(lanes: Lanes, k: int) -> None:
 
 @kernel
 def _unload(lanes: Lanes, k: int) -> Variants:
-    """Give a run back, where it stands between two steps."""
+    """Give a run back, between two steps."""
     variants = record_at(Variants, lanes.slot[k])
     run, count, n = variants.run, lanes.count, lanes.plant.states
     own = lanes.watch

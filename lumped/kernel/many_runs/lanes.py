@@ -35,7 +35,7 @@ from lumped.kernel.methods.any_method import (
     inside,
     inside_explicit,
     integrals,
-    prepared_length,
+    prepare_step,
     set_ranges,
     set_rough_ranges,
 )
@@ -135,7 +135,7 @@ def _leave_unseen(lanes: Lanes, h: Wide) -> bool:
 
 
 @kernel
-def _suspected(lanes: Lanes, accepted: Wide) -> Wide:
+def _mark_suspects(lanes: Lanes, accepted: Wide) -> Wide:
     """Mark lanes in which a margin may be below zero."""
     mark, floor = accepted * 0.0, lanes.floor
     set_ranges(lanes)
@@ -148,7 +148,7 @@ def _suspected(lanes: Lanes, accepted: Wide) -> Wide:
 @kernel
 def _without_suspects(lanes: Lanes, accepted: Wide) -> Wide:
     """Accepted lanes but for those in which a margin fires or may fire, whose runs go on alone."""
-    mark = _suspected(lanes, accepted)
+    mark = _mark_suspects(lanes, accepted)
     mark = mark if accepted > 0.5 else 0.0
     lanes.mark = mark
     for k in range(lanes.count if any_lane(mark > 0.5) else 0):
@@ -307,7 +307,7 @@ def _expand(lanes: Lanes) -> bool:
 
     Lets runs go on alone for which there are none; whether there are any.
     """
-    found = prepared_length(lanes)
+    found = prepare_step(lanes)
     lanes.h = found if lanes.was_rejected < 0.5 and found > 0.0 else lanes.h
     lanes.mark = 0.0 if found > 0.0 or lanes.is_on < 0.5 else 1.0
     if not any_lane(lanes.mark > 0.5):

@@ -24,7 +24,7 @@ __all__ = [
     "integrals",
     "polynomial",
     "prepare",
-    "prepared_length",
+    "prepare_step",
     "set_all_ranges",
     "set_early_ranges",
     "set_ranges",
@@ -48,7 +48,7 @@ def prepare(run: Run) -> None:
 
 
 @kernel
-def prepared_length(run: Run) -> float:
+def prepare_step(run: Run) -> float:
     """Prepare explicit steps whose length follows; gives it, or zero where there are none."""
     return taylor.length(run)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from lumped.code.words import Numbers, kernel, sqrt, written
+from lumped.code.words import Numbers, kernel, make_kernel, sqrt
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.rates import find_rates
 from lumped.kernel.run import Run
@@ -42,7 +42,7 @@ def _loop(name: str, head: str, before: str, lines: list[str], after: str = "pas
     body = "\n".join(f"        {line}" for line in lines)
     source = f"def {name}({head}, k: Numbers, n: int, h: float) -> None:\n    {before}\n"
     source += f"    for i in range(n):\n{body}\n    {after}\n"
-    return written(name, source, globals())
+    return make_kernel(name, source, globals())
 
 
 def _stage(number: int, weights: Iterable[float]) -> Any:
@@ -154,7 +154,7 @@ def _over_looks(weights: Iterable[float]) -> str:
     return " + ".join(f"{float(whole[j])!r} * v[{r} * n + i]" for r, j in enumerate(_LOOKED))
 
 
-integrals_by_stages = written(
+integrals_by_stages = make_kernel(
     "integrals_by_stages",
     f"""def integrals_by_stages(run: Run, h: float) -> float:
     watch, worst = run.watch, 0.0
@@ -177,7 +177,7 @@ integrals_by_stages = written(
 to the tolerance of what has come together so far, as for a state."""
 
 
-integral_error = written(
+integral_error = make_kernel(
     "integral_error",
     f"""def integral_error(k: Numbers, n: int, i: int, h: float) -> float:
     a, b, c = {_sum(tableau.E5)}, {_sum(tableau.E3)}, {_sum(tableau.E6)}

@@ -26,7 +26,7 @@ def pattern_of(rows: np.ndarray, columns: np.ndarray, n: int) -> Pattern:
     order = _order(rows, columns, n)
     place = np.empty(n, dtype=np.int64)
     place[order] = np.arange(n)
-    lower = _filled(place[rows], place[columns], n)
+    lower = _find_fill(place[rows], place[columns], n)
     upper: list[list[int]] = [[] for _ in range(n)]
     for i, found in enumerate(lower):
         for k in found:
@@ -38,7 +38,7 @@ def pattern_of(rows: np.ndarray, columns: np.ndarray, n: int) -> Pattern:
         begin.append(len(at))
     columns_of = np.array(at, dtype=np.int64)
     row_of = np.repeat(np.arange(n), np.diff(begin))
-    # entries stand in the order of row and column, so their numbers are found by bisection
+    # entries are in the order of row and column, so their numbers are found by bisection
     wanted = place[rows] * n + place[columns]
     entry = np.searchsorted(row_of * n + columns_of, wanted)
     return Pattern(
@@ -69,7 +69,7 @@ def _order(rows: np.ndarray, columns: np.ndarray, n: int) -> np.ndarray:
     return np.argsort(factors.perm_c)
 
 
-def _filled(rows: np.ndarray, columns: np.ndarray, n: int) -> list[list[int]]:
+def _find_fill(rows: np.ndarray, columns: np.ndarray, n: int) -> list[list[int]]:
     """Columns below each pivot in the rows of the factors, of the symmetric pattern.
 
     Row by row along the elimination tree (Liu, SIAM Journal on Matrix Analysis 11 (1990) 134).

@@ -1,7 +1,7 @@
 """One attempt of Rodas5P (Steinebach, BIT Numerical Mathematics 63 (2023) 27).
 
 A stiffly accurate L-stable Rosenbrock method with the exact sparse Jacobian. The increments of its
-eight stages stand between the derivatives at both ends of the step.
+eight stages lie between the derivatives at both ends of the step.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ _H = tuple(np.array(tableau.H).ravel().tolist())
 
 
 @kernel
-def _factorised(run: Run, h: float) -> bool:
+def _factorise(run: Run, h: float) -> bool:
     """Whether the matrix of the step, ``I - h gamma J``, has factors."""
     matrix, n = run.matrix, run.plant.states
     pattern = matrix.pattern
@@ -77,7 +77,7 @@ def step(run: Run, h: float) -> float:
     n, t, matrix = run.plant.states, run.t, run.matrix
     pattern, drift, right = matrix.pattern, matrix.drift, matrix.right
     x, k, new = run.x, run.stages, run.new
-    if not _factorised(run, h):
+    if not _factorise(run, h):
         return UNSOLVED
     for s in range(8):
         rate = k[(1 + s) * n :]

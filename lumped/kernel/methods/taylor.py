@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from lumped.code.words import Numbers, exp, kernel, log, sqrt, written
+from lumped.code.words import Numbers, exp, kernel, log, make_kernel, sqrt
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods import rodas5p
 from lumped.kernel.methods.dop853 import NODES
@@ -61,7 +61,7 @@ def _sums(name: str, results: str, derivative: bool) -> Any:
             lines.append(f"    slope[i{s}] = d{s}")
     body = "\n".join(f"    {line}" for line in lines)
     head = f"c: Numbers, order: int, row: int, n: int, h: float, {results}"
-    return written(name, f"def {name}({head}) -> None:\n{body}\n", globals())
+    return make_kernel(name, f"def {name}({head}) -> None:\n{body}\n", globals())
 
 
 _values = _sums("values", "out: Numbers", False)

@@ -1,9 +1,9 @@
 """Recorded steps of a run: made again, looked into, and differentiated backwards.
 
 Derivatives are those of the steps as they were made, their lengths held (the discrete adjoint;
-Hairer, Norsett, Wanner, vol. I, II.6). Each result has two columns: what it owes to the states, and
-what it would owe to the estimate of the error of one step. The second shows how well steps that
-were chosen for the states serve the derivatives.
+Hairer, Norsett, Wanner, vol. I, II.6). Each result has two columns: its derivatives by the states,
+and by the estimate of the error of one step. The second shows how well steps that were chosen for
+the states serve the derivatives.
 """
 
 from __future__ import annotations
@@ -18,7 +18,16 @@ from lumped.kernel.methods.any_method import inside
 from lumped.kernel.plant import Function
 from lumped.kernel.run import DONE, GIVEN_UP, Run
 
-__all__ = ["LOOKS", "Course", "Sweep", "interpolated", "looked", "of_columns", "replayed", "stand"]
+__all__ = [
+    "LOOKS",
+    "Course",
+    "Sweep",
+    "evaluate_inside",
+    "go_to_step",
+    "interpolate_step",
+    "of_columns",
+    "replay_steps",
+]
 
 LOOKS = 8
 """Points of each step that are looked at, the last of them its end."""
@@ -42,7 +51,7 @@ class Course(Record):
     width, found : int, Numbers
         Results of a function, and these at `LOOKS` points of each step.
     errors : Numbers
-        Error of each result by each step, relative to what it owes to the states by then.
+        Error of each result by each step, relative to its derivatives by the states then.
     parts, part_errors : Numbers
         Integrals over each step, and their errors.
     """
@@ -65,9 +74,9 @@ class Course(Record):
 
 
 class Sweep(Record):
-    """What results owe to the states and parameters, carried back from step to step.
+    """Derivatives of results by the states and parameters, carried back from step to step.
 
-    Numbers with columns stand one state, or parameter, after the other.
+    Numbers with columns come one state, or parameter, after the other.
 
     Attributes
     ----------
@@ -79,9 +88,9 @@ class Sweep(Record):
         States, increments, a part of time, then weights: the weighted derivative of the rates
         along both, differentiated by states and parameters.
     adjoint, judged : Numbers
-        What results owe to the states, zero in the second columns; the same in these.
+        Derivatives by the states, zero in the second columns; the same in these.
     by_parameters : Numbers
-        What results owe to the parameters so far.
+        Derivatives by the parameters so far.
     weight : Numbers
         Nominal values of the states; zero for integrals.
     largest, errors : Numbers
@@ -110,8 +119,8 @@ class Sweep(Record):
 
 
 @kernel
-def stand(run: Run, course: Course, k: int) -> float:
-    """Stand at the begin of a step; gives its length."""
+def go_to_step(run: Run, course: Course, k: int) -> float:
+    """Go to the begin of a step; gives its length."""
     n = course.states
     for i in range(run.plant.states):
         run.x[i] = course.x[n * k + i] if i < n else 0.0
@@ -134,7 +143,7 @@ def _step(run: Run, h: float) -> bool:
 
 
 @kernel
-def replayed(run: Run, course: Course) -> int:
+def replay_steps(run: Run, course: Course) -> int:
     """Find the states at the ends of steps where they are not known.
 
     This entry and the others give GIVEN_UP where an implicit step has no solution.
@@ -142,7 +151,7 @@ def replayed(run: Run, course: Course) -> int:
     n = course.states
     for k in range(course.steps):
         if not course.is_given[k + 1]:
-            if not _step(run, stand(run, course, k)):
+            if not _step(run, go_to_step(run, course, k)):
                 return GIVEN_UP
             for i in range(n):
                 course.x[n * (k + 1) + i] = run.new[i]
@@ -150,9 +159,9 @@ def replayed(run: Run, course: Course) -> int:
 
 
 @kernel
-def interpolated(run: Run, course: Course, k: int) -> bool:
+def interpolate_step(run: Run, course: Course, k: int) -> bool:
     """Make a step again with its interpolation; false if an implicit one has no solution."""
-    h = stand(run, course, k)
+    h = go_to_step(run, course, k)
     if not _step(run, h):
         return False
     if run.is_implicit:
@@ -163,12 +172,12 @@ def interpolated(run: Run, course: Course, k: int) -> bool:
 
 
 @kernel
-def looked(run: Run, function: Function, course: Course) -> int:
+def evaluate_inside(run: Run, function: Function, course: Course) -> int:
     """Evaluate a function inside all steps; where there is none, nothing is written."""
     width = course.width
     for k in range(course.steps):
         if course.is_step[k]:
-            if not interpolated(run, course, k):
+            if not interpolate_step(run, course, k):
                 return GIVEN_UP
             h = run.t_new - run.t
             for j in range(1, LOOKS):

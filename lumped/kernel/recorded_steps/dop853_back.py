@@ -1,10 +1,10 @@
-"""One step of DOP853 backwards: from what results owe to the states after it to those before it."""
+"""One step of DOP853 backwards: derivatives of results by the states before it."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from lumped.code.words import kernel, written
+from lumped.code.words import kernel, make_kernel
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.dop853 import STAGES, stages
 from lumped.kernel.recorded_steps.course import Sweep, of_columns
@@ -18,7 +18,7 @@ _C = tuple(float(c) for c in tableau.C)
 
 
 def _weights(number: int) -> Any:
-    """What results owe to the rates at a stage, from what they owe to later stages."""
+    """Derivatives of results by the rates at a stage, from those at later stages."""
     terms = [
         f"{float(row[number])!r} * g[{j} * w + r]"
         for j, row in enumerate(tableau.A)
@@ -33,14 +33,14 @@ def _weights(number: int) -> Any:
     for r in range(n):
         out[r] = h * ({" + ".join(terms)})
 """
-    return written(f"weights_{number}", source, globals())
+    return make_kernel(f"weights_{number}", source, globals())
 
 
 (_W0, _W1, _W2, _W3, _W4, _W5, _W6, _W7, _W8, _W9, _W10, _W11) = map(_weights, range(12))
 
 
 _SUM = " + ".join(f"g[{j} * w + r]" for j in range(12))
-_add_stages = written(
+_add_stages = make_kernel(
     "add_stages",
     f"""def add_stages(g: Numbers, out: Numbers, n: int, w: int) -> None:
     for r in range(n):
@@ -56,7 +56,7 @@ _STAGES_BACK = "\n".join(
     of_columns(sweep.pullback, run, sweep, point, n, t + _C[{i}] * h, g[{i} * w :])"""
     for i in range(11, 0, -1)
 )
-_stages_back = written(
+_stages_back = make_kernel(
     "stages_back",
     f"""def stages_back(run: Run, sweep: Sweep, h: float) -> None:
     t, x, k, n = run.t, run.x, run.stages, run.plant.states
@@ -66,12 +66,12 @@ _stages_back = written(
 """,
     globals(),
 )
-"""What results owe to the rates at the twelfth to the second stage."""
+"""Derivatives of results by the rates at the twelfth to the second stage."""
 
 
 @kernel
 def back(run: Run, sweep: Sweep, h: float) -> None:
-    """Carry the adjoint back over a step, which ends in `before`, and what parameters are owed."""
+    """Carry the adjoint back over a step, which ends in `before`; add derivatives by parameters."""
     n, columns, g, point = run.plant.states, sweep.columns, sweep.pulled, sweep.point
     flat, w = n * columns, (n + sweep.parameters) * columns
     evaluate(run.plant.rates, run, run.x, run.t, run.m, run.stages)

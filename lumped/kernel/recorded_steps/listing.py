@@ -9,20 +9,20 @@ from lumped.code.words import kernel
 from lumped.kernel.enclosures.extremes import raise_all, rises
 from lumped.kernel.enclosures.turning import feed_inner
 from lumped.kernel.methods.any_method import set_all_ranges
-from lumped.kernel.recorded_steps.course import Course, interpolated
+from lumped.kernel.recorded_steps.course import Course, interpolate_step
 from lumped.kernel.run import DONE, GIVEN_UP, Run
 
-__all__ = ["listed"]
+__all__ = ["list_points"]
 
 
 @kernel
-def listed(run: Run, course: Course) -> int:
+def list_points(run: Run, course: Course) -> int:
     """List points inside all steps, as the watch of the run asks for."""
     watch = run.watch
     watch.listed = 0
     for k in range(course.steps):
         if course.is_step[k]:
-            if not interpolated(run, course, k):
+            if not interpolate_step(run, course, k):
                 return GIVEN_UP
             watch.place = k
             # settings of steps differ

@@ -1,4 +1,4 @@
-"""One step of Rodas5P backwards: from what results owe to the states after it to those before it.
+"""One step of Rodas5P backwards: derivatives of results by the states before it.
 
 The matrix of the step depends on the states too, so second derivatives of the rates occur; they
 come from the function `bent` of a `Sweep`.
@@ -35,7 +35,7 @@ def _argument(run: Run, s: int, out: Numbers) -> None:
 
 @kernel
 def _bend(run: Run, sweep: Sweep, s: int, h: float) -> None:
-    """Add what results owe to the matrix of the step by its stage."""
+    """Add what the matrix of the step contributes through a stage."""
     n, columns, point, g = run.plant.states, sweep.columns, sweep.point, sweep.pulled
     for i in range(n):
         point[i], point[n + i] = run.x[i], run.stages[(1 + s) * n + i]
@@ -51,23 +51,23 @@ def _bend(run: Run, sweep: Sweep, s: int, h: float) -> None:
 
 @kernel
 def back(run: Run, sweep: Sweep, h: float) -> bool:
-    """Carry the adjoint back over a step, which ends in `before`, and what parameters are owed.
+    """Carry the adjoint back over a step, which ends in `before`; add derivatives by parameters.
 
     False if the equations of the step could not be solved.
     """
     n, columns, point, g = run.plant.states, sweep.columns, sweep.point, sweep.pulled
-    flat, owed, carried, before = n * columns, sweep.increments, sweep.carried, sweep.before
+    flat, increments, carried, before = n * columns, sweep.increments, sweep.carried, sweep.before
     evaluate(run.plant.rates, run, run.x, run.t, run.m, run.stages)
     if step(run, h) == UNSOLVED:
         return False
     for r in range(flat):
         carried[r], before[r] = sweep.adjoint[r], 0.0
         for s in range(7):
-            owed[s * flat + r] = 0.0
-        owed[7 * flat + r] = sweep.adjoint[r] + sweep.judged[r]
+            increments[s * flat + r] = 0.0
+        increments[7 * flat + r] = sweep.adjoint[r] + sweep.judged[r]
     for s in range(7, -1, -1):
         for r in range(flat):
-            sweep.solved[r] = owed[s * flat + r]
+            sweep.solved[r] = increments[s * flat + r]
         for c in range(columns):
             solve_transposed(run.matrix.pattern, run.matrix, n, sweep.solved[c:], columns)
         _argument(run, s, point)
@@ -82,12 +82,12 @@ def back(run: Run, sweep: Sweep, h: float) -> bool:
             else:
                 carried[r] = g[r]
             if s >= 6:
-                owed[(s - 1) * flat + r] += carried[r]
+                increments[(s - 1) * flat + r] += carried[r]
             else:
                 before[r] += carried[r]
                 for j in range(s):
-                    owed[j * flat + r] += WEIGHTS[8 * s + j] * carried[r]
+                    increments[j * flat + r] += WEIGHTS[8 * s + j] * carried[r]
             for j in range(s):
-                owed[j * flat + r] += _GAMMA * INCREMENTS[8 * s + j] * sweep.solved[r]
+                increments[j * flat + r] += _GAMMA * INCREMENTS[8 * s + j] * sweep.solved[r]
         _bend(run, sweep, s, h)
     return True

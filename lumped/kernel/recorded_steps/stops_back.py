@@ -27,7 +27,7 @@ class Stops(Record):
     jumps, next_jump : int
         How many there are, and the next one.
     jump_step : Integers
-        Number of the missing step in whose place each stands.
+        Number of the missing step whose place each takes.
     first_entry, first_parameter_entry : Integers
         First entries of each in S and P, and those after the last.
     row, column, entry : Integers, Integers, Numbers
@@ -75,7 +75,7 @@ def begin_stops(stops: Stops) -> None:
 
 @kernel
 def add_pulses(run: Run, sweep: Sweep, stops: Stops, end: int) -> None:
-    """Add what results owe to the states at an end of a step."""
+    """Add derivatives of results by the states at an end of a step."""
     n, i = run.plant.states, stops.next_pulse
     while i >= 0 and stops.pulse_end[i] == end:
         for k in range(n):
@@ -86,19 +86,19 @@ def add_pulses(run: Run, sweep: Sweep, stops: Stops, end: int) -> None:
 
 @kernel
 def _cross_one(sweep: Sweep, stops: Stops, jump: int, result: int) -> None:
-    """Carry what one result owes back over one jump."""
+    """Carry the adjoint of one result back over one jump."""
     n, columns, p = stops.states, sweep.columns, sweep.parameters
     weight = stops.late[jump * sweep.results + result]
     for i in range(n):
         weight += stops.drift[jump * n + i] * sweep.adjoint[i * columns + result]
         sweep.before[i * columns + result] = 0.0
     for k in range(stops.first_entry[jump], stops.first_entry[jump + 1]):
-        owed = sweep.adjoint[stops.row[k] * columns + result]
-        sweep.before[stops.column[k] * columns + result] += stops.entry[k] * owed
+        adjoint = sweep.adjoint[stops.row[k] * columns + result]
+        sweep.before[stops.column[k] * columns + result] += stops.entry[k] * adjoint
     for k in range(stops.first_parameter_entry[jump], stops.first_parameter_entry[jump + 1]):
-        owed = sweep.adjoint[stops.parameter_row[k] * columns + result]
+        adjoint = sweep.adjoint[stops.parameter_row[k] * columns + result]
         to = stops.parameter_column[k] * columns + result
-        sweep.by_parameters[to] += stops.parameter_entry[k] * owed
+        sweep.by_parameters[to] += stops.parameter_entry[k] * adjoint
     own = stops.instant[jump * (n + p) :]
     for i in range(n):
         place = i * columns + result
@@ -109,7 +109,7 @@ def _cross_one(sweep: Sweep, stops: Stops, jump: int, result: int) -> None:
 
 @kernel
 def cross(sweep: Sweep, stops: Stops, step: int) -> None:
-    """Carry the adjoint back over the jumps that stand in the place of a step."""
+    """Carry the adjoint back over the jumps that take the place of a step."""
     i = stops.next_jump
     while i >= 0 and stops.jump_step[i] == step:
         for result in range(sweep.results):

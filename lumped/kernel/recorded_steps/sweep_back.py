@@ -5,22 +5,22 @@ from __future__ import annotations
 from lumped.code.words import kernel, sqrt
 from lumped.kernel.methods.dop853 import integral_error
 from lumped.kernel.recorded_steps import dop853_back, rodas5p_back
-from lumped.kernel.recorded_steps.course import Course, Sweep, stand
+from lumped.kernel.recorded_steps.course import Course, Sweep, go_to_step
 from lumped.kernel.recorded_steps.stops_back import Stops, add_pulses, begin_stops, cross
 from lumped.kernel.run import DONE, GIVEN_UP, Run
 
-__all__ = ["LEAST", "swept"]
+__all__ = ["LEAST", "sweep_steps"]
 
 LEAST = 1e-3
-"""What results owe to a state, relative to the most they owe to any, below which its accuracy does
-not matter; both times the nominal value of the state."""
+"""Derivative by a state, relative to the greatest by any, below which its accuracy does not matter;
+both times the nominal value of the state."""
 _DOUBT = 2.0
 """Weight of the estimate of the error, as for the states."""
 
 
 @kernel
-def _judged(run: Run, sweep: Sweep, r: int) -> float:
-    """Error that one step adds to what a result owes to the states, relative to its size."""
+def _estimate_error(run: Run, sweep: Sweep, r: int) -> float:
+    """Error that one step adds to the derivatives of a result by the states, relative to these."""
     n, columns, most = run.plant.states, sweep.columns, 0.0
     for i in range(n):
         place = i * columns + r
@@ -53,9 +53,9 @@ def _integrate(run: Run, course: Course, k: int, h: float) -> None:
 
 @kernel
 def _over(run: Run, sweep: Sweep, course: Course, k: int) -> bool:
-    """Carry back over one step what results owe to the states; false if it cannot be made."""
+    """Carry the adjoint back over one step; false if it cannot be made."""
     n, columns, results = run.plant.states, sweep.columns, sweep.results
-    h = stand(run, course, k)
+    h = go_to_step(run, course, k)
     for i in range(n):
         for r in range(results):
             sweep.judged[i * columns + results + r] = sweep.adjoint[i * columns + r]
@@ -65,7 +65,7 @@ def _over(run: Run, sweep: Sweep, course: Course, k: int) -> bool:
     else:
         dop853_back.back(run, sweep, h)
     for r in range(results):
-        course.errors[k * results + r] = _judged(run, sweep, r)
+        course.errors[k * results + r] = _estimate_error(run, sweep, r)
     for i in range(n):
         for r in range(results):
             sweep.adjoint[i * columns + r] = sweep.before[i * columns + r]
@@ -74,8 +74,8 @@ def _over(run: Run, sweep: Sweep, course: Course, k: int) -> bool:
 
 
 @kernel
-def swept(run: Run, sweep: Sweep, course: Course, stops: Stops) -> int:
-    """Carry back over all steps, and changes between them, what results owe to the states."""
+def sweep_steps(run: Run, sweep: Sweep, course: Course, stops: Stops) -> int:
+    """Carry the adjoint back over all steps, and changes between them."""
     begin_stops(stops)
     for k in range(course.steps - 1, -1, -1):
         add_pulses(run, sweep, stops, k + 1)

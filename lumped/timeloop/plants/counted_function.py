@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from lumped.code.functions import (
-    compiled_columns,
-    compiled_functions,
-    known_columns,
-    known_functions,
+    compile_columns,
+    compile_functions,
+    load_columns,
+    load_functions,
 )
 from lumped.code.machine_code import Code
 from lumped.code.operations import Operations
@@ -46,9 +46,9 @@ class CountedFunction:
             constants=operations.constants,
         )
         if columns:
-            self._take(known_columns(operations, columns, columns_from))
+            self._take(load_columns(operations, columns, columns_from))
         else:
-            self._take(known_functions({"columns": operations}))
+            self._take(load_functions({"columns": operations}))
 
     def for_more(self, evaluations: int) -> Function:
         """The function, which will be evaluated so many times more."""
@@ -62,9 +62,9 @@ class CountedFunction:
         if self._code is not None or self._evaluations <= WORTH:
             return
         if self._columns:
-            self._take(compiled_columns(self._operations, self._columns, self._from))
+            self._take(compile_columns(self._operations, self._columns, self._from))
         else:
-            self._take(compiled_functions({"columns": self._operations}))
+            self._take(compile_functions({"columns": self._operations}))
 
     def _take(self, code: Code | None) -> None:
         if code is None:

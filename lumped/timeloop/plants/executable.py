@@ -9,28 +9,28 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from lumped.code.functions import compiled_functions, known_functions
+from lumped.code.functions import compile_functions, load_functions
 from lumped.code.operations import Operations, operations_of
-from lumped.code.prepared import prepared
+from lumped.code.parameter_parts import prepare_parts
 from lumped.compiler.system import System
 from lumped.kernel import engine
 from lumped.kernel.methods.pivots import pattern_of
 from lumped.kernel.plant import Function, Plant
 from lumped.kernel.run import Matrix, Pattern, Run
 from lumped.support.made_once import made_once
-from lumped.timeloop.plants.kept_run import KeptRun, made_run, remember
+from lumped.timeloop.plants.kept_run import KeptRun, make_run, remember
 from lumped.timeloop.plants.output_room import OutputRoom
 from lumped.timeloop.plants.parts import (
     any_direction,
-    enclosed_of,
-    enclosed_sizes,
+    find_enclosed_sizes,
     operations_of_each,
     parts_of,
     plant_sizes,
+    select_enclosed,
 )
 from lumped.timeloop.plants.taylor_series import TaylorSeries
 
-__all__ = ["WORTH", "Executable", "evaluated", "executable", "smooth_executable", "span"]
+__all__ = ["WORTH", "Executable", "evaluate_at", "executable", "smooth_executable", "span"]
 
 WORTH = 30_000
 """Evaluations of all functions that take as long as compiling them."""
@@ -87,9 +87,13 @@ class Executable:
             if field.kind is Function:
                 setattr(plant, name, none)
         whole = {**functions, **operations_of_each(beside or {})}
-        found, parts = prepared(whole, sizes["parameters"], beside or ())
+        found, parts = prepare_parts(whole, sizes["parameters"], beside or ())
         self.beside = {name: found.pop(name) for name in beside or ()}
-        self.sizes = {**sizes, "prepared": parts.results, **enclosed_sizes(enclosed_of(found))}
+        self.sizes = {
+            **sizes,
+            "prepared": parts.results,
+            **find_enclosed_sizes(select_enclosed(found)),
+        }
         plant.parameters, plant.prepared = sizes["parameters"], parts.results
         self._prepares = parts.results > 0
         self.taylor = TaylorSeries(found["rates"], sizes["states"], sizes["implicit"])
@@ -97,7 +101,7 @@ class Executable:
 
     def _add(self, found: dict[str, Operations]) -> None:
         """Take functions, in machine code if that was made before."""
-        code = known_functions(found)
+        code = load_functions(found)
         for name, operations in found.items():
             made = Function(
                 count=len(operations.table),
@@ -120,7 +124,7 @@ class Executable:
             if not getattr(self.plant, name).address
         }
         if waiting:
-            code = compiled_functions(waiting)
+            code = compile_functions(waiting)
             self._kept.append(code)
             for name in waiting:
                 getattr(self.plant, name).address = code.address(name)
@@ -135,7 +139,7 @@ class Executable:
         ]
         if self.plant.rates.wide_address:
             return
-        code = compiled_functions({name: self._operations[name] for name in names}, count)
+        code = compile_functions({name: self._operations[name] for name in names}, count)
         self._kept.append(code)
         for name in names:
             getattr(self.plant, name).wide_address = code.address(name)
@@ -157,7 +161,7 @@ class Executable:
         return int(_HALF_SECOND // work) + 1
 
     def new_run(self, theta: np.ndarray, t: float, x: np.ndarray, settings: np.ndarray) -> Run:
-        """A run that stands somewhere, without output.
+        """A run at a point, without output.
 
         Times count as about one second (see `span`).
         """
@@ -167,14 +171,14 @@ class Executable:
         return run
 
     def blank_run(self) -> Run:
-        """A run without options that stands nowhere; that of one that is over if there is any."""
+        """A run without options, at no point yet; that of one that is over if there is any."""
         over = self._over
         if over:
             run, self._own.room = over.pop().begin_again()
             return run
         work = max(operations.work for operations in self._operations.values())
         sizes = {**self.sizes, "work": work}
-        run = made_run(sizes, self.plant)
+        run = make_run(sizes, self.plant)
         run.yielding = -1.0
         span(run, 1.0)
         remember(run)
@@ -184,7 +188,7 @@ class Executable:
         """Set parameters, what is computed from them alone, states and settings."""
         run.p[: len(theta)], run.x[:], run.m[:] = theta, x, settings
         if self._prepares:
-            engine.call("prepared", run)
+            engine.call("prepare_parameters", run)
 
     def room(self, sizes: tuple[int, int, int, int, int, int]) -> OutputRoom:
         """Room for output, that of a run that is over if it has the sizes."""
@@ -197,7 +201,7 @@ class Executable:
         over: list[KeptRun] = self._own.__dict__.setdefault("over", [])
         return over
 
-    def begun(self, options: object) -> KeptRun | None:
+    def reuse_run(self, options: object) -> KeptRun | None:
         """A run that is over, at its begin again, if the last one had these options."""
         over = self._over
         if not over or over[-1].options != options:
@@ -238,7 +242,7 @@ class Executable:
         return found
 
     def at(self, theta: np.ndarray, t: float, x: np.ndarray, settings: np.ndarray) -> Run:
-        """The same run each time, of this thread, standing somewhere else."""
+        """The same run each time, of this thread, at another point."""
         run: Run | None = getattr(self._own, "run", None)
         if run is None:
             run = self._own.run = self.new_run(theta, t, x, settings)
@@ -306,7 +310,7 @@ def smooth_executable(
     return Executable(operations_of_each(functions), jacobian, sizes, plant, beside)
 
 
-def evaluated(
+def evaluate_at(
     system: System, name: str, x: np.ndarray, theta: np.ndarray, t: float, settings: np.ndarray
 ) -> np.ndarray:
     """Results of a function of a system ("rates", "look", "margin") at a point."""

@@ -47,12 +47,12 @@ def forcing(rates: Operations) -> Operations:
                 kind, together = _TIMED, frozenset([k])
         kinds[out], terms[out] = kind, together
     ends = np.array(sorted(found), dtype=np.int64)
-    told = np.zeros((len(ends), 4), dtype=np.int64)
-    told[:, 0], told[:, 1], told[:, 2] = RESULT, np.arange(len(ends)), rates.table[ends, 1]
+    results = np.zeros((len(ends), 4), dtype=np.int64)
+    results[:, 0], results[:, 1], results[:, 2] = RESULT, np.arange(len(ends)), rates.table[ends, 1]
     is_own = rates.table[:, 0] != RESULT
-    # results stand behind what gives them
+    # results follow what gives them
     order = np.argsort(np.concatenate([np.flatnonzero(is_own), ends]), kind="stable")
-    table = np.concatenate([rates.table[is_own], told])[order]
+    table = np.concatenate([rates.table[is_own], results])[order]
     return first_results(replace(rates, table=table, results=len(ends)), len(ends))
 
 

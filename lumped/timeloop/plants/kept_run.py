@@ -12,19 +12,19 @@ from lumped.kernel.roots import Bracket
 from lumped.kernel.run import Run
 from lumped.timeloop.plants.output_room import OutputRoom
 
-__all__ = ["KeptRun", "made_run", "remember"]
+__all__ = ["KeptRun", "make_run", "remember"]
 
 _PARTS = {name: f.kind for name, f in InstantSearch.fields.items() if isinstance(f.kind, type)}
 """Records that belong to an instant."""
 
 
 class KeptRun:
-    """A run with its room for output, which has its options and stands nowhere yet.
+    """A run with its room for output, which has its options and is at no point yet.
 
     Parameters
     ----------
     options : object
-        All that the records depend on, but for where and when a run stands.
+        All that the records depend on, but for the point and the time of a run.
     run : Run
         With these options.
     room : OutputRoom
@@ -68,8 +68,8 @@ class KeptRun:
         return run, self.room
 
 
-def made_run(sizes: dict[str, int], plant: Plant) -> Run:
-    """A run; what it writes stands in one block of memory."""
+def make_run(sizes: dict[str, int], plant: Plant) -> Run:
+    """A run; what it writes is in one block of memory."""
     kinds: list[type[Record]] = [Run, InstantSearch, *_PARTS.values()]
     words = [kind.words(sizes) for kind in kinds]
     block = np.zeros(sum(words), dtype=np.int64)

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.code.operations import Operations, operations_of
-from lumped.code.step_functions import looked_up
+from lumped.code.step_functions import tabulate_steps
 from lumped.kernel import engine
 from lumped.kernel.run import Run, Samples
 from lumped.timeloop.plants.counted_function import CountedFunction
@@ -38,7 +38,7 @@ class ManyPoints:
     def __init__(self, function: ca.Function) -> None:
         self._whole = operations = operations_of(function)
         self.results = operations.results
-        self._lookup = looked_up(operations, function.numel_in(3))
+        self._lookup = tabulate_steps(operations, function.numel_in(3))
         if self._lookup is not None:
             self._arguments = _Evaluated(self._lookup.arguments)
             operations = self._lookup.rest

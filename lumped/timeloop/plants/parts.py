@@ -16,17 +16,17 @@ from lumped.kernel.instants.linkages import DIRECTIONS
 from lumped.kernel.plant import Plant
 from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.plants.forcing import forcing
-from lumped.timeloop.programs import asking_ranks
+from lumped.timeloop.programs import rank_programs
 
 __all__ = [
     "Parts",
     "any_direction",
-    "enclosed",
-    "enclosed_of",
-    "enclosed_sizes",
+    "find_enclosed_sizes",
+    "make_enclosed",
     "operations_of_each",
     "parts_of",
     "plant_sizes",
+    "select_enclosed",
 ]
 
 
@@ -48,13 +48,13 @@ class Parts(NamedTuple):
     fields: dict[str, Any]
 
 
-def enclosed_of(functions: Mapping[str, Operations]) -> dict[str, Operations]:
+def select_enclosed(functions: Mapping[str, Operations]) -> dict[str, Operations]:
     """Those functions of a plant, and of functionals, that are enclosed."""
     wanted = {"margin": "margin", "rates": "forcing", "extreme": "extreme", "load": "load"}
     return {name: functions[name] for name, of in wanted.items() if of in functions}
 
 
-def enclosed_sizes(enclosed: Mapping[str, Operations]) -> dict[str, int]:
+def find_enclosed_sizes(enclosed: Mapping[str, Operations]) -> dict[str, int]:
     """Sizes of what is needed to enclose the results of functions."""
     rows = max((len(function.table) for function in enclosed.values()), default=0)
     work = max((function.work for function in enclosed.values()), default=0)
@@ -62,10 +62,10 @@ def enclosed_sizes(enclosed: Mapping[str, Operations]) -> dict[str, int]:
     return {"enclosed_rows": rows, "enclosed_work": work, "enclosed_results": results}
 
 
-def enclosed(function: Operations | None) -> Enclosed:
+def make_enclosed(function: Operations | None) -> Enclosed:
     """The record of a function whose results are enclosed; it may be none."""
     found = {} if function is None else {"own": function}
-    sizes = enclosed_sizes(found)
+    sizes = find_enclosed_sizes(found)
     return Enclosed(sizes, results=sizes["enclosed_results"])
 
 
@@ -148,8 +148,8 @@ def _tables(system: System) -> dict[str, Any]:
     counts = [0 if p is None else p.count * p.width for p in pieces]
     relations = s.relation_modes.tolist()
     begins = np.cumsum([0, *(jump.width for jump in s.jumps)])
-    signs = [sign for jump in s.jumps for sign in jump.filled(jump.signs, 0.0)]
-    changed = [node for jump in s.jumps for node in jump.filled(jump.nodes, -1)]
+    signs = [sign for jump in s.jumps for sign in jump.fill(jump.signs, 0.0)]
+    changed = [node for jump in s.jumps for node in jump.fill(jump.nodes, -1)]
     kinds = ("relation", "upper", "lower", "slide")
     integers = {
         "condition_setting": s.relation_modes,
@@ -171,7 +171,7 @@ def _tables(system: System) -> dict[str, Any]:
         "jump_condition": [
             relations.index(jump.mode) if jump.mode in relations else -1 for jump in s.jumps
         ],
-        "jump_asks": asking_ranks(system),
+        "jump_asks": rank_programs(system),
         "jump_begin": begins,
         "jump_state": [place.get(node, -1) for node in changed],
         "margin_kind": [kinds.index(kind) for kind, _ in s.rows],

@@ -7,9 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from lumped.code.functions import compiled_series
+from lumped.code.functions import compile_series
 from lumped.code.machine_code import Code
-from lumped.code.operations import Operations, UnsupportedError, joined
+from lumped.code.operations import Operations, UnsupportedError, join_functions
 from lumped.code.taylor import series_of
 from lumped.errors import OptionError
 from lumped.kernel.plant import Function
@@ -53,7 +53,7 @@ class TaylorSeries:
         """
         if not _has_series(integrands):
             return self
-        whole = joined(self._rates, integrands)
+        whole = join_functions(self._rates, integrands)
         more = TaylorSeries(whole, self._states, self._implicit)
         return self if self.is_linear and not more.is_linear else more
 
@@ -95,7 +95,7 @@ class TaylorSeries:
 
     def _function(self, order: int) -> Function:
         if order not in self._functions:
-            code = compiled_series(self._rates, order, self._states)
+            code = compile_series(self._rates, order, self._states)
             self._kept.append(code)
             self._functions[order] = Function(address=code.address("series"))
         return self._functions[order]
@@ -105,7 +105,7 @@ class TaylorSeries:
         order = self.order(rtol)
         function = self._function(order)
         if not function.wide_address:
-            code = compiled_series(self._rates, order, self._states, count)
+            code = compile_series(self._rates, order, self._states, count)
             self._kept.append(code)
             function.wide_address = code.address("series")
 

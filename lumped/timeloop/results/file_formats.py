@@ -226,8 +226,8 @@ def _modelica(data: Contents, file: BinaryIO) -> None:
         file,
         {
             "Aclass": np.array(["Atrajectory", "1.1", "", "binTrans"]),
-            "name": _transposed(names),
-            "description": _transposed(texts),
+            "name": _transpose(names),
+            "description": _transpose(texts),
             "dataInfo": info,
             "data_1": fixed,
             "data_2": np.array([t, *data.values.values()]),
@@ -236,7 +236,7 @@ def _modelica(data: Contents, file: BinaryIO) -> None:
     )
 
 
-def _transposed(lines: list[str]) -> NDArray[np.str_]:
+def _transpose(lines: list[str]) -> NDArray[np.str_]:
     """The columns of a matrix of characters that has one line in each row."""
     width = max(len(line) for line in lines)
     lines = [line.encode("latin1", "replace").decode("latin1") for line in lines]

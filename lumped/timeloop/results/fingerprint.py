@@ -56,7 +56,7 @@ _PLAIN = (bool, int, float, complex, str, bytes, range, PurePath, np.generic)
 class _Hashing:
     """Hashes of values, each made once.
 
-    What contains itself, such as a function that calls itself, is told by how far above it is.
+    What contains itself, such as a function that calls itself, is named by how far above it is.
     """
 
     def __init__(self) -> None:
@@ -94,7 +94,7 @@ class _Hashing:
         elif isinstance(value, Component):
             yield from map(self.of, (type(value), values_of(value), place_of(value)))
         elif isinstance(value, types.ModuleType):
-            yield _named(value.__name__)
+            yield _name_version(value.__name__)
         elif isinstance(value, type):
             yield from self._class(value)
         elif isinstance(value, types.CodeType):
@@ -123,8 +123,8 @@ class _Hashing:
             yield from self._object(value)
 
     def _function(self, value: types.FunctionType) -> Iterator[bytes]:
-        if _installed(value.__module__ or ""):
-            yield _named(value.__module__)
+        if _is_installed(value.__module__ or ""):
+            yield _name_version(value.__module__)
             yield value.__qualname__.encode()
             return
         yield self.of(value.__code__)
@@ -135,15 +135,15 @@ class _Hashing:
                 yield self.of(value.__globals__[name])
 
     def _code(self, value: types.CodeType) -> Iterator[bytes]:
-        """Instructions and what stands in them; not where they were written."""
+        """Instructions and what they hold; not where they were written."""
         yield value.co_code
         yield repr((value.co_names, value.co_varnames, value.co_freevars)).encode()
         yield from map(self.of, value.co_consts)
 
     def _class(self, value: type) -> Iterator[bytes]:
         yield value.__qualname__.encode()
-        if _installed(value.__module__ or ""):
-            yield _named(value.__module__)
+        if _is_installed(value.__module__ or ""):
+            yield _name_version(value.__module__)
             return
         yield from map(self.of, value.__bases__)
         dropped = ("__dict__", "__weakref__", "__doc__", "__module__")
@@ -184,7 +184,7 @@ def _globals(code: types.CodeType) -> set[str]:
 
 
 @functools.cache
-def _installed(module: str) -> bool:
+def _is_installed(module: str) -> bool:
     """Whether a module belongs to an installed package, the interpreter or lumped."""
     top = module.partition(".")[0]
     if top == "lumped" or top in sys.stdlib_module_names:
@@ -197,7 +197,7 @@ def _installed(module: str) -> bool:
 
 
 @functools.cache
-def _named(module: str) -> bytes:
+def _name_version(module: str) -> bytes:
     """A module with the version of its package."""
     return f"{module} {_version(module.partition('.')[0])}".encode()
 
@@ -215,7 +215,7 @@ def _version(package: str) -> str:
 def _of_system(system: System) -> Iterator[bytes]:
     flat, tree = system.structure.flat, system.structure.tree
     _, outputs, kept = system.origin
-    yield _named("lumped")
+    yield _name_version("lumped")
     yield repr((outputs, kept, sorted(system.structure.ranks.items()), sorted(tree.freed))).encode()
     for node in tree.instances:
         yield node.path.encode()
@@ -246,7 +246,7 @@ def _energies(system: System) -> Iterator[bytes]:
     tree = system.structure.tree
     for node in {template_key(node.component): node for node in tree.instances}.values():
         for name in ("stored", "loss"):
-            tell = getattr(type(node.component), name, None)
-            if inspect.isfunction(tell):
-                told = content_of(tell(node.component), lambda c, n=node: tree.below(c, n))  # type: ignore[misc]
-                yield repr((node.path, name, told)).encode()
+            method = getattr(type(node.component), name, None)
+            if inspect.isfunction(method):
+                result = content_of(method(node.component), lambda c, n=node: tree.below(c, n))  # type: ignore[misc]
+                yield repr((node.path, name, result)).encode()

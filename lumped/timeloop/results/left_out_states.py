@@ -42,7 +42,7 @@ def on_both_sides(t: np.ndarray, y: np.ndarray, times: np.ndarray) -> np.ndarray
     Parameters
     ----------
     t, y : ndarray, shape (k,)
-        Times, among them all `times`, and values; a time that stands twice is a jump.
+        Times, among them all `times`, and values; a time that occurs twice is a jump.
     times : ndarray, shape (points,)
         Times of the other run, s, in the same way. What jumps a little later or earlier in `y`
         is moved to these instants.

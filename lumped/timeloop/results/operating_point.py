@@ -14,10 +14,10 @@ from lumped.errors import UnknownNameError
 from lumped.support.by_name import ByName
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
-from lumped.timeloop.programs import Told
+from lumped.timeloop.programs import ProgramInputs
 from lumped.timeloop.results.event import Change
 from lumped.timeloop.results.left_out_states import with_left_out
-from lumped.timeloop.results.result_files import computed
+from lumped.timeloop.results.result_files import list_computable
 
 __all__ = ["Convergence", "Kept", "Named", "OperatingPoint"]
 
@@ -92,7 +92,7 @@ class Named(ByName, RichHtml):
         return ["time", *self._names()]
 
     def _names(self) -> list[str]:
-        return computed(self.system) if self.again is None else self.system.names()
+        return list_computable(self.system) if self.again is None else self.system.names()
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,8 +123,8 @@ class OperatingPoint(Named):
     again : callable or None
         Makes the same point of the system with the states that were left out; None where there are
         none, or nobody knows them.
-    told : dict of int to ndarray
-        What programs were told on the way (see `Trajectory`).
+    program_inputs : dict of int to ndarray
+        What programs were given on the way (see `Trajectory`).
     """
 
     system: System
@@ -138,7 +138,7 @@ class OperatingPoint(Named):
     residual: float | None = None
     lost: tuple[str, ...] = ()
     again: Callable[[System], OperatingPoint] | None = None
-    told: Told = field(default_factory=dict)
+    program_inputs: ProgramInputs = field(default_factory=dict)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -153,10 +153,10 @@ class OperatingPoint(Named):
             return self
         found = self.again(self.system.whole)
 
-        def left_out(name: str) -> np.ndarray:
+        def read_left_out(name: str) -> np.ndarray:
             return np.array([found[name]])
 
-        system, x = with_left_out(self.system, self.x[None, :], left_out)
+        system, x = with_left_out(self.system, self.x[None, :], read_left_out)
         return replace(self, system=system, x=x[0], again=None)
 
     @overload

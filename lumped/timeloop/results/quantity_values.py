@@ -33,10 +33,10 @@ def quantity_along(
     t, x, settings : ndarray, shapes (points,), (points, n) and (points, m)
         Times, states, and modes with implicit quantities.
     """
-    function = _known(system).of(key, lambda: ManyPoints(system.function([key])))
+    function = _recent_points(system).of(key, lambda: ManyPoints(system.function([key])))
     return function(x, theta, t, settings)[:, 0]
 
 
 @made_once
-def _known(_: System) -> Recent[ManyPoints]:
+def _recent_points(_: System) -> Recent[ManyPoints]:
     return Recent(_KEPT)

@@ -11,7 +11,7 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.support.made_once import made_once
 from lumped.support.progress import Progress
-from lumped.support.units import in_seconds
+from lumped.support.units import read_time
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Piece
 
@@ -71,7 +71,7 @@ def _numbers(grid: object) -> np.ndarray:
         return np.asarray(grid, dtype=float)
     except (TypeError, ValueError):
         listed = grid if isinstance(grid, Iterable) else [grid]
-        return np.array([in_seconds(time, "grid: time") for time in listed])
+        return np.array([read_time(time, "grid: time") for time in listed])
 
 
 def scale(begin: float, until: float) -> float:
@@ -96,7 +96,7 @@ class Recorder:
     Attributes
     ----------
     progress : Progress
-        Is told how far the run has come.
+        Is given how far the run has come.
     taken : int
         Output times that were handed out.
     """
@@ -152,7 +152,7 @@ class Recorder:
 
     def pieces(self) -> tuple[Piece, ...]:
         """What was recorded so far."""
-        return tuple([Piece(system, *_joined(system, rows)) for system, rows in self._parts])
+        return tuple([Piece(system, *_join_rows(system, rows)) for system, rows in self._parts])
 
 
 @made_once
@@ -191,7 +191,7 @@ class SparingRecorder(Recorder):
         self._counts.append(0)
 
     def add(self, t: np.ndarray, x: np.ndarray, settings: np.ndarray) -> None:
-        """Points of the present piece; the same time does not stand twice in it."""
+        """Points of the present piece; the same time does not occur twice in it."""
         ends = self._ends[-1]
         new = np.diff(t, prepend=ends[-1][-1] if ends else -np.inf) > 0
         if not new.any():
@@ -200,7 +200,7 @@ class SparingRecorder(Recorder):
         places = self._counts[-1] + np.arange(len(own))
         ends.append(t[own])
         self._counts[-1] += len(own)
-        kept = _thinned(places, self._stride)
+        kept = _mark_multiples(places, self._stride)
         own, places = own[kept], places[kept]
         self._places[-1].append(places)
         super().add(t[own], x[own], settings[own])
@@ -216,8 +216,8 @@ class SparingRecorder(Recorder):
             for number, (system, rows) in enumerate(self._parts):
                 if rows:
                     places = np.concatenate(self._places[number])
-                    kept = _thinned(places, self._stride)
-                    whole = tuple(v[kept] for v in _joined(system, rows))
+                    kept = _mark_multiples(places, self._stride)
+                    whole = tuple(v[kept] for v in _join_rows(system, rows))
                     self._parts[number] = system, [whole]
                     self._places[number] = [places[kept]]
                     self._size += whole[1].nbytes + whole[2].nbytes
@@ -232,14 +232,14 @@ class SparingRecorder(Recorder):
         return tuple(replace(p, ends=own) for p, own in zip(found, ends, strict=True))
 
 
-def _thinned(places: np.ndarray, stride: int) -> np.ndarray:
+def _mark_multiples(places: np.ndarray, stride: int) -> np.ndarray:
     """Which of some places are multiples of a stride, or the last."""
     kept: np.ndarray = places % stride == 0
     kept[-1] = True
     return kept
 
 
-def _joined(system: System, rows: list[_Rows]) -> _Rows:
+def _join_rows(system: System, rows: list[_Rows]) -> _Rows:
     """Points of a piece in one."""
     if len(rows) == 1:
         return rows[0]

@@ -18,7 +18,7 @@ from lumped.plots.over_time import over_time
 from lumped.plots.picture import Picture
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
-from lumped.support.display_units import Units, chosen, display, time_unit
+from lumped.support.display_units import Units, choose_units, display, time_unit
 from lumped.support.made_once import made_once
 from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
@@ -28,9 +28,17 @@ from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.file_formats import READERS, WRITERS, Contents, apart
 from lumped.timeloop.results.fingerprint import fingerprint
 
-__all__ = ["Saved", "computed", "fingerprint", "load", "pictured", "saved", "state_names"]
+__all__ = [
+    "Saved",
+    "draw_curves",
+    "fingerprint",
+    "list_computable",
+    "load",
+    "select_quantities",
+    "state_names",
+]
 
-_TOLD = 12
+_SHOWN = 12
 """Quantities of a printed file."""
 
 
@@ -81,7 +89,7 @@ class Saved(Contents, ByName, RichHtml):
 
     @property
     def main(self) -> list[str]:
-        """What is drawn and told unless others are named: the states, or all if none are known."""
+        """What is shown unless others are named: the states, or all if none are known."""
         return [*(self.states or self.values)]
 
     def in_units(self, units: Units) -> Saved:
@@ -99,7 +107,7 @@ class Saved(Contents, ByName, RichHtml):
         UnknownNameError
             If a name does not exist.
         """
-        choice = chosen(units, self)
+        choice = choose_units(units, self)
         found = {name: display(name, unit, choice) for name, unit in self.units.items()}
         values = {name: found[name].value(y) for name, y in self.values.items()}
         return replace(self, values=values, units={name: to.unit for name, to in found.items()})
@@ -120,15 +128,15 @@ class Saved(Contents, ByName, RichHtml):
         wanted = self.main if names is None else [*map(key_of, names)]
         found = {name: self[name] for name in wanted}
         own, texts = {"time": "s", **self.units}, {"time": "time", **self.texts}
-        told = {name: (own[name], texts[name], y) for name, y in found.items()}
-        choice = chosen(units, ("time", *self))
-        picture = pictured(self.model, self.t, told, self.events, choice, names is not None)
+        shown = {name: (own[name], texts[name], y) for name, y in found.items()}
+        choice = choose_units(units, ("time", *self))
+        picture = draw_curves(self.model, self.t, shown, self.events, choice, names is not None)
         return draw(picture, backend, ax)
 
     def to_pandas(self, *, units: Units = None) -> Any:
         """A DataFrame over the time, one column for each quantity; units in ``frame.attrs``.
 
-        Its index increases strictly: where values jump, those before the jump stand one step of
+        Its index increases strictly: where values jump, those before the jump are one step of
         rounding earlier, and ``frame.loc[t]`` gives those after it.
 
         Parameters
@@ -146,9 +154,9 @@ class Saved(Contents, ByName, RichHtml):
             If a name does not exist.
         """
         pandas = extra("pandas", "data", "to_pandas")
-        told = self.in_units(units)
-        frame = pandas.DataFrame(told.values, index=pandas.Index(apart(self.t), name="time"))
-        frame.attrs = {"model": self.model, "fingerprint": self.fingerprint, "units": told.units}
+        shown = self.in_units(units)
+        frame = pandas.DataFrame(shown.values, index=pandas.Index(apart(self.t), name="time"))
+        frame.attrs = {"model": self.model, "fingerprint": self.fingerprint, "units": shown.units}
         return frame
 
     def to_xarray(self, *, units: Units = None) -> Any:
@@ -171,10 +179,10 @@ class Saved(Contents, ByName, RichHtml):
             If a name does not exist.
         """
         xarray = extra("xarray", "data", "to_xarray")
-        told = self.in_units(units)
+        shown = self.in_units(units)
         columns = {
-            name: ("time", values, {"units": told.units[name], "long_name": self.texts[name]})
-            for name, values in told.values.items()
+            name: ("time", values, {"units": shown.units[name], "long_name": self.texts[name]})
+            for name, values in shown.values.items()
         }
         time = ("time", apart(self.t), {"units": "s", "long_name": "time"})
         about = {"model": self.model, "fingerprint": self.fingerprint}
@@ -210,9 +218,9 @@ class Saved(Contents, ByName, RichHtml):
         path = Path(path)
         if path.suffix not in WRITERS:
             raise OptionError(f"{path.name}: the ending must be one of {', '.join(WRITERS)}.")
-        told = self if units is None else self.in_units(units)
+        shown = self if units is None else self.in_units(units)
         with whole_file(path) as file:
-            WRITERS[path.suffix](told, file)
+            WRITERS[path.suffix](shown, file)
         return path
 
     def __repr__(self) -> str:
@@ -222,13 +230,13 @@ class Saved(Contents, ByName, RichHtml):
             f"points{over}; {len(self.events)} events"
         )
         rows = []
-        for name in self.main[:_TOLD] if len(self.t) else ():
+        for name in self.main[:_SHOWN] if len(self.t) else ():
             y = self.values[name]
             rows.append((name, *amounts(name, self.units[name], y[0], y[-1], y.min(), y.max())))
         return head + "\n" + table(("quantity", "start", "end", "min", "max", "unit"), rows)
 
 
-def pictured(
+def draw_curves(
     title: str,
     t: NDArray[np.float64],
     quantities: Mapping[str, tuple[str, str, NDArray[np.float64]]],
@@ -241,15 +249,15 @@ def pictured(
         raise OptionError(f"{title}: nothing was computed, so there is nothing to draw.")
     if not quantities:
         raise OptionError(f"{title}: no states to draw; name the quantities to see.")
-    time, told = time_unit(units), {}
+    time, shown = time_unit(units), {}
     for name, (unit, text, values) in quantities.items():
         to_show = display(name, unit, units)
-        told[name] = to_show.unit, text, to_show.value(values)
-    happened = [(time.value(event.time), *_told(event)) for event in events]
-    return over_time(title, (time.value(t), time.unit), told, happened, all_of_them=all_of_them)
+        shown[name] = to_show.unit, text, to_show.value(values)
+    happened = [(time.value(event.time), *_describe_event(event)) for event in events]
+    return over_time(title, (time.value(t), time.unit), shown, happened, all_of_them=all_of_them)
 
 
-def _told(event: Event) -> tuple[str, str]:
+def _describe_event(event: Event) -> tuple[str, str]:
     """What happened, and of what sort it is."""
     sort = "impacts" if event.loss else "changes of mode"
     if event.kind == "time":
@@ -257,7 +265,7 @@ def _told(event: Event) -> tuple[str, str]:
     return f"{event.component}: {event.before} to {event.after}", sort
 
 
-def saved(
+def select_quantities(
     system: System,
     names: Iterable[Name] | None,
     t: NDArray[np.float64],
@@ -287,7 +295,7 @@ def saved(
     OptionError
         If no quantity is named.
     """
-    chosen = computed(system) if names is None else [system.key(name) for name in names]
+    chosen = list_computable(system) if names is None else [system.key(name) for name in names]
     if names is not None and not chosen:
         raise OptionError(f"{system.name}: name at least one quantity.")
     quantities = {name: system.quantity(name) for name in chosen}
@@ -312,7 +320,7 @@ def state_names(system: System) -> list[str]:
 
 
 @made_once
-def computed(system: System) -> list[str]:
+def list_computable(system: System) -> list[str]:
     """Quantities that do not need a state that was left out."""
     tree = system.structure.tree
     names = system.names()

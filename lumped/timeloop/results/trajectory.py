@@ -16,15 +16,15 @@ from lumped.errors import OptionError, SolverError, UnknownNameError
 from lumped.functionals import Functional
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen
+from lumped.support.display_units import Units, choose_units
 from lumped.support.text_table import amounts, table
-from lumped.support.units import in_seconds
-from lumped.timeloop.programs import Told
+from lumped.support.units import read_time
+from lumped.timeloop.programs import ProgramInputs
 from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.left_out_states import PointOfRun, on_both_sides, with_left_out
 from lumped.timeloop.results.operating_point import Named, OperatingPoint
 from lumped.timeloop.results.quantity_values import quantity_along
-from lumped.timeloop.results.result_files import Saved, pictured, saved, state_names
+from lumped.timeloop.results.result_files import Saved, draw_curves, select_quantities, state_names
 from lumped.timeloop.results.statistics import Statistics
 
 __all__ = ["Piece", "Trajectory"]
@@ -81,8 +81,8 @@ class Trajectory(Named):
     again : callable or None
         Makes the same run with the states that were left out, at some times and on both sides of
         its own jumps; None where there are none, or nobody can.
-    told : dict of int to ndarray, shape (samples, 1 + values)
-        Instants at which programs were asked, s, and what they were told, by the number of the
+    program_inputs : dict of int to ndarray, shape (samples, 1 + values)
+        Instants at which programs were asked, s, and what they were given, by the number of the
         jump; with it a run that goes on from here brings them to where they were.
     """
 
@@ -94,12 +94,12 @@ class Trajectory(Named):
     certificate: Any = None
     read: Callable[[Sequence[Functional]], np.ndarray] | None = None
     again: Callable[[np.ndarray], Trajectory] | None = None
-    told: Told = field(default_factory=dict)
+    program_inputs: ProgramInputs = field(default_factory=dict)
     _known: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
 
     @cached_property
     def t(self) -> np.ndarray:
-        """Times, s; on a jump the same time stands twice, before and after it."""
+        """Times, s; on a jump the same time occurs twice, before and after it."""
         return np.concatenate([np.zeros(0), *(piece.t for piece in self.pieces)])
 
     @cached_property
@@ -191,10 +191,10 @@ class Trajectory(Named):
             here = slice(first, first + len(piece.t))
             first = here.stop
 
-            def left_out(name: str, here: slice = here) -> np.ndarray:
+            def read_left_out(name: str, here: slice = here) -> np.ndarray:
                 return on_both_sides(run.t, run[name], self.t)[here]
 
-            system, x = with_left_out(piece.system, piece.x, left_out)
+            system, x = with_left_out(piece.system, piece.x, read_left_out)
             pieces.append(replace(piece, system=system, x=x))
         return replace(self, pieces=tuple(pieces), again=None, _known={})
 
@@ -215,7 +215,7 @@ class Trajectory(Named):
         OptionError
             If the time is not within the run.
         """
-        time = in_seconds(time, "t")
+        time = read_time(time, "t")
         if not len(self.t):
             raise OptionError(f"{self.system.name}: nothing was computed, so there is no point.")
         self.check_instant(time)
@@ -233,7 +233,9 @@ class Trajectory(Named):
             self.theta,
             piece.settings[k].copy(),
             again=again,
-            told={k: rows[rows[:, 0] <= found] for k, rows in self.told.items()},
+            program_inputs={
+                k: rows[rows[:, 0] <= found] for k, rows in self.program_inputs.items()
+            },
         )
 
     @checked
@@ -273,20 +275,22 @@ class Trajectory(Named):
         OSError
             If the file cannot be written.
         """
-        return self._saved(names).write(path, units=units)
+        return self._select(names).write(path, units=units)
 
     @checked
     def to_pandas(self, names: Iterable[Name] | None = None, *, units: Units = None) -> Any:
         """A pandas DataFrame over the time, one column for each quantity (see `Saved`)."""
-        return self._saved(names).to_pandas(units=units)
+        return self._select(names).to_pandas(units=units)
 
     @checked
     def to_xarray(self, names: Iterable[Name] | None = None, *, units: Units = None) -> Any:
         """An xarray Dataset over the time, with units and texts as attributes (see `Saved`)."""
-        return self._saved(names).to_xarray(units=units)
+        return self._select(names).to_xarray(units=units)
 
-    def _saved(self, names: Iterable[Name] | None) -> Saved:
-        return saved(self.system, names, self.t, self.theta, self.events, self.__getitem__)
+    def _select(self, names: Iterable[Name] | None) -> Saved:
+        return select_quantities(
+            self.system, names, self.t, self.theta, self.events, self.__getitem__
+        )
 
     @checked
     def plot(
@@ -332,8 +336,8 @@ class Trajectory(Named):
         wanted = [*(state_names(system) if names is None else map(system.key, names))]
         quantities = {name: system.quantity(name) for name in wanted}
         found = {name: (q.unit, q.text, self[name]) for name, q in quantities.items()}
-        choice = chosen(units, ("time", *self))
-        picture = pictured(system.name, self.t, found, self.events, choice, names is not None)
+        choice = choose_units(units, ("time", *self))
+        picture = draw_curves(system.name, self.t, found, self.events, choice, names is not None)
         return draw(picture, backend, ax)
 
     def __repr__(self) -> str:

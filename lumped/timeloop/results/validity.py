@@ -9,21 +9,21 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import SolverError, told_by
 from lumped.language.formula import Formula
-from lumped.language.validity import Range, borders, checked_ranges
+from lumped.language.validity import Range, borders, check_ranges
 from lumped.support.made_once import made_once
 from lumped.support.text_table import number
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.quantity_values import quantity_along
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Held", "ranges", "refuse_point_outside", "refuse_run_outside"]
+__all__ = ["HeldRange", "ranges", "refuse_point_outside", "refuse_run_outside"]
 
 _ROUNDING = 1e-9
 """Share of a range by which a value may lie outside."""
 
 
 @dataclass(frozen=True)
-class Held:
+class HeldRange:
     """A range of a component of a system.
 
     Attributes
@@ -48,7 +48,9 @@ class Held:
         found: np.ndarray = ~((values >= low - slack) & (values <= high + slack))
         return found
 
-    def refused(self, value: float, where: str, partial: Trajectory | None = None) -> SolverError:
+    def make_error(
+        self, value: float, where: str, partial: Trajectory | None = None
+    ) -> SolverError:
         """The error that a value lies outside."""
         low, high, unit = self.range.low, self.range.high, self.range.unit
         return SolverError(
@@ -60,13 +62,13 @@ class Held:
 
 
 @made_once
-def ranges(system: System) -> tuple[Held, ...]:
+def ranges(system: System) -> tuple[HeldRange, ...]:
     """Where the equations of all components hold, as far as their quantities were not left out."""
     found = []
     for node in system.structure.tree.instances:
         with told_by(node.label, "valid()"):
-            for each in checked_ranges(node.component.valid()):
-                found.append(Held(node.path, node.label, Formula.of(each.expression), each))
+            for each in check_ranges(node.component.valid()):
+                found.append(HeldRange(node.path, node.label, Formula.of(each.expression), each))
     return tuple(found)
 
 
@@ -80,7 +82,7 @@ def refuse_point_outside(point: OperatingPoint, where: str) -> None:
     for held in ranges(point.system):
         value = point[held.formula]
         if held.outside(np.array([value]))[0]:
-            raise held.refused(value, where)
+            raise held.make_error(value, where)
 
 
 def refuse_run_outside(run: Trajectory) -> None:
@@ -99,7 +101,7 @@ def refuse_run_outside(run: Trajectory) -> None:
                 piece.system, held.formula, run.theta, piece.t, piece.x, piece.settings
             )
             for k in np.flatnonzero(held.outside(values))[:1].tolist():
-                raise held.refused(float(values[k]), f"at t = {piece.t[k]:.6g} s", run)
+                raise held.make_error(float(values[k]), f"at t = {piece.t[k]:.6g} s", run)
         for border, value in zip(
             borders([held.range]), (held.range.high, held.range.low), strict=True
         ):
@@ -107,4 +109,4 @@ def refuse_run_outside(run: Trajectory) -> None:
                 is_own = event.component == (held.path or held.label)
                 if is_own and event.after == repr(border.condition):
                     beyond = float(np.nextafter(value, np.inf * value))
-                    raise held.refused(beyond, f"passed at t = {event.time:.6g} s", run)
+                    raise held.make_error(beyond, f"passed at t = {event.time:.6g} s", run)

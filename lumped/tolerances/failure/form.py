@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from lumped.errors import OptionError, SolverError
-from lumped.numerics.nearest_points import FURTHEST, Search, searched
+from lumped.numerics.nearest_points import FURTHEST, Search, search_together
 from lumped.tolerances.failure.limit import Array, Limit
 
 __all__ = [
@@ -136,9 +136,9 @@ def is_same(u: Array, other: Array) -> bool:
 def search_all(limit: Limit, begin: Array | None = None, searches: int = 4) -> list[Search]:
     """Searches for design points, each at its end; arguments as for `form`."""
     first = np.zeros(limit.count) if begin is None else begin
-    every = searched(limit.slopes, [first])
+    every = search_together(limit.slopes, [first])
     if searches > 1:
-        every += searched(limit.slopes, _others(every[0], searches - 1))
+        every += search_together(limit.slopes, _others(every[0], searches - 1))
     return every
 
 

@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from lumped.errors import OptionError, SolverError
-from lumped.support.text_table import listed
+from lumped.support.text_table import list_names
 from lumped.support.units import amount, plain
 from lumped.tolerances.scene import Scene
 
@@ -193,4 +193,4 @@ class Limit:
         """Parameters at a point, in words."""
         x: Any = self.scene.physical(u[None])[0].tolist()
         pairs = zip(self.scene.names, x, self.scene.parameter_units, strict=True)
-        return listed([f"{name} = {amount(value, unit)}" for name, value, unit in pairs])
+        return list_names([f"{name} = {amount(value, unit)}" for name, value, unit in pairs])

@@ -15,7 +15,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.plots.picture import label_axis
 from lumped.plots.reliability import exceedance, importance_factors
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, display
+from lumped.support.display_units import Units, choose_units, display
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.tolerances.failure.form import DesignPoint
@@ -204,7 +204,7 @@ class Reliability(RichHtml):
         """
         head = f"{self.event}: probability {self.probability:.3g}"
         if self.levels:
-            shown = display(self.label, self.unit, chosen(units, [self.label]))
+            shown = display(self.label, self.unit, choose_units(units, [self.label]))
             rows = np.array([(shown.value(one.value), one.probability) for one in self.levels])
             what = label_axis(self.label, shown.unit)
             bound = shown.value(self.bound)

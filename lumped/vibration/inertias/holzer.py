@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lumped.errors import UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, display, frequency_unit
+from lumped.support.display_units import Units, choose_units, display, frequency_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.inertias.stations import InertialPart, Part
@@ -136,7 +136,7 @@ class Holzer(RichHtml):
         """
         if not self.is_referred:
             return self.referred.plot(units=units, backend=backend, ax=ax)
-        choice = chosen(units, ("frequency", "tau"))
+        choice = choose_units(units, ("frequency", "tau"))
         frequency, to_show = frequency_unit(choice), display("tau", "N.m", choice)
         title = f"{self.name}: mode {self.mode + 1}, {number(frequency.value(self.hertz))} "
         title += f"{frequency.unit}, referred to {self.shaft}"

@@ -15,7 +15,7 @@ from lumped.errors import OptionError
 from lumped.support.arguments import checked
 from lumped.support.display_units import display
 from lumped.support.rich_html import RichHtml
-from lumped.support.text_table import listed, number, table
+from lumped.support.text_table import list_names, number, table
 from lumped.vibration.inertias.drive_parts import DriveParts, drive_parts
 from lumped.vibration.inertias.holzer import Holzer
 from lumped.vibration.inertias.stations import ElasticPart, InertialPart, Part
@@ -168,7 +168,7 @@ class MassElastic(RichHtml):
         head = f"{self.name}: {len(self.inertias)} inertias and {len(self.shafts)} stiffnesses, "
         head += f"referred to {self.shaft}"
         if self.left_out:
-            head += f"\nleft out: {listed(self.left_out)}"
+            head += f"\nleft out: {list_names(self.left_out)}"
         columns = (
             *("part", "ratio", f"J, {inertia.unit}", f"c, {stiffness.unit}"),
             *("J referred", "c referred"),

@@ -15,12 +15,12 @@ from lumped.errors import OptionError, SolverError
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
 from lumped.points.kink_refusals import refuse_kinks
-from lumped.points.moved_equilibrium import moved_point, places_to, point_matters, still_point
+from lumped.points.moved_equilibrium import find_moved_point, places_to, point_matters, still_point
 from lumped.points.situation import situation
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, frequency_unit
+from lumped.support.display_units import Units, choose_units, frequency_unit
 from lumped.support.made_once import made_once
-from lumped.support.ranking import ranked
+from lumped.support.ranking import rank_by_size
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.natural.eigen_slopes import damping_slopes, hertz_slopes
@@ -109,7 +109,7 @@ class EigenSensitivity(RichHtml):
                 "Take `split` for one parameter, or change one a little to part the modes."
             )
         what = f"frequency of mode {mode}"
-        return ranked(what, self.modes.hertz[mode], self.by, self.relative[mode])
+        return rank_by_size(what, self.modes.hertz[mode], self.by, self.relative[mode])
 
     @checked
     def split(self, mode: int, parameter: Name) -> Complex:
@@ -162,7 +162,7 @@ class EigenSensitivity(RichHtml):
         """
         modes = self.modes
         found = self.ranked(mode)
-        frequency = frequency_unit(chosen(units, ("frequency", *modes.system.names())))
+        frequency = frequency_unit(choose_units(units, ("frequency", *modes.system.names())))
         told = f"{frequency.value(modes.hertz[mode]):.4g} {frequency.unit}"
         picture = tornado(found, f"{modes.system.name}: {told}", "the frequency")
         return draw(picture, backend, ax)
@@ -262,7 +262,7 @@ def eigen_sensitivity(modes: Modes, *, by: Iterable[Name] | None = None) -> Eige
 
     both = slopes(point.settings)
     matters = point_matters(point, both / np.abs(values)[:, None], _ROUNDING)
-    moved = moved_point(point, places) if matters else None
+    moved = find_moved_point(point, places) if matters else None
     moving = moved is not None
     moved = moved or still_point(point, places)
     refuse_kinks(point, moved, names, slopes)

@@ -11,7 +11,7 @@ from lumped.errors import OptionError, SolverError
 from lumped.numerics.eigen import eigenpairs
 from lumped.numerics.eigen_near import eigenpairs_near
 from lumped.points.linearise import sparse_state_matrix
-from lumped.points.moved_equilibrium import held_still
+from lumped.points.moved_equilibrium import select_still
 from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
@@ -135,7 +135,7 @@ def modes_of(
         system,
         np.array([values[i] for i in order.tolist()], dtype=complex),
         np.column_stack([np.zeros((n, 0)), *(vectors[i] for i in order)]),
-        held_still(point, np.column_stack([np.zeros((n, 0)), *rigid])),
+        select_still(point, np.column_stack([np.zeros((n, 0)), *rigid])),
         np.array(decays)[slowest],
         np.column_stack([np.zeros((n, 0)), *(fading[i] for i in slowest)]),
         point,

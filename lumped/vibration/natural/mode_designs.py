@@ -8,7 +8,7 @@ import numpy as np
 
 from lumped.compiler.system import Changes
 from lumped.points.equilibrium import equilibrium
-from lumped.points.moved_equilibrium import moved_point
+from lumped.points.moved_equilibrium import find_moved_point
 from lumped.points.start import start_point
 from lumped.timeloop.results.operating_point import Kept, OperatingPoint
 from lumped.vibration.natural.modes import Modes
@@ -46,7 +46,7 @@ class ModeDesigns:
 
     def __init__(self, begin: Modes) -> None:
         self.begin, self.system, point = begin, begin.system, begin.point
-        self._settled = moved_point(point, []) is not None
+        self._settled = find_moved_point(point, []) is not None
         x = start_point(self.system, parameters=point.parameters).x
         self._plain = np.array_equal(x, point.x)
         self.is_held = point.kept is None and not self._plain and not self._settled

@@ -17,7 +17,7 @@ from lumped.errors import OptionError, UnknownNameError
 from lumped.plots.draw import Backend, draw
 from lumped.points.situation import one_sided, situation
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, frequency_unit
+from lumped.support.display_units import Units, choose_units, frequency_unit
 from lumped.support.made_once import made_once
 from lumped.support.text_table import number, table
 from lumped.vibration.natural.eigen_accuracy import Accuracy, accuracy, count_lost_eigenvalues
@@ -300,7 +300,7 @@ class Modes(Eigenpairs):
         note = ""
         if modes is None and len(drawn) < every:
             note = f"the {len(drawn)} lowest of {every} modes; modes= chooses others"
-        frequency = frequency_unit(chosen(units, ("frequency", *self.system.names())))
+        frequency = frequency_unit(choose_units(units, ("frequency", *self.system.names())))
         captions = [
             f"{frequency.value(self.hertz[k]):.4g} {frequency.unit}, damping ratio "
             f"{self.damping[k]:.3g}"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
-from lumped.numerics.bracketed_roots import bracketed_roots
+from lumped.numerics.bracketed_roots import find_bracketed_roots
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.situation import situation
 from lumped.points.start import start_point
@@ -168,7 +168,7 @@ def natural_modes(
                 known[value] = _angular(drive.modes(value))
         return np.array([known[value][k] - value for k, value in zip(which, w, strict=True)])
 
-    w = bracketed_roots(
+    w = find_bracketed_roots(
         missing,
         np.zeros(count),
         np.full(count, limit),

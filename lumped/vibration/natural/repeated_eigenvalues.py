@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lumped.errors import SolverError
 from lumped.points.linearise import sparse_state_matrix
-from lumped.points.moved_equilibrium import MovedPoint, moved_point, still_point
+from lumped.points.moved_equilibrium import MovedPoint, find_moved_point, still_point
 from lumped.points.vibrating_states import moving
 from lumped.vibration.natural.left_vectors import beside, parts
 from lumped.vibration.natural.modes import Modes
@@ -62,7 +62,7 @@ def derive_split(modes: Modes, together: list[int], place: int) -> Complex:
         )
     vectors = np.zeros((len(point.x), len(together)), dtype=complex)
     vectors[own] = right[0]
-    moved = moved_point(point, [place]) or still_point(point, [place])
+    moved = find_moved_point(point, [place]) or still_point(point, [place])
     along = Along(modes, system.rates, moved)
     change = np.column_stack([along(v)[own, 0] for v in vectors.T])
     small = np.linalg.solve(left.conj().T @ right[0], left.conj().T @ change)

@@ -17,7 +17,7 @@ from lumped.points.linearise import sparse_state_matrix
 from lumped.points.situation import situation
 from lumped.points.start import point_at, start_point
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, frequency_unit
+from lumped.support.display_units import Units, choose_units, frequency_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -107,7 +107,9 @@ class RootLocus(RichHtml):
             If a name does not exist.
         """
         system = self.system
-        choice = chosen(units, ("frequency", *system.names(), *system.structure.parameters.names))
+        choice = choose_units(
+            units, ("frequency", *system.names(), *system.structure.parameters.names)
+        )
         unit, ends = system.parameter_unit(self.parameter), self.values[[0, -1]]
         first, last, unit = amounts(self.parameter, unit, *ends, units=choice)
         title = f"{system.name}: {self.parameter} from {first} (circle) to {last} (dot)"

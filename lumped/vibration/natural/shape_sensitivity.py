@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from lumped.compiler.system import Name
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.points.linearise import sparse_state_matrix
-from lumped.points.moved_equilibrium import moved_point, still_point
+from lumped.points.moved_equilibrium import find_moved_point, still_point
 from lumped.points.vibrating_states import moving
 from lumped.support.arguments import checked
 from lumped.support.display_units import frequency_unit
@@ -128,7 +128,7 @@ def shape_sensitivity(
         raise OptionError(f"{system.name}: no oscillating mode of an angle or position to derive.")
     slopes = eigen_sensitivity(modes, by=by)
     places = system.places(slopes.by)
-    moved = moved_point(point, places) if slopes.moving else None
+    moved = find_moved_point(point, places) if slopes.moving else None
     moved = moved or still_point(point, places)
     reduced, unknowns = (
         system.structure.reduced,

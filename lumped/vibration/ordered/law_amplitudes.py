@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.errors import OptionError, SolverError
-from lumped.numerics.settled_amplitudes import SETTLED, settled_amplitudes
+from lumped.numerics.settled_amplitudes import SETTLED, solve_amplitudes
 from lumped.vibration.ordered.order_solution import OrderEquations
 from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.rotating.amplitude_laws import AmplitudeLaws
@@ -56,7 +56,7 @@ def find_amplitudes(
         each = [Synthesis("law", "1", steady.speeds[at], orders, y[:, :, i]) for i in range(count)]
         return np.column_stack([b.sum if law_measure(b) == "sum" else b.half_range for b in each])
 
-    found, missed = settled_amplitudes(follows, np.zeros((len(steady.speeds), count)))
+    found, missed = solve_amplitudes(follows, np.zeros((len(steady.speeds), count)))
     worst = int(missed.argmax())
     if missed[worst] > SETTLED:
         told = ", ".join(

@@ -14,7 +14,7 @@ from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
-from lumped.support.display_units import Units, chosen, display, speed_unit
+from lumped.support.display_units import Units, choose_units, display, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.vibration.ordered.synthesis import Synthesis
@@ -150,7 +150,7 @@ class OrderAmplitudes(ByName, RichHtml):
         wanted = self.of if of is None else [self.system.key(name) for name in of]
         if not wanted:
             raise OptionError(f"{self.system.name}: name at least one quantity to draw.")
-        choice = chosen(units, ("speed", *self.system.names()))
+        choice = choose_units(units, ("speed", *self.system.names()))
         drawn = {}
         for of in wanted:
             to_show = display(of, self.system.quantity(of).unit, choice, is_change=True)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
-from lumped.numerics.shifted_solutions import elimination, pivots, solved_singly
+from lumped.numerics.shifted_solutions import elimination, pivots, solve_singly
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.vibration.rotating.harmonics import harmonics
@@ -274,7 +274,7 @@ def _solve_points(
         found.real, found.imag, missed = values[:, :n], values[:, n:-1], values[:, -1]
     again = np.flatnonzero(~(missed <= _ACCURATE))
     if len(again):
-        singly = solved_singly(rows, columns, entries[again], w[again], right[again])
+        singly = solve_singly(rows, columns, entries[again], w[again], right[again])
         found[again], missed[again] = singly
     return found, float(missed[np.isfinite(missed)].max(initial=0.0))
 

@@ -15,7 +15,7 @@ from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, display, speed_unit
+from lumped.support.display_units import Units, choose_units, display, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.trajectory import Trajectory
@@ -174,7 +174,7 @@ class OrderTracks(RichHtml):
             If a name does not exist.
         """
         wanted = self.largest() if orders is None else tuple(orders)
-        choice = chosen(units, ("speed", self.of))
+        choice = choose_units(units, ("speed", self.of))
         to_show = display(self.of, self.unit, choice, is_change=True)
         tracks = {f"order {o:.5g}": to_show.value(np.abs(self.track(o))) for o in wanted}
         size, speed = to_show.value(np.abs(self.values)), speed_unit(choice)

@@ -51,7 +51,7 @@ def refuse_vibration_outside(
             values = means[:, i] + part
             for k in np.flatnonzero(held.outside(values))[:1]:
                 where = f"{what or 'with the vibration'} at {steady.speeds[k]:.6g} rad/s"
-                raise held.refused(float(values[k]), where)
+                raise held.make_error(float(values[k]), where)
     if not small.places:
         return
     time = steady.points[0].time
@@ -65,7 +65,7 @@ def refuse_vibration_outside(
         for held, value in zip(found, values, strict=True):
             if held.outside(np.array([value]))[0]:
                 where = f"{which} {steady.speeds[k]:.6g} rad/s"
-                raise held.refused(float(value), where)
+                raise held.make_error(float(value), where)
 
 
 def _extremes(speeds: Real, orders: Real, amplitudes: Complex) -> tuple[Real, Real]:

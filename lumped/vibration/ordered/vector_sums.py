@@ -13,7 +13,7 @@ from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, frequency_unit
+from lumped.support.display_units import Units, choose_units, frequency_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.natural.modes import Modes
@@ -95,7 +95,7 @@ class VectorSums(RichHtml):
             raise OptionError(
                 f"vector_sums: there is no mode {mode}; {len(self.vectors)} modes count from 0."
             )
-        frequency = frequency_unit(chosen(units, ("frequency", *self.modes.system.names())))
+        frequency = frequency_unit(choose_units(units, ("frequency", *self.modes.system.names())))
         told = f"{frequency.value(self.modes.hertz[mode]):.4g} {frequency.unit}"
         title = f"{self.modes.system.name}: {told}"
         labels = [str(i + 1) for i in range(len(self.names))]

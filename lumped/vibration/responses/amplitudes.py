@@ -56,7 +56,7 @@ def _hold_sticking(
     system: System, point: OperatingPoint, A: scipy.sparse.csc_array, B: scipy.sparse.csc_array
 ) -> list[scipy.sparse.csc_array]:
     """A and B in which speeds that stick, and what they hold, stay zero, also at 0 Hz."""
-    still = np.isin(system.structure.states, system.switching.held(point.settings))
+    still = np.isin(system.structure.states, system.switching.find_held(point.settings))
     pattern = scipy.sparse.csr_array(abs(A))
     driven = np.asarray(abs(B).sum(axis=1)).ravel() > 0
     while (more := ~(still | driven | (pattern @ ~still > 0))).any():

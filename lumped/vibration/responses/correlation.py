@@ -13,7 +13,7 @@ from lumped.compiler.system import Name
 from lumped.errors import OptionError, shown
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, display, frequency_unit
+from lumped.support.display_units import Units, choose_units, display, frequency_unit
 from lumped.vibration.pictures import frequency_response_picture
 from lumped.vibration.responses.response import FrequencyResponse, frequency_response, response_unit
 
@@ -164,7 +164,7 @@ class ResponseComparison:
             If a name does not exist.
         """
         system = self.computed.system
-        choice = chosen(units, ("frequency", *system.names()))
+        choice = choose_units(units, ("frequency", *system.names()))
         to_show = display(self.output, system.quantity(self.output).unit, choice, is_change=True)
         by = display(self.input, system.parameter_unit(self.input), choice, is_change=True)
         factor = to_show.factor / by.factor

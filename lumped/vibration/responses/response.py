@@ -22,7 +22,7 @@ from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
-from lumped.support.display_units import Units, chosen, display, frequency_unit
+from lumped.support.display_units import Units, choose_units, display, frequency_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -212,7 +212,7 @@ class FrequencyResponse(ByName, RichHtml):
         wanted = self.outputs if outputs is None else [system.key(name) for name in outputs]
         if not wanted:
             raise OptionError(f"{system.name}: name at least one output to draw.")
-        choice = chosen(units, ("frequency", *system.names()))
+        choice = choose_units(units, ("frequency", *system.names()))
         drawn: dict[tuple[str, str], dict[str, tuple[Real, Real]]] = {}
         for output in wanted:
             to_show = display(output, system.quantity(output).unit, choice, is_change=True)

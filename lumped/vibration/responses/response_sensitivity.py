@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from lumped.compiler.system import Name
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.points.kink_refusals import refuse_kinks
-from lumped.points.moved_equilibrium import moved_point, places_to, point_matters, still_point
+from lumped.points.moved_equilibrium import find_moved_point, places_to, point_matters, still_point
 from lumped.support.arguments import checked
 from lumped.support.display_units import frequency_unit
 from lumped.support.rich_html import RichHtml
@@ -160,7 +160,7 @@ def response_sensitivity(
         return found
 
     both = slopes(point.settings)
-    moved = moved_point(point, places) if point_matters(point, both) else None
+    moved = find_moved_point(point, places) if point_matters(point, both) else None
     moving = moved is not None
     moved = moved or still_point(point, places)
     refuse_kinks(point, moved, names, slopes)

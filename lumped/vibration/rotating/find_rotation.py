@@ -10,7 +10,7 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
-from lumped.numerics.few_of_many import few_of_many
+from lumped.numerics.interpolated_rows import interpolate_rows
 from lumped.points.start import point_at, start_point
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
@@ -175,7 +175,7 @@ def balance_torques(rotation: Rotation, free: Name) -> Rotation:
     """The rotation in which mean torques balance, with a parameter that they determine.
 
     Newton's method on the mean rates over the turns, at each speed from the nearest that is solved.
-    Between few of many speeds states and parameter are interpolated (`few_of_many`).
+    Between few of many speeds states and parameter are interpolated (`interpolate_rows`).
 
     Raises
     ------
@@ -273,7 +273,7 @@ def balance_torques(rotation: Rotation, free: Name) -> Rotation:
     if len(rotation.points) == count:
         rows = np.array([row(k)[0] for k in range(count)])
     else:
-        rows = few_of_many(row, rotation.speeds)
+        rows = interpolate_rows(row, rotation.speeds)
     theta[:, place] = rows[:, n]
     for k in range(count):
         settings[k] = find_settings(system, rows[k : k + 1, :n], theta[k], settings[k])[0]

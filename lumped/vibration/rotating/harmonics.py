@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.numerics.few_of_many import few_of_many
+from lumped.numerics.interpolated_rows import interpolate_rows
 from lumped.vibration.rotating.rotation import Rotation, find_settings, samples_of
 from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations
 
@@ -24,7 +24,7 @@ def harmonics(
     """Harmonics of rates and outputs, means of outputs, and of the numbers of the matrices.
 
     Where the states at all speeds follow from the model, they are interpolated over the speed from
-    some of the speeds (`few_of_many`).
+    some of the speeds (`interpolate_rows`).
 
     Returns
     -------
@@ -61,7 +61,7 @@ def harmonics(
     if len(steady.points) == count or (steady.settings != steady.settings[0]).any():
         rows = np.array([row(k)[0] for k in range(count)])
     else:
-        rows = few_of_many(row, steady.speeds)
+        rows = interpolate_rows(row, steady.speeds)
     end = 2 * len(orders) * (n + q)
     spectra = np.ascontiguousarray(rows[:, :end]).view(complex).reshape(count, len(orders), n + q)
     ends = end + np.cumsum([q, *(len(r) for r, _ in small.patterns)])

@@ -10,7 +10,7 @@ import scipy
 from numpy.typing import NDArray
 
 from lumped.compiler.system import System
-from lumped.simulation.energy_audit import stored_energy
+from lumped.simulation.energy_audit import sum_stored
 from lumped.support.made_once import made_once
 
 __all__ = ["Masses", "masses", "mechanical_states"]
@@ -117,7 +117,7 @@ def masses(system: System) -> tuple[Masses, ca.SX]:
     none = Masses(np.zeros(0, dtype=int), np.zeros(0, dtype=int), n), ca.SX(n, n)
     if not speeds:
         return none
-    energy = system.structure.in_states(stored_energy(system))
+    energy = system.structure.in_states(sum_stored(system))
     found = ca.cse(ca.hessian(energy, x)[0])[speeds, speeds]
     by = ca.vertcat(x, theta[system.structure.parameters.vibrating])
     rows, columns = (np.array(part, dtype=int) for part in found.sparsity().get_triplet())

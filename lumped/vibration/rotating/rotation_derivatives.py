@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.points.moved_equilibrium import moved_point
+from lumped.points.moved_equilibrium import find_moved_point
 from lumped.points.start_values import relative_positions
 from lumped.vibration.rotating.rotation import Rotation, samples_of, speed_of
 from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations, small_vibrations
@@ -32,7 +32,7 @@ def derive_by_parameters(steady: Rotation, slope: Real) -> Real:
     if not slope.any():
         return np.zeros(count)
     if steady.shaft is None or steady.is_given:
-        moved = moved_point(steady.points[0], list(range(count)))
+        moved = find_moved_point(steady.points[0], list(range(count)))
         return np.zeros(count) if moved is None else slope @ moved.states
     small, (x, settings), adjoint = _adjoint(steady, slope)
     n, samples = x.shape[1], len(x)

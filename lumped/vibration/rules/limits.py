@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
-from lumped.support.units import converted, has_unit
+from lumped.support.units import convert_value, has_unit
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 
 __all__ = ["Limit", "Measure", "Real", "torque_reversal"]
@@ -76,7 +76,7 @@ class Limit:
         if callable(self.permitted):
             found = np.broadcast_to(np.asarray(self.permitted(speeds), dtype=float), speeds.shape)
         elif has_unit(self.permitted):
-            found = np.full(speeds.shape, converted(self.permitted, unit, what))
+            found = np.full(speeds.shape, convert_value(self.permitted, unit, what))
         elif isinstance(self.permitted, str):
             raise OptionError(f"{what} {self.permitted!r}: a number in {unit} is needed.")
         elif isinstance(self.permitted, Sequence):

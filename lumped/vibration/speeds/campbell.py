@@ -16,7 +16,7 @@ from lumped.plots.draw import Backend, draw
 from lumped.points.situation import situation
 from lumped.points.start import point_at
 from lumped.support.arguments import checked
-from lumped.support.display_units import Shown, Units, chosen, frequency_unit, speed_unit
+from lumped.support.display_units import Shown, Units, choose_units, frequency_unit, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -151,7 +151,7 @@ class Campbell(RichHtml):
         UnknownNameError
             If a name does not exist.
         """
-        choice = chosen(units, ("speed", "frequency", *self.system.names()))
+        choice = choose_units(units, ("speed", "frequency", *self.system.names()))
         picture = campbell_picture(
             self.system.name,
             self.speeds,

@@ -109,7 +109,7 @@ def test_a_positioning_drive_follows_another_integrator():
     start = np.zeros(10)
     start[3] = 120.0
     expected = solve_ivp(
-        rates, (0, 1.5), start, "DOP853", t, rtol=1e-9, atol=1e-10, max_step=2e-4
+        rates, (0, 1.5), start, "DOP853", t, rtol=1e-9, atol=1e-10, max_step=1e-3
     ).y
     run = lp.simulate(lp.assemble(Axis()), until=1.5, grid=t, rtol=1e-9)
     print(run)

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import scipy
+from rows import in_a_row
 from torsional_cases import RPM, columns
 
 import lumped as lp
@@ -14,7 +15,7 @@ from lumped.components import (
     Speed,
     Torque,
 )
-from lumped.errors import EquationError, LumpedError, ParameterError, SolverError
+from lumped.errors import EquationError
 
 J1, J2 = 12.0, 30.0
 JR = J1 * J2 / (J1 + J2)
@@ -50,11 +51,10 @@ def drive(motor=FAN, **coupling):
 
 def wound(**coupling):
     """A coupling that a source of speed winds up."""
-    model = lp.compose(
+    model = in_a_row(
         wall=Fixed(),
         part=ElasticCoupling(**{"stiffness": ROWS, "psi": 0.8, "w_loss": 90.0, **coupling}),
         drive=Speed(w=0.0),
-        connections=lambda m: lp.chain(m.wall, m.part, m.drive),
     )
     return lp.assemble(model)
 
@@ -166,13 +166,12 @@ def test_temperature_and_torque_change_stiffness_and_damping():
     # d tau / d phi = k c(tau) makes tau = F(k phi)
     assert found["part.tau_c"] == pytest.approx(cold["part.tau_c"], rel=1e-13)
     assert found["part.c"] == pytest.approx(0.85 * cold["part.c"], rel=1e-13)
-    model = lp.compose(
+    model = in_a_row(
         wall=Fixed(),
         part=ElasticCoupling(
             stiffness=ROWS, psi=0.9, w_loss=90.0, over_temperature=warm, damping=damping, T=323.0
         ),
         rotor=Inertia(J=1.0, w=0.3),
-        connections=lambda m: lp.chain(m.wall, m.part, m.rotor),
     )
     point = lp.start_point(lp.assemble(model), start={"part.phi_rel": 0.02 / 0.85})
     psi = 0.9 * 0.8 * np.interp(point["part.tau_c"], *np.transpose(damping))
@@ -217,10 +216,7 @@ def test_a_run_loses_what_the_response_says_at_the_stated_frequency():
         connections=lambda m: lp.chain(m.gas, m.engine, m.coupling, m.load, m.bearing, m.ground),
     )
     response = lp.vibration.order_response(
-        lp.assemble(model),
-        speeds=[70.0],
-        of=["coupling.tau"],
-        excitations={"gas.tau": {2: 600.0}},
+        lp.assemble(model), speeds=[70.0], of=["coupling.tau"], excitations={"gas.tau": {2: 600.0}}
     )
     pushed = model.with_({"gas": Torque(tau=600.0 * lp.ops.cos(w * lp.time))})
     orbit = lp.periodic(lp.assemble(pushed), period=2 * np.pi / w, rtol=1e-10)
@@ -233,13 +229,12 @@ def test_a_run_loses_what_the_response_says_at_the_stated_frequency():
 
 def test_energy_is_the_integral_of_the_torque_and_a_run_balances():
     warm = ((293.0, 1.0, 1.0), (353.0, 0.7, 0.6))
-    model = lp.compose(
+    model = in_a_row(
         wall=Fixed(),
         part=ElasticCoupling(
             stiffness=ROWS, psi=0.8, w_loss=90.0, over_temperature=warm, T=323.0, phi_rel=0.029
         ),
         rotor=Inertia(J=J1, w=0.0),
-        connections=lambda m: lp.chain(m.wall, m.part, m.rotor),
     )
     run = lp.simulate(lp.assemble(model), until=0.3, rtol=1e-9, certify=True)
     energy = run.certificate.energy
@@ -296,60 +291,6 @@ def test_derivatives_of_a_response_equal_differences():
         assert slopes[name] == pytest.approx((8 * near - far) / (12 * h), rel=1e-7), name
 
 
-@pytest.mark.parametrize("grid", [500, None, (0.0, 1.0)])
-def test_a_run_beyond_the_table_is_refused(grid):
-    system = drive()
-    fine = {"gas.tau": 1500.0, "motor.tau_nominal": 0.0}
-    run = lp.simulate(system, until=1.0, grid=grid, parameters=fine)
-    assert np.abs(run["coupling.tau_c"]).max() < 3000
-    with pytest.raises(SolverError, match=r"coupling.*torque = -3.*t = 0.02.*-3000 to 3000 N\.m"):
-        lp.simulate(system, until=1.0, grid=grid, parameters={**fine, "gas.tau": 2200.0})
-    run = lp.simulate(
-        drive(extrapolate=True), until=1.0, grid=grid, parameters={**fine, "gas.tau": 2200.0}
-    )
-    assert not run.events
-
-
-def beyond():
-    """Analyses that a coupling leaves its table in."""
-    system = drive(over_frequency=((50.0, 1.0, 1.0), (500.0, 1.2, 0.9)))
-    still = {"motor.tau_nominal": 0.0}
-    load = {**still, "gas.tau": 3500.0, "brake.tau": -3500.0}
-    orders = {"speeds": [60.0], "of": ["coupling.tau"], "parameters": still}
-    wound = lp.start_point(system, start={"coupling.phi_rel": 0.05})
-    return {
-        "equilibrium": (lambda: lp.equilibrium(system, parameters=load), "at the equilibrium"),
-        "modes": (lambda: lp.modes(system, at=wound), "at the operating point"),
-        "mean": (
-            lambda: lp.vibration.order_response(
-                system, **{**orders, "parameters": None}, at=wound, excitations={"gas.tau": {2: 1}}
-            ),
-            "in the mean at 60 rad/s",
-        ),
-        "vibration": (
-            lambda: lp.vibration.order_response(
-                system, **orders, excitations={"gas.tau": {1: 4e3, 2: 4e3}}
-            ),
-            "with the vibration at 60 rad/s",
-        ),
-        "frequency": (
-            lambda: lp.vibration.order_response(
-                system, **orders, excitations={"gas.tau": {2: 1.0, 9: 1.0}}
-            ),
-            r"frequency of vibration = 540 rad/s for order 9 at 60 rad/s lies outside 50 to 500",
-        ),
-    }
-
-
-@pytest.mark.parametrize("case", list(beyond()))
-def test_an_analysis_beyond_the_table_is_refused(case):
-    call, match = beyond()[case]
-    with pytest.raises(SolverError, match=match) as refused:
-        call()
-    assert "coupling (ElasticCoupling)" in str(refused.value)
-    assert "extrapolate=True" in str(refused.value)
-
-
 def test_limits_of_the_catalogue_are_judged():
     coupling = ElasticCoupling(
         stiffness=ROWS, psi=0.8, w_loss=90.0, tau_max=2900.0, tau_vibratory=400.0, power_max=30.0
@@ -382,36 +323,6 @@ def test_limits_of_the_catalogue_are_judged():
 def test_without_limits_there_is_nothing_to_judge():
     with pytest.raises(EquationError, match="no limit is stated"):
         ElasticCoupling(stiffness=ROWS, psi=0.8, w_loss=90.0).limits()
-
-
-@pytest.mark.parametrize(
-    ("given", "error", "match"),
-    [
-        ({"psi": -0.1}, ParameterError, "psi"),
-        ({"w_loss": 0.0}, ParameterError, "w_loss"),
-        ({"stiffness": ((0, 1e4), (500, 2e4), (400, 3e4))}, EquationError, "500 -> 400"),
-        ({"stiffness": ((100, 1e4), (500, 2e4))}, EquationError, "begin at zero"),
-        ({"stiffness": ((0, 1e4), (500, -2e4))}, EquationError, "-20000 N.m/rad at 500 N.m"),
-        ({"stiffness": ((0, 1e4), (500,))}, EquationError, "rows of torque"),
-        ({"stiffness": ((0, 1e4), (500, np.nan))}, EquationError, "finite numbers"),
-        ({"stiffness": ()}, EquationError, "either stiffness=.* or twist="),
-        ({"twist": ((0, 0), (0.1, 10))}, EquationError, "either stiffness=.* or twist="),
-        ({"stiffness": (), "twist": ((0, 0), (0.1, 9), (0.2, 8))}, EquationError, "9 -> 8 N.m"),
-        ({"stiffness": (), "twist": ((0, 0),)}, EquationError, "at least two rows"),
-        ({"damping": ((0, 1.0), (500, -0.2))}, EquationError, "-0.2 at 500 must not be negative"),
-        ({"damping": ((100, 1.0), (500, 0.2))}, EquationError, "begin at zero"),
-        ({"over_frequency": ((10, 1.0), (50, 1.1))}, EquationError, "factor of psi are needed"),
-        ({"over_frequency": ((50, 1.0, 1), (10, 1.1, 1))}, EquationError, "50 -> 10"),
-        ({"over_temperature": ((293, 1, 1), (350, 0, 1))}, EquationError, "must be above zero"),
-        ({"over_temperature": ((293, 1, 1), (350, 0.7, 1)), "T": 400.0}, SolverError, "400 K"),
-        ({"over_temperature": ((293, 1, 1), (350, 0.7, 1)), "T": -20.0}, ParameterError, "T"),
-    ],
-)
-def test_slips_are_named(given, error, match):
-    with pytest.raises(error, match=match) as refused:
-        lp.simulate(drive(**given), until=0.1)
-    assert isinstance(refused.value, LumpedError)
-    assert "coupling" in str(refused.value)
 
 
 def test_a_softening_coupling_is_a_nonlinear_spring():

@@ -54,20 +54,6 @@ class Fed(lp.Component):
         yield lp.connect(self.motor.flange, self.load.flange)
 
 
-class Audited(Fed):
-    """The same with the energy that was supplied and the heat as states."""
-
-    supplied: lp.Var = lp.var("J", "energy from the source", nominal=1e3)
-    heat: lp.Var = lp.var("J", "heat in the armature", nominal=1e3)
-    delivered: lp.Var = lp.var("J", "energy to the load", nominal=1e3)
-
-    def equations(self):
-        motor, source = self.motor, self.source
-        yield lp.der(self.supplied) == source.i * (source.p.v - source.n.v)
-        yield lp.der(self.heat) == motor.loss()
-        yield lp.der(self.delivered) == self.load.flange.tau * motor.w
-
-
 def linear(A, b, t):
     """Solution of ``der(x) = A x + b`` from zero."""
     steady = np.linalg.solve(A, b)
@@ -159,7 +145,7 @@ def test_a_series_motor_with_a_fan_settles_where_voltage_and_torque_balance():
         assert_close(np.atleast_1d(values["motor.i"])[-1], ratio * w, 1e-8, f"current, {what}")
 
 
-class Shunt(Audited):
+class Shunt(Fed):
     """A motor with its field on the same pins."""
 
     motor: SeparatelyExcitedDCMotor = SeparatelyExcitedDCMotor(
@@ -184,43 +170,6 @@ def test_a_shunt_motor_follows_another_integrator():
     run = lp.simulate(lp.assemble(Shunt()), until=2.0, grid=t, rtol=1e-10)
     for name, values in zip(("motor.i", "motor.w", "motor.i_f"), expected, strict=True):
         assert_close(run[name], values, 1e-8, name)
-
-
-SERIES = SeriesDCMotor(k=0.0063, R=0.06, L=2e-3, J=0.15)
-
-
-class Quick(Audited):
-    """A motor without inductance."""
-
-    motor: QuasiStaticDCMotor = QuasiStaticDCMotor(k=0.6366, R=0.05, J=0.3)
-
-
-@pytest.mark.parametrize(
-    ("model", "stored"),
-    [
-        (Audited(), lambda r: 1.5e-3 / 2 * r["motor.i"] ** 2 + 0.15 * r["motor.w"] ** 2),
-        (Quick(), lambda r: 0.15 * r["motor.w"] ** 2),
-        (
-            Audited(motor=SERIES, load=fan(3e-3)),
-            lambda r: 1e-3 * r["motor.i"] ** 2 + 0.075 * r["motor.w"] ** 2,
-        ),
-        (
-            Shunt(),
-            lambda r: (
-                1.5e-3 / 2 * r["motor.i"] ** 2
-                + 6.0 * r["motor.i_f"] ** 2
-                + 0.15 * r["motor.w"] ** 2
-            ),
-        ),
-    ],
-    ids=["magnets", "quasi-static", "series", "shunt"],
-)
-def test_what_is_supplied_is_delivered_stored_or_heat(model, stored):
-    run = lp.simulate(lp.assemble(model), until=2.0, rtol=1e-10)
-    received = run["supplied"]
-    expected = run["delivered"] + run["heat"] + stored(run)
-    assert_close(received, expected, 1e-8, "energy")
-    assert run["heat"][-1] > 0.01 * received[-1]
 
 
 def test_the_torque_reacts_on_the_housing():

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -148,12 +149,7 @@ def test_a_gear_that_is_hot_warms_what_its_heat_is_led_to():
 
 
 def test_a_heated_part_asks_for_a_place_for_its_heat():
-    model = lp.compose(
-        body=Inertia(J=1.0),
-        brake=HotDamper(d=1.0),
-        wall=Fixed(),
-        connections=lambda m: lp.chain(m.body, m.brake, m.wall),
-    )
+    model = in_a_row(body=Inertia(J=1.0), brake=HotDamper(d=1.0), wall=Fixed())
     with pytest.raises(ConnectError, match=r"brake\.heat"):
         lp.assemble(model)
 

@@ -21,13 +21,7 @@ from lumped.components import (
     wires,
 )
 from lumped.errors import ConnectError, EquationError, ParameterError
-from lumped.models.turbine_generator.drive import (
-    BASE,
-    SHAFTS,
-    STANDARD,
-    Generator,
-    Reclosed,
-)
+from lumped.models.turbine_generator.drive import BASE, SHAFTS, STANDARD, Generator, Reclosed
 from lumped.models.turbine_generator.scenes import run_reclosing
 
 DATA = Path(__file__).parents[2] / "data" / "torsional" / "03_ieee_first_benchmark"
@@ -236,18 +230,13 @@ def test_without_voltage_on_its_field_a_round_machine_starts_as_one_with_a_cage(
     )
     fan = QuadraticTorque(tau_nominal=-10.0, w_nominal=185.0)
     expected = lp.compose(
-        motor=cage,
-        fan=fan,
-        connections=lambda m: [lp.connect(m.motor.flange, m.fan.flange)],
+        motor=cage, fan=fan, connections=lambda m: [lp.connect(m.motor.flange, m.fan.flange)]
     )
     model = lp.compose(
         bus=InfiniteBus(V=180.0, f=60.0),
         motor=machine,
         fan=fan,
-        connections=lambda m: [
-            *wires(m.bus, m.motor),
-            lp.connect(m.motor.flange, m.fan.flange),
-        ],
+        connections=lambda m: [*wires(m.bus, m.motor), lp.connect(m.motor.flange, m.fan.flange)],
     )
     grid = np.linspace(0.0, 0.6, 301)
     runs = [

@@ -295,20 +295,12 @@ def test_parameters_of_an_engine_are_those_of_its_parts():
         ({"cylinders": 3, "firing_order": (1, 3, 2), "strokes": 2}, (0, 240, 120)),
         # a V8 at 90 deg with its throws at 0, 270, 90 and 180 deg fires at equal angles
         (
-            {
-                "cylinders": 8,
-                "firing_order": (1, 5, 4, 8, 6, 3, 7, 2),
-                "bank_angle": np.pi / 2,
-            },
+            {"cylinders": 8, "firing_order": (1, 5, 4, 8, 6, 3, 7, 2), "bank_angle": np.pi / 2},
             (0, 630, 450, 180, 90, 360, 540, 270),
         ),
         # a V6 at 90 deg on three common pins fires after 90 and 150 deg in turn
         (
-            {
-                "cylinders": 6,
-                "firing_order": (1, 4, 2, 5, 3, 6),
-                "bank_angle": np.pi / 2,
-            },
+            {"cylinders": 6, "firing_order": (1, 4, 2, 5, 3, 6), "bank_angle": np.pi / 2},
             (0, 240, 480, 90, 330, 570),
         ),
         ({"cylinders": 2, "firing_order": (1, 2), "bank_angle": np.pi / 4}, (0, 405)),

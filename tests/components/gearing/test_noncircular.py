@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import EllipticalGear, Inertia, NonCircularGear, Position, Speed, Torque
@@ -12,12 +13,7 @@ ECCENTRICITIES = [0.0, 0.6, 0.9, 0.99, 0.999]
 
 
 def pair(gear: lp.Component, drive: lp.Component, J: float = 1.0) -> lp.Component:
-    return lp.compose(
-        drive=drive,
-        gear=gear,
-        body=Inertia(J=J),
-        connections=lambda m: lp.chain(m.drive, m.gear, m.body),
-    )
+    return in_a_row(drive=drive, gear=gear, body=Inertia(J=J))
 
 
 def turned(gear: lp.Component, turns: float = 1.0, **options: object) -> lp.Trajectory:
@@ -44,12 +40,7 @@ class TestEllipticalGear:
     def test_angle_is_exact_for_a_slender_ellipse(self):
         """Half angles in long double, at angles of the driver as doubles."""
         e, x = 0.99, np.linspace(-20, 20, 81)
-        model = lp.compose(
-            drive=Position(phi=0.0),
-            gear=EllipticalGear(e=e),
-            body=Inertia(J=1.0),
-            connections=lambda m: lp.chain(m.drive, m.gear, m.body),
-        )
+        model = in_a_row(drive=Position(phi=0.0), gear=EllipticalGear(e=e), body=Inertia(J=1.0))
         system = lp.assemble(model, keep=["body.phi"])
         received = [-lp.start_point(system, parameters={"drive.phi": v})["body.phi"] for v in x]
         wide = x.astype(np.longdouble)
@@ -69,12 +60,7 @@ class TestEllipticalGear:
 
     @pytest.mark.parametrize(
         ("e", "least", "greatest"),
-        [
-            (0.6, 0.25, 4.0),
-            (0.9, 1 / 19, 19.0),
-            (0.99, 1 / 199, 199.0),
-            (0.999, 1 / 1999, 1999.0),
-        ],
+        [(0.6, 0.25, 4.0), (0.9, 1 / 19, 19.0), (0.99, 1 / 199, 199.0), (0.999, 1 / 1999, 1999.0)],
     )
     def test_ratio_lies_between_the_ratios_of_the_foci(self, e, least, greatest):
         run = turned(EllipticalGear(e=e, phase=np.pi), grid=[0.0, np.pi, 2 * np.pi])
@@ -128,22 +114,18 @@ class TestEllipticalGear:
     def test_two_opposed_pairs_undo_each_other(self, e):
         angle = 1.3
         slow = -(elliptical(angle, e, angle) + np.pi)
-        model = lp.compose(
+        model = in_a_row(
             drive=Speed(w=1.0),
             there=EllipticalGear(e=e, phase=angle),
             back=EllipticalGear(e=e, phase=slow),
             body=Inertia(J=1.0),
-            connections=lambda m: lp.chain(m.drive, m.there, m.back, m.body),
         )
         run = lp.simulate(lp.assemble(model, keep=["body.phi"]), until=20.0, rtol=1e-10)
         assert np.abs(run["body.phi"] - run.t).max() < 1e-8
 
     def test_energy_of_a_free_pair_is_kept(self):
-        model = lp.compose(
-            left=Inertia(J=1.0, w=1.0),
-            gear=EllipticalGear(e=0.6),
-            right=Inertia(J=2.0),
-            connections=lambda m: lp.chain(m.left, m.gear, m.right),
+        model = in_a_row(
+            left=Inertia(J=1.0, w=1.0), gear=EllipticalGear(e=0.6), right=Inertia(J=2.0)
         )
         run = lp.simulate(lp.assemble(model), until=50.0, rtol=1e-10)
         energy = run["left.w"] ** 2 + 2 * run["right.w"] ** 2
@@ -151,11 +133,10 @@ class TestEllipticalGear:
 
     def test_torque_at_the_slowest_point_is_reduced_by_the_ratio_of_the_foci(self):
         e = 0.5
-        model = lp.compose(
+        model = in_a_row(
             drive=Position(phi=0.0),
             gear=EllipticalGear(e=e, phase=slowest_at(0.0, e)),
             load=Torque(tau=3.0),
-            connections=lambda m: lp.chain(m.drive, m.gear, m.load),
         )
         received = lp.start_point(lp.assemble(model))["drive.flange.tau"]
         expected = -3.0 * (1 - e) / (1 + e)

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 import scipy.linalg
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import (
-    BevelDifferential,
-    BevelGear,
     EfficientGear,
     ElasticPlanetary,
     Fixed,
@@ -206,124 +205,18 @@ def test_losses_in_the_meshes_give_the_efficiency_of_a_planetary_set(sun, carrie
 @pytest.mark.parametrize(("tau", "push"), [(3.0, -10.0), (-1.0, 80.0)])
 def test_gear_before_the_pinion_gives_a_rack_its_efficiency(tau, push):
     r, eta = 0.05, 0.8
-    model = lp.compose(
+    model = in_a_row(
         drive=Torque(tau=tau),
         rotor=Inertia(J=0.1, w=5.0),
         mesh=EfficientGear(ratio=1.0, eta=eta),
         rack=RackAndPinion(radius=r),
         table=translation.Mass(m=10.0),
         push=translation.Force(f=push),
-        connections=lambda m: lp.chain(m.drive, m.rotor, m.mesh, m.rack, m.table, m.push),
     )
     point = lp.start_point(lp.assemble(model))
     torque, force = point["mesh.flange_a.tau"], -point["rack.flange_b.f"]
     assert abs(force - torque / r * (eta if torque > 0 else 1 / eta)) < 1e-11 * abs(force)
     assert (torque > 0) == (tau > 0)
-
-
-class TestBevelDifferential:
-    def model(self, **given):
-        return lp.compose(
-            gear=BevelDifferential(ratio=4.0),
-            motor=Inertia(J=0.5),
-            left=Inertia(J=2.0),
-            right=Inertia(J=3.0),
-            torques={name: Torque(tau=0.0) for name in ("a", "left", "right")},
-            connections=lambda m: (
-                lp.connect(m.torques["a"].flange, m.motor.flange_a),
-                lp.connect(m.motor.flange_b, m.gear.flange_a),
-                lp.connect(m.gear.left, m.left.flange_a, m.torques["left"].flange),
-                lp.connect(m.gear.right, m.right.flange_a, m.torques["right"].flange),
-            ),
-            **given,
-        )
-
-    def test_both_outputs_take_the_same_torque_at_any_speeds(self):
-        changed = {
-            f'torques["{n}"].tau': v for n, v in (("a", 9.0), ("left", -8.0), ("right", 1.0))
-        }
-        run = lp.simulate(lp.assemble(self.model()), until=3.0, parameters=changed)
-        left, right = run["gear.left.tau"], run["gear.right.tau"]
-        assert np.abs(left - right).max() < 1e-12 * np.abs(left).max()
-        assert np.abs(left + 2 * run["gear.flange_a.tau"]).max() < 1e-12 * np.abs(left).max()
-        assert np.abs(run["motor.w"] - 2 * (run["left.w"] + run["right.w"])).max() < 1e-9
-        # mass matrix of both outputs: the motor adds J (ratio / 2)^2 to all four places
-        M = np.diag([2.0, 3.0]) + 0.5 * 4.0
-        rates = np.linalg.solve(M, [-8.0 + 18.0, 1.0 + 18.0])
-        received = run["left.w"][-1], run["right.w"][-1]
-        assert np.abs(np.subtract(received, 3.0 * rates)).max() < 1e-9
-
-    def test_lifted_wheel_leaves_the_other_without_torque(self):
-        point = lp.start_point(
-            lp.assemble(self.model()), parameters={"right.J": 1e-9, 'torques["a"].tau': 9.0}
-        )
-        assert abs(point["gear.left.tau"]) < 1e-7
-
-    def test_wheels_held_apart_turn_against_each_other(self):
-        """Cage held: w_left = -w_right."""
-        model = lp.compose(
-            gear=BevelDifferential(ratio=4.0),
-            held=Fixed(),
-            left=Speed(w=2.0),
-            right=Inertia(J=1.0),
-            connections=lambda m: (
-                lp.connect(m.held.flange, m.gear.flange_a),
-                lp.connect(m.left.flange, m.gear.left),
-                lp.connect(m.right.flange_a, m.gear.right),
-            ),
-        )
-        assert abs(lp.start_point(lp.assemble(model))["right.w"] + 2.0) < 1e-14
-
-    def test_cage_driven_directly_is_a_planetary_set_of_ratio_one(self):
-        points = [
-            geared(gear, drive, left, right)
-            for gear, drive, left, right in (
-                (BevelDifferential(ratio=1.0), "flange_a", "left", "right"),
-                (Planetary(ratio=1.0), "carrier", "sun", "ring"),
-            )
-        ]
-        for name in ("body.w", "drive.flange.tau", "held.flange.tau"):
-            assert abs(points[0][name] - points[1][name]) < 1e-13
-
-
-@pytest.mark.parametrize("ratio", [3.5, -3.5])
-def test_housing_of_a_bevel_gear_takes_each_torque_about_its_own_axis(ratio):
-    """Moments about the axis of each shaft, of all torques on the housing and on the shafts."""
-    model = lp.compose(
-        drive=Speed(w=1.0),
-        gear=BevelGear(ratio=ratio),
-        body=Inertia(J=1.0),
-        load=Torque(tau=-7.0),
-        at_a=Fixed(),
-        at_b=Fixed(),
-        connections=lambda m: (
-            *lp.chain(m.drive, m.gear, m.body, m.load),
-            lp.connect(m.gear.support_a, m.at_a.flange),
-            lp.connect(m.gear.support_b, m.at_b.flange),
-        ),
-    )
-    point = lp.start_point(lp.assemble(model))
-    into_a, into_b = -point["drive.flange.tau"], -7.0
-    assert abs(point["body.w"] - 1 / ratio) < 1e-15
-    assert abs(into_a - 7.0 / ratio) < 1e-14
-    assert abs(point["at_a.flange.tau"] - into_a) < 1e-14
-    assert abs(point["at_b.flange.tau"] - into_b) < 1e-14
-
-
-def test_housing_of_a_bevel_gear_that_turns_about_one_axis_turns_the_other_shaft():
-    """The pinion rolls on the held crown wheel while the housing turns about the crown's axis."""
-    model = lp.compose(
-        gear=BevelGear(ratio=3.0),
-        crown=Fixed(),
-        swing=Speed(w=2.0),
-        pinion=Inertia(J=1.0),
-        connections=lambda m: (
-            lp.connect(m.crown.flange, m.gear.flange_b),
-            lp.connect(m.swing.flange, m.gear.support_b),
-            lp.connect(m.pinion.flange_a, m.gear.flange_a),
-        ),
-    )
-    assert abs(lp.start_point(lp.assemble(model))["pinion.w"] + 6.0) < 1e-14
 
 
 def test_a_pinion_in_a_frame_that_turns_rolls_by_the_difference_and_pushes_the_frame():

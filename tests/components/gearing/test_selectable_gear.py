@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Inertia, SelectableGear, Torque
@@ -11,12 +12,11 @@ J_A, J_B, I_1, I_2 = 600.0, 500.0, 1.354, 2.0
 
 
 def drive(u, tau=0.0):
-    return lp.compose(
+    return in_a_row(
         motor=Torque(tau=tau),
         rotor=Inertia(J=J_A),
         gear=SelectableGear(ratio_1=I_1, ratio_2=I_2, u=u),
         mandrel=Inertia(J=J_B),
-        connections=lambda m: lp.chain(m.motor, m.rotor, m.gear, m.mandrel),
     )
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Inertia, Synchroniser, Torque
@@ -12,12 +13,11 @@ J_A, J_B = 0.02, 0.5
 
 
 def box(w_a, w_b, u, load=0.0, **given):
-    return lp.compose(
+    return in_a_row(
         wheel=Inertia(J=J_A, w=w_a),
         shift=Synchroniser(**CONES, u=u, **given),
         shaft=Inertia(J=J_B, w=w_b),
         load=Torque(tau=load),
-        connections=lambda m: lp.chain(m.wheel, m.shift, m.shaft, m.load),
     )
 
 

@@ -3,6 +3,8 @@
 import csv
 from pathlib import Path
 
+from rows import in_a_row
+
 import lumped as lp
 from lumped.components import Disc, Fixed, Hollow, Keyed, Shaft, Solid, Splined, Taper, Torque
 
@@ -41,12 +43,7 @@ def section(row, **more):
 
 def held(*parts, tau=0.0, **given):
     """A shaft that is held at flange a and loaded at flange b."""
-    return lp.compose(
-        wall=Fixed(),
-        shaft=Shaft(sections=list(parts), **given),
-        load=Torque(tau=tau),
-        connections=lambda m: lp.chain(m.wall, m.shaft, m.load),
-    )
+    return in_a_row(wall=Fixed(), shaft=Shaft(sections=list(parts), **given), load=Torque(tau=tau))
 
 
 def free(*parts, **given):

@@ -22,15 +22,7 @@ def clutch_lock_up(p):
         yield self.power == self.tau * self.slip
         yield lp.hold(self.tau, self.slip, forward=grip, backward=-grip, upper=grip, lower=-grip)
 
-    system = one(
-        equations,
-        d,
-        wa=free(),
-        wb=held(),
-        slip=held(d["w1"]),
-        tau=free(),
-        power=free(),
-    )
+    system = one(equations, d, wa=free(), wb=held(), slip=held(d["w1"]), tau=free(), power=free())
     of = {
         "t_lock": fun.instant("Body", "stuck"),
         "slip_energy": fun.integral("power"),

@@ -145,8 +145,7 @@ def simultaneous_decoupled(p):
             )
 
     model = lp.compose(
-        a=Brakes(J=p["Ja"], M=p["Ma"], w0=p["wa"]),
-        b=Brakes(J=p["Jb"], M=p["Mb"], w0=p["wb"]),
+        a=Brakes(J=p["Ja"], M=p["Ma"], w0=p["wa"]), b=Brakes(J=p["Jb"], M=p["Mb"], w0=p["wb"])
     )
     to = {"Ja": "a.J", "wa": "a.w0", "Ma": "a.M", "Jb": "b.J", "wb": "b.w0", "Mb": "b.M"}
     of = {

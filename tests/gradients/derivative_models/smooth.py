@@ -43,10 +43,7 @@ def crank_slider_rms(p):
     system = one(
         equations, given(p), ["torque"], phi=held(), s=free(), a=free(), torque=free(), power=free()
     )
-    of = {
-        "torque_rms": fun.rms("torque"),
-        "power_mean_sq": fun.mean("power", "power"),
-    }
+    of = {"torque_rms": fun.rms("torque"), "power_mean_sq": fun.mean("power", "power")}
     # a turn lasts 2 pi / w
     return Case(system, TURN / p["w"], of, until_by={"w": -TURN / p["w"] ** 2})
 

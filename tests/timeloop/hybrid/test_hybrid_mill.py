@@ -1,10 +1,10 @@
 """Drives that stick, slide and switch: equilibria against closed forms, stick-slip both ways."""
 
 import pytest
+from rows import in_a_row
 
 import lumped as lp
-from lumped.components import Damper, Fixed, Inertia, SlipCoupling, Speed, SpringDamper, Torque
-from lumped.errors import EquationError
+from lumped.components import Damper, Fixed, Inertia, SlipCoupling, Speed
 
 W_A, W_B, D_A, D_B = 30.0, 10.0, 2.0, 3.0
 NEEDED = D_A * D_B / (D_A + D_B) * (W_A - W_B)  # to turn both at one speed
@@ -13,7 +13,7 @@ ANYWHERE = [{}, {"a.w": 50.0}, {"b.w": 50.0}, {"a.w": -5.0, "b.w": 5.0}]
 
 def pair(static, kinetic):
     """Two bodies led by dampers to different speeds, with a slip coupling between them."""
-    return lp.compose(
+    return in_a_row(
         lead_a=Speed(w=W_A),
         damper_a=Damper(d=D_A),
         a=Inertia(J=1.0),
@@ -21,9 +21,6 @@ def pair(static, kinetic):
         b=Inertia(J=2.0),
         damper_b=Damper(d=D_B),
         lead_b=Speed(w=W_B),
-        connections=lambda m: lp.chain(
-            m.lead_a, m.damper_a, m.a, m.coupling, m.b, m.damper_b, m.lead_b
-        ),
     )
 
 
@@ -61,54 +58,7 @@ class Governed(lp.Component):
 
 @pytest.mark.parametrize("w", [0.0, 150.0])
 def test_the_branch_of_a_characteristic_is_that_of_the_equilibrium(w):
-    drive = lp.compose(
-        motor=Governed(),
-        body=Inertia(J=0.5),
-        load=Damper(d=0.1),
-        ground=Fixed(),
-        connections=lambda m: lp.chain(m.motor, m.body, m.load, m.ground),
-    )
+    drive = in_a_row(motor=Governed(), body=Inertia(J=0.5), load=Damper(d=0.1), ground=Fixed())
     received = lp.equilibrium(lp.assemble(drive), start={"body.w": w})["body.w"]
     expected = (20.0 + 4.0 * 100.0) / 4.1  # 20 - 4 (w - 100) = 0.1 w
     assert received == pytest.approx(expected, rel=1e-9)
-
-
-@pytest.mark.parametrize("w", [1.0, -1.0])
-def test_stick_slip_has_the_same_instants_with_implicit_and_explicit_steps(w):
-    drive = lp.compose(
-        lead=Speed(w=w),
-        shaft=SpringDamper(c=200.0, d=1.0),
-        a=Inertia(J=0.3),
-        coupling=SlipCoupling(static=50.0, kinetic=25.0, u=1.0),
-        b=Inertia(J=1.3),
-        post=SpringDamper(c=1e4, d=3.0),
-        ground=Fixed(),
-        connections=lambda m: lp.chain(m.lead, m.shaft, m.a, m.coupling, m.b, m.post, m.ground),
-    )
-    system = lp.assemble(drive)
-    runs = [lp.simulate(system, until=6.0, method=m, rtol=1e-7) for m in ("implicit", "explicit")]
-    received, expected = ([event.time for event in run.events] for run in runs)
-    assert len(expected) > 30
-    assert received == pytest.approx(expected, abs=1e-5)
-
-
-class Branch(lp.Component):
-    """A body with a load."""
-
-    load: Torque = Torque(tau=0.0)
-    body: Inertia = Inertia(J=1.0)
-
-    def connections(self):
-        yield from lp.chain(self.load, self.body)
-
-
-class Stand(lp.Component):
-    """Binds an input of a part of its part, which knows the parameters of its own parent only."""
-
-    press: lp.Param = lp.param("N.m", "load", 2.0)
-    upper: Branch = Branch(load=Torque(tau=-press))
-
-
-def test_an_input_bound_past_its_parent_is_refused_with_the_place():
-    with pytest.raises(EquationError, match=r"upper \(Branch\).* 'press', which upper \(Branch\)"):
-        lp.assemble(Stand())

@@ -11,7 +11,8 @@ import pytest
 from contact_reference import lost, poisson
 from hybrid_drives import END, RandomDrive
 from hybrid_impacts import RandomImpact, compare_impact
-from hybrid_reference import Contact, Drive, Line, Load, steady
+from hybrid_parts import Contact, Line, Load, steady
+from hybrid_reference import Drive
 from hybrid_storms import Storm
 from hybrid_verdicts import alarm, compare
 

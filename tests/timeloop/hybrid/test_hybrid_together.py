@@ -57,8 +57,7 @@ class Noted(lp.Component):
         yield lp.der(self.last) == 0
         yield lp.der(self.wanted) == 0
         yield lp.when(
-            self.body.w >= self.wanted,
-            {self.wanted: self.wanted + 1.0, self.last: lp.time},
+            self.body.w >= self.wanted, {self.wanted: self.wanted + 1.0, self.last: lp.time}
         )
 
 

@@ -2,15 +2,8 @@
 
 import numpy as np
 import pytest
-from torsional_cases import (
-    BODIES,
-    INERTIAS,
-    LBF_IN,
-    STIFFNESSES,
-    Excited,
-    columns,
-    marine,
-)
+from rows import assemble_row, in_a_row
+from torsional_cases import BODIES, INERTIAS, LBF_IN, STIFFNESSES, Excited, columns, marine
 
 import lumped as lp
 from lumped.components import (
@@ -143,13 +136,12 @@ def test_power_is_the_same_on_all_shafts():
 
 def test_a_drive_against_the_ground_with_a_spring_that_joins_springs():
     """Two springs in series without an inertia between them, one end held, a reversing gear."""
-    model = lp.compose(
+    model = in_a_row(
         wall=Fixed(),
         first=SpringDamper(c=300.0, d=0.4),
         second=Spring(c=600.0),
         gear=IdealGear(ratio=-2.0),
         body=Inertia(J=0.5),
-        connections=lambda m: lp.chain(m.wall, m.first, m.second, m.gear, m.body),
     )
     found = referred(lp.assemble(model), "body.phi")
     w = np.sqrt(200.0 * 4 / 0.5)
@@ -180,7 +172,7 @@ def test_a_loop_of_two_parallel_shafts_adds_their_stiffnesses():
 
 
 def test_what_is_no_shaft_is_told():
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J=2.0),
         shaft=Spring(c=100.0),
         b=Inertia(J=3.0),
@@ -188,7 +180,6 @@ def test_what_is_no_shaft_is_told():
         c=Inertia(J=1.0),
         more=Spring(c=10.0),
         end=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b, m.slip, m.c, m.more, m.end),
     )
     found = referred(lp.assemble(model), "a.phi")
     assert [part.name for part in found.parts] == ["a", "shaft", "b"]
@@ -262,14 +253,7 @@ def test_slips_are_named():
 def test_a_shaft_with_inertia_counts_with_its_ends():
     """Rigidly joined discs: their accelerations alone do not tell the ends from the discs."""
     shaft = ShaftElement(c=4e5, J_a=0.02, J_b=0.05, W=1e-4)
-    system = lp.assemble(
-        lp.compose(
-            a=Inertia(J=1.0),
-            shaft=shaft,
-            b=Inertia(J=2.5),
-            connections=lambda m: lp.chain(m.a, m.shaft, m.b),
-        )
-    )
+    system = assemble_row(a=Inertia(J=1.0), shaft=shaft, b=Inertia(J=2.5))
     found = referred(system, "a.phi")
     own = {part.name: part for part in found.parts}
     assert [own[name].J for name in ("shaft.flange_a", "shaft.flange_b")] == pytest.approx(

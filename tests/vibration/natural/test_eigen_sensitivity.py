@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, SpringDamper
@@ -155,7 +156,7 @@ def star(count, **more):
         arm=[Spring(c=100.0) for _ in range(count)],
         tip=[Inertia(J=1.0) for _ in range(count)],
         connections=lambda m: [
-            *[x for i in range(count) for x in lp.chain(m.hub.flange_b, m.arm[i], m.tip[i])],
+            *[x for i in range(count) for x in lp.chain(m.hub.flange_b, m.arm[i], m.tip[i])]
         ],
     )
 
@@ -178,10 +179,7 @@ def test_equal_separate_drives_do_not_repeat():
         **{f"a{i}": Inertia(J=2.0) for i in range(2)},
         **{f"s{i}": Spring(c=300.0) for i in range(2)},
         **{f"b{i}": Inertia(J=1.0) for i in range(2)},
-        connections=lambda m: [
-            *lp.chain(m.a0, m.s0, m.b0),
-            *lp.chain(m.a1, m.s1, m.b1),
-        ],
+        connections=lambda m: [*lp.chain(m.a0, m.s0, m.b0), *lp.chain(m.a1, m.s1, m.b1)],
     )
     received = derived(model, to=["s0.c", "s1.c"])
     assert received.repeated == ()
@@ -193,12 +191,7 @@ def test_equal_separate_drives_do_not_repeat():
 @pytest.mark.parametrize(("c", "d"), [(1.0, 2.0), (3.0, 2 * np.sqrt(3.0)), (100.0, 20.0)])
 def test_critical_damping_has_no_derivatives_whether_it_rounds_to_decays_or_a_mode(c, d, capfd):
     """``l^2 + d l + c == 0`` with ``d^2 == 4 c``: both roots are -d / 2, with one shape."""
-    model = lp.compose(
-        body=Inertia(J=1.0),
-        shaft=SpringDamper(c=c, d=d),
-        wall=Fixed(),
-        connections=lambda m: lp.chain(m.body, m.shaft, m.wall),
-    )
+    model = in_a_row(body=Inertia(J=1.0), shaft=SpringDamper(c=c, d=d), wall=Fixed())
     received = derived(model, to=["shaft.d"])
     found = np.append(received.modes.eigenvalues, received.modes.decays)
     assert np.abs(found + d / 2).max() < 1e-7 * d
@@ -210,12 +203,7 @@ def test_critical_damping_has_no_derivatives_whether_it_rounds_to_decays_or_a_mo
 def test_beside_critical_damping_decays_have_the_derivatives_of_the_closed_form():
     """``l = -d / 2 -+ sqrt(d^2 / 4 - c)``."""
     c, d = 1.0, 2.0 + 1e-6
-    model = lp.compose(
-        body=Inertia(J=1.0),
-        shaft=SpringDamper(c=c, d=d),
-        wall=Fixed(),
-        connections=lambda m: lp.chain(m.body, m.shaft, m.wall),
-    )
+    model = in_a_row(body=Inertia(J=1.0), shaft=SpringDamper(c=c, d=d), wall=Fixed())
     received = derived(model, to=["shaft.d", "shaft.c"])
     root = np.sqrt((d / 2 - 1) * (d / 2 + 1))
     expected = [[-0.5 - d / 4 / root, 0.5 / root], [-0.5 + d / 4 / root, -0.5 / root]]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -143,7 +144,7 @@ class Feeding(lp.Component):
 
 def test_contributions_to_damping_add_up_and_name_who_damps():
     """Strong damping in two places and one that feeds: q^H D q of numbers written here."""
-    model = lp.compose(
+    model = in_a_row(
         ground=Fixed(),
         bearing=Feeding(d=-0.2),
         a=Inertia(J=1.0),
@@ -151,7 +152,6 @@ def test_contributions_to_damping_add_up_and_name_who_damps():
         b=Inertia(J=2.0),
         coupling=SpringDamper(c=20.0, d=0.7),
         c=Inertia(J=3.0),
-        connections=lambda m: lp.chain(m.ground, m.bearing, m.a, m.shaft, m.b, m.coupling, m.c),
     )
     modes = lp.modes(lp.assemble(model))
     received = lp.vibration.modal_energies(modes)
@@ -189,13 +189,12 @@ def test_nodes_lie_where_the_shape_passes_zero(two_mass):
 
 
 def test_participation_is_the_derivative_by_the_diagonal_of_the_state_matrix():
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J=1.0),
         shaft=SpringDamper(c=30.0, d=1.0),
         b=Inertia(J=2.0),
         coupling=SpringDamper(c=20.0, d=0.7),
         c=Inertia(J=3.0),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b, m.coupling, m.c),
     )
     modes = lp.modes(lp.assemble(model))
     found = lp.vibration.participation(modes)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import assemble_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, LinearTorque, Spring, SpringDamper
@@ -9,14 +10,7 @@ from lumped.errors import OptionError, ParameterError
 
 
 def oscillator(d=0.0):
-    return lp.assemble(
-        lp.compose(
-            ground=Fixed(),
-            shaft=SpringDamper(c=200.0, d=d),
-            body=Inertia(J=2.0),
-            connections=lambda m: lp.chain(m.ground, m.shaft, m.body),
-        )
-    )
+    return assemble_row(ground=Fixed(), shaft=SpringDamper(c=200.0, d=d), body=Inertia(J=2.0))
 
 
 def test_a_damped_oscillator_follows_its_circle_and_splits_on_the_axis():

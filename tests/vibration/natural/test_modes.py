@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -99,12 +100,8 @@ def test_an_overdamped_shaft_gives_two_decays(two_mass):
 
 
 def test_shapes_follow_a_gear():
-    model = lp.compose(
-        motor=Inertia(J=1.0),
-        shaft=Spring(c=900.0),
-        gear=IdealGear(ratio=3.0),
-        load=Inertia(J=9.0),
-        connections=lambda m: lp.chain(m.motor, m.shaft, m.gear, m.load),
+    model = in_a_row(
+        motor=Inertia(J=1.0), shaft=Spring(c=900.0), gear=IdealGear(ratio=3.0), load=Inertia(J=9.0)
     )
     free = lp.modes(lp.assemble(model))
     assert free.hertz == pytest.approx([np.sqrt(900.0 * 2) / (2 * np.pi)], rel=1e-13)

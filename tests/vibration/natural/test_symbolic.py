@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Clutch, CrankSlider, Fixed, IdealGear, Inertia, Spring, SpringDamper
@@ -59,17 +60,9 @@ def test_formulas_agree_with_the_eigenvalues_and_their_derivatives(bodies, groun
 
 
 def test_quantities_are_formulas_of_named_symbols():
-    model = lp.compose(
-        a=Inertia(J=2.0),
-        shaft=SpringDamper(c=3.0, d=0.5),
-        b=Inertia(J=4.0),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
-    )
+    model = in_a_row(a=Inertia(J=2.0), shaft=SpringDamper(c=3.0, d=0.5), b=Inertia(J=4.0))
     system = lp.assemble(model)
-    torque, rate = (
-        lp.expression(system, "shaft.tau"),
-        lp.expression(system, "der(a.w)"),
-    )
+    torque, rate = (lp.expression(system, "shaft.tau"), lp.expression(system, "der(a.w)"))
     symbols = {s.name(): s for s in ca.symvar(torque)}
     numbers = {"shaft.c": 7.0, "shaft.d": 0.3, "shaft.phi_rel": 0.2, "shaft.phi_rel0": 0.05}
     numbers |= {"b.w": 3.0, "a.w": 1.0, "a.J": 2.0}
@@ -85,12 +78,7 @@ def test_quantities_are_formulas_of_named_symbols():
 def test_what_has_no_formula_is_refused():
     with pytest.raises(OptionError, match="4 oscillating modes"):
         lp.vibration.symbolic_frequencies(drive(4))
-    damped = lp.compose(
-        a=Inertia(J=2.0),
-        shaft=SpringDamper(c=3.0, d=0.5),
-        b=Inertia(J=4.0),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
-    )
+    damped = in_a_row(a=Inertia(J=2.0), shaft=SpringDamper(c=3.0, d=0.5), b=Inertia(J=4.0))
     with pytest.raises(OptionError, match="is damped"):
         lp.vibration.symbolic_frequencies(lp.assemble(damped))
     crank = lp.compose(
@@ -104,11 +92,10 @@ def test_what_has_no_formula_is_refused():
     )
     with pytest.raises(OptionError, match="not linear"):
         lp.vibration.symbolic_frequencies(lp.assemble(crank))
-    clutch = lp.compose(
+    clutch = in_a_row(
         a=Inertia(J=1.0),
         clutch=Clutch(characteristic=((0.0, 0.3),), c_geo=1.0, f_max=10.0, u=1.0),
         b=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.a, m.clutch, m.b),
     )
     system = lp.assemble(clutch)
     with pytest.raises(OptionError, match="modes"):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import CrankSlider, IdealGear, Inertia, Speed, Spring
@@ -123,14 +124,13 @@ def test_turns_are_the_product_of_the_ratios():
 
 def test_mesh_orders_are_teeth_times_turns():
     """17 teeth drive 68, whose shaft carries 21 that drive 63; two speeds up."""
-    model = lp.compose(
+    model = in_a_row(
         motor=Inertia(J=0.1),
         first=IdealGear(ratio=-68 / 17),
         middle=Inertia(J=0.4),
         shaft=Spring(c=1e3),
         second=IdealGear(ratio=-63 / 21),
         drum=Inertia(J=20.0),
-        connections=lambda m: lp.chain(m.motor, m.first, m.middle, m.shaft, m.second, m.drum),
     )
     modes = lp.modes(lp.assemble(model))
     teeth = {"motor.phi": 17, "middle.phi": 21, "drum.phi": 63}

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -67,12 +68,11 @@ def test_a_reference_names_an_input_and_an_output():
 @pytest.mark.parametrize("zeta", [1e-4, 0.01, 0.3])
 def test_the_peak_of_a_damped_oscillator_has_its_closed_form(zeta):
     w0 = np.sqrt(800.0 / 2.0)
-    model = lp.compose(
+    model = in_a_row(
         drive=Torque(tau=0.0),
         body=Inertia(J=2.0),
         shaft=SpringDamper(c=800.0, d=2 * zeta * w0 * 2.0),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.drive, m.body, m.shaft, m.wall),
     )
     received = lp.frequency_response(
         lp.assemble(model),
@@ -140,20 +140,12 @@ def test_a_long_geared_drive_answers_as_its_impedance_matrix():
 
 def test_a_stiffness_that_varies_is_an_input_too():
     """At a static twist of 3 N.m / c a change of c acts as a torque."""
-    model = lp.compose(
-        drive=Torque(tau=3.0),
-        body=Inertia(J=2.0),
-        shaft=Spring(c=800.0),
-        wall=Fixed(),
-        connections=lambda m: lp.chain(m.drive, m.body, m.shaft, m.wall),
+    model = in_a_row(
+        drive=Torque(tau=3.0), body=Inertia(J=2.0), shaft=Spring(c=800.0), wall=Fixed()
     )
     system = lp.assemble(model)
     received = lp.frequency_response(
-        system,
-        inputs=["shaft.c"],
-        outputs=["body.w"],
-        hertz=[1.0, 2.0],
-        at=lp.equilibrium(system),
+        system, inputs=["shaft.c"], outputs=["body.w"], hertz=[1.0, 2.0], at=lp.equilibrium(system)
     )
     s = 2j * np.pi * np.array([1.0, 2.0])
     expected = -s * (3.0 / 800.0) / (2.0 * s**2 + 800.0)
@@ -161,12 +153,7 @@ def test_a_stiffness_that_varies_is_an_input_too():
 
 
 def test_a_drive_without_states_answers_at_once():
-    model = lp.compose(
-        drive=Torque(tau=0.0),
-        gear=IdealGear(ratio=4.0),
-        wall=Fixed(),
-        connections=lambda m: lp.chain(m.drive, m.gear, m.wall),
-    )
+    model = in_a_row(drive=Torque(tau=0.0), gear=IdealGear(ratio=4.0), wall=Fixed())
     received = lp.frequency_response(
         lp.assemble(model), inputs=["drive.tau"], outputs=["wall.flange.tau"], hertz=[1.0, 9.0]
     )
@@ -189,14 +176,7 @@ class Shaker(lp.Component):
 
 
 def driven_by(base):
-    return lp.assemble(
-        lp.compose(
-            base=base,
-            shaft=SpringDamper(c=800.0, d=3.0),
-            body=Inertia(J=2.0),
-            connections=lambda m: lp.chain(m.base, m.shaft, m.body),
-        )
-    )
+    return assemble_row(base=base, shaft=SpringDamper(c=800.0, d=3.0), body=Inertia(J=2.0))
 
 
 def test_a_prescribed_angle_is_refused_and_its_acceleration_answers():
@@ -268,10 +248,7 @@ def test_unknown_names_are_answered_with_the_nearest():
 
 def test_the_picture_shows_magnitude_and_phase():
     received = lp.frequency_response(
-        lp.assemble(Rig()),
-        inputs=["motor.tau"],
-        outputs=["shaft.tau"],
-        hertz=np.linspace(1, 9, 50),
+        lp.assemble(Rig()), inputs=["motor.tau"], outputs=["shaft.tau"], hertz=np.linspace(1, 9, 50)
     )
     size, angle = received.plot().axes
     assert (size.get_title(), size.get_ylabel()) == ("shaft.tau", "magnitude")
@@ -283,14 +260,8 @@ def test_the_picture_shows_magnitude_and_phase():
 
 
 def two_masses():
-    return lp.assemble(
-        lp.compose(
-            load=Torque(tau=0.0),
-            a=Inertia(J=0.5),
-            shaft=SpringDamper(c=800.0, d=3.0),
-            b=Inertia(J=2.0),
-            connections=lambda m: lp.chain(m.load, m.a, m.shaft, m.b),
-        )
+    return assemble_row(
+        load=Torque(tau=0.0), a=Inertia(J=0.5), shaft=SpringDamper(c=800.0, d=3.0), b=Inertia(J=2.0)
     )
 
 

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from rows import in_a_row
 from torsional_cases import DATA, RPM, blades, columns, marine
 
 import lumped as lp
@@ -134,9 +135,7 @@ def test_a_run_is_judged_between_its_output_times(grid):
 
 def test_a_run_is_judged_by_conditions_of_functionals():
     """``w = 2 t``, so its mean square over 3 s is ``4 * 3**2 / 3``."""
-    drive = lp.compose(
-        motor=Torque(tau=4.0), body=Inertia(J=2.0), connections=lambda m: lp.chain(m.motor, m.body)
-    )
+    drive = in_a_row(motor=Torque(tau=4.0), body=Inertia(J=2.0))
     run = lp.simulate(lp.assemble(drive), until=3.0)
     w, fun = "body.w", lp.functionals
     conditions = [fun.rms(w) <= 4.0, fun.final(w) >= "60 rpm", fun.lowest(w) <= -1.0]

@@ -19,7 +19,7 @@ from lumped.components import ElasticCoupling
 from lumped.errors import OptionError
 from lumped.vibration.speeds.mean_campbell import speeds_that_show
 from lumped.vibration.speeds.mean_spectrum import MeanSpectrum
-from tests.vibration.ordered.test_order_response import OPTIONS, ship
+from tests.vibration.ordered.test_order_means import OPTIONS, ship
 
 SPEEDS = np.linspace(30.0, 220.0, 7)
 ORDERS = (1.3, 1.5, 2.0)
@@ -54,12 +54,10 @@ def test_an_order_that_meets_a_mode_three_times_has_three_critical_speeds():
     def stiffness(torque):
         return np.interp(torque, *np.transpose(rows))
 
-    found = lp.vibration.mean_campbell(response, orders=[1.7, 1.9])
-    for order in (1.7, 1.9):
-        expected = critical(order, stiffness, 40.0, 230.0)
-        received = [c.speed for c in found.critical if c.order == order]
-        assert len(expected) == 3
-        assert received == pytest.approx(expected, rel=1e-9)
+    found = lp.vibration.mean_campbell(response, orders=[1.9])
+    expected = critical(1.9, stiffness, 40.0, 230.0)
+    assert len(expected) == 3
+    assert [c.speed for c in found.critical] == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_narrow_pair_of_intersections_is_seen():

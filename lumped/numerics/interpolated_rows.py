@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["few_of_many"]
+__all__ = ["interpolate_rows"]
 
 Real = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ _SHORT = 16
 """Places of a range of which all rows are computed."""
 
 
-def few_of_many(row: Callable[[int], tuple[Real, Real]], places: Real) -> Real:
+def interpolate_rows(row: Callable[[int], tuple[Real, Real]], places: Real) -> Real:
     """Rows at all places, of which most are interpolated.
 
     A polynomial through rows near the Chebyshev points of a range is compared with four rows

@@ -16,17 +16,17 @@ from lumped.code.operations import (
     RESULT,
     Operations,
     first_results,
-    packed,
     places_read,
+    reuse_places,
 )
 
-__all__ = ["prepared"]
+__all__ = ["prepare_parts"]
 
 _READ = (PARAMETER, ca.OP_CONST)
 Row = tuple[int, int, int, int]
 
 
-def prepared(
+def prepare_parts(
     functions: Mapping[str, Operations], parameters: int, inverted: Collection[str] = ()
 ) -> tuple[dict[str, Operations], Operations]:
     """Functions that find parts of them behind the parameters, and the function of these parts.
@@ -136,4 +136,4 @@ class _Parts:
             max(len(self._rows), 1),
             len(self._slots),
         )
-        return packed(first_results(whole, whole.results))
+        return reuse_places(first_results(whole, whole.results))

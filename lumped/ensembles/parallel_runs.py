@@ -12,9 +12,9 @@ import numpy as np
 
 from lumped.errors import SolverError
 from lumped.many_runs.native_runs import Batch, NativeRuns
-from lumped.numerics.cluster import handed_out
+from lumped.numerics.cluster import hand_out
 
-__all__ = ["DIED", "Done", "in_threads", "on_cluster"]
+__all__ = ["DIED", "Done", "on_cluster", "run_in_threads"]
 
 _FIRST, _MOST = 16, 100_000
 """Runs of the first and of the largest chunk that a thread is given."""
@@ -29,7 +29,7 @@ Done = tuple[int, Batch, float]
 """First run of a chunk, its results, seconds of work."""
 
 
-def in_threads(runs: NativeRuns, points: np.ndarray, count: int) -> Generator[Done, None, None]:
+def run_in_threads(runs: NativeRuns, points: np.ndarray, count: int) -> Generator[Done, None, None]:
     """Chunks of runs in the order in which they are done.
 
     After an interrupt (Ctrl-C) what was done by then is given and no more.
@@ -83,7 +83,7 @@ def on_cluster(runs: NativeRuns, points: np.ndarray, client: Any) -> Generator[D
 
     threads = sum(client.nthreads().values()) or 1
     size = max(1, min(_MOST, -(-len(points) // (_CHUNKS * threads))))
-    held = handed_out(client, runs)
+    held = hand_out(client, runs)
     futures = {
         client.submit(_work, held, points[first : first + size], pure=False): first
         for first in range(0, len(points), size)
@@ -101,7 +101,7 @@ def on_cluster(runs: NativeRuns, points: np.ndarray, client: Any) -> Generator[D
                     "lumped and the packages that the model is written with."
                 ) from fault
             else:
-                batch, spent = _lost(runs, len(points[first : first + size])), 0.0
+                batch, spent = _make_lost(runs, len(points[first : first + size])), 0.0
             yield first, batch, spent
     except KeyboardInterrupt:
         return
@@ -114,6 +114,6 @@ def _work(runs: NativeRuns, points: np.ndarray) -> tuple[Batch, float]:
     return runs.run(points), clock.perf_counter() - begun
 
 
-def _lost(runs: NativeRuns, count: int) -> Batch:
+def _make_lost(runs: NativeRuns, count: int) -> Batch:
     values = np.full((count, len(runs.watched.of)), np.nan)
     return Batch(values, np.full(count, DIED, dtype=np.int64))

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from lumped.numerics.few_of_many import few_of_many
+from lumped.numerics.interpolated_rows import interpolate_rows
 
 PLACES = np.sort(np.random.default_rng(1).uniform(5.0, 300.0, 900))
 
@@ -23,7 +23,7 @@ def test_rows_between_those_computed_are_theirs(law, most):
         found = law(PLACES[k])
         return found, np.abs(found)
 
-    found = few_of_many(row, PLACES)
+    found = interpolate_rows(row, PLACES)
     wanted = np.array([law(x) for x in PLACES])
     error = np.abs(found - wanted) / np.abs(wanted).max(axis=0)
     print(f"{len(asked)} of {len(PLACES)}, {error.max():.1e}")
@@ -34,5 +34,5 @@ def test_rows_between_those_computed_are_theirs(law, most):
 @pytest.mark.parametrize("count", [1, 2, 16, 17, 18, 40, 100])
 def test_short_grids(count):
     places = np.arange(count) + 1.0
-    found = few_of_many(lambda k: (np.array([places[k] ** 2]), np.ones(1)), places)
+    found = interpolate_rows(lambda k: (np.array([places[k] ** 2]), np.ones(1)), places)
     np.testing.assert_allclose(found[:, 0], places**2, rtol=1e-13)

@@ -1,0 +1,60 @@
+"""Optima of modes at equilibria that contacts and given speeds hold."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from test_held_positions import geared, pendulum, stiffness
+
+import lumped as lp
+from lumped.components import Fixed, SpringDamper, SwingingMass
+from lumped.vibration.natural.mode_designs import equilibrium_again
+
+
+def test_an_optimum_of_modes_keeps_the_brake_where_it_was_put():
+    """The mass for which the pendulum behind the brake at 0.6 rad has a frequency."""
+    system = pendulum()
+    modes = lp.modes(system, at=lp.equilibrium(system, start={"b.phi": 0.6}))
+    hertz = lambda m: np.sqrt(stiffness(m) / (0.1 + m * 0.25)) / (2 * np.pi)  # noqa: E731
+    found = lp.optimise(
+        modes,
+        vary={"p.m": (0.5, 5.0)},
+        minimise={"p.m": 1.0},
+        subject_to=lp.functionals.frequency(0) <= 1.2,
+    )
+    expected = brentq(lambda m: hertz(m) - 1.2, 0.5, 5)
+    assert found.parameters["p.m"] == pytest.approx(expected, rel=1e-7)
+
+
+def test_an_optimum_of_modes_at_the_end_of_a_run_moves_with_its_equilibrium():
+    """A pendulum on a spring from a wall, where it has come to rest."""
+    model = lp.compose(
+        wall=Fixed(phi0=0.6),
+        spring=SpringDamper(c=50.0, d=8.0),
+        p=SwingingMass(m=2.0, R=0.5, J=0.1),
+        connections=lambda m: [
+            lp.connect(m.wall.flange, m.spring.flange_a),
+            lp.connect(m.spring.flange_b, m.p.flange),
+        ],
+    )
+    system = lp.assemble(model)
+    at = lp.simulate(system, until=20.0, rtol=1e-11).point(20.0)
+    modes = lp.modes(system, at=at)
+    hertz = lambda m: np.sqrt(stiffness(m) / (0.1 + m * 0.25)) / (2 * np.pi)  # noqa: E731
+    assert modes.hertz == pytest.approx([hertz(2.0)], rel=1e-8)
+    found = lp.optimise(
+        modes,
+        vary={"p.m": (1.0, 5.0)},
+        minimise={"p.m": 1.0},
+        subject_to=lp.functionals.frequency(0) <= 1.2,
+    )
+    expected = brentq(lambda m: hertz(m) - 1.2, 0.5, 5)
+    assert found.parameters["p.m"] == pytest.approx(expected, rel=1e-7)
+
+
+def test_an_optimum_of_modes_frees_what_the_equilibrium_freed():
+    """The decay ``2 k w / ratio^3 / (J_a + J_b / ratio^2)`` is that at the given speed."""
+    drive = geared()
+    point = lp.equilibrium(drive, start={"a.w": 15.0}, free=["motor.tau"])
+    again = equilibrium_again(point, point.parameters | {"gear.ratio": 2.0})
+    assert again["a.w"] == pytest.approx(15.0, rel=1e-9)
+    assert again["motor.tau"] == pytest.approx(20 * (15 / 20) ** 2 / 2.0, rel=1e-9)
