@@ -314,8 +314,7 @@ class Targets:
         held = np.unique(matrix[[row, *others]].tocoo().col)
         involved = [self._given_text(self.fixed[j]) for j in held.tolist() if j in self.fixed]
         involved += [self._text(i) for i in others]
-        more = f" and {len(involved) - 6} more" if len(involved) > 6 else ""
-        names = ", ".join(involved[:6]) + more
+        names = ", ".join(involved[:6]) + f" and {len(involved) - 6} more" * (len(involved) > 6)
         head = "Start values contradict each other" if given else "Too much is asked of the start"
         raise StartError(
             f"{head}: {text} cannot hold together with {names or 'the rest of the model'}. Give "
@@ -329,8 +328,7 @@ class Targets:
         wanted = movable[:, [row]].toarray().ravel()
         solved = scipy.sparse.linalg.lsqr(movable[:, rows], wanted, atol=1e-12, btol=1e-12)
         share = np.abs(solved[0])
-        found: list[int] = rows[share > 1e-6 * share.max(initial=0.0)].tolist()
-        return found
+        return list(rows[share > 1e-6 * share.max(initial=0.0)].tolist())
 
 
 def find_determined(

@@ -396,6 +396,5 @@ def _pick(vector: ca.SX, indices: np.ndarray) -> ca.SX:
 def _add(entries: dict[int, Entry], column: int, entry: Entry) -> None:
     old = entries.get(column)
     if old is not None:
-        kind = max(old.kind, entry.kind)
-        entry = Entry(old.term + entry.term, kind, old.value + entry.value)
+        entry = Entry(old.term + entry.term, max(old.kind, entry.kind), old.value + entry.value)
     entries[column] = entry
