@@ -6,6 +6,7 @@ simulated a second time, but each part of it is checked from its own states (`in
 """
 
 import numpy as np
+from hybrid_reference import STICK
 from instant_laws import MARGINS, Finding, Law
 from instant_motions import Motions
 
@@ -27,7 +28,7 @@ def check(drive, parts, happened):
     """
     found, law, past = Finding(), Law(drive), []
     motions = Motions(law)
-    q, v, modes, named = drive.q, drive.v, None, set()
+    q, v, a, modes, named = drive.q, drive.v, 0.0 * drive.v, None, set()
     for part in parts:
         t, size = part.t[0], 1.0 + np.abs(part.q[0]).max()
         law.enter(t)
@@ -38,11 +39,12 @@ def check(drive, parts, happened):
         lost = float(law.J @ (v**2 - part.v[0] ** 2)) / 2
         if abs(lost - told) > MARGINS * (1 + float(law.J @ v**2)):
             found.wrong.append(f"{t:.7f}: events say {told:.4g} J of {lost:.4g} J lost")
+        law.stuck = {k for k, mode in enumerate(modes or ()) if mode == STICK}
         law.check_rates(part, found)
         named |= {
             name
             for s, name, _ in happened
-            if abs(s - t) < 1e-12 or law.ends_series(name, t, s, happened)
+            if abs(s - t) < 1e-12 or law.ends_series(name, t, a, s, happened)
         }
         if part.t[-1] - t > MOMENT:
             before, doubtful = modes, motions.doubtful
@@ -55,7 +57,7 @@ def check(drive, parts, happened):
             if changed:
                 found.wrong.append(f"{t:.7f}: {sorted(changed)} change without event")
             named = set()
-        q, v = part.q[-1], part.v[-1]
+        q, v, a = part.q[-1], part.v[-1], part.a[-1]
         if len(found.wrong) > 3:
             break
     return found

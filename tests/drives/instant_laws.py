@@ -6,8 +6,8 @@
   energy is gained and contacts push.
 * Accelerations just after an instant are those of Gauss's principle: of all reactions within their
   limits those with the least accelerations in the kinetic metric. The limits are static for what is
-  at rest, and kinetic for what the problem sets in motion, until nothing else moves; where fewer
-  could move as well, the law is open.
+  at rest, and kinetic for what the problem sets in motion, until nothing else moves, first for what
+  did not stick before the instant; where fewer could move as well, the law is open.
 """
 
 from dataclasses import dataclass, field
@@ -30,6 +30,8 @@ NEAR, LEAST, MOST = 1e-12, 1e-14, 1e-10
 yielded overlaps."""
 BRIEF = 1e-4
 """Speed, relative to the greatest, that a bounce or friction may end as it is over at once."""
+RISE = 1e-11
+"""Rise of a bounce, rad or m, that is left out."""
 SPEEDS, RATES, MARGINS = 1e-7, 1e-6, 1e-6
 """Differences allowed in speeds after impacts, accelerations, margins."""
 KNIFE = 1e-6
@@ -77,6 +79,7 @@ class Law:
         self.pressed = [k for k, c in enumerate(drive.contacts) if isinstance(c.level, Pressed)]
         self.pressing: dict[int, float] = {}
         self.kinetic: set[int] = set()
+        self.stuck: set[int] = set()
         drive.made = {}
 
     def state(self, t, q, v):
@@ -90,17 +93,20 @@ class Law:
         pieces = self.drive.pieces
         self.drive.piece = next((p for p in pieces if t < p[1] - 1e-12), pieces[-1])
 
-    def ends_series(self, name, t, end, happened):
+    def ends_series(self, name, t, a, end, happened):
         """Whether bounces that a run leaves out from a time on end at another.
 
-        Each flight lasts as long as the one before it times the restitution.
+        Each flight lasts as long as the one before it times the restitution; the first rises by
+        `RISE` at most, at the accelerations just before.
         """
         if name not in self.bouncing or end <= t:
             return False
         e = max(c.e for c in self.contacts if c.name == name)
         last = max((s for s, other, _ in happened if other == name and s < t), default=t)
         rest = (t - last) * e / (1.0 - e)
-        return end < t + BRIEF or abs(end - t - rest) < 0.1 * rest
+        back = max(abs(c.row @ a) for c in self.contacts if c.name == name)
+        brief = max(BRIEF, np.sqrt(8 * RISE / max(back, ROUNDING)) / (1.0 - e))
+        return end < t + brief or abs(end - t - rest) < 0.1 * rest
 
     def nears(self, gap):
         """Gaps below which all are none: the usual one, and others that may be meant."""
@@ -254,6 +260,7 @@ class Law:
             if share < 0:  # a short lever moves slowly
                 moves[bears] |= (r <= low[bears]) | (r >= high[bears])
             new = set(rest[moves & rubs].tolist()) - kinetic
+            new = new - self.stuck or new
             if not new or given is not None:
                 self.kinetic = kinetic
                 return found
