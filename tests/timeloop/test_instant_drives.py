@@ -131,7 +131,7 @@ def test_only_a_contact_without_load_may_be_told_open_before_it_moves(load, told
 def test_a_series_of_bounces_ends_when_its_flights_add_up_to_it(end, is_its_end):
     """A flight of 0.02 s, after which each lasts half as long: 0.01 s, 0.005 s, and so on."""
     law = Law(pushed())
-    assert law.ends_series("stop", 1.0, end, [(0.98, "stop", 1.0)]) == is_its_end
+    assert law.ends_series("stop", 1.0, np.array([-1.0]), end, [(0.98, "stop", 1.0)]) == is_its_end
 
 
 def test_any_gap_in_doubt_may_be_the_last_that_is_none():
