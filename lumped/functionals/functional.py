@@ -17,6 +17,7 @@ from lumped.language.arithmetic import Arithmetic
 from lumped.language.expression import Call, Compare, Expr, as_expr, text_of_node, walk
 from lumped.language.formula import content_of_expression, unit_of_node
 from lumped.language.lowering import Kinks, Plain, lower
+from lumped.support.array_function import ArrayFunction
 
 __all__ = ["Branch", "Functional", "readings_of", "refuse_other", "watching"]
 
@@ -146,7 +147,9 @@ class Functional(Arithmetic["Functional"], Bounded):
 
         Where a reading is nan, so is the value.
         """
-        found: np.ndarray = np.asarray(_value(self)(readings.T)).ravel()
+        if self.reading is not None:
+            return readings[:, 0]
+        (found,) = _value(self, len(readings))(readings.ravel())
         found[np.isnan(readings).any(axis=1)] = np.nan
         return found
 
@@ -255,11 +258,12 @@ def refuse_other(of: Iterable[object], what: str, analysis: str) -> None:
 
 
 @lru_cache(256)
-def _value(functional: Functional) -> ca.Function:
-    """Value of a functional: (readings) -> (value)."""
+def _value(functional: Functional, count: int) -> ArrayFunction:
+    """Values of a functional from so many sets of readings, one set after the other."""
     leaves = ca.SX.sym("readings", len(functional.readings))
     places = dict(zip(functional.readings, ca.vertsplit(leaves), strict=True))
-    return ca.Function("value", [leaves], [_lower(functional, places.__getitem__)])
+    value = ca.Function("value", [leaves], [ca.densify(_lower(functional, places.__getitem__))])
+    return ArrayFunction(value.map(count))
 
 
 @lru_cache(256)
