@@ -11,7 +11,7 @@ BEGIN, END = "<!-- peers -->\n", "<!-- end of peers -->\n"
 BASELINES = (
     ("three masses, 2 s", "exudyn"),
     ("three masses, 2 s", "scipy"),
-    ("300 masses, 1 s", "scikit-sundae"),
+    ("300 masses, 1 s", "scipy"),
 )
 
 
