@@ -172,6 +172,16 @@ def _growth(run: Run, error: float, is_dense: bool) -> float:
 
 
 @kernel
+def _exchange_implicit(run: Run) -> None:
+    """Exchange implicit quantities at the begin of the step with those at its end."""
+    for i in range(run.plant.implicit):
+        place = run.plant.settings - run.plant.implicit + i
+        before = run.m[place]
+        run.m[place] = run.found[i]
+        run.found[i] = before
+
+
+@kernel
 def _attempt(run: Run) -> int:
     """One attempt of a step; gives GOES_ON, or why the loop must return."""
     plant, t, end = run.plant, run.t, run.end
@@ -195,13 +205,13 @@ def _attempt(run: Run) -> int:
         run.was_rejected = 1
         run.h = h * min(growth, SAFETY)
         return GIVEN_UP if run.h < SHORTEST * max(abs(t), 1e-6) else GOES_ON
-    for i in range(plant.implicit):
-        run.m[plant.settings - plant.implicit + i] = run.found[i]
+    _exchange_implicit(run)
     run.is_crossed = plant.margins > 0 and find_crossing(run)
     if run.is_implicit and run.is_crossed and t < run.t_cross and run.t_cross - t < _BEGIN * h:
         run.rejected += 1
         run.was_rejected = 1
         run.h = _SHORTER * h
+        _exchange_implicit(run)
         return GOES_ON
     run.h = h * growth
     run.was_rejected = 0
