@@ -23,6 +23,9 @@ __all__ = ["Branch", "Functional", "readings_of", "refuse_other", "watching"]
 
 T = TypeVar("T")
 
+_BLOCK = 256
+"""Sets of readings that are evaluated at once."""
+
 _CALLED = {"run": "a run", "modes": "modes", "order response": "an order response"}
 _EXAMPLES = {
     "run": "peak('shaft.tau')",
@@ -149,7 +152,11 @@ class Functional(Arithmetic["Functional"], Bounded):
         """
         if self.reading is not None:
             return readings[:, 0]
-        (found,) = _value(self, len(readings))(readings.ravel())
+        count, width = readings.shape
+        blocks = np.zeros((-(-count // _BLOCK), _BLOCK, width))
+        blocks.reshape(-1, width)[:count] = readings
+        function = _value(self)
+        found = np.array([function(block.ravel())[0] for block in blocks]).ravel()[:count]
         found[np.isnan(readings).any(axis=1)] = np.nan
         return found
 
@@ -258,12 +265,12 @@ def refuse_other(of: Iterable[object], what: str, analysis: str) -> None:
 
 
 @lru_cache(256)
-def _value(functional: Functional, count: int) -> ArrayFunction:
-    """Values of a functional from so many sets of readings, one set after the other."""
+def _value(functional: Functional) -> ArrayFunction:
+    """Values of a functional from a block of sets of readings, one set after the other."""
     leaves = ca.SX.sym("readings", len(functional.readings))
     places = dict(zip(functional.readings, ca.vertsplit(leaves), strict=True))
     value = ca.Function("value", [leaves], [ca.densify(_lower(functional, places.__getitem__))])
-    return ArrayFunction(value.map(count))
+    return ArrayFunction(value.map(_BLOCK))
 
 
 @lru_cache(256)
