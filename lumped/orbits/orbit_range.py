@@ -152,18 +152,13 @@ def periodic_range(
     SolverError
         If no motion is found at the first speed.
     """
-    if isinstance(start, OrderResponse) == isinstance(speeds, Mapping):
-        raise OptionError(
-            "periodic_range: start= an order response, or name the parameter that is the speed of "
-            "functions of time: speeds={name: values}."
-        )
-    if isinstance(start, OrderResponse):
+    if isinstance(start, OrderResponse) and not isinstance(speeds, Mapping):
         if turns != 1 or any(v is not None for v in (warm_up, parameters)):
             raise OptionError(
                 "periodic_range: an order response has its turns and parameters; leave these out, "
                 "and warm_up."
             )
-        grid, response = _monotonic(speeds), start  # type: ignore[arg-type]
+        grid, response = _monotonic(speeds), start
         turns = response.rotation.turns
         outputs = response.of if of is None else tuple(system.key(name) for name in of)
         problem, free = turning_problem(system, response, rtol, iterations)
@@ -174,11 +169,12 @@ def periodic_range(
         if march.ended:
             raise SolverError(f"{system.name}: {march.ended}")
         angle = angle_of(response, k)
-    else:
-        named = dict(speeds)  # type: ignore[arg-type]
-        if len(named) != 1:
-            raise OptionError(f"periodic_range: speeds = {named}: one parameter is the speed.")
-        ((parameter, values),) = named.items()
+    elif isinstance(speeds, Mapping) and not isinstance(start, OrderResponse):
+        if len(speeds) != 1:
+            raise OptionError(
+                f"periodic_range: speeds = {dict(speeds)}: one parameter is the speed."
+            )
+        ((parameter, values),) = speeds.items()
         grid, response = _monotonic(values), None
         outputs = tuple(system.key(name) for name in of or ())
         march = _begin_driven(
@@ -193,6 +189,11 @@ def periodic_range(
             iterations,
         )
         angle = None
+    else:
+        raise OptionError(
+            "periodic_range: start= an order response, or name the parameter that is the speed of "
+            "functions of time: speeds={name: values}."
+        )
     if not outputs:
         raise OptionError("periodic_range: name at least one quantity to observe, of=[...].")
     chosen = _orders(orders, response, turns)

@@ -130,7 +130,7 @@ def check_orders(
     Parameters
     ----------
     response : OrderResponse
-        From `order_response` with `over` and `free`.
+        From `order_response` with `shaft` and `free`.
     speeds : iterable of float, optional
         Some of its speeds, rad/s; default is where its quantities vibrate most.
     tolerance : float
