@@ -19,8 +19,6 @@ from lumped.support.whole_files import write_text
 if TYPE_CHECKING:
     from lumped.explorer.explore import Explorer
 
-__all__ = ["main"]
-
 Changes = Mapping[str, str | float]
 
 

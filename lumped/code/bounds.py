@@ -19,8 +19,6 @@ from lumped.code.operations import (
 )
 from lumped.numerics.interval_bounds import Intervals
 
-__all__ = ["bounds_of"]
-
 _BITS = 26
 """Of a place in a whole number that tells an operation."""
 _MASK = (1 << _BITS) - 1

@@ -15,8 +15,6 @@ from pathlib import Path
 from lumped.code.sources import hash_of_all
 from lumped.support.whole_files import whole_file
 
-__all__ = ["load", "loop_name", "save"]
-
 _MARK = b"lumped-1"
 _BY_OTHERS = stat.S_IWGRP | stat.S_IWOTH
 

@@ -28,8 +28,6 @@ from lumped.code.operations import (
 )
 from lumped.code.to_c import number, write_result
 
-__all__ = ["c_text", "declaration"]
-
 _CHUNK = 400
 """Operations in one C function: the time to compile grows faster than linearly in them."""
 

@@ -28,8 +28,6 @@ from lumped.code.operations import (
     places_read,
 )
 
-__all__ = ["Body", "assembly"]
-
 _CHUNK = 400
 """Operations in one LLVM function: the time to compile grows faster than linearly in them."""
 

@@ -31,8 +31,6 @@ from lumped.code.taylor import (
 )
 from lumped.code.taylor_places import TOGETHER, Factor, Group, Pair, Places, factors_of
 
-__all__ = ["series_assembly"]
-
 _MOST_VECTORS = 8
 """Vectors in one loop."""
 _MOST_ON_STACK = 16384

@@ -12,14 +12,6 @@ from lumped.code.operations import FORMULAS, OWN, Operations
 from lumped.code.sources import hash_of_all
 from lumped.code.to_llvm import as_llvm
 
-__all__ = [
-    "compile_columns",
-    "compile_functions",
-    "compile_series",
-    "load_columns",
-    "load_functions",
-]
-
 
 def _source(functions: Mapping[str, Operations], lanes: int = 1) -> str:
     parts = [f"{lanes}"] * (lanes > 1)

@@ -10,8 +10,6 @@ from lumped.code.records import Field
 from lumped.code.translate import TranslationError, Value, Writer
 from lumped.code.words import Kernel
 
-__all__ = ["LlvmFunction"]
-
 _ELEMENT = {"ints": ("i64", "int"), "numbers": ("double", "float"), "wides": ("", "wide")}
 _LARGE = 40
 """Instructions above which a function is not inlined."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import struct
 
-__all__ = ["INTEGER", "INTRINSIC", "NUMBER", "ORDER", "TYPES", "literal"]
-
 TYPES = {"int": "i64", "float": "double", "bool": "i1", "void": "void"}
 INTEGER = {"+": "add", "-": "sub", "*": "mul", "/": "sdiv", "%": "srem"}
 NUMBER = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv"}

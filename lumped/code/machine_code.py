@@ -13,9 +13,6 @@ import llvmlite.binding as llvm
 from lumped.code import code_cache
 from lumped.support.process_lock import process_lock
 
-__all__ = ["Code", "compile_module", "load_code", "load_or_compile"]
-
-
 """LLVM compiles and links for one thread at a time."""
 
 

@@ -14,23 +14,6 @@ import numpy as np
 from lumped.code import words
 from lumped.code.trigonometry import cosine, sine
 
-__all__ = [
-    "FORMULAS",
-    "FUNCTIONS",
-    "INPUTS",
-    "OWN",
-    "TWO",
-    "Operations",
-    "UnsupportedError",
-    "first_results",
-    "join_functions",
-    "operations_of",
-    "places_handed",
-    "places_read",
-    "reuse_places",
-]
-
-
 STATE, PARAMETER, TIME, SETTING, RESULT = range(-5, 0)
 """Operations that read an input or write a result; all others are CasADi's."""
 

@@ -20,8 +20,6 @@ from lumped.code.operations import (
     reuse_places,
 )
 
-__all__ = ["prepare_parts"]
-
 _READ = (PARAMETER, ca.OP_CONST)
 Row = tuple[int, int, int, int]
 

@@ -25,8 +25,6 @@ import numpy as np
 
 from lumped.code.words import Integers, Numbers, Wide, Wides
 
-__all__ = ["Field", "Record", "address"]
-
 _KINDS = {int: "int", float: "float", Integers: "ints", Numbers: "numbers"}
 _KINDS |= {Wide: "wide", Wides: "wides"}
 

@@ -11,8 +11,6 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 
-__all__ = ["find_imports", "hash_of_all"]
-
 _BEGINS = ("lumped.kernel.engine", "lumped.code.functions")
 """Modules that compile kernels and functions of plants."""
 

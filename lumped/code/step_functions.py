@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from lumped.code.operations import RESULT, SETTING, Operations, places_read
 
-__all__ = ["TabulatedSteps", "tabulate_steps"]
-
 Real: TypeAlias = NDArray[np.float64]
 
 _WORTH = 8

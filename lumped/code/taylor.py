@@ -26,12 +26,6 @@ from lumped.code.operations import (
     UnsupportedError,
 )
 
-__all__ = [
-    *("CHOSEN", "COPIED", "DIFFERENCE", "INTEGRAL", "NEGATIVE", "OF_STATE", "OF_TIME"),
-    *("PRODUCT", "QUOTIENT", "ROOT", "SCALED", "SUM", "TWICE", "WRITTEN"),
-    *("Recurrence", "Series", "series_of"),
-]
-
 (OF_STATE, OF_TIME, WRITTEN, COPIED, NEGATIVE, TWICE, SUM, DIFFERENCE, SCALED) = range(9)
 (CHOSEN, PRODUCT, QUOTIENT, ROOT, INTEGRAL) = range(9, 14)
 """Kinds of recurrences. CHOSEN: the first argument where the second, a constant, is not zero."""

@@ -22,8 +22,6 @@ from lumped.code.taylor import (
     Series,
 )
 
-__all__ = ["TOGETHER", "Factor", "Group", "Pair", "Places", "factors_of"]
-
 _CHUNK = 200
 """Operations in one LLVM function: the time to compile grows faster than linearly in them."""
 TOGETHER, _FEW = 4, 6

@@ -11,8 +11,6 @@ from lumped.code.records import Field, Record
 from lumped.code.translate import TranslationError, Value, Writer, write_all
 from lumped.code.words import Kernel
 
-__all__ = ["as_c", "declare_records", "header", "number", "write_result"]
-
 _TYPES = {"int": "int64_t ", "float": "double ", "bool": "bool ", "void": "void "}
 _TYPES |= {"ints": "int64_t *", "numbers": "double *"}
 _ELEMENT = {"ints": "int", "numbers": "float"}

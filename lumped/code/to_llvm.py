@@ -8,8 +8,6 @@ from typing import Any
 from lumped.code.llvm_function import LlvmFunction
 from lumped.code.translate import write_all
 
-__all__ = ["as_llvm"]
-
 
 def as_llvm(
     functions: Mapping[str, Callable[..., object]],

@@ -18,8 +18,6 @@ from lumped.code import words
 from lumped.code.records import Field, Record
 from lumped.code.words import Kernel
 
-__all__ = ["TranslationError", "Value", "Writer", "write_all"]
-
 _KINDS = {"int": "int", "float": "float", "bool": "bool", "Integers": "ints", "Numbers": "numbers"}
 _KINDS |= {"Wide": "wide", "Wides": "wides"}
 _INTEGER = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.FloorDiv: "/", ast.Mod: "%"}

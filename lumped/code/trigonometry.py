@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from lumped.code.words import any_lane, cos, kernel, sin
 
-__all__ = ["cosine", "sine"]
-
 _FARTHEST = 1e6
 """Angle from which on the C library is asked, rad: here its multiple is no longer exact."""
 _PER_RADIAN = 0.6366197723675814

@@ -19,25 +19,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Integers",
-    "Kernel",
-    "Library",
-    "Numbers",
-    "Wide",
-    "Wides",
-    "any_lane",
-    "call",
-    "call_wide",
-    "enter",
-    "flat",
-    "kernel",
-    "make_kernel",
-    "record_at",
-    "sqrt",
-]
-
-
 Integers = NDArray[np.int64]
 """Array of 64-bit integers; ``n[k:]`` is the array from k on."""
 

@@ -9,14 +9,13 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 from lumped.compiler.idle_parts import find_idle_parts
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import ModelWarning
 from lumped.flattening.flatten import flatten
 from lumped.language.component import Component
 from lumped.support.arguments import checked
 from lumped.support.process_lock import process_lock
-
-__all__ = ["assemble"]
 
 
 @contextmanager

@@ -20,8 +20,6 @@ from lumped.language.pieces import Pieces
 from lumped.reduction.evaluation import Values
 from lumped.support.follow_operations import follow_operations
 
-__all__ = ["Condition", "is_even", "sort_conditions"]
-
 
 @dataclass(frozen=True, eq=False)
 class Condition:

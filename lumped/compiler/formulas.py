@@ -7,8 +7,6 @@ import casadi as ca
 from lumped.flattening.flat_model import Group
 from lumped.reduction.evaluation import Values
 
-__all__ = ["derivative", "of_formula"]
-
 
 def derivative(values: Values, unknown: int, order: int) -> ca.SX:
     """A time derivative of an unknown as an expression of all states, left out or not."""

@@ -13,8 +13,6 @@ from lumped.language.declared import ports_of
 from lumped.language.expression import Ref
 from lumped.support.sparse_graph import links
 
-__all__ = ["find_idle_parts"]
-
 
 def find_idle_parts(flat: FlatModel) -> list[str]:
     """Texts on parts that do nothing, with their paths.

@@ -11,8 +11,6 @@ from lumped.errors import OptionError, ParameterError
 from lumped.support.arguments import checked
 from lumped.support.whole_files import write_text
 
-__all__ = ["parameter_text", "parameters_in", "read_parameters", "write_parameters"]
-
 
 @checked
 def write_parameters(

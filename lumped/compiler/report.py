@@ -10,8 +10,6 @@ from lumped.reduction.pruning import LeftOut
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import table
 
-__all__ = ["Report", "report_on", "shorten"]
-
 
 @dataclass(frozen=True)
 class Report(RichHtml):

@@ -21,8 +21,6 @@ from lumped.reduction.pruning import LeftOut, find_needed_states, find_used_stat
 from lumped.reduction.reduce import reduce
 from lumped.support.made_once import Shared, made_once
 
-__all__ = ["Name", "Structure"]
-
 Name = str | Expr
 
 

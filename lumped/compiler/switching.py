@@ -22,8 +22,6 @@ from lumped.reduction.evaluation import Values
 from lumped.reduction.incidence import Occurrence
 from lumped.support.made_once import Shared, made_once
 
-__all__ = ["Switching"]
-
 _T = TypeVar("_T")
 
 _SHARP, _COARSE = 4e-13, 1e-10

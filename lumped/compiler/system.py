@@ -26,8 +26,6 @@ from lumped.support.made_once import Recent, Shared, made_once
 from lumped.support.process_lock import process_lock
 from lumped.support.rich_html import RichHtml
 
-__all__ = ["Changes", "Name", "System"]
-
 Changes = Mapping[str, float] | Mapping[Name, float]
 _FUNCTIONS = 64
 """Functions of quantities that a system keeps."""

@@ -18,8 +18,6 @@ from lumped.language.quantity import Param
 from lumped.support.arguments import checked
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["animate", "moving_lines"]
-
 MOST = 300  # frames
 SIZE = (5.0, 4.0)  # inch
 DOTS = 70  # per inch

@@ -15,8 +15,6 @@ from matplotlib.figure import Figure
 
 from lumped.errors import OptionError, shown
 
-__all__ = ["as_svg", "inline"]
-
 _DROPPED = re.compile(r"<\?xml.*?\?>|<!DOCTYPE.*?>|<metadata>.*?</metadata>", re.DOTALL)
 _NAMES = re.compile(r'\sxmlns(:\w+)?="[^"]*"')
 _IDS = re.compile(r'(\sid="|url\(#|href="#)')

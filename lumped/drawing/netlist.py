@@ -12,8 +12,6 @@ from lumped.language.component import Component
 from lumped.language.declared import ports_of
 from lumped.language.quantity import Input, Output
 
-__all__ = ["SIGNAL", "Frame", "Item", "Net", "Netlist", "netlist"]
-
 SIGNAL = "signal"
 PORT = "port"
 

@@ -24,8 +24,6 @@ from lumped.timeloop.results.trajectory import Trajectory
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["SourceNumber", "Told", "report_html"]
-
 
 class SourceNumber(Protocol):
     """A number of a source; `float` gives its value."""

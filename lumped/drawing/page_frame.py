@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 
-__all__ = ["Section", "prose", "whole_page"]
-
 Section = tuple[str, str]
 """Heading, and content as HTML."""
 

@@ -14,8 +14,6 @@ from lumped.support.text_table import amounts, number
 from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Told", "comparison", "energy", "events", "sizes", "table"]
-
 _MOST = 200
 """Rows of a table of events."""
 _LONG = 12

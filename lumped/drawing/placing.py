@@ -15,8 +15,6 @@ from lumped.drawing.netlist import SIGNAL, Frame, Item, Net, Netlist
 from lumped.drawing.shaft_line import MECHANICAL, Group, Nets, Placed, find_place, is_aside
 from lumped.drawing.signal_layers import layers
 
-__all__ = ["WIDEST", "place"]
-
 WIDEST = 14  # cells before a line is continued below, unless another number is asked for
 
 

@@ -36,8 +36,6 @@ from lumped.vibration.ordered.order_sensitivity import OrderSensitivity
 from lumped.vibration.responses.response import FrequencyResponse
 from lumped.vibration.rules.verdict import Verdict
 
-__all__ = ["html"]
-
 _MOST_PARTS = 60
 """Parts of a model up to which its whole schematic is small; of more, the outermost are drawn."""
 _MOST_EVENTS, _MOST_BARS = 50, 12

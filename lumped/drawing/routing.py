@@ -16,8 +16,6 @@ from lumped.drawing.netlist import Frame, Item, Netlist
 from lumped.drawing.shaft_line import Placed
 from lumped.drawing.terminals import Terminal, terminals
 
-__all__ = ["CELL", "Point", "Routed", "route", "text_place"]
-
 Point = tuple[float, float]
 
 CELL = (0.62, 0.56)  # inch, of a symbol with its leads and without its label

@@ -23,8 +23,6 @@ from lumped.language.component import Component
 from lumped.plots.notebook_figure import NotebookFigure
 from lumped.support.arguments import checked
 
-__all__ = ["draw", "schematic"]
-
 READABLE = 60  # symbols
 SCALE = 0.25  # inch, half of a symbol
 MARGIN = 0.12  # inch

@@ -9,8 +9,6 @@ from dataclasses import dataclass, field
 
 from lumped.drawing.netlist import Frame, Item, Net
 
-__all__ = ["MECHANICAL", "Cell", "Group", "Nets", "Placed", "find_place", "is_aside"]
-
 RIGID = ("inertia", "mass")  # symbols of parts whose two ends are one
 MECHANICAL = ("rotational flange", "translational flange")
 

@@ -6,8 +6,6 @@ from collections import deque
 from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
-__all__ = ["layers"]
-
 _Block = TypeVar("_Block")
 
 

@@ -8,8 +8,6 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["curve", "curves", "share", "spread", "stems"]
-
 Real = NDArray[np.float64]
 
 BLUE, RED = "#3d8fd1", "#d9603b"

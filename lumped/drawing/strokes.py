@@ -7,27 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = [
-    "BLACK",
-    "GREY",
-    "WHITE",
-    "Stroke",
-    "Symbol",
-    "arc",
-    "axes",
-    "block",
-    "box",
-    "hatch",
-    "head",
-    "line",
-    "oval",
-    "pot",
-    "round_symbol",
-    "symbol",
-    "wall",
-    "zigzag",
-]
-
 Points = Sequence[tuple[float, float]]
 
 

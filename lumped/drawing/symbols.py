@@ -29,8 +29,6 @@ from lumped.drawing.strokes import (
     zigzag,
 )
 
-__all__ = ["GROUND", "SYMBOLS"]
-
 _SPRING = [line(-0.7, 0, -0.55, 0), zigzag(-0.55, 0.55, 0, 0.3), line(0.55, 0, 0.7, 0)]
 _BARS = [line(-0.7, -0.35, -0.7, 0.35), line(0.7, -0.35, 0.7, 0.35)]
 _PLATES = (box(-0.3, -0.6, -0.12, 0.6, GREY), box(0.12, -0.6, 0.3, 0.6, GREY))

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from lumped.drawing.netlist import Item, Net
 from lumped.drawing.shaft_line import MECHANICAL, Placed
 
-__all__ = ["Terminal", "terminals"]
-
 SPREAD = 0.62  # share of a side over which its ports are spread
 FAR = 1e9  # columns
 

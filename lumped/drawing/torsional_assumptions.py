@@ -15,8 +15,6 @@ from lumped.support.text_table import list_names, number
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.rotating.amplitude_laws import amplitude_laws
 
-__all__ = ["assumptions"]
-
 
 def assumptions(study: Study, stated: Iterable[str]) -> str:
     """Assumptions of the user, those of the methods, and a table of residuals."""

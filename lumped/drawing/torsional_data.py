@@ -12,8 +12,6 @@ from lumped.support.display_units import Shown, Units, display
 from lumped.support.text_table import list_names, number
 from lumped.vibration.ordered.order_response import OrderResponse
 
-__all__ = ["Datum", "data", "data_table", "values"]
-
 
 class Datum(NamedTuple):
     """A parameter, with its least and greatest value over the speed.

@@ -17,15 +17,6 @@ from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.rules.limits import Measure
 from lumped.vibration.rules.verdict import measure_quantity
 
-__all__ = [
-    "_WIDTH",
-    "campbell_figure",
-    "heat_figure",
-    "order_figure",
-    "run_figures",
-    "synthesis_figure",
-]
-
 Real = np.ndarray
 Style = tuple[str, str | tuple[int, tuple[int, ...]], float]
 

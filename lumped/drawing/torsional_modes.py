@@ -15,8 +15,6 @@ from lumped.vibration.inertias.holzer import Holzer
 from lumped.vibration.inertias.mass_elastic import MassElastic
 from lumped.vibration.inertias.stations import InertialPart
 
-__all__ = ["holzer_tables", "mass_elastic_table", "natural_frequencies"]
-
 _SHAPES = 6
 """Mode shapes of a figure."""
 _STILL = 1e-9

@@ -18,8 +18,6 @@ from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.speeds.campbell import Campbell
 
-__all__ = ["torsional_report"]
-
 
 @checked
 def torsional_report(

@@ -26,8 +26,6 @@ from lumped.support.display_units import display, time_unit
 from lumped.support.text_table import number
 from lumped.vibration.rules.verdict import Result
 
-__all__ = ["lead", "sections"]
-
 _COLUMNS = 6
 """Parts side by side in the schematic, which then needs the width of a page."""
 _SMALL = 0.01

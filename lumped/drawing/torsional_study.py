@@ -29,8 +29,6 @@ from lumped.vibration.rules.verdict import Verdict, separation, verdict
 from lumped.vibration.speeds.campbell import Campbell, CriticalSpeed
 from lumped.vibration.speeds.mean_campbell import mean_campbell, modes_at
 
-__all__ = ["Limits", "Study", "study"]
-
 Real = NDArray[np.float64]
 Limits = Iterable[Limit] | Mapping[str, Iterable[Limit]]
 

@@ -21,15 +21,6 @@ from lumped.support.progress import Progress
 from lumped.timeloop.results.recorder import Recorder
 from lumped.timeloop.run_options import RunPlan
 
-__all__ = [
-    "Failures",
-    "RunsAt",
-    "collect_runs",
-    "failures_of",
-    "fill_parameters",
-    "label_functionals",
-]
-
 _EXPLAINED = 20
 """Failed runs that are made again, each alone, to say why."""
 _WORDS = {

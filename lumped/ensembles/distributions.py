@@ -11,27 +11,13 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.ensembles.laws import Array, Distribution
 from lumped.ensembles.other_laws import Measured, Scaled, Truncated, distribution_of
 from lumped.ensembles.plain_laws import Lognormal, Normal, Triangular, Uniform
 from lumped.errors import OptionError
 from lumped.flattening.tree import key_of
 from lumped.support.arguments import checked
-
-__all__ = [
-    "Correlated",
-    "Paired",
-    "correlated",
-    "lognormal",
-    "measured",
-    "normal",
-    "paired",
-    "scaled",
-    "triangular",
-    "truncated",
-    "uniform",
-]
 
 _ROUNDING = 1e-12
 """Error of a correlation matrix that is nothing but rounding."""

@@ -24,8 +24,6 @@ from lumped.many_runs.native_runs import NativeRuns
 from lumped.support.arguments import checked
 from lumped.timeloop.run_options import RunOptions, run_plan
 
-__all__ = ["ensemble"]
-
 
 @checked
 def ensemble(

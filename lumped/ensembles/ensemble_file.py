@@ -20,8 +20,6 @@ from lumped.timeloop.results.fingerprint import fingerprint
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_options import RunPlan
 
-__all__ = ["EnsembleFile", "heading"]
-
 
 def heading(
     system: System, variants: ParameterSets, of: Mapping[str, Functional], plan: RunPlan

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 from lumped.errors import OptionError, ParameterError
 from lumped.support.units import amount, has_unit, plain
 
-__all__ = ["Amount", "Array", "Distribution", "Law", "Parameter", "law_of"]
-
 Array = NDArray[np.float64]
 Amount = float | str
 """A number in SI units, or a text with a unit."""

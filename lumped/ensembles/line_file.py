@@ -10,8 +10,6 @@ from typing import Any, NoReturn
 
 from lumped.errors import OptionError
 
-__all__ = ["LineFile"]
-
 
 class LineFile:
     """Lines of JSON in a file; without a path nothing is kept.

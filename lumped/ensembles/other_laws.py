@@ -14,15 +14,6 @@ from lumped.ensembles.laws import Amount, Array, Distribution, Law, Parameter
 from lumped.ensembles.plain_laws import density, probability
 from lumped.errors import OptionError, shown
 
-__all__ = [
-    "Frozen",
-    "Measured",
-    "Scaled",
-    "Truncated",
-    "distribution_of",
-    "is_distribution",
-]
-
 _SHARE = 1e-9
 """Least share of a distribution that may be left between two ends, known to 1e-7 of itself."""
 _ALL = 1 - 2.0**-53

@@ -20,8 +20,6 @@ from lumped.support.ranking import quantiles, ranks
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 
-__all__ = ["Ensemble"]
-
 _SHOWN = 3
 """Reasons of failures in a printed ensemble."""
 

@@ -14,8 +14,6 @@ from lumped.errors import SolverError
 from lumped.many_runs.native_runs import Batch, NativeRuns
 from lumped.numerics.cluster import hand_out
 
-__all__ = ["DIED", "Done", "on_cluster", "run_in_threads"]
-
 _FIRST, _MOST = 16, 100_000
 """Runs of the first and of the largest chunk that a thread is given."""
 _AT_A_TIME = 0.1

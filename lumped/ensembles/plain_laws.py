@@ -10,8 +10,6 @@ import scipy
 
 from lumped.ensembles.laws import Amount, Array, Distribution, Law, Parameter
 
-__all__ = ["Lognormal", "Normal", "Triangular", "Uniform", "density", "probability"]
-
 
 def density(z: Array) -> Array:
     """Of a standard normal variable."""

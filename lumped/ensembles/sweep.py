@@ -29,8 +29,6 @@ from lumped.timeloop.plants.executable import executable
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import Grid, RunOptions, run_plan
 
-__all__ = ["sweep"]
-
 _MANY = 20
 """Runs from which machine code of the system pays."""
 

@@ -12,8 +12,6 @@ from lumped.compiler.system import System
 from lumped.ensembles.line_file import LineFile
 from lumped.timeloop.results.fingerprint import fingerprint
 
-__all__ = ["SweepFile", "heading"]
-
 Point = dict[str, float]
 Outcome = list[float] | str
 

@@ -11,23 +11,14 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn, get_args
 import numpy as np
 import scipy
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.ensembles.distributions import Correlated, Paired
 from lumped.ensembles.laws import Array, Law, Parameter, law_of
 from lumped.ensembles.other_laws import distribution_of, is_distribution
 from lumped.errors import OptionError, ParameterError, shown
 from lumped.language.quantity import NONZERO, Param
 from lumped.support.units import amount, has_unit
-
-__all__ = [
-    "Marginals",
-    "Over",
-    "ParameterSets",
-    "Sampling",
-    "marginals_of",
-    "probabilities",
-    "variants_of",
-]
 
 if TYPE_CHECKING:
     Over = Mapping[Name, Any] | Iterable[Mapping[Name, Any]] | Paired | Correlated

@@ -16,8 +16,6 @@ from lumped.code import code_cache
 from lumped.errors import ExportError
 from lumped.support.optional_packages import extra
 
-__all__ = ["Linked", "compile_sources", "own_compiler", "zig_compiler"]
-
 _TUNED, _PLAIN = "-O2", "-O1"
 """Of the time loop, which is kept; of all that is compiled for each model. That takes half as long
 and makes no run slower by more than 2 %."""

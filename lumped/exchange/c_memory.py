@@ -16,8 +16,6 @@ from lumped.kernel.roots import Bracket
 from lumped.kernel.run import Matrix, Pattern, Run, RunOutput
 from lumped.kernel.watch import Watch
 
-__all__ = ["Memory"]
-
 _ROWS = _PIECES = 8
 """Room for rows and pieces: the loop returns as soon as one row is recorded."""
 

@@ -35,8 +35,6 @@ from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.plants.parts import find_enclosed_sizes, parts_of, select_enclosed
 from lumped.timeloop.run import nominals
 
-__all__ = ["model_files"]
-
 _ENTRIES: dict[str, Any] = {
     "kernel_loop": loop,
     "kernel_begin": begin,

@@ -11,8 +11,6 @@ import scipy
 
 from lumped.exchange.interface import Interface, Shown
 
-__all__ = ["Dependencies"]
-
 
 class Dependencies:
     """Sparsity of the functions of a system, by the value references of an interface.

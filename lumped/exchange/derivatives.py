@@ -6,8 +6,6 @@ import casadi as ca
 
 from lumped.exchange.interface import Interface
 
-__all__ = ["derivative_functions"]
-
 
 def derivative_functions(interface: Interface, *, reverse: bool) -> dict[str, ca.Function]:
     """Derivatives of rates, outputs and event indicators, and of the states at the start.

@@ -12,7 +12,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Literal
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError
 from lumped.exchange.c_tables import model_files
 from lumped.exchange.derivatives import derivative_functions
@@ -23,8 +24,6 @@ from lumped.support.arguments import checked
 from lumped.support.whole_files import whole_file
 from lumped.timeloop.clocks import Clock
 from lumped.timeloop.guards import may_be_unfit
-
-__all__ = ["ExportedFMU", "export_fmu"]
 
 _SOURCES = (
     *("access.c", "clocks.c", "derivatives.c", "events.c", "faults.c", "saved.c", "start.c"),

@@ -12,8 +12,6 @@ from lumped.language.declared import text_of
 from lumped.support.display_units import display
 from lumped.support.known_units import measure
 
-__all__ = ["build_description", "model_description"]
-
 _IDENTIFIER = r"[A-Za-z_]\w*(\[\d+\])?(\.[A-Za-z_]\w*(\[\d+\])?)*"
 _STRUCTURED = re.compile(rf"{_IDENTIFIER}|der\({_IDENTIFIER}(,\d+)?\)", re.ASCII)
 _QUOTABLE = re.compile(r"[\w!#$%&()*+,./:;<>=?@\[\]^{}|~ \-'\"\\]+", re.ASCII)

@@ -18,8 +18,6 @@ from lumped.exchange.unit_description import Description
 from lumped.exchange.unit_quantities import Signal
 from lumped.language.program import Program, Session
 
-__all__ = ["UnitProgram"]
-
 
 class UnitProgram(Program):
     """A unit with the values of what is fixed in it.

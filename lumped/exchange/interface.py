@@ -10,7 +10,8 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.language.quantity import Bound
 from lumped.points.start import StartForm, fix_start, start_form, start_point
@@ -19,8 +20,6 @@ from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run import nominals
 from lumped.vibration.responses.amplitudes import needing_rates
-
-__all__ = ["Interface", "Shown", "rate_unit", "refuse_doubles", "uneven_clocks"]
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,6 @@ from typing import NamedTuple
 from lumped.errors import OptionError
 from lumped.exchange.c_compiler import Linked, compile_sources, own_compiler, zig_compiler
 
-__all__ = ["Library", "libraries", "platforms_of"]
-
 _SYSTEMS = {
     "linux": ("linux-gnu.2.17", ".so", ("-fPIC",)),
     "windows": ("windows-gnu", ".dll", ()),

@@ -15,7 +15,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.exchange.uff_shapes import (
     UffShape,
@@ -33,8 +34,6 @@ from lumped.support.whole_files import whole_file
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.responses.response import FrequencyResponse
-
-__all__ = ["UffCurve", "UffFile", "UffShape", "read_uff", "write_uff"]
 
 _KINDS = {1: "time", 4: "frequency response"}
 _TURNS, _SLIDES = 4, 1

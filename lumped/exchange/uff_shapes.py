@@ -13,8 +13,6 @@ import numpy as np
 
 from lumped.vibration.natural.modes import Modes
 
-__all__ = ["UffShape", "analysis_data", "is_shape", "shape_of_55", "shape_of_2414", "shapes_as_55"]
-
 _COMPLEX = (5, 6)
 _IN_LINE = 6
 """Numbers of a line of analysis data."""

@@ -14,8 +14,6 @@ from lumped.errors import DeclarationError, nearest
 from lumped.exchange.unit_quantities import Signal, of_unit
 from lumped.support.optional_packages import extra
 
-__all__ = ["Description", "describe_unit"]
-
 _KINDS = {"co_simulation": "coSimulation", "model_exchange": "modelExchange"}
 
 

@@ -8,8 +8,6 @@ from typing import Any, NamedTuple, Self
 
 from lumped.support.known_units import measure
 
-__all__ = ["Signal", "of_unit"]
-
 _BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 _USUAL = (
     *("1", "rad", "rad/s", "rad/s2", "N.m", "N", "m", "m/s", "m/s2", "s", "1/s", "kg", "kg.m2"),

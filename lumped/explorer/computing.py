@@ -12,8 +12,6 @@ from lumped.explorer.sliders import Slider
 from lumped.explorer.study import Moment
 from lumped.explorer.views import Shown, View
 
-__all__ = ["Computing", "Found", "in_words"]
-
 _QUICK = 0.15
 """Seconds below which a picture is made together with the other quick ones."""
 

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode, urljoin, urlsplit
 
 from lumped.compiler.assemble import assemble
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError
 from lumped.explorer.found_analyses import find_analyses
 from lumped.explorer.sliders import Ends, Slider
@@ -27,8 +28,6 @@ from lumped.vibration.rules.limits import Limit
 
 if TYPE_CHECKING:
     from bokeh.document import Document
-
-__all__ = ["Explorer", "explore"]
 
 _CURVES = 5
 """States that are shown of a run, if nothing is named."""

@@ -22,8 +22,6 @@ from lumped.vibration.rotating.small_vibrations import small_vibrations
 from lumped.vibration.speeds.campbell import Campbell, campbell
 from lumped.vibration.speeds.mean_campbell import mean_campbell
 
-__all__ = ["find_analyses"]
-
 Real = NDArray[np.float64]
 
 _ANGLES = 12

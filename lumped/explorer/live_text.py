@@ -8,8 +8,6 @@ from typing import Any
 from bokeh.document import Document
 from bokeh.models import ColumnDataSource, CustomJS, Div, Model
 
-__all__ = ["LiveText", "Post"]
-
 _STYLE = (
     ":host{font-size:12px;color:#57606a;margin:0 5px}.bk-clearfix{width:100%}"
     "h2{font-size:14px;color:#1f2328;margin:2px 0}h3{font-size:12px;color:#1f2328;margin:6px 0 0}"

@@ -15,9 +15,6 @@ from lumped.errors import OptionError
 from lumped.exchange.uff import read_uff
 from lumped.support.units import convert_value
 
-__all__ = ["Measured", "read_measured"]
-
-
 Column = tuple[str, str, np.ndarray]
 """Name, unit and values."""
 

@@ -37,9 +37,6 @@ from lumped.optimisation.identify import identify
 from lumped.support.text_table import number
 from lumped.support.units import amount
 
-__all__ = ["Page"]
-
-
 _WIDE = (
     ":host{align-items:flex-start;gap:12px;padding:0 8px 8px 0;box-sizing:border-box}"
     "@media (max-width: 1050px){:host{flex-wrap:wrap}}"

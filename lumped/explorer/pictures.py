@@ -25,8 +25,6 @@ from lumped.explorer.measured import Measured
 from lumped.explorer.study import Study
 from lumped.explorer.views import Shown
 
-__all__ = ["PICTURES", "Picture"]
-
 _COLOURS = (
     *("#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd"),
     *("#8c564b", "#e377c2", "#7f7f7f", "#bcbd22", "#17becf"),

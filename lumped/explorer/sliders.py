@@ -8,13 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError, ParameterError, shown
 from lumped.language.quantity import Param
 from lumped.support.text_table import number
 from lumped.support.units import amount, plain
-
-__all__ = ["Ends", "Slider", "slider", "sliders"]
 
 Ends = tuple[float | str, float | str]
 _STEPS = 400

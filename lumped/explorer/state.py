@@ -9,8 +9,6 @@ from lumped.errors import OptionError, ParameterError
 from lumped.explorer.sliders import Slider, slider
 from lumped.explorer.study import Study, Values
 
-__all__ = ["from_query", "query"]
-
 _SLIDERS = "_sliders"
 """What names the parameters with sliders; no parameter begins with this sign."""
 

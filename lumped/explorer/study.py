@@ -23,8 +23,6 @@ from lumped.vibration.responses.response import FrequencyResponse, frequency_res
 from lumped.vibration.rules.limits import Limit
 from lumped.vibration.speeds.campbell import Campbell
 
-__all__ = ["Analysis", "Moment", "Start", "Study", "Values", "effects_on_run", "most_effective"]
-
 Values = dict[str, float]
 """Parameters that differ from the model, and those with sliders."""
 Start = Changes | Callable[[Values], Changes | OperatingPoint]

@@ -21,8 +21,6 @@ from lumped.vibration.responses.response import FrequencyResponse
 from lumped.vibration.rules.verdict import verdict
 from lumped.vibration.speeds.campbell import Campbell
 
-__all__ = ["Shown", "View", "find_shown_parameters", "format_parameter", "value_texts", "views"]
-
 Shown = dict[str, dict[str, Any]]
 """Tables by their names; columns, lists or arrays, of one table are equally long."""
 _MODES = 4

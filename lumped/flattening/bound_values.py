@@ -13,8 +13,6 @@ from lumped.language.expression import Expr, Ref, as_expr, walk
 from lumped.language.lowering import lower
 from lumped.language.quantity import Input, Param, Var, param
 
-__all__ = ["collect", "start_values"]
-
 
 def collect(tree: Tree) -> Parameters:
     """Number the parameters of a model and bind those given as expressions.

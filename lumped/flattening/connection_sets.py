@@ -19,8 +19,6 @@ from lumped.language.port import Connection, Port
 from lumped.language.quantity import Input, Output
 from lumped.support.sparse_graph import links
 
-__all__ = ["Joints", "join"]
-
 
 @dataclass(frozen=True)
 class Joints:

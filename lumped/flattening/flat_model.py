@@ -17,8 +17,6 @@ from lumped.language.expression import Equation, Expr, Ref, text
 from lumped.language.formula import Formula
 from lumped.language.quantity import Param
 
-__all__ = ["FlatModel", "Group"]
-
 
 @dataclass(eq=False)
 class Group:

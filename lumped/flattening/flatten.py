@@ -20,8 +20,6 @@ from lumped.language.quantity import Input, Var, param
 from lumped.language.switch import Hold, Item, Single, When
 from lumped.language.validity import borders, check_ranges
 
-__all__ = ["flatten", "number_group"]
-
 
 def flatten(
     model: Component,

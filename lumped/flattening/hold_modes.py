@@ -9,17 +9,5 @@ but for rounding; gaps count from there.
 
 from __future__ import annotations
 
-__all__ = [
-    "BACKWARD",
-    "COMPLIANCE",
-    "COUNT",
-    "DEMAND",
-    "FORWARD",
-    "PARTED",
-    "SHARE",
-    "SLACK",
-    "STUCK",
-]
-
 STUCK, FORWARD, BACKWARD, COMPLIANCE, DEMAND, SHARE, SLACK, PARTED = range(8)
 COUNT = 8

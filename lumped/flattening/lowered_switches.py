@@ -9,8 +9,6 @@ import casadi as ca
 from lumped.language.pieces import Pieces
 from lumped.language.program import Program
 
-__all__ = ["Jump", "Relation", "Stick"]
-
 
 @dataclass(frozen=True, eq=False)
 class Relation:

@@ -15,8 +15,6 @@ from lumped.flattening.tree import Tree
 from lumped.language.check_units import check_terms
 from lumped.language.formula import Formula
 
-__all__ = ["measure", "watching"]
-
 
 def measure(tree: Tree, formula: Formula, *, plain: bool) -> Group:
     """A formula, lowered; kinks of a `plain` one are not watched.

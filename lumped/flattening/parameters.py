@@ -15,8 +15,6 @@ from lumped.language.quantity import GREATER, Param, beyond, within
 from lumped.support.array_function import ArrayFunction
 from lumped.support.units import amount, plain
 
-__all__ = ["Parameters", "refuse_faults"]
-
 _RUNS = 10_000
 """Runs whose parameters are looked at together; the more, the more memory."""
 

@@ -9,8 +9,6 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-__all__ = ["CONSTANT", "PARAMETRIC", "VARYING", "Residual"]
-
 CONSTANT, PARAMETRIC, VARYING = 0, 1, 2
 """Kinds of a coefficient: a number, a function of parameters, anything else."""
 

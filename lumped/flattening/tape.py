@@ -11,8 +11,6 @@ from collections.abc import Callable
 import casadi as ca
 import numpy as np
 
-__all__ = ["Tape", "TapeTerm"]
-
 _OPERATORS: dict[str, Callable[[ca.SX, ca.SX], ca.SX]] = {
     "+": lambda a, b: a + b,
     "-": lambda a, b: a - b,

@@ -28,8 +28,6 @@ from lumped.language.lowering import Branches, Plain, has_steps, lower
 from lumped.language.quantity import Param
 from lumped.language.switch import Hold, Single, When
 
-__all__ = ["ENCLOSING", "Measure", "Template", "template_key"]
-
 ENCLOSING = ".."
 """Path, in a template, of the component in which the one with the equations is a part."""
 

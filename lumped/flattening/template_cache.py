@@ -12,8 +12,6 @@ from lumped.language.formula import content_of_expression
 from lumped.language.program import Question
 from lumped.language.switch import Hold, Single, When
 
-__all__ = ["content_of", "template_of"]
-
 _MOST = 1000
 """Templates that are kept."""
 

@@ -21,8 +21,6 @@ from lumped.language.formula import Formula
 from lumped.language.port import Port
 from lumped.language.quantity import Param, Quantity, Var
 
-__all__ = ["Instance", "Layout", "Tree", "key_of"]
-
 
 class Layout:
     """Names of the unknowns and parameters of a component class, in fixed order.

@@ -9,8 +9,6 @@ from typing import Any
 from lumped.errors import OptionError, shown
 from lumped.support.units import plain
 
-__all__ = ["Bounded", "Condition"]
-
 
 class Bounded:
     """What ``<=`` and ``>=`` with a number make a condition of."""

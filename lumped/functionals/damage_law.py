@@ -6,8 +6,6 @@ from typing import NamedTuple, Protocol
 
 from lumped.kernel.cycles import FKM, GERBER, GOODMAN, NO_MEAN, SMITH_WATSON_TOPPER, WALKER
 
-__all__ = ["Curve", "DamageLaw", "MeanStress"]
-
 _RULES = {
     NO_MEAN: "no effect of means",
     GOODMAN: "Goodman, ultimate strength {:.6g} Pa",

@@ -19,8 +19,6 @@ from lumped.language.formula import content_of_expression, unit_of_node
 from lumped.language.lowering import Kinks, Plain, lower
 from lumped.support.array_function import ArrayFunction
 
-__all__ = ["Branch", "Functional", "readings_of", "refuse_other", "watching"]
-
 T = TypeVar("T")
 
 _BLOCK = 256

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from typing import Literal
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.flattening.tree import key_of
 from lumped.functionals.damage_law import Curve, MeanStress
@@ -23,25 +23,6 @@ from lumped.functionals.readings import (
 )
 from lumped.ops import sqrt
 from lumped.support.arguments import checked
-
-__all__ = [
-    "at_event",
-    "at_time",
-    "count",
-    "damage",
-    "final",
-    "highest",
-    "impulse",
-    "instant",
-    "integral",
-    "loss",
-    "lowest",
-    "mean",
-    "peak",
-    "rms",
-    "span",
-    "swing",
-]
 
 
 @checked

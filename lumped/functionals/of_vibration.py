@@ -6,14 +6,12 @@ import math
 from collections.abc import Iterable
 from typing import Literal
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.flattening.tree import key_of
 from lumped.functionals.functional import Functional
 from lumped.functionals.readings import Clearance, Damping, Frequency, OrderPeak, Separation
 from lumped.support.arguments import checked
-
-__all__ = ["clearance", "damping", "frequency", "order_peak", "separation"]
 
 
 @checked

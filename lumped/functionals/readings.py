@@ -8,24 +8,6 @@ from typing import ClassVar, Literal
 from lumped.compiler.system import System
 from lumped.functionals.damage_law import DamageLaw
 
-__all__ = [
-    "AtEvent",
-    "Between",
-    "Clearance",
-    "Cycles",
-    "Damping",
-    "Extreme",
-    "Frequency",
-    "Integral",
-    "Occurrence",
-    "OfQuantities",
-    "OrderPeak",
-    "Reading",
-    "Separation",
-    "Span",
-    "Value",
-]
-
 Side = Literal["highest", "lowest", "peak"]
 _SIGNS: dict[str, Literal[-1, 0, 1]] = {"highest": 1, "lowest": -1, "peak": 0}
 Between = tuple[float, float]

@@ -12,8 +12,6 @@ from lumped.gradients.legs import Leg
 from lumped.gradients.saltation import saltation_of
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["AdjointPoint", "crossings_of"]
-
 _AT_ONCE = 1e-10
 """Part of a run within which changes are at the same instant."""
 

@@ -20,8 +20,6 @@ from lumped.timeloop.holds import Holds
 from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["TURNING", "Cause", "Causes", "Stop"]
-
 TURNING = 10.0
 """Margins that turn back before they cross, or soon after, by less than so many tolerances of the
 run, relative to their size before, are only touched."""

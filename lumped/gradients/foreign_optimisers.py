@@ -7,7 +7,8 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.functionals import Functional
 from lumped.gradients.functional_values import check
@@ -16,8 +17,6 @@ from lumped.gradients.gradient_ensemble import gradients_at
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
 from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
-
-__all__ = ["to_jax", "value_and_gradient"]
 
 
 @checked

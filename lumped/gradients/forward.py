@@ -19,8 +19,6 @@ from lumped.timeloop.results.trajectory import Piece, Trajectory
 from lumped.timeloop.run import nominals
 from lumped.timeloop.smooth_part import Method, smooth_part
 
-__all__ = ["Followed", "Forward", "StopInstant", "coincide"]
-
 _AGREE = 1e-6
 """Relative difference up to which derivatives to both sides are the same."""
 

@@ -22,10 +22,7 @@ from lumped.gradients.resolved_steps import Resolved, refine_sweep
 from lumped.gradients.steps import steps_of
 from lumped.gradients.sweep import Seeds, SweepResult, find_place
 from lumped.gradients.touches import refuse_touches
-from lumped.gradients.varied import END
 from lumped.timeloop.results.trajectory import Piece, Trajectory
-
-__all__ = ["END", "RunReadings", "check", "refuse"]
 
 
 @dataclass(frozen=True, eq=False)

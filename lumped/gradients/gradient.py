@@ -10,14 +10,16 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import SolverError, UnknownNameError, nearest
 from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
-from lumped.gradients.functional_values import END, RunReadings, check, refuse
+from lumped.gradients.functional_values import RunReadings, check, refuse
 from lumped.gradients.legs import record_run
 from lumped.gradients.readings.chained import Chained, differ
 from lumped.gradients.varied import (
+    END,
     read_varied_values,
     resolve_name,
     slopes_at_start,
@@ -37,8 +39,6 @@ from lumped.support.text_table import amounts, table
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
-
-__all__ = ["Gradient", "gradient", "gradient_of"]
 
 _COLUMNS = 500
 """Derivatives of start states that are computed at once."""

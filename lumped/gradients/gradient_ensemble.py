@@ -11,7 +11,8 @@ from typing import Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.ensembles.variants import Over, variants_of
 from lumped.errors import LumpedError, OptionError, SolverError, UnknownNameError, nearest
 from lumped.functionals import Functional
@@ -22,8 +23,6 @@ from lumped.support.progress import Progress
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
-
-__all__ = ["GradientEnsemble", "gradient_ensemble", "gradients_at"]
 
 
 @dataclass(frozen=True, eq=False)

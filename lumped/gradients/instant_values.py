@@ -17,8 +17,6 @@ from lumped.timeloop.clocks import Clock, clocks
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["InstantLooks", "InstantValues", "looks_of", "margin_sizes", "rates_along"]
-
 
 class InstantValues(NamedTuple):
     """Numbers at one instant.

@@ -8,8 +8,6 @@ import numpy as np
 
 from lumped.gradients.state_changes import Act, Entries
 
-__all__ = ["Crossing", "EventDerivatives", "Part", "Passed", "Side"]
-
 Side = tuple[np.ndarray, np.ndarray]
 """States and settings on one side of an instant."""
 

@@ -21,8 +21,6 @@ from lumped.timeloop.results.recorder import Recorder, SparingRecorder
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 from lumped.timeloop.run_options import RunPlan
 
-__all__ = ["Leg", "legs_of", "record_run"]
-
 _KEPT_BYTES = 50_000_000
 """Size of the states that a run keeps for its derivatives, bytes, besides those at events."""
 

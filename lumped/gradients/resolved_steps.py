@@ -19,8 +19,6 @@ from lumped.gradients.sweep import Seeds, StepResults, SweepResult, sweep
 from lumped.gradients.varied import TIGHTER
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Resolved", "refine_sweep"]
-
 _ROUNDS = 40
 _MOST = 1_000_000
 """Steps of a run at most."""

@@ -19,8 +19,6 @@ from lumped.support.made_once import made_once
 from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Saltation", "saltation_of"]
-
 _SHARING = (hold_modes.COMPLIANCE, hold_modes.SHARE)
 _MOST = 4
 """Different causes at one instant whose orders are all followed."""

@@ -9,7 +9,8 @@ from typing import Literal, Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError
 from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
@@ -33,8 +34,6 @@ from lumped.support.arguments import checked
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunOptions, run_plan
-
-__all__ = ["Varied", "sensitivity"]
 
 _GRID = 1000
 """Intervals of a run without states, which has no steps."""

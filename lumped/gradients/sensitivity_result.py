@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import UnknownNameError, nearest
 from lumped.functionals import Functional
 from lumped.gradients.varied import (
@@ -22,8 +22,6 @@ from lumped.support.ranking import rank_by_size
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.results.trajectory import Trajectory
-
-__all__ = ["MovedInstant", "Sensitivity"]
 
 
 class MovedInstant(NamedTuple):

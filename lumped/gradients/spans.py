@@ -8,8 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Back", "Jump", "Pulse", "Span"]
-
 
 @dataclass(frozen=True, eq=False)
 class Span:

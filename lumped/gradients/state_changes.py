@@ -14,8 +14,6 @@ from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Act", "Blow", "Change", "Changes", "Entries", "exchange_fault"]
-
 
 class Blow(NamedTuple):
     """Constraints that close at a speed.

@@ -23,8 +23,6 @@ from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.plants.counted_function import CountedFunction
 from lumped.timeloop.plants.executable import Executable, smooth_executable
 
-__all__ = ["FRACTIONS", "StepCode"]
-
 FRACTIONS = tuple(i / LOOKS for i in range(1, LOOKS + 1))
 """Of each step, at which it is looked into."""
 

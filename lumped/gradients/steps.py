@@ -12,8 +12,6 @@ from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.run import nominals
 
-__all__ = ["Steps", "steps_of"]
-
 
 class Steps(StepCode):
     """Steps of one system with integrals of some products, and the same backwards.

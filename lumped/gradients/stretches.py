@@ -10,8 +10,6 @@ import numpy as np
 from lumped.gradients.legs import Leg
 from lumped.gradients.spans import Span
 
-__all__ = ["Stretch", "stretches"]
-
 
 @dataclass(frozen=True)
 class Stretch:

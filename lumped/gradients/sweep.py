@@ -20,8 +20,6 @@ from lumped.gradients.steps import Steps
 from lumped.gradients.stretches import Stretch, stretches
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Seeds", "StepResults", "SweepResult", "find_place", "sweep"]
-
 _MOST = 16
 """Orders of coinciding changes that are followed in one run."""
 

@@ -20,8 +20,6 @@ from lumped.timeloop.holds import turn_condition
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["refuse_touches"]
-
 
 def refuse_touches(run: Trajectory, legs: list[Leg], steps: Steps, rtol: float, ends: bool) -> None:
     """Refuse a run in which a margin falls to zero and turns back, or is zero at the very end.

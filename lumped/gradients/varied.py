@@ -6,22 +6,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError
 from lumped.points.start import by_name, start_slopes
 from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
-
-__all__ = [
-    "END",
-    "TIGHTER",
-    "read_varied_values",
-    "resolve_name",
-    "slopes_at_start",
-    "sources",
-    "tighten",
-]
 
 TIGHTER = 3e-3
 """Accuracy of a run over that of its derivatives."""

@@ -25,17 +25,6 @@ from lumped.kernel.output import note_turn
 from lumped.kernel.run import Run
 from lumped.kernel.step_error import SAFETY, is_dense_wanted, is_finite, try_step
 
-__all__ = [
-    "FIRST_PATIENCE",
-    "NEAR_LIMIT",
-    "STIFF_AFTER",
-    "UNTRIED",
-    "choose_method",
-    "is_trial_due",
-    "note_softness",
-    "note_stiffness",
-]
-
 NEAR_LIMIT = 2.5
 """Step times eigenvalue above which stability may limit an explicit step; DOP853 is unstable from
 6.1 on (Hairer's code)."""

@@ -14,8 +14,6 @@ from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Run
 
-__all__ = ["Clocks", "place_instants", "set_clocks"]
-
 _NEVER = 1e300
 
 

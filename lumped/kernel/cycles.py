@@ -17,23 +17,6 @@ from typing import Annotated
 from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers, kernel, power, sqrt
 
-__all__ = [
-    "FKM",
-    "FOUR",
-    "GERBER",
-    "GOODMAN",
-    "NO_MEAN",
-    "SMITH_WATSON_TOPPER",
-    "THREE",
-    "WALKER",
-    "Count",
-    "begin_count",
-    "count_all",
-    "end_count",
-    "feed",
-    "sum_damage",
-]
-
 (NO_MEAN, GOODMAN, GERBER, SMITH_WATSON_TOPPER, WALKER, FKM) = range(6)
 """How the mean of a cycle counts. Goodman's and Gerber's number is the ultimate strength, Walker's
 the exponent, that of the FKM the mean-stress sensitivity; the others have none. A mean in

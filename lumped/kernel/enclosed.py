@@ -7,8 +7,6 @@ from typing import Annotated
 from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers
 
-__all__ = ["Enclosed"]
-
 
 class Enclosed(Record):
     """A function whose results are enclosed (see `enclosure`).

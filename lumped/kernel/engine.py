@@ -27,8 +27,6 @@ from lumped.code.to_c import as_c
 from lumped.code.to_llvm import as_llvm
 from lumped.support.process_lock import process_lock
 
-__all__ = ["LANES", "call", "entry_address", "is_compiled", "lanes", "using"]
-
 Engine = Literal["llvm", "c", "python"]
 _T = TypeVar("_T")
 

@@ -25,8 +25,6 @@ from lumped.kernel.recorded_steps.listing import list_points
 from lumped.kernel.recorded_steps.sweep_back import sweep_steps
 from lumped.kernel.run import Run, Samples
 
-__all__ = ["ENTRIES"]
-
 
 @kernel
 def value(run: Run, function: Function, out: Numbers) -> int:

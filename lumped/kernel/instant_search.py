@@ -8,8 +8,6 @@ from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers
 from lumped.kernel.rounds import Rounds
 
-__all__ = ["InstantSearch", "Look", "Problem", "Reserve"]
-
 
 class Look(Record):
     """The quantities that decide positions at one point, in the order of the function `look`."""

@@ -24,8 +24,6 @@ from lumped.code.words import Numbers, call, kernel, make_kernel
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Run
 
-__all__ = ["evaluate", "operate", "prepare"]
-
 
 @kernel
 def evaluate(function: Function, run: Run, x: Numbers, t: float, m: Numbers, out: Numbers) -> None:

@@ -32,8 +32,6 @@ from lumped.kernel.run import (
 )
 from lumped.kernel.steps import advance, begin_steps, is_unfit
 
-__all__ = ["loop", "must_jump", "position_of", "until_steps"]
-
 
 @kernel
 def position_of(plant: Plant, m: Numbers, h: int) -> int:

@@ -18,17 +18,6 @@ from lumped.kernel.methods.any_method import inside, integrals, set_all_ranges
 from lumped.kernel.run import Run
 from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE
 
-__all__ = [
-    "begin_watch",
-    "end_watch",
-    "has_border",
-    "is_first_with_its_part",
-    "is_inside_wanted",
-    "observe",
-    "observe_clocks",
-    "observe_event",
-]
-
 _NODES = (
     0.019855071751231884,
     0.10166676129318664,

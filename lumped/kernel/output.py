@@ -7,16 +7,6 @@ from lumped.kernel.methods.any_method import inside
 from lumped.kernel.observe import observe_event
 from lumped.kernel.run import Run, RunOutput
 
-__all__ = [
-    "add_row",
-    "begin_piece",
-    "has_room",
-    "note_change",
-    "note_turn",
-    "record",
-    "record_edge",
-]
-
 _SAME = 1e-13
 """Distance, relative to the size of all times, below which two times count as equal."""
 

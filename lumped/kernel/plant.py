@@ -19,8 +19,6 @@ from __future__ import annotations
 from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers
 
-__all__ = ["Function", "Plant"]
-
 FREE = -1
 """The position of a hold that neither sticks nor slides."""
 

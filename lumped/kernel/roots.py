@@ -9,8 +9,6 @@ from __future__ import annotations
 from lumped.code.records import Record
 from lumped.code.words import kernel
 
-__all__ = ["Bracket", "begin_bracket", "narrow", "next_point"]
-
 _ITERATIONS, _BISECTIONS = 100, 70
 """Most points, and most after these by bisection alone."""
 _ROUNDING = 2.0**-53

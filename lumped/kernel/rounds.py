@@ -10,8 +10,6 @@ from __future__ import annotations
 from lumped.code.records import Record
 from lumped.code.words import kernel
 
-__all__ = ["Rounds", "begin_rounds", "may_change"]
-
 _PATIENCE = 6
 """Rounds in which all wrong items change at once although their number has not fallen."""
 _MANY = 1 << 40

@@ -19,8 +19,6 @@ from lumped.kernel.plant import Function, Plant
 from lumped.kernel.roots import Bracket
 from lumped.kernel.watch import Watch
 
-__all__ = ["Matrix", "Pattern", "Run", "RunOutput", "Samples"]
-
 STORM_SIZE = 200
 """Changes of position that may follow each other at practically the same instant."""
 

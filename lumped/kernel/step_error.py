@@ -8,8 +8,6 @@ from lumped.kernel.methods.any_method import attempt
 from lumped.kernel.observe import is_inside_wanted
 from lumped.kernel.run import Run
 
-__all__ = ["HOPELESS", "SAFETY", "is_dense_wanted", "is_finite", "try_step"]
-
 SAFETY = 0.9
 """Part of the step that the tolerance allows."""
 HOPELESS = 1e3

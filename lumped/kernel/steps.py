@@ -36,19 +36,6 @@ from lumped.kernel.run import (
 )
 from lumped.kernel.step_error import SAFETY, is_dense_wanted, is_finite, try_step
 
-__all__ = [
-    "LEAST",
-    "SHORTEST",
-    "advance",
-    "advance_alone",
-    "attempt_once",
-    "begin_steps",
-    "end_attempt",
-    "explicit_growth",
-    "is_unfit",
-    "leave_step",
-]
-
 _DENSE_LIMIT = 5.5
 """Step times eigenvalue from which on the interpolation of DOP853 is unstable."""
 _BEGIN, _SHORTER = 1e-3, 0.1

@@ -15,8 +15,6 @@ from lumped.kernel.cycles import Count
 from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.plant import Function
 
-__all__ = ["ALL", "ANY", "COUNT", "IMPULSE", "INSTANT", "LOSS", "TIMED", "VALUE", "Watch"]
-
 COUNT, INSTANT, LOSS, IMPULSE, VALUE = range(5)
 """What is taken from an event: that it happened, when, the energy lost, the impulse, a value
 beside it."""

@@ -6,8 +6,6 @@ from typing import Any, Generic, Self, TypeVar
 
 from lumped.errors import EquationError
 
-__all__ = ["Arithmetic"]
-
 T = TypeVar("T")
 
 

@@ -30,8 +30,6 @@ from lumped.language.switch import Hold, Item, When
 from lumped.support.arguments import checked
 from lumped.support.units import Dimension, dimension, format_dimension
 
-__all__ = ["check_terms", "check_units"]
-
 _NUMBER: Dimension = {}
 _SAME = {"+", "-", "min", "max"}
 

@@ -21,8 +21,6 @@ from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.units import plain
 
-__all__ = ["Component", "Made", "Outline", "is_part", "path_of"]
-
 Outline = tuple[str, Sequence[tuple[Expr | float, Expr | float]]]
 """A name, and points in a plane."""
 

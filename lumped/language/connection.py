@@ -13,8 +13,6 @@ from lumped.language.port import Connection, Port
 from lumped.language.quantity import Input, Output, Quantity
 from lumped.support.arguments import checked
 
-__all__ = ["chain", "compose", "connect", "label"]
-
 
 def connect(*ends: Port | Expr) -> Connection:
     """Join ports (or signals) of the same kind in one node.

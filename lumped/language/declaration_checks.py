@@ -11,8 +11,6 @@ from lumped.errors import DeclarationError
 from lumped.language.port import Port
 from lumped.language.quantity import Quantity
 
-__all__ = ["refuse_shared", "refuse_slips"]
-
 _METHODS = ("connections", "equations", "initial_equations")
 _ALIKE = 0.88
 """Likeness of names above which one counts as the other misspelt."""

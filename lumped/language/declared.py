@@ -11,18 +11,6 @@ from lumped.language.port import Port
 from lumped.language.quantity import Quantity
 from lumped.language.signature import DocumentationSlot
 
-__all__ = [
-    "fields_of",
-    "has_parts",
-    "origins_of",
-    "parts_of",
-    "place_of",
-    "ports_of",
-    "quantities_of",
-    "text_of",
-    "values_of",
-]
-
 
 def quantities_of(component: Component | type[Component]) -> Mapping[str, Quantity]:
     """Declared parameters, variables and signals by name."""

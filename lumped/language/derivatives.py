@@ -15,8 +15,6 @@ from typing import NamedTuple
 
 import casadi as ca
 
-__all__ = ["along", "partials"]
-
 
 class _Term(NamedTuple):
     """The product of a number, a rate and an expression."""

@@ -7,8 +7,6 @@ from typing import Any
 
 from lumped.errors import UnknownNameError
 
-__all__ = ["find_member", "replace_member", "split_key", "steps"]
-
 
 def steps(path: str) -> list[str]:
     """Parts of a dotted path; dots inside ["..."] do not count."""

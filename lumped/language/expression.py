@@ -17,11 +17,6 @@ from lumped.language.pieces import Pieces
 if TYPE_CHECKING:
     from lumped.language.quantity import Quantity
 
-__all__ = [
-    *("Call", "Compare", "ConstantExpression", "Equation", "Expr", "Partial", "Piecewise"),
-    *("Ref", "Smooth", "time"),
-]
-
 Number = Union["Expr", float, int]
 
 
@@ -165,6 +160,7 @@ class Der(Expr):
         self.of = of
 
     def children(self) -> tuple[Expr, ...]:
+        """What is differentiated."""
         return (self.of,)
 
 
@@ -240,6 +236,7 @@ class Where(Expr):
         self.no = no
 
     def children(self) -> tuple[Expr, ...]:
+        """Both sides of the relation, and what is chosen from."""
         return (self.condition.greater, self.condition.less, self.yes, self.no)
 
 
@@ -363,6 +360,7 @@ def text(root: Expr, name: Callable[[Ref], str] | None = None) -> str:
 def text_of_node(
     node: Expr, parts: list[tuple[str, int]], name: Callable[[Ref], str]
 ) -> tuple[str, int]:
+    """Text of one node by those of its children, each with how strongly it binds."""
     if isinstance(node, ConstantExpression):
         return f"{node.value:g}", 5 if node.value >= 0 else 3
     if isinstance(node, Time):

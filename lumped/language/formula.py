@@ -23,8 +23,6 @@ from lumped.language.expression import (
 )
 from lumped.language.quantity import Param, Quantity
 
-__all__ = ["Formula", "content_of_expression", "unit_of", "unit_of_node"]
-
 _UNKNOWN = Quantity("1", "not looked up")
 
 

@@ -11,8 +11,6 @@ from lumped.language.expression import Expr, Ref
 from lumped.language.lowering import lower
 from lumped.language.quantity import Param
 
-__all__ = ["read_given_number"]
-
 
 def read_given_number(component: Component, name: str) -> float:
     """The number that a parameter has as the model is written; nan if it is not given.

@@ -26,8 +26,6 @@ from lumped.language.expression import (
 from lumped.language.pieces import FIXED
 from lumped.support.follow_operations import follow_operations
 
-__all__ = ["OPERATIONS", "Branches", "Kinks", "Plain", "has_steps", "lower"]
-
 _UNARY = {
     "neg": lambda x: -x,
     **{

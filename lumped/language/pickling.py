@@ -8,8 +8,6 @@ from typing import Any, TypeVar
 
 from lumped.support.optional_packages import extra
 
-__all__ = ["rebuild", "reduce_component"]
-
 _C = TypeVar("_C")
 
 _whole: ContextVar[bool] = ContextVar("whole", default=False)

@@ -7,8 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-__all__ = ["FIXED", "Pieces"]
-
 FIXED = 5
 """Settings of a piece before its coefficients: number, begin, and three of its margin."""
 

@@ -9,8 +9,6 @@ from lumped.language.expression import Equation, Expr, Partial, Ref, walk
 from lumped.language.quantity import Quantity
 from lumped.support.arguments import checked
 
-__all__ = ["Connection", "Flange", "HeatPort", "LinearFlange", "Pin", "Port", "lossless"]
-
 
 class _PortQuantity(Quantity):
     """Potential or flow of a port."""

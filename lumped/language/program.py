@@ -11,8 +11,6 @@ import numpy as np
 from lumped.errors import EquationError
 from lumped.language.expression import Expr, Number, Ref, as_expr
 
-__all__ = ["Program", "Question", "Session", "question"]
-
 
 class Session(ABC):
     """A program that is running, for one run at a time."""

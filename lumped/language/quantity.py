@@ -13,11 +13,6 @@ from lumped.language.expression import Expr, Number, Ref
 from lumped.language.value_types import Value
 from lumped.support.arguments import checked
 
-__all__ = [
-    *("GREATER", "NONZERO", "Bound", "Input", "Output", "Param", "Quantity", "Var"),
-    *("beyond", "param", "var", "within"),
-]
-
 StateWish = Literal["always", "prefer", "default", "avoid", "never"]
 Limit = float | Expr | Callable[[Any], Number]
 """Lower end of a range; a function gives it for a component."""

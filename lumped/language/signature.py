@@ -11,8 +11,6 @@ from lumped.language.expression import Expr
 from lumped.language.port import Port
 from lumped.language.quantity import Input, Output, Param, Quantity, Var
 
-__all__ = ["DocumentationSlot", "SignatureSlot"]
-
 _Entry = tuple[str, str, str]
 """A name, what sort of thing it is, and its meaning."""
 

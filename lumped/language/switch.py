@@ -10,8 +10,6 @@ from lumped.language.expression import Compare, Equation, Expr, Number, Ref, as_
 from lumped.language.program import Question
 from lumped.language.time_derivative import der
 
-__all__ = ["Hold", "Item", "Single", "When", "hold", "when"]
-
 
 @dataclass(frozen=True, eq=False)
 class Hold:

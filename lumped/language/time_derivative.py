@@ -5,8 +5,6 @@ from __future__ import annotations
 from lumped.errors import EquationError
 from lumped.language.expression import Der, Expr, Ref, Time, walk
 
-__all__ = ["der"]
-
 
 def der(of: Expr) -> Expr:
     """Time derivative of an expression.

@@ -9,8 +9,6 @@ from lumped.errors import EquationError, shown
 from lumped.language.expression import Expr
 from lumped.language.switch import When
 
-__all__ = ["Range", "borders", "check_ranges"]
-
 
 class Range(NamedTuple):
     """Values for which the equations of a component hold; a component may yield a plain tuple.

@@ -9,8 +9,6 @@ import numpy as np
 
 from lumped.language.expression import Expr
 
-__all__ = ["Numbers", "Rows", "Value"]
-
 
 class _WithUnit(Protocol):
     """A quantity of pint."""

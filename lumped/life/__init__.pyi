@@ -1,9 +1,9 @@
+from lumped.functionals.damage_law import MeanStress as MeanStress
 from lumped.life.duty_cycle import DutyCycle as DutyCycle
 from lumped.life.duty_cycle import duty_cycle as duty_cycle
 from lumped.life.fitted_curve import FittedCurve as FittedCurve
 from lumped.life.fitted_curve import fit_sn_curve as fit_sn_curve
 from lumped.life.load_case import LoadCase as LoadCase
-from lumped.life.mean_stress import MeanStress as MeanStress
 from lumped.life.mean_stress import fkm as fkm
 from lumped.life.mean_stress import gerber as gerber
 from lumped.life.mean_stress import goodman as goodman

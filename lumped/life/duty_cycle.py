@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError, shown
+from lumped.functionals.damage_law import MeanStress
 from lumped.life.load_case import LoadCase, read_load
-from lumped.life.mean_stress import MeanStress
 from lumped.life.rainflow import Cycles, damage_of
 from lumped.life.repeated_count import BETWEEN, count_in_turn
 from lumped.life.sn_curve import SNCurve
@@ -24,8 +24,6 @@ from lumped.support.display_units import Units, choose_units, display
 from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
-
-__all__ = ["DutyCycle", "duty_cycle"]
 
 Real = NDArray[np.float64]
 _BETWEEN = "between cases"

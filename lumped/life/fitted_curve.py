@@ -19,8 +19,6 @@ from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 
-__all__ = ["FittedCurve", "fit_sn_curve"]
-
 Real = NDArray[np.float64]
 
 

@@ -8,15 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, shown
 from lumped.life.turning_points import turning_points
 from lumped.simulation.simulate import simulate
 from lumped.support.units import read_time
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
-
-__all__ = ["LoadCase", "Loaded", "read_load"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,8 +15,6 @@ from lumped.kernel.cycles import FKM, GERBER, GOODMAN, SMITH_WATSON_TOPPER, WALK
 from lumped.support.arguments import checked
 from lumped.support.units import plain
 
-__all__ = ["MeanStress", "fkm", "gerber", "goodman", "smith_watson_topper", "walker"]
-
 
 @checked
 def goodman(ultimate: float | str) -> MeanStress:

@@ -13,14 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumped.errors import OptionError
-from lumped.life.mean_stress import MeanStress
+from lumped.functionals.damage_law import MeanStress
 from lumped.life.sn_curve import SNCurve
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.cycle_count import count_cycles, damage_of_cycles
-
-__all__ = ["Cycles", "damage_of", "rainflow"]
 
 Real = NDArray[np.float64]
 

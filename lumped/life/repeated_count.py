@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from lumped.life.rainflow import Cycles
 from lumped.timeloop.cycle_count import count_cycles
 
-__all__ = ["BETWEEN", "count_in_turn"]
-
 Real = NDArray[np.float64]
 BETWEEN = -1
 """In place of the number of a load: a cycle that none of them makes alone."""

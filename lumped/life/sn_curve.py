@@ -20,8 +20,6 @@ from lumped.support.arguments import checked
 from lumped.support.units import plain
 from lumped.timeloop.cycle_count import damage_of_cycles
 
-__all__ = ["Below", "SNCurve", "check_points"]
-
 Real = NDArray[np.float64]
 Below = Literal["elementary", "original", "haibach"] | float
 """What holds below the knee; a number is a slope."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.gradients.legs import Leg
 from lumped.gradients.readings import turning_points as between_steps
@@ -16,8 +16,6 @@ from lumped.gradients.steps import steps_of
 from lumped.support.arguments import checked
 from lumped.timeloop.cycle_count import count_cycles
 from lumped.timeloop.results.trajectory import Trajectory
-
-__all__ = ["turning_points"]
 
 
 @checked

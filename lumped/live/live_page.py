@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from lumped.compiler.assemble import assemble
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError
 from lumped.exchange.interface import uneven_clocks
 from lumped.explorer.sliders import Ends, Slider
@@ -35,8 +36,6 @@ from lumped.support.whole_files import write_text
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
-
-__all__ = ["live_page"]
 
 _CURVES = 5
 """States that are shown, if nothing is named."""

@@ -11,8 +11,6 @@ from lumped.functionals import Functional, highest, lowest
 from lumped.language.expression import Call, ConstantExpression, Expr
 from lumped.many_runs.watched import Watched
 
-__all__ = ["find_numbers", "rules"]
-
 
 def find_numbers(
     system: System, names: Sequence[str], wanted: Iterable[Functional] | Mapping[str, Functional]

@@ -12,8 +12,6 @@ from lumped.exchange.interface import Interface
 from lumped.many_runs.watched import Watched
 from lumped.timeloop.results.operating_point import OperatingPoint
 
-__all__ = ["run_code"]
-
 _SOURCES = ("clocks.c", "events.c", "faults.c", "start.c", "steps.c", "access.c", "live.c")
 _MADE = Linked((), ("-mexec-model=reactor", "-s"), ".wasm")
 

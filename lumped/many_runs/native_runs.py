@@ -22,8 +22,6 @@ from lumped.support.process_lock import process_lock
 from lumped.timeloop.programs import Answers
 from lumped.timeloop.run_options import RunPlan
 
-__all__ = ["Batch", "NativeRuns"]
-
 OUTSIDE = -2
 """Status of a run that took a component beyond where its equations hold."""
 

@@ -14,8 +14,6 @@ from lumped.many_runs.run_records import RunRecords
 from lumped.timeloop.leading_states import exchange_lead
 from lumped.timeloop.programs import Answers
 
-__all__ = ["AloneRecords", "OtherLeads"]
-
 _SO_FAR = ("sums", "best", "totals", "happened", "last_time", "taken", "ring", "load_size")
 _COUNTED = ("held", "held_at", "size", "fed", "last", "last_at", "direction", "damage")
 """What functionals have taken from a run, and what is counted of loads."""

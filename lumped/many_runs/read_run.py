@@ -14,8 +14,6 @@ from lumped.points.start import run_start
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_options import RunPlan
 
-__all__ = ["read_run"]
-
 
 def read_run(plan: RunPlan, point: OperatingPoint, of: Sequence[Functional]) -> np.ndarray:
     """Functionals of the run from a point, shape (len(of),).

@@ -40,8 +40,6 @@ from lumped.timeloop.run import nominals
 from lumped.timeloop.run_options import RunPlan
 from lumped.timeloop.settings import just_after
 
-__all__ = ["RunRecords", "watch_of"]
-
 _EVER = 1 << 60
 _LOOKS = 4000
 """Steps of a run without states."""

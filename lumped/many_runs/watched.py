@@ -33,8 +33,6 @@ from lumped.timeloop.plants.parts import make_enclosed
 from lumped.timeloop.results.validity import HeldRange, ranges
 from lumped.timeloop.step_bounds import heights, kinks
 
-__all__ = ["POSITIONS", "Place", "Watched"]
-
 _DEPTH = 1 << 14
 """Turning points of a load that may wait for the end of their cycles."""
 POSITIONS = (0, 1, 2, -1)

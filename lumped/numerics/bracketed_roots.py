@@ -6,8 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-__all__ = ["find_bracketed_roots"]
-
 _MOST = 200
 _CLOSE = 1e-9
 """Part of a bracket that the secant rule moves in its last step: the error is its square then,"""

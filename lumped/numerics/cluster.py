@@ -5,8 +5,6 @@ from __future__ import annotations
 import pickle
 from typing import Any
 
-__all__ = ["hand_out"]
-
 
 def hand_out(client: Any, what: object) -> Any:
     """Future of an object that all workers can take.

@@ -11,8 +11,6 @@ from numpy.polynomial import Polynomial
 from lumped.compiler.system import System
 from lumped.numerics.nlp import Programme
 
-__all__ = ["DEGREE", "Phase", "fractions", "lagrange", "phase"]
-
 DEGREE = 3
 """Collocation points in each interval."""
 

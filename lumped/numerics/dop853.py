@@ -5,8 +5,6 @@ those of the step, ``E3`` and ``E5`` of its two error estimates, ``A_EXTRA``, ``
 of the three more stages and four columns of dense output.
 """
 
-__all__ = ["A_EXTRA", "C_EXTRA", "E3", "E5", "E6", "A", "B", "C", "D"]
-
 A = (
     (),
     (0.05260015195876773,),

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from lumped.numerics.skew_scaling import skew_scaling, two_colours
 
-__all__ = ["eigenpairs", "nonzero", "zero_rounding"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from lumped.numerics.eigen import zero_rounding
 from lumped.numerics.skew_scaling import skew_scaling, two_colours
 
-__all__ = ["eigenvalues_of_many", "vectors_of_many"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

@@ -16,8 +16,6 @@ from lumped.errors import SolverError
 from lumped.numerics.eigen import eigenpairs
 from lumped.numerics.skew_scaling import balance, skew_scaling, two_colours
 
-__all__ = ["eigenpairs_near"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

@@ -7,8 +7,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["interpolate_rows"]
-
 Real = NDArray[np.float64]
 
 _ACCURATE = 1e-10

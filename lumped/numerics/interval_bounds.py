@@ -12,8 +12,6 @@ import casadi as ca
 
 from lumped.support.follow_operations import follow_operations
 
-__all__ = ["INFINITE", "Intervals", "ValueMaker", "interval_bounds"]
-
 V = TypeVar("V")
 
 INFINITE = 1e290

@@ -7,8 +7,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FURTHEST", "Search", "search_together"]
-
 Array = NDArray[np.float64]
 
 FURTHEST = 8.0

@@ -15,8 +15,6 @@ import scipy
 from lumped.errors import OptimisationError
 from lumped.numerics.singular_factors import factors_of
 
-__all__ = ["Programme", "Rows", "Solution"]
-
 _GOOD = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 _ACTIVE = 1e-6
 

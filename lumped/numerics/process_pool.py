@@ -13,8 +13,6 @@ from typing import Any
 
 from lumped.numerics.cluster import hand_out
 
-__all__ = ["outcomes"]
-
 Outcome = list[float] | str
 Task = tuple[int, dict[str, float]]
 Done = tuple[int, Outcome, float]

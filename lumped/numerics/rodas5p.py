@@ -1,7 +1,5 @@
 """Coefficients of Rodas5P (Steinebach, BIT Numerical Mathematics 63 (2023) 27)."""
 
-__all__ = ["GAMMA", "NODES", "A", "C", "D", "H"]
-
 GAMMA = 0.21193756319429014
 A = (
     (),

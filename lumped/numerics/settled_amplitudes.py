@@ -8,8 +8,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SETTLED", "solve_amplitudes"]
-
 Real = NDArray[np.float64]
 Integer = NDArray[np.int64]
 Follows: TypeAlias = Callable[[Real, Integer], Real]

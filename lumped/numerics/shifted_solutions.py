@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from lumped.numerics.singular_factors import factors_of
 
-__all__ = ["elimination", "pivots", "solve_singly"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Integer = NDArray[np.int64]

@@ -6,8 +6,6 @@ from typing import Any
 
 import scipy
 
-__all__ = ["factors_of"]
-
 
 def factors_of(matrix: scipy.sparse.sparray) -> Any | None:
     """LU factors of a square sparse matrix (see `scipy.sparse.linalg.splu`); None if singular.

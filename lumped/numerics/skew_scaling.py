@@ -6,8 +6,6 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-__all__ = ["balance", "skew_scaling", "two_colours"]
-
 Real = NDArray[np.float64]
 
 _SWEEPS = 20

@@ -11,8 +11,6 @@ import scipy
 from lumped.errors import OptimisationError, OptionError
 from lumped.numerics.nlp import Solution
 
-__all__ = ["Objective", "Rows", "list_bound_rows", "sqp"]
-
 Objective = Callable[[np.ndarray], tuple[float, np.ndarray]]
 """Value and gradient for scaled unknowns."""
 

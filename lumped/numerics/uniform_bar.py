@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["angles_along", "dynamic_stiffness"]
-
 
 def dynamic_stiffness(c: float, transit: float, w: np.ndarray) -> np.ndarray:
     """Exact stiffness of a uniform bar in harmonic motion: torques at its ends over their angles.

@@ -1,5 +1,5 @@
 from lumped.optimisation.design import Optimum as Optimum
-from lumped.optimisation.identify import Identification as Identification
+from lumped.optimisation.identification import Identification as Identification
 from lumped.optimisation.identify import identify as identify
 from lumped.optimisation.motion import Motion as Motion
 from lumped.optimisation.motion import motion as motion

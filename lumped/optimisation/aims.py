@@ -13,8 +13,6 @@ from lumped.optimisation.design import Optimum, Task
 from lumped.optimisation.design_problem import DesignProblem
 from lumped.tolerances.probability import Probability
 
-__all__ = ["Aims", "AimsOfProgramme", "AimsOfSearch", "Weights", "aim_value"]
-
 Weights = Mapping[Any, float]
 """Of functionals and names of parameters."""
 

@@ -18,8 +18,6 @@ from lumped.simulation.simulate import simulate
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Repeating", "collocate", "of_orbit", "repeating", "simulate_from"]
-
 _SHORTEST = 0.2
 """Of an unknown period, over that at the start."""
 _TURNS, _SAME_RATES = 1e-6, 1e-7

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.functionals import Functional
 from lumped.numerics.nlp import Solution
@@ -19,21 +20,8 @@ from lumped.timeloop.results.trajectory import Trajectory
 from lumped.tolerances.of_designs import CheckedAim, CheckedProbability
 from lumped.tolerances.probability import Probability
 from lumped.tolerances.robust_aims import RobustAim
-from lumped.tolerances.scene import Scattered
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
-
-__all__ = [
-    "Bounds",
-    "Key",
-    "Optimum",
-    "Scattered",
-    "Task",
-    "bounds_of",
-    "find_varied",
-    "key_unit",
-    "room_of",
-]
 
 Bounds = tuple[float | None, float | None]
 """Lower and upper bound; None is none."""

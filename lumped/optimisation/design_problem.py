@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import scipy
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.functionals import Functional
 from lumped.functionals.functional import watching
@@ -25,8 +25,6 @@ from lumped.optimisation.discretisation import (
 )
 from lumped.optimisation.terms import Term, measure_functional, number_of, refuse_side, term
 from lumped.timeloop.results.trajectory import Trajectory
-
-__all__ = ["DesignProblem"]
 
 _LEAST = 1e-3
 """Size of a functional, over that at the start, below which its error is relative to the start."""

@@ -13,8 +13,6 @@ from lumped.errors import OptionError, SolverError
 from lumped.timeloop.clocks import clocks
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Discretisation", "along", "dt_of", "refuse_moving_instants", "run_at", "smooth"]
-
 _CLOSED = 1e-9
 
 

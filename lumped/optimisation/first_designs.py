@@ -16,8 +16,6 @@ from lumped.functionals import Functional
 from lumped.optimisation.design import Bounds, bounds_of
 from lumped.timeloop.run_options import RunPlan
 
-__all__ = ["TRIED", "apart", "first_designs"]
-
 TRIED = 128
 """Designs that are run for each search."""
 _APART = 0.15

@@ -10,8 +10,6 @@ from lumped.plots.picture import Axis, Curve, Level, Panel, Picture, label_axis
 from lumped.plots.style import ZERO, look
 from lumped.support.display_units import Shown
 
-__all__ = ["draw_fit"]
-
 _POINTS = {"dash": "", "mark": "circle", "size": 2.5}
 
 

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import scipy
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.ensembles.collected_runs import RunsAt
 from lumped.ensembles.distributions import paired
 from lumped.ensembles.variants import variants_of
@@ -27,8 +28,6 @@ from lumped.support.made_once import made_once
 from lumped.support.units import plain
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_options import RunOptions, run_plan
-
-__all__ = ["Curves", "FitSearch"]
 
 _Names = tuple[str, ...]
 _LOST = 1e-6

@@ -7,8 +7,6 @@ import numpy as np
 from lumped.plots.picture import Axis, Curve, Panel, Picture
 from lumped.plots.style import MARKS, look
 
-__all__ = ["front_picture"]
-
 
 def front_picture(
     title: str, values: np.ndarray, labels: tuple[str, str], logs: tuple[bool, bool]

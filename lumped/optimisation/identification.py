@@ -16,8 +16,6 @@ from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Identification"]
-
 
 @dataclass(frozen=True, eq=False)
 class Identification(RichHtml):

@@ -7,15 +7,14 @@ from typing import Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.optimisation.design import Bounds
 from lumped.optimisation.fit_search import Curves, FitSearch
 from lumped.optimisation.identification import Identification
 from lumped.support.arguments import checked
 from lumped.timeloop.run_options import RunOptions
-
-__all__ = ["Identification", "identify"]
 
 
 @checked

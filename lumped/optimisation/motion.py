@@ -9,7 +9,8 @@ import casadi as ca
 import numpy as np
 
 from lumped import ops
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.functionals import Functional
 from lumped.language.expression import Expr
@@ -22,8 +23,6 @@ from lumped.support.arguments import checked
 from lumped.support.text_table import amounts, table
 from lumped.support.units import read_time
 from lumped.timeloop.results.operating_point import Named, OperatingPoint
-
-__all__ = ["Motion", "motion"]
 
 Limits = Mapping[str, Bounds]
 

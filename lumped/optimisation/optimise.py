@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Unpack, cast
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.functionals import Condition, Functional
 from lumped.optimisation.collocated_course import of_orbit, repeating
-from lumped.optimisation.design import Bounds, Optimum, Scattered, Task
+from lumped.optimisation.design import Bounds, Optimum, Task
 from lumped.optimisation.design_problem import DesignProblem
 from lumped.optimisation.optimise_modes import best_modes
 from lumped.optimisation.optimise_orders import best_orders
@@ -19,10 +20,9 @@ from lumped.orbits.orbit import PeriodicOrbit
 from lumped.support.arguments import checked
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunOptions, RunPlan, plan_of
+from lumped.tolerances.scene import Scattered
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
-
-__all__ = ["best", "optimise"]
 
 
 @checked

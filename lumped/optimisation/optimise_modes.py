@@ -12,8 +12,6 @@ from lumped.vibration.natural.find_modes import modes
 from lumped.vibration.natural.mode_designs import ModeDesigns
 from lumped.vibration.natural.modes import Modes
 
-__all__ = ["best_modes"]
-
 
 def best_modes(begin: Modes, task: Task) -> Optimum:
     """The modal part of `optimise`: sequential quadratic programming with exact gradients."""

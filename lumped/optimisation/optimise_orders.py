@@ -19,8 +19,6 @@ from lumped.vibration.ordered.order_sensitivity import slope_of
 from lumped.vibration.speeds.mean_spectrum import MeanSpectrum
 from lumped.vibration.speeds.order_designs import OrderDesigns
 
-__all__ = ["best_orders"]
-
 _OVER = 1e-9
 """Share by which a limit may be exceeded at a speed that the search does not know."""
 

@@ -18,8 +18,6 @@ from lumped.simulation.simulate import recorder, run_on
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunPlan
 
-__all__ = ["RunSearch", "best_runs"]
-
 
 class RunSearch(DesignSearch):
     """One run and one sweep back for each design.

@@ -8,12 +8,13 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptimisationError, OptionError
 from lumped.functionals import Condition, Functional
 from lumped.optimisation.aims import Aims, AimsOfProgramme, AimsOfSearch, Weights, aim_value
 from lumped.optimisation.collocated_course import repeating
-from lumped.optimisation.design import Bounds, Optimum, Scattered, key_unit
+from lumped.optimisation.design import Bounds, Optimum, key_unit
 from lumped.optimisation.design_problem import DesignProblem
 from lumped.optimisation.front_picture import front_picture
 from lumped.optimisation.optimise import best
@@ -28,10 +29,9 @@ from lumped.support.text_table import number, table
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunOptions, RunPlan, plan_of
 from lumped.tolerances.probability import Probability
+from lumped.tolerances.scene import Scattered
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
-
-__all__ = ["Front", "pareto"]
 
 _AGREE = 1e-5
 """Difference of the ends, relative to the start, below which both aims agree."""

@@ -14,14 +14,13 @@ from lumped.errors import OptimisationError
 from lumped.functionals import Functional
 from lumped.numerics.nlp import Solution
 from lumped.numerics.sqp import list_bound_rows, sqp
-from lumped.optimisation.design import Key, Optimum, Scattered, Task, bounds_of, find_varied
+from lumped.optimisation.design import Key, Optimum, Task, bounds_of, find_varied
 from lumped.timeloop.run_options import RunPlan
 from lumped.tolerances.moved_scene import MovedScene
 from lumped.tolerances.of_designs import CheckedProbability, DesignAim, DesignProbability
 from lumped.tolerances.probability import Probability
 from lumped.tolerances.robust_aims import RobustAim
-
-__all__ = ["DesignSearch"]
+from lumped.tolerances.scene import Scattered
 
 _PRESSES = 1e-4
 """Distance of a reliability index from its bound below which the bound holds the design."""

@@ -16,8 +16,6 @@ from lumped.optimisation.search import DesignSearch
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
 
-__all__ = ["SpectralSearch", "Spectrum"]
-
 
 class Spectrum(Protocol):
     """Natural frequencies, Hz, and damping ratios, with derivatives by what varies."""

@@ -11,8 +11,6 @@ from lumped.functionals.readings import Separation
 from lumped.vibration.speeds.mean_campbell import speeds_that_show
 from lumped.vibration.speeds.mean_spectrum import MeanSpectrum
 
-__all__ = ["WIDEST", "Apart"]
-
 Real = NDArray[np.float64]
 Spectra = Callable[[Real, Real], Sequence[MeanSpectrum]]
 """Spectra of a design, by its unknowns, at speeds, rad/s."""

@@ -6,19 +6,19 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.functionals import Condition
 from lumped.functionals.functional import refuse_other
-from lumped.optimisation.design import Bounds, Key, Scattered, Task, key_unit
+from lumped.optimisation.design import Bounds, Key, Task, key_unit
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.tolerances.probability import Probability
 from lumped.tolerances.robust_aims import RobustAim
+from lumped.tolerances.scene import Scattered
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
-
-__all__ = ["Objective", "task_of"]
 
 Objective = Key | str | Mapping[Key | str, float]
 """What is made small: a functional, or functionals and parameters with weights."""

@@ -19,8 +19,6 @@ from lumped.optimisation.discretisation import Discretisation
 from lumped.orbits.smooth_curves import curves, extreme, integral
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Term", "measure_functional", "number_of", "refuse_side", "term"]
-
 _INCREASING = ("exp", "log", "sinh", "tanh", "atan")
 _LINEAR = [("*", [True, False]), ("*", [False, True]), ("/", [True, False])]
 _KINKED: dict[str, Callable[..., ca.SX]] = {

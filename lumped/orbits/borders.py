@@ -25,8 +25,6 @@ from lumped.orbits.smooth_curves import (
 from lumped.simulation.simulate import simulate
 from lumped.support.made_once import made_once
 
-__all__ = ["Border", "border_at_end", "border_between"]
-
 _AHEAD = 0.8
 """Part of the way to the border that is gone at once."""
 _NEAR, _TOUCHES, _CLOSE = 1e-10, 1e-6, 0.1

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError, SolverError
 from lumped.orbits.borders import border_at_end, border_between
 from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, correct_motion
@@ -20,8 +20,6 @@ from lumped.orbits.periodic import result_of
 from lumped.orbits.shooting import Guess, sizes
 from lumped.orbits.switching_branches import crossing_branch, double_period
 from lumped.support.arguments import checked
-
-__all__ = ["branch"]
 
 _GRID = 200
 """Output intervals of the motions."""

@@ -22,16 +22,6 @@ from lumped.simulation.simulate import simulate
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = [
-    "CLOSELY",
-    "BranchProblem",
-    "MissedError",
-    "Station",
-    "correct_motion",
-    "in_phase",
-    "tangent_of",
-]
-
 _ITERATIONS = 9
 """Newton steps after which a point is given up."""
 _SLOW = 0.3

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.orbits.smooth_curves import Curve, course, curves_by, extreme, integral
@@ -24,8 +25,6 @@ from lumped.support.display_units import Units, choose_units, display
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.trajectory import Trajectory
-
-__all__ = ["Branch", "BranchPoint", "Range"]
 
 Real = NDArray[np.float64]
 _ON_CIRCLE = 1e-6

@@ -23,8 +23,6 @@ from lumped.orbits.branch_equations import (
 from lumped.orbits.shooting import sizes
 from lumped.timeloop.plants.executable import evaluate_at
 
-__all__ = ["TESTS", "Ahead", "Course", "Passed", "Segment", "follow_branch"]
-
 _FIRST, _LEAST = 0.2, 1e-7
 """First step over the longest; the shortest in lengths of the branch."""
 _NEAR = 1e-2

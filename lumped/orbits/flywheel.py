@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import scipy
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError, SolverError
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.orbits.periodic import again
@@ -17,8 +17,6 @@ from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.operating_point import OperatingPoint
-
-__all__ = ["Flywheel", "flywheel"]
 
 _MOST = 12
 """Times that the inertia is doubled."""

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.orbits.shooting import Guess, OrbitProblem, refuse_rest, sizes
 from lumped.simulation.simulate import simulate
@@ -16,8 +17,6 @@ from lumped.timeloop.clocks import clocks
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 from lumped.vibration.ordered.order_response import OrderResponse
-
-__all__ = ["advances", "after_cycles", "after_response", "after_time", "drifting", "needs_time"]
 
 _CYCLES = 10
 """Periods to settle unless a time is given."""

@@ -21,8 +21,6 @@ from lumped.orbits.shooting import Guess, Shot, forward_by
 from lumped.orbits.smooth_curves import curves_by, find_crossings
 from lumped.simulation.simulate import simulate
 
-__all__ = ["with_low_impacts", "without_impact"]
-
 _LOW = 1e-6
 """Length by which a motion is moved to see what a low impact does."""
 _ASIDE = (1e-3, 1e-2, 1e-4)

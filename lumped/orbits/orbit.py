@@ -8,7 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.orbits.orbit_sensitivity import OrbitSensitivity, orbit_sensitivity, with_period_held
 from lumped.orbits.shooting import Orbit, OrbitProblem
@@ -18,8 +19,6 @@ from lumped.support.display_units import frequency_unit, time_unit
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.results.operating_point import Named
 from lumped.timeloop.results.trajectory import Trajectory
-
-__all__ = ["PeriodicOrbit"]
 
 _ON_CIRCLE = 1e-6
 """An orbit counts as unstable if a multiplier is larger than one by more than this."""

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, ParameterError, SolverError
 from lumped.orbits.guesses import advances, after_cycles, after_response, drifting, needs_time
 from lumped.orbits.orbit import PeriodicOrbit
@@ -22,8 +23,6 @@ from lumped.support.display_units import speed_unit
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.ordered.order_response import OrderResponse
-
-__all__ = ["OrbitRange", "periodic_range"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

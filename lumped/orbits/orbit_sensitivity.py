@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 import scipy
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.gradients.forward import Forward
 from lumped.gradients.steps import steps_of
@@ -19,8 +19,6 @@ from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.results.trajectory import Trajectory
-
-__all__ = ["OrbitSensitivity", "orbit_sensitivity", "with_period_held"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,8 +19,6 @@ from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.vibration.ordered.order_response import OrderResponse
 
-__all__ = ["OrderCheck", "check_orders"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

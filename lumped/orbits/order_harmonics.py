@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.vibration.ordered.order_response import OrderResponse
 
-__all__ = ["angle_of", "order_harmonics"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError
 from lumped.language.expression import Expr
 from lumped.orbits.guesses import (
@@ -27,8 +28,6 @@ from lumped.support.units import read_time
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.ordered.order_response import OrderResponse
-
-__all__ = ["again", "at_guess", "of_speed", "periodic", "result_of", "turning_problem"]
 
 
 @checked

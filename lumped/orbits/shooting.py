@@ -23,20 +23,6 @@ from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run import nominals
 
-__all__ = [
-    "Guess",
-    "Orbit",
-    "OrbitProblem",
-    "Shot",
-    "border_matrix",
-    "forward_by",
-    "refuse_beyond",
-    "refuse_rest",
-    "shoot",
-    "sizes",
-    "slopes_of",
-]
-
 _DEPTH = 1e-8
 """Least gap at which bodies may part, m or rad, but for rounding zero."""
 _SHORTEST = 2.0**-7

@@ -11,18 +11,6 @@ from numpy.polynomial import Polynomial
 from lumped.compiler.system import System
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = [
-    "Curve",
-    "Extreme",
-    "course",
-    "curves",
-    "curves_by",
-    "extreme",
-    "find_crossings",
-    "inner_lows",
-    "integral",
-]
-
 _ZERO = 1e-7
 """Of its range: a quantity that is zero at the end of a smooth piece."""
 

@@ -11,8 +11,6 @@ from lumped.errors import SolverError
 from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, correct_motion
 from lumped.orbits.shooting import Guess
 
-__all__ = ["crossing_branch", "double_period"]
-
 _ASIDE = (1e-2, 3e-3, 3e-2, 1e-3)
 """Lengths to go aside, in turn."""
 

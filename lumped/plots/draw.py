@@ -8,8 +8,6 @@ from lumped.errors import OptionError
 from lumped.plots.picture import Picture
 from lumped.support.optional_packages import extra
 
-__all__ = ["Backend", "draw"]
-
 Backend = Literal["matplotlib", "plotly"]
 
 

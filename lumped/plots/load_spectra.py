@@ -9,8 +9,6 @@ import numpy as np
 from lumped.plots.picture import Axis, Bars, Curve, Item, Panel, Picture, Words, label_axis
 from lumped.plots.style import COLOURS, INK, Look, look
 
-__all__ = ["duty_picture"]
-
 _BAR = 0.35  # inch for each
 
 

@@ -31,8 +31,6 @@ from lumped.plots.picture import (
 )
 from lumped.plots.style import GREY, INK, LETTER, MAP, RC, SMALL, WIDTH, Look
 
-__all__ = ["matplotlib_figure"]
-
 _MARKERS = {
     "": "",
     "circle": "o",

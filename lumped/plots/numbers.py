@@ -10,14 +10,6 @@ from lumped.plots.picture import Axis, Bars, Curve, Item, Level, Panel, Picture,
 from lumped.plots.style import COLOURS, GREY, LINES, MARKS, ZERO, Look, look
 from lumped.support.ranking import quantiles
 
-__all__ = [
-    "histograms",
-    "tornado",
-    "torque_speed",
-    "utilisation",
-    "work_precision",
-]
-
 Rows = Sequence[tuple[float, float]]
 
 _MOST_BARS = 12

@@ -10,8 +10,6 @@ import numpy as np
 from lumped.plots.picture import Axis, Curve, Instants, Panel, Picture, Real, label_axis
 from lumped.plots.style import CURVES, MARKS, look
 
-__all__ = ["over_time"]
-
 _RANGE = 30.0
 """Times its own range that a curve may stand in."""
 _PANELS, _LOOKED_AT = 6, 200

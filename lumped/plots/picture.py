@@ -13,25 +13,6 @@ import numpy as np
 
 from lumped.plots.style import LETTER, PLAIN, SMALL, WIDTH, Look, Mark
 
-__all__ = [
-    "Axis",
-    "Band",
-    "Bars",
-    "Beside",
-    "Curve",
-    "HeatMap",
-    "Instants",
-    "Item",
-    "Level",
-    "Panel",
-    "Picture",
-    "Tag",
-    "Words",
-    "choose_names",
-    "label_axis",
-    "wrap_text",
-]
-
 Real = np.ndarray
 
 _LONGEST = 30  # letters of a line in a legend

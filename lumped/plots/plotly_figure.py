@@ -28,8 +28,6 @@ from lumped.plots.picture import (
 )
 from lumped.plots.style import GREY, INK, LETTER, LETTERS, MAP, SMALL, WIDTH, Look
 
-__all__ = ["plotly_figure"]
-
 _SYMBOLS = {
     "circle": "circle",
     "square": "square",

@@ -9,8 +9,6 @@ import numpy as np
 from lumped.plots.picture import Axis, Bars, Curve, Item, Level, Panel, Picture, Words
 from lumped.plots.style import COLOURS, MARKS, ZERO, Look
 
-__all__ = ["exceedance", "importance_factors"]
-
 _MOST_BARS = 12
 _BAR = 0.35  # inch for each
 

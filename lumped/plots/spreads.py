@@ -9,8 +9,6 @@ import numpy as np
 from lumped.plots.picture import Axis, Band, Bars, Item, Level, Panel, Picture, Words, label_axis
 from lumped.plots.style import COLOURS, LINES, Look
 
-__all__ = ["spreads_picture"]
-
 Row = tuple[
     str, np.ndarray, Sequence[tuple[float, float, float, float]], Sequence[tuple[str, float]]
 ]

@@ -5,26 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
-__all__ = [
-    "COLOURS",
-    "CURVES",
-    "GREY",
-    "INK",
-    "LETTER",
-    "LETTERS",
-    "LINES",
-    "MAP",
-    "MARKS",
-    "PLAIN",
-    "RC",
-    "SMALL",
-    "WIDTH",
-    "ZERO",
-    "Look",
-    "Mark",
-    "look",
-]
-
 Dash = Literal["", "solid", "dashed", "dotted", "dashdot"]
 Mark = Literal["", "circle", "square", "triangle", "diamond", "down"]
 

@@ -11,8 +11,6 @@ from lumped.flattening.hold_modes import FORWARD
 from lumped.timeloop.holds import hold_words, turn_condition
 from lumped.timeloop.results.operating_point import OperatingPoint
 
-__all__ = ["at_borders", "border_text", "differ", "is_bent", "is_law", "sides"]
-
 Real = NDArray[np.float64]
 Numbers = NDArray[np.inexact[Any]]
 

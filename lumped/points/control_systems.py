@@ -11,8 +11,6 @@ import scipy
 from lumped.errors import OptionError
 from lumped.support.optional_packages import extra
 
-__all__ = ["control_names", "control_response", "control_state_space", "scipy_state_space"]
-
 Four = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 

@@ -21,8 +21,6 @@ from lumped.points.targets import TOLERANCE, find_determined
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
 
-__all__ = ["DirectStart", "StartSlopes", "direct_slopes", "direct_start"]
-
 _MOST = 60
 """Start values of what is no state, up to which their equations are solved in one function."""
 _FEW = 3

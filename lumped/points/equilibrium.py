@@ -10,7 +10,8 @@ import casadi as ca
 import numpy as np
 import scipy
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError, StartError
 from lumped.points.equilibrium_demands import Demands, computable_rows, order_of
 from lumped.points.equilibrium_search import EquilibriumSearch
@@ -25,8 +26,6 @@ from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.results.operating_point import Kept, OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
 from lumped.timeloop.settings import just_after, settings_at
-
-__all__ = ["equilibrium"]
 
 _MOST = 10
 """Times that what sticks, slides or switches is chosen anew, and four for each that may."""

@@ -10,8 +10,6 @@ from lumped.points.initial_equations import initial_residuals
 from lumped.reduction.pruning import uses
 from lumped.timeloop.results.operating_point import OperatingPoint
 
-__all__ = ["Demands", "computable_rows", "order_of"]
-
 _SAME = 1e-9
 """Relative difference below which a value counts as kept."""
 
@@ -97,6 +95,7 @@ class Demands:
 
 
 def evaluate_expression(point: OperatingPoint, expression: ca.SX) -> np.ndarray:
+    """Values of an expression of the structure at a point."""
     system = point.system
     function = ca.Function(
         "at", system.inputs, [ca.densify(system.structure.in_states(expression))]

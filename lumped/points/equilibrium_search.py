@@ -15,8 +15,6 @@ from lumped.points.pseudo_time import settle_states
 from lumped.timeloop.results.operating_point import Convergence, OperatingPoint
 from lumped.timeloop.settings import just_after, settings_at
 
-__all__ = ["EquilibriumSearch"]
-
 _MOST_CLOSING = 20
 """Times that a linkage is closed anew at what looked like an equilibrium."""
 _SHORTEST = 2.0**-11

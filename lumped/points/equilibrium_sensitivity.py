@@ -10,7 +10,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
@@ -22,8 +23,6 @@ from lumped.support.ranking import rank_by_size
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.results.operating_point import OperatingPoint
-
-__all__ = ["EquilibriumSensitivity", "equilibrium_sensitivity"]
 
 Real = NDArray[np.float64]
 

@@ -9,8 +9,6 @@ from lumped.compiler.system import System
 from lumped.flattening.flat_model import Group
 from lumped.flattening.residual import Residual
 
-__all__ = ["initial_residuals"]
-
 Place = tuple[Group, int, int]
 """Group, instance and number of an initial equation in its template."""
 

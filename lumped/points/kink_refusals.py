@@ -14,8 +14,6 @@ from lumped.points.borders import at_borders, border_text, differ, is_bent, is_l
 from lumped.points.moved_equilibrium import MovedPoint
 from lumped.timeloop.results.operating_point import OperatingPoint
 
-__all__ = ["refuse_kinks"]
-
 Real = NDArray[np.float64]
 Numbers = NDArray[np.inexact[Any]]
 

@@ -10,7 +10,8 @@ import casadi as ca
 import numpy as np
 import scipy
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.points.control_systems import Four, control_state_space, scipy_state_space
 from lumped.points.situation import one_sided, situation
@@ -21,8 +22,6 @@ from lumped.support.made_once import made_once
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.results.operating_point import OperatingPoint
-
-__all__ = ["Linearisation", "Matrices", "growth", "linear_matrices", "linearise"]
 
 _MOST = 500
 _GROWS = 1e-7

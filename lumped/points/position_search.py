@@ -13,8 +13,6 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.support.array_function import ArrayFunction
 
-__all__ = ["borders", "search_positions"]
-
 _HALVINGS = 40
 """Times that a way is halved to find where positions change on it."""
 _MOST_ALIKE = 3

@@ -13,8 +13,6 @@ from lumped.timeloop.plants.executable import evaluate_at
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.settings import follow_settings
 
-__all__ = ["Settled", "settle_states"]
-
 _MOST_STEPS = 500
 _FIRST_MOVE = 0.1
 """What the first step may move a state, relative to its size."""

@@ -15,8 +15,6 @@ from lumped.timeloop.holds import hold_words
 from lumped.timeloop.programs import programs_of
 from lumped.timeloop.results.operating_point import OperatingPoint
 
-__all__ = ["one_sided", "situation"]
-
 _ORDER = ("open", "closed", "stuck", "sliding", "released", "held")
 _STRONGEST = ("closed", "stuck", "sliding", "open", "released")
 """Which of several holds of a component names its situation."""

@@ -9,7 +9,8 @@ from functools import partial
 import casadi as ca
 import numpy as np
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError, StartError, shown
 from lumped.points.direct_start import direct_slopes, direct_start
 from lumped.points.start_search import StartSearch
@@ -21,20 +22,6 @@ from lumped.timeloop.results.event import Change
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
 from lumped.timeloop.settings import just_after
-
-__all__ = [
-    "StartForm",
-    "by_name",
-    "find_start",
-    "fix_start",
-    "free_places",
-    "point_at",
-    "run_start",
-    "search_start",
-    "start_form",
-    "start_point",
-    "start_slopes",
-]
 
 
 @checked

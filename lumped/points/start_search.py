@@ -26,8 +26,6 @@ from lumped.timeloop.holds import Holds
 from lumped.timeloop.positions import calm_positions
 from lumped.timeloop.settings import close_settings, just_after
 
-__all__ = ["ROUNDING", "StartSearch"]
-
 ROUNDING = 1e-3
 """Of the speed that counts as standstill: what a search leaves of a speed that is zero."""
 _MOST = 60

@@ -12,13 +12,6 @@ from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
 from lumped.support.units import plain
 
-__all__ = [
-    "differentiate_start_values",
-    "evaluate_start_values",
-    "read_start_values",
-    "relative_positions",
-]
-
 _POSITIONS = (Flange.potential.unit, LinearFlange.potential.unit)
 
 

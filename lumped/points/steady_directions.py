@@ -12,8 +12,6 @@ from lumped.compiler.system import System
 from lumped.support.made_once import made_once
 from lumped.timeloop.results.operating_point import OperatingPoint
 
-__all__ = ["unsteady_part"]
-
 _RADII = (2.0, 0.3, 1e-2, 1e-4)
 _ROUNDING = 1e-12
 

@@ -14,8 +14,6 @@ from lumped.points.initial_equations import initial_residuals
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
 
-__all__ = ["Matrix", "TargetValues", "target_values"]
-
 _DENSE = 10_000
 """Entries of a matrix up to which it is kept as an array."""
 

@@ -17,8 +17,6 @@ from lumped.reduction.state_selection import RANK, select_dependent
 from lumped.support.made_once import made_once
 from lumped.timeloop.settings import close_settings
 
-__all__ = ["Targets"]
-
 TOLERANCE = 1e-9
 _ROUNDING = 1e-12
 """Largest miss that counts as rounding, relative to the terms that cancel."""

@@ -10,8 +10,6 @@ from lumped.errors import SolverError
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
 
-__all__ = ["find_stuck_holds", "finite", "moving"]
-
 
 def moving(system: System, point: OperatingPoint) -> NDArray[np.bool_]:
     """States that can vibrate: neither cyclic nor held at the operating point, shape (n,)."""

@@ -12,8 +12,6 @@ import numpy as np
 
 from lumped.flattening.flat_model import FlatModel
 
-__all__ = ["Aliases", "eliminate_aliases"]
-
 Row = list[tuple[int, int, float]]
 """Terms of a sum that is zero: unknown, order of derivative, coefficient."""
 

@@ -9,8 +9,6 @@ from lumped.reduction.diagnosis import class_names, equation_text, factors, list
 from lumped.reduction.incidence import Incidence
 from lumped.reduction.reduce import Reduced
 
-__all__ = ["make_unheld_error", "singular_block"]
-
 
 def singular_block(
     reduced: Reduced, rows: list[int], nodes: list[int], holds: list[int]

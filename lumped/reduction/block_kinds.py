@@ -9,8 +9,6 @@ import numpy as np
 from lumped.reduction.incidence import Occurrence
 from lumped.reduction.reduce import Block, Reduced
 
-__all__ = ["equations_of", "find_solved_blocks", "nodes_of"]
-
 
 def find_solved_blocks(reduced: Reduced, reactions: Iterable[int]) -> tuple[set[int], set[int]]:
     """Blocks that are no formulas, and those of them not linear in their unknowns.

@@ -16,17 +16,6 @@ from lumped.reduction.incidence import Entries, Incidence
 from lumped.support.text_table import list_names
 from lumped.support.units import amount
 
-__all__ = [
-    "class_names",
-    "equation_text",
-    "factors",
-    "find_combination",
-    "list_each_once",
-    "list_equations",
-    "lock",
-    "misfit",
-]
-
 Origin = tuple[str, int]
 """Kind and number of an equation, as in `Aliases.used`."""
 

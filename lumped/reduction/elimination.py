@@ -24,8 +24,6 @@ import numpy as np
 from lumped.flattening.residual import VARYING
 from lumped.flattening.tape import Tape, TapeTerm
 
-__all__ = ["Entry", "SingularBlockError", "solve"]
-
 _MOST_DENSE = 5
 """Unknowns up to which the orthogonal factorisation is taken."""
 

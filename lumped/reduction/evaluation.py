@@ -23,8 +23,6 @@ from lumped.reduction.incidence import Occurrence
 from lumped.reduction.reduce import Block, Reduced
 from lumped.support.process_lock import process_lock
 
-__all__ = ["Values"]
-
 _ITERATIONS = 5
 """Newton iterations from one step's values to the next's."""
 

@@ -12,8 +12,6 @@ from lumped.flattening.flat_model import FlatModel, Group
 from lumped.flattening.residual import CONSTANT, Residual
 from lumped.reduction.aliases import Aliases
 
-__all__ = ["Entries", "Incidence", "Occurrence"]
-
 
 @dataclass(frozen=True, eq=False)
 class Entries:

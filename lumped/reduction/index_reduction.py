@@ -15,8 +15,6 @@ from lumped.reduction.diagnosis import list_equations, misfit
 from lumped.reduction.incidence import Entries, Incidence
 from lumped.support.sparse_graph import links
 
-__all__ = ["check_matching", "differentiate"]
-
 _MOST_ROUNDS = 12
 _MOST_FAULTS = 6
 

@@ -18,8 +18,6 @@ from lumped.reduction.diagnosis import list_each_once, list_equations, lock
 from lumped.reduction.pruning import LeftOut
 from lumped.reduction.reduce import Block, Reduced
 
-__all__ = ["find_locked_loops"]
-
 
 def find_locked_loops(reduced: Reduced) -> list[LeftOut]:
     """Rigid loops in which nothing can move because something outside them is held.

@@ -13,8 +13,6 @@ import scipy
 from lumped.reduction.evaluation import Values
 from lumped.support.sparse_graph import links
 
-__all__ = ["LeftOut", "find_needed_states", "find_used_states", "independent_of", "samples", "uses"]
-
 _SMALL = 1e-9  # of the largest derivative
 _SITUATIONS = 512  # finds what needs six given modes but for 3 in 10 000
 

@@ -19,8 +19,6 @@ from lumped.reduction.index_reduction import check_matching, differentiate
 from lumped.reduction.state_selection import RANK, constraint_rows, select_dependent
 from lumped.support.sparse_graph import links
 
-__all__ = ["Block", "Reduced", "reduce"]
-
 
 class Block(NamedTuple):
     """Equations to be solved together for as many unknowns.

@@ -17,8 +17,6 @@ import numpy as np
 from lumped.flattening.residual import VARYING
 from lumped.reduction.incidence import Entries
 
-__all__ = ["Selection", "select_dependent"]
-
 RANK = {"never": 0, "avoid": 1, "default": 2, "prefer": 3, "always": 4}
 """Order in which wishes are honoured: the lower, the sooner dependent."""
 

@@ -6,15 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.simulation.compare import Comparison, Deviation, choose_names, compare_runs
 from lumped.simulation.energy_audit import EnergyAudit
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.trajectory import Trajectory
-
-__all__ = ["Certificate", "certify_run"]
 
 
 @dataclass(frozen=True, eq=False)

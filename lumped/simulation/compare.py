@@ -7,13 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.support.rich_html import RichHtml
 from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.trajectory import Trajectory
-
-__all__ = ["Comparison", "Deviation", "between", "choose_names", "compare_runs"]
 
 _CLOSE = 1e-9
 """Part of a run around each event that does not count."""

@@ -28,8 +28,6 @@ from lumped.support.made_once import made_once
 from lumped.support.text_table import number
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 
-__all__ = ["EnergyAudit", "audit_energy", "sum_stored"]
-
 _WORK = {("rad", "N.m"), ("m", "N")}
 """Units of potential and flow of a port whose product is work."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)

@@ -7,7 +7,8 @@ from typing import Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError, SingularModelError, SolverError, nearest
 from lumped.flattening.flatten import flatten
 from lumped.flattening.tree import Tree
@@ -18,8 +19,6 @@ from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import Grid, RunOptions
-
-__all__ = ["inverse"]
 
 
 @checked

@@ -12,8 +12,6 @@ from lumped.timeloop.linear_form import linear_form
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_in_closed_form import find_closed_form
 
-__all__ = ["closed_form_pays"]
-
 _MOST_STATES = 200
 """States up to which eigenvalues and eigenvectors cost less than the steps of a short run."""
 _MOST_INSTANTS = 300

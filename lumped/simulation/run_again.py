@@ -21,8 +21,6 @@ from lumped.timeloop.run_by_steps import RunBySteps
 from lumped.timeloop.run_in_closed_form import RunInClosedForm
 from lumped.timeloop.run_options import RunPlan
 
-__all__ = ["again_from", "run_from"]
-
 
 def run_from(point: OperatingPoint, plan: RunPlan, output: Recorder) -> Trajectory:
     """The run from a point by the method of its plan, which a recorder takes."""

@@ -11,8 +11,6 @@ from lumped.timeloop.results.recorder import Recorder
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunPlan
 
-__all__ = ["places_of", "run_sampled"]
-
 _SAME = 1e-12
 """Distance in time, over the end of the run, below which an instant is that of an event."""
 

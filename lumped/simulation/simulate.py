@@ -26,8 +26,6 @@ from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.results.validity import refuse_run_outside
 from lumped.timeloop.run_options import Grid, RunOptions, RunPlan, run_plan
 
-__all__ = ["interruptible", "recorder", "run_on", "simulate"]
-
 _P = ParamSpec("_P")
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import torque_speed
@@ -18,8 +18,6 @@ from lumped.support.display_units import Units, choose_units, display
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.trajectory import Trajectory
-
-__all__ = ["Limit", "Load", "Sizing", "sizing"]
 
 Limit = float | Sequence[tuple[float, float]]
 """A torque for all speeds, or rows of speed and torque."""

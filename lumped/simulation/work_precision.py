@@ -9,7 +9,8 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import LumpedError, OptionError
 from lumped.plots import numbers
 from lumped.plots.draw import Backend, draw
@@ -23,8 +24,6 @@ from lumped.support.text_table import number, table
 from lumped.timeloop.linear_form import linear_form
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import Method, RunOptions, run_plan
-
-__all__ = ["WorkPrecision", "WorkRow", "work_precision"]
 
 _INTERVALS = 997
 """A prime, so that output times do not fall on the zeros of a vibration."""

@@ -26,8 +26,6 @@ from numpy.typing import ArrayLike
 from lumped.errors import OptionError, nearest, shown
 from lumped.support.units import has_unit
 
-__all__ = ["checked"]
-
 P = ParamSpec("P")
 R = TypeVar("R")
 

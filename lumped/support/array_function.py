@@ -9,8 +9,6 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["ArrayFunction"]
-
 
 class ArrayFunction:
     """A CasADi function that takes and gives arrays.

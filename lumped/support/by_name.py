@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-__all__ = ["ByName"]
-
 
 class ByName:
     """Names what ``found[name]`` takes: ``name in found``, ``list(found)``, ``len(found)``.

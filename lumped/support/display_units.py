@@ -14,18 +14,6 @@ from lumped.errors import OptionError, UnitError, UnknownNameError, nearest, sho
 from lumped.support.known_units import measure
 from lumped.support.units import convert_number
 
-__all__ = [
-    "PRESETS",
-    "Shown",
-    "Units",
-    "choose_units",
-    "display",
-    "display_units",
-    "frequency_unit",
-    "speed_unit",
-    "time_unit",
-]
-
 Units: TypeAlias = Mapping[str, str] | str | None
 """A preset, or the units to show by path, last name or SI unit; None is the session's choice."""
 

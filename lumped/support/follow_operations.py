@@ -7,8 +7,6 @@ from typing import TypeVar
 
 import casadi as ca
 
-__all__ = ["follow_operations"]
-
 V = TypeVar("V")
 
 

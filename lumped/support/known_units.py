@@ -7,8 +7,6 @@ from functools import cache
 from math import pi
 from typing import NamedTuple
 
-__all__ = ["Measure", "measure"]
-
 
 class Measure(NamedTuple):
     """A unit in base units: one of it is `factor` of them, and its zero is at `zero`.

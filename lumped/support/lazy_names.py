@@ -16,8 +16,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-__all__ = ["lazy_names", "sources"]
-
 _ALIKE = 0.6
 """Likeness of two names, at most 1, above which one may be the other misspelt."""
 _LIBRARIES = ("components", "models")

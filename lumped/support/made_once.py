@@ -8,8 +8,6 @@ from typing import Any, Generic, TypeVar, TypeVarTuple
 
 from lumped.support.process_lock import process_lock
 
-__all__ = ["Recent", "Shared", "made_once"]
-
 T = TypeVar("T")
 S = TypeVar("S", bound="Shared")
 Arguments = TypeVarTuple("Arguments")

@@ -7,8 +7,6 @@ from typing import Any
 
 from lumped.errors import OptionError
 
-__all__ = ["extra"]
-
 
 def extra(package: str, name: str, what: str) -> Any:
     """An optional package.

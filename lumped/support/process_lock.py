@@ -10,8 +10,6 @@ import sys
 from functools import cached_property
 from threading import RLock
 
-__all__ = ["process_lock"]
-
 process_lock = RLock()
 """Held by the one thread that makes something of symbols or of machine code."""
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import sys
 import time as clock
 
-__all__ = ["Progress"]
-
 _FIRST, _EVERY = 1.0, 0.2  # s
 
 _open: list[Progress] = []

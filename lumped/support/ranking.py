@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike
 
 from lumped.errors import OptionError
 
-__all__ = ["quantiles", "rank_by_size", "ranks"]
-
 
 def rank_by_size(
     what: str, value: float, names: Sequence[str], relative: np.ndarray

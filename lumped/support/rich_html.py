@@ -5,8 +5,6 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-__all__ = ["RichHtml"]
-
 
 class RichHtml:
     """Shown by notebooks with tables and small pictures.

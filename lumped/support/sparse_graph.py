@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-__all__ = ["links"]
-
 
 def links(rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> scipy.sparse.csr_array:
     """Graph with an edge from each row to its column; several times faster than by way of COO."""

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 
 from lumped.support.display_units import Units, display
 
-__all__ = ["amounts", "format_comparison", "list_names", "number", "table"]
-
 
 def list_names(names: Sequence[str], most: int = 6) -> str:
     """Names with commas; those beyond `most` are only counted."""

@@ -13,18 +13,6 @@ import numpy as np
 from lumped.errors import LumpedError, OptionError, UnitError, shown
 from lumped.support.known_units import measure
 
-__all__ = [
-    "Dimension",
-    "amount",
-    "convert_number",
-    "convert_value",
-    "dimension",
-    "format_dimension",
-    "has_unit",
-    "plain",
-    "read_time",
-]
-
 _LINEAR = 1e-9
 """Relative difference that is rounding of a conversion."""
 

@@ -9,8 +9,6 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-__all__ = ["whole_file", "write_text"]
-
 
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[BinaryIO]:

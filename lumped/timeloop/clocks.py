@@ -14,8 +14,6 @@ from lumped.language.lowering import has_steps
 from lumped.numerics.interval_bounds import interval_bounds
 from lumped.support.made_once import Recent, made_once
 
-__all__ = ["Clock", "clock_parameters", "clocks", "modes_at", "plain_clocks"]
-
 
 @dataclass(frozen=True, eq=False)
 class Clock:

@@ -12,8 +12,6 @@ from lumped.functionals.damage_law import DamageLaw
 from lumped.kernel import engine
 from lumped.kernel.cycles import FOUR, THREE, Count
 
-__all__ = ["Counted", "count_cycles", "count_record", "damage_of_cycles"]
-
 
 @dataclass(frozen=True, eq=False)
 class Counted:

@@ -9,15 +9,6 @@ from lumped.compiler.system import System
 from lumped.kernel.run import MOST_JUMP
 from lumped.support.made_once import made_once
 
-__all__ = [
-    "finite_fault",
-    "followers",
-    "jump_fault",
-    "levers",
-    "may_be_unfit",
-    "shrinking_fault",
-]
-
 _ELSEWHERE = 25
 """Points at which it is looked at for that."""
 

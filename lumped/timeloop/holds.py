@@ -12,8 +12,6 @@ from lumped.kernel.instants.holds import STANDSTILL
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.executable import evaluate_at
 
-__all__ = ["HoldValues", "Holds", "hold_words", "turn_condition"]
-
 
 class HoldValues(NamedTuple):
     """What decides modes at one point.

@@ -12,8 +12,6 @@ from lumped.numerics.interval_bounds import INFINITE
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.clocks import Clock, clock_parameters, clocks, plain_clocks
 
-__all__ = ["Instants", "instants"]
-
 _MOST = 300_000
 """Parts of a run that are looked at together in the search for the changes of one condition."""
 

@@ -13,8 +13,6 @@ from lumped.support.made_once import made_once
 from lumped.timeloop.guards import levers
 from lumped.timeloop.plants.executable import evaluate_at
 
-__all__ = ["Lead", "exchange_lead"]
-
 
 class Lead(NamedTuple):
     """A system with another choice of states, and the states of a run in it.

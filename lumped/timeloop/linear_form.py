@@ -16,8 +16,6 @@ from lumped.support.made_once import Recent, made_once
 from lumped.support.text_table import list_names
 from lumped.timeloop.guards import may_be_unfit
 
-__all__ = ["LinearForm", "linear_form"]
-
 _MOST = 6
 _KEPT = 64
 """Parts of runs whose coefficients are kept."""

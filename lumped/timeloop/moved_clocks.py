@@ -9,8 +9,6 @@ import casadi as ca
 from lumped.compiler.system import System
 from lumped.timeloop.clocks import clocks
 
-__all__ = ["MovedClocks", "find_moved_clocks"]
-
 
 @dataclass(frozen=True, eq=False)
 class MovedClocks:

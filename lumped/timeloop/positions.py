@@ -14,8 +14,6 @@ from lumped.timeloop.programs import set_twice_fault
 from lumped.timeloop.results.event import Change
 from lumped.timeloop.settings import closing_fault
 
-__all__ = ["begin", "calm_positions", "no_fit", "settle_positions"]
-
 
 def begin(
     system: System, theta: np.ndarray, time: float, x: np.ndarray, settings: np.ndarray

@@ -14,15 +14,6 @@ from lumped.kernel.run import Run
 from lumped.language.program import Session
 from lumped.support.made_once import made_once
 
-__all__ = [
-    "Answers",
-    "ProgramInputs",
-    "programs_of",
-    "rank_programs",
-    "refuse_programs",
-    "set_twice_fault",
-]
-
 ProgramInputs = dict[int, np.ndarray]
 """Instants, s, and what a program was given at each, by the number of the jump."""
 

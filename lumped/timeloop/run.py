@@ -20,8 +20,6 @@ from lumped.timeloop.results.statistics import Statistics, Used
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 from lumped.timeloop.run_options import RunPlan
 
-__all__ = ["Simulation", "nominals"]
-
 
 class Simulation:
     """One simulation.

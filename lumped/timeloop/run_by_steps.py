@@ -47,8 +47,6 @@ from lumped.timeloop.run import Simulation, nominals
 from lumped.timeloop.run_options import RunPlan
 from lumped.timeloop.settings import closing_fault
 
-__all__ = ["RunBySteps"]
-
 _PIECES, _CHANGES, _ROWS = 512, 4096, 2048
 """Room for pieces, changes of mode and rows between two visits to Python."""
 

@@ -19,8 +19,6 @@ from lumped.timeloop.results.statistics import Used
 from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_options import RunPlan
 
-__all__ = ["RunInClosedForm", "find_closed_form"]
-
 _KEPT = 16
 
 

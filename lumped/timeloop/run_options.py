@@ -7,13 +7,12 @@ from typing import Annotated, Any, Literal, NamedTuple, TypedDict, get_args, get
 
 import numpy as np
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError
 from lumped.functionals.functional import Functional, watching
 from lumped.support.units import read_time
 from lumped.timeloop.results.operating_point import OperatingPoint
-
-__all__ = ["Grid", "Method", "RunOptions", "RunPlan", "plan_of", "run_plan"]
 
 Grid = int | Sequence[float | str] | np.ndarray | None
 Method = Literal["auto", "explicit", "implicit", "exact", "steps", "taylor"]

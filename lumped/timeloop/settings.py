@@ -12,8 +12,6 @@ from lumped.kernel import engine
 from lumped.timeloop.clocks import clocks, modes_at
 from lumped.timeloop.plants.executable import executable
 
-__all__ = ["close_settings", "closing_fault", "follow_settings", "just_after", "settings_at"]
-
 
 def just_after(time: float) -> float:
     """The next number: what begins at a time holds there, what ends there does not."""

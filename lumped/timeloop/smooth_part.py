@@ -11,8 +11,6 @@ from lumped.kernel.run import DONE, FULL, RESTART
 from lumped.timeloop.plants.executable import Executable, span
 from lumped.timeloop.plants.kept_run import KeptRun
 
-__all__ = ["Method", "SmoothSolution", "smooth_part"]
-
 Method = Literal["explicit", "implicit"]
 
 _LEAST_ROWS = 64

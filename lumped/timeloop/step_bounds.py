@@ -12,8 +12,6 @@ from lumped.code.operations import Operations, operations_of
 from lumped.compiler.system import System
 from lumped.support.follow_operations import follow_operations
 
-__all__ = ["heights", "kinks"]
-
 
 def heights(
     system: System, quantities: Sequence[ca.SX], signs: Sequence[int], states: int

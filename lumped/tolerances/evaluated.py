@@ -13,8 +13,6 @@ from lumped.errors import LumpedError, OptionError, UnknownNameError
 from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
 
-__all__ = ["Array", "Evaluated", "Failures", "OfReadings", "curvatures_along", "one_by_one"]
-
 Array = NDArray[np.float64]
 Failures = dict[int, str]
 """Why evaluations failed, by their number."""

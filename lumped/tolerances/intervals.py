@@ -11,8 +11,6 @@ from lumped.errors import OptionError
 from lumped.support.ranking import quantiles
 from lumped.tolerances.evaluated import Array
 
-__all__ = ["CONFIDENCE", "SCORE", "Quantile", "Share", "probability_of", "quantile_of", "share_of"]
-
 CONFIDENCE = 0.95
 """Probability with which an interval has the true value inside."""
 SCORE = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))

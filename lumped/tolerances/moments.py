@@ -10,8 +10,6 @@ from lumped.ensembles.laws import Law
 from lumped.ensembles.plain_laws import density
 from lumped.tolerances.evaluated import Array
 
-__all__ = ["Moments", "central_moments", "quadratic_moments"]
-
 _FAR, _PANELS, _NODES = 9.0, 120, 8
 
 

@@ -15,8 +15,6 @@ from lumped.timeloop.run_options import RunPlan
 from lumped.tolerances.evaluated import Array, Evaluated, Failures
 from lumped.tolerances.scene import Scattered, Scene, plan_scene
 
-__all__ = ["MovedScene"]
-
 
 class MovedScene:
     """One functional of what scatters around designs.

@@ -19,8 +19,6 @@ from lumped.tolerances.moved_scene import MovedScene
 from lumped.tolerances.probability import Probability
 from lumped.tolerances.robust_aims import RobustAim
 
-__all__ = ["CheckedAim", "CheckedProbability", "DesignAim", "DesignProbability"]
-
 _MORE = 4
 """How much larger than a sample is the one by which it is checked."""
 

@@ -17,8 +17,6 @@ from lumped.vibration.natural.mode_designs import ModeDesigns
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.natural.modes_of_many import ManyModes, ModesOfMany
 
-__all__ = ["OfModes", "slope_of_modes", "value_of_modes"]
-
 
 class OfModes(Evaluated):
     """Readings of modes (see `Evaluated`).

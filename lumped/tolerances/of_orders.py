@@ -15,8 +15,6 @@ from lumped.vibration.speeds.critical_sensitivity import critical_sensitivity
 from lumped.vibration.speeds.mean_spectrum import MeanSpectrum
 from lumped.vibration.speeds.order_designs import OrderDesigns
 
-__all__ = ["OfOrders"]
-
 
 class OfOrders(Evaluated):
     """Readings of order responses (see `Evaluated`).

@@ -14,8 +14,6 @@ from lumped.gradients.gradient_ensemble import gradients_at
 from lumped.timeloop.run_options import RunPlan
 from lumped.tolerances.evaluated import Array, Evaluated, Failures
 
-__all__ = ["OfRuns"]
-
 
 class OfRuns(Evaluated):
     """Functionals of runs, in the time loop and on all cores (see `Evaluated`).

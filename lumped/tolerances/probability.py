@@ -10,8 +10,6 @@ from lumped.errors import OptionError, shown
 from lumped.functionals import Condition, Functional
 from lumped.support.arguments import checked
 
-__all__ = ["Probability", "probability"]
-
 
 @dataclass(frozen=True, eq=False)
 class Probability:

@@ -8,7 +8,7 @@ from typing import Any, Literal, Unpack
 
 import numpy as np
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.ensembles.variants import Over
 from lumped.errors import OptionError, SolverError
 from lumped.support.arguments import checked
@@ -22,8 +22,6 @@ from lumped.tolerances.failure.sorm import Curved, find_curvature
 from lumped.tolerances.failure.subset import subset
 from lumped.tolerances.moments import central_moments
 from lumped.tolerances.scene import Scattered, Scene, scene_of
-
-__all__ = ["reliability"]
 
 _RUNS, _STARTS = 1000, 4
 _PLANE = 0.1

@@ -15,8 +15,6 @@ from lumped.functionals import Functional
 from lumped.functionals.condition import Bounded
 from lumped.support.arguments import checked
 
-__all__ = ["MeanPlusAim", "QuantileAim", "RobustAim", "mean_plus", "quantile"]
-
 _RUNS = 256
 """Runs of a sample where none are asked for: a power of two, which suits Sobol points."""
 _BEYOND = 10

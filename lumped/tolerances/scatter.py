@@ -27,8 +27,6 @@ from lumped.tolerances.intervals import Quantile
 from lumped.tolerances.scene import Scattered, Scene, scene_of
 from lumped.tolerances.spread import SampledSpread, Spread
 
-__all__ = ["Scatter", "scatter"]
-
 _RUNS = {"samples": 1000, "derivatives": 64, "chaos": 200}
 _TOLD = (0.01, 0.5, 0.99)
 _MOST = 5

@@ -10,7 +10,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.ensembles.collected_runs import fill_parameters, label_functionals
 from lumped.ensembles.variants import (
     Marginals,
@@ -31,8 +32,6 @@ from lumped.tolerances.of_orders import OfOrders
 from lumped.tolerances.of_runs import OfRuns
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
-
-__all__ = ["Scattered", "Scene", "plan_scene", "scene_of"]
 
 _SCORE = 1e-4
 """Difference of scores over which second derivatives of parameters are taken."""

@@ -9,8 +9,6 @@ from lumped.errors import OptionError
 from lumped.support.text_table import list_names
 from lumped.tolerances.scene import Scene
 
-__all__ = ["find_correlated", "refuse_correlated"]
-
 
 def find_correlated(scene: Scene) -> NDArray[np.bool_]:
     """Which parameters depend on others, shape (d,)."""

@@ -19,8 +19,6 @@ from lumped.timeloop.run_options import RunOptions
 from lumped.tolerances.scene import Scattered, Scene, scene_of
 from lumped.tolerances.shares import refuse_correlated
 
-__all__ = ["SobolIndices", "indices_of", "sobol_indices"]
-
 _LEAST = 16
 """Pairs of parameter sets."""
 _RESAMPLES, _AT_ONCE = 1000, 4_000_000

@@ -19,15 +19,6 @@ from lumped.tolerances.intervals import (
     share_of,
 )
 
-__all__ = [
-    "SampledSpread",
-    "Spread",
-    "explain_variance",
-    "rank_shares",
-    "refuse_infinite",
-    "skewness_of",
-]
-
 _DEGREE = 4
 """Of the polynomials in the score of one parameter that explain a functional."""
 

@@ -8,14 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.ensembles.laws import Amount, Distribution, Law, Parameter
 from lumped.ensembles.plain_laws import Normal, Triangular, Uniform
 from lumped.errors import OptionError, shown
 from lumped.flattening.tree import key_of
 from lumped.support.arguments import checked
-
-__all__ = ["Toleranced", "toleranced"]
 
 Kind = Literal["normal", "uniform", "triangular"]
 _COLUMNS = ("name", "nominal", "tolerance", "distribution")

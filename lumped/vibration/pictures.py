@@ -21,16 +21,6 @@ from lumped.plots.picture import (
 from lumped.plots.style import COLOURS, GREY, INK, LETTER, SMALL, ZERO, Look, look
 from lumped.support.display_units import Shown
 
-__all__ = [
-    "frequency_response_picture",
-    "holzer_picture",
-    "mode_shapes_picture",
-    "order_response_picture",
-    "order_tracks_picture",
-    "phase_diagrams_picture",
-    "root_locus_picture",
-]
-
 _LINKS = Look(GREY, "dotted")
 _ROUND = 1.9
 """Height of a phase diagram, inch; its radius is 1 / 2.4 of it."""

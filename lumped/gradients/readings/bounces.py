@@ -6,8 +6,6 @@ from collections.abc import Sequence
 
 from lumped.gradients.jumps import Crossing
 
-__all__ = ["find_last_bounces", "find_limit_of_flights"]
-
 _FLIGHT = 1e-6
 """Part of a run that a flight must last for its length to be known well."""
 

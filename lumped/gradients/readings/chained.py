@@ -10,8 +10,6 @@ import numpy as np
 from lumped.functionals import Functional
 from lumped.functionals.functional import Branch, readings_of
 
-__all__ = ["Chained", "differ"]
-
 _AGREE = 1e-5
 """Relative difference up to which derivatives to both sides are the same."""
 

@@ -9,8 +9,6 @@ import numpy as np
 from lumped.functionals.damage_law import DamageLaw
 from lumped.timeloop.cycle_count import count_cycles, damage_of_cycles
 
-__all__ = ["damage_slopes"]
-
 _KEPT = 1e-13
 """Derivatives that are smaller than this part of the largest are left out."""
 

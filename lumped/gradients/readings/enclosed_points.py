@@ -18,8 +18,6 @@ from lumped.timeloop.plants.counted_function import CountedFunction
 from lumped.timeloop.plants.parts import make_enclosed
 from lumped.timeloop.step_bounds import heights, kinks
 
-__all__ = ["Signs", "highest_points", "range_of", "turning_points_in"]
-
 Signs = tuple[Literal[-1, 0, 1], ...]
 """Of each extreme: 1 for the greatest value, -1 for the least, 0 for the largest size."""
 

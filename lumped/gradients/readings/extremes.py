@@ -13,8 +13,6 @@ from lumped.gradients.readings.product_curve import Ends, Points, ProductCurve, 
 from lumped.gradients.steps import Steps
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["extremes"]
-
 _LOCATED, _TIES = 64, 6
 """Most extremes of nearly the same height that are located, and that are kept."""
 _SAME = 1e-9

@@ -39,8 +39,6 @@ from lumped.gradients.saltation import saltation_of
 from lumped.gradients.steps import Steps
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["SmoothParts"]
-
 _AT_ONCE = 1e-10
 """Part of a run within which a change counts as happening at a given instant."""
 

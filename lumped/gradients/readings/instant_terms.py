@@ -8,8 +8,6 @@ from typing import Literal, NamedTuple
 
 from lumped.gradients.adjoint import AdjointPoint
 
-__all__ = ["InstantTerms", "ReadingTerms", "add_terms", "scale_terms"]
-
 
 @dataclass(frozen=True)
 class InstantTerms:

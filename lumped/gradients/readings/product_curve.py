@@ -20,8 +20,6 @@ from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Ends", "Points", "ProductCurve", "Turn", "Window"]
-
 Window: TypeAlias = tuple[float, float] | None
 """Part of a run, s; None is the whole run."""
 

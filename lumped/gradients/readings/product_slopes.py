@@ -9,8 +9,6 @@ from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 
-__all__ = ["differentiate_at_many", "differentiate_at_one"]
-
 
 @made_once
 def differentiate_at_many(system: System, factors: tuple[str, ...]) -> ManyPoints:

@@ -15,8 +15,6 @@ from lumped.gradients.stretches import stretches
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["Samples", "sample_steps", "states_at_ends", "values_at"]
-
 _AT_ONCE = 1024
 """Steps that are looked at in one call."""
 

@@ -16,8 +16,6 @@ from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["turning_points"]
-
 _COARSE = 1e-3
 """Part of the range of a quantity by which a step may miss the next point of the run at most."""
 _DIVISIONS = 8

@@ -18,8 +18,6 @@ from lumped.kernel.plant import CONDITION, SLIDE
 from lumped.kernel.roots import begin_bracket, narrow, next_point
 from lumped.kernel.run import STORM_SIZE, Run
 
-__all__ = ["find_below", "find_crossing"]
-
 _TOUCH = 1e-12
 """Part of a step that is not divided: what is open there touches zero."""
 _MOST_PARTS = 4096

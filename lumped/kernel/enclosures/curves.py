@@ -16,28 +16,6 @@ from lumped.kernel.roots import begin_bracket, narrow, next_point
 from lumped.kernel.run import Run
 from lumped.kernel.watch import Watch
 
-__all__ = [
-    "BEGIN",
-    "BESIDE",
-    "END",
-    "FIRST",
-    "LACKS",
-    "MOST_ENCLOSED",
-    "NEVER",
-    "POINT",
-    "TOP",
-    "TOUCH",
-    "WIDTH",
-    "WORDS",
-    "halve",
-    "list_point",
-    "next_cut",
-    "root_of_slope",
-    "set_cuts",
-    "set_part",
-    "set_values",
-]
-
 TOUCH = 1e-12
 """Part of a step that is not divided."""
 MOST_ENCLOSED = 1 << 16

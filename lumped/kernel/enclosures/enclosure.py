@@ -21,8 +21,6 @@ from lumped.kernel.methods.any_method import polynomial
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Run
 
-__all__ = ["begin_survey", "enclose", "select", "select_open", "set_ranges_in", "value_at"]
-
 
 @kernel
 def _survey(run: Run, e: Enclosed, function: Function, rows: Integers, count: int) -> None:

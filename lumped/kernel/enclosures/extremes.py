@@ -35,17 +35,6 @@ from lumped.kernel.methods.any_method import set_early_ranges
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Run
 
-__all__ = [
-    "LOWEST",
-    "MOST_PARTS",
-    "has_same_part",
-    "may_rise",
-    "raise_all",
-    "raise_at",
-    "raise_in",
-    "rises",
-]
-
 LOWEST = -1.7976931348623157e308
 MOST_PARTS = 4096
 """Parts of a step in which integrals are taken."""

@@ -16,8 +16,6 @@ from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.any_method import IMPLICIT_NODES, NODES
 from lumped.kernel.run import Run
 
-__all__ = ["is_clear", "limit_by_forcing"]
-
 _SHARE = 0.25
 """Part of the span at the nodes by which bounds may be wider."""
 _FINEST = 1.0 / 32.0

@@ -21,18 +21,6 @@ from lumped.kernel.enclosures.models import (
     times,
 )
 
-__all__ = [
-    "atan2_of",
-    "atan_of",
-    "cosine_of",
-    "exp_of",
-    "inverse_of",
-    "log_of",
-    "power_of",
-    "root_of",
-    "sine_of",
-]
-
 _NEAR = 0.6
 """Part of the middle value that a quantity may be off for a series of its inverse or logarithm."""
 _FACTORIAL = 40320.0

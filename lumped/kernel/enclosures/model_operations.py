@@ -15,8 +15,6 @@ from lumped.kernel.enclosures import model_functions, models
 from lumped.kernel.enclosures.models import REST, SIZE
 from lumped.kernel.interpret import operate
 
-__all__ = ["ROOM", "carry_out"]
-
 ROOM = 12
 """Models beside those of the work vector: a result, arguments, and what functions need."""
 

@@ -12,26 +12,6 @@ import math
 
 from lumped.code.words import Numbers, kernel, make_kernel
 
-__all__ = [
-    "DEGREE",
-    "REST",
-    "SIZE",
-    "TOP",
-    "add",
-    "copy",
-    "high",
-    "highest",
-    "is_fixed",
-    "low",
-    "lowest",
-    "scale",
-    "set_between",
-    "set_fixed",
-    "shift",
-    "times",
-    "to_bernstein",
-]
-
 SIZE, TOP = 10, 7
 """Numbers of a model; its highest degree."""
 REST, DEGREE = 8, 9

@@ -34,8 +34,6 @@ from lumped.kernel.enclosures.models import SIZE, high, low
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
-__all__ = ["begin_loads", "end_loads", "feed_inner", "feed_loads"]
-
 _COUNTS = 0.1
 """Swings below this part of the tolerance, of the largest size of a load, are none."""
 

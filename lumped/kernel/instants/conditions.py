@@ -8,17 +8,6 @@ from lumped.kernel.plant import Plant
 from lumped.kernel.rounds import may_change
 from lumped.kernel.run import SET_TWICE, Run
 
-__all__ = [
-    "begin_jumps",
-    "copy_conditions",
-    "jump",
-    "must_ask",
-    "set_by_sides",
-    "slack",
-    "turn",
-    "turn_wrong",
-]
-
 _EQUAL, _LEAST = 1e-12, 1e-13
 """Difference of sides that are equal, relative to them, and at least."""
 

@@ -9,21 +9,6 @@ from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import FREE, Plant
 from lumped.kernel.run import Run
 
-__all__ = [
-    "ROUNDING",
-    "STANDSTILL",
-    "TOUCHING",
-    "copy_settings",
-    "is_at_rest",
-    "is_held",
-    "is_shared",
-    "look_at",
-    "release_demands",
-    "set_position",
-    "standstills",
-    "stop",
-]
-
 TOUCHING = 1e-13
 """Gap of bodies that touch, m or rad."""
 _INFINITE = float("inf")

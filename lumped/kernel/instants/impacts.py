@@ -38,8 +38,6 @@ from lumped.kernel.instants.impulses import (
 from lumped.kernel.instants.problem import AT_UPPER, OUTSIDE, WITHIN
 from lumped.kernel.run import Run
 
-__all__ = ["HAS_COLLIDED", "LOWEST", "NO_ANSWER", "collide", "halt"]
-
 NOTHING_CLOSES, HAS_COLLIDED, NO_ANSWER = range(3)
 
 LOWEST = 1e-11

@@ -26,8 +26,6 @@ from lumped.kernel.plant import FREE
 from lumped.kernel.rounds import begin_rounds
 from lumped.kernel.run import Run
 
-__all__ = ["PRESSED", "find_impulses", "gains_energy", "gather", "push", "strike"]
-
 PRESSED = 1e-9
 """Gain of a limit by impulses, relative to the largest of them, that is rounding."""
 _MISS = 1e-6

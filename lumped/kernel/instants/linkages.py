@@ -8,8 +8,6 @@ from lumped.code.words import Numbers, kernel
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
-__all__ = ["DIRECTIONS", "close", "converge", "follow"]
-
 _MOST = 20
 """Evaluations of Newton's method from one place."""
 _CLOSED = 1e-12

@@ -45,8 +45,6 @@ from lumped.kernel.plant import CONDITION, FREE, LOWER, SLIDE, UPPER, Plant
 from lumped.kernel.rounds import begin_rounds
 from lumped.kernel.run import ASKS, GOES_ON, INSIDE, NO_FIT, NOT_CLOSED, SET_TWICE, Run
 
-__all__ = ["begin", "calm_positions", "find_positions"]
-
 _DEEPEST = 1e-9
 """How deep bodies may start inside each other, m or rad: rounding of start values."""
 _INFINITE = float("inf")

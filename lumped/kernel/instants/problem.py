@@ -19,8 +19,6 @@ from lumped.code.words import kernel
 from lumped.kernel.instant_search import InstantSearch, Problem
 from lumped.kernel.rounds import may_change
 
-__all__ = ["AT_LOWER", "AT_UPPER", "OUTSIDE", "WITHIN", "change_places", "right_place"]
-
 OUTSIDE, WITHIN, AT_UPPER, AT_LOWER = range(4)
 """Places of a hold: no part of the problem, within its limits, at one of them."""
 

@@ -35,8 +35,6 @@ from lumped.kernel.plant import FREE
 from lumped.kernel.rounds import begin_rounds
 from lumped.kernel.run import Run
 
-__all__ = ["CHANGES", "FITS", "UNSOLVED", "calmness", "let_go", "settle_reactions"]
-
 FITS, CHANGES, UNSOLVED = range(3)
 """Whether positions fit, others were found, or there are none."""
 

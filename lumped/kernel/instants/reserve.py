@@ -14,8 +14,6 @@ from __future__ import annotations
 from lumped.code.words import kernel
 from lumped.kernel.instant_search import Reserve
 
-__all__ = ["largest_reserve"]
-
 _MOST = 1.0
 """Largest reserve that is sought: that of a constraint without load."""
 _STEADY = 0.01

@@ -16,8 +16,6 @@ from lumped.kernel.instants.reserve import largest_reserve
 from lumped.kernel.instants.yielding import COMPLIANT, soften, yield_from
 from lumped.kernel.run import Run
 
-__all__ = ["share"]
-
 _NO_INFLUENCE, _NO_STRESS = 1e-6, 1e-6
 """Influence, and sum of its squares over a group, that is rounding."""
 _MISSING = 0.2

@@ -9,8 +9,6 @@ from lumped.kernel.instants.holds import copy_settings, is_held, look_at, set_po
 from lumped.kernel.plant import FREE
 from lumped.kernel.run import Run
 
-__all__ = ["COMPLIANT", "soften", "watch_redundancy", "weigh", "would_share", "yield_from"]
-
 COMPLIANT = 1e-8
 """Compliance of redundant constraints, relative to that of the parts they hold."""
 _FOLLOWS = 1e-4

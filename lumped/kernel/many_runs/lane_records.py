@@ -11,8 +11,6 @@ from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers, Wide, Wides
 from lumped.kernel.plant import Function, Plant
 
-__all__ = ["IDLE", "STEPPING", "WAITING", "LaneWatch", "Lanes"]
-
 _STAGES = "lanes * 16 * states"
 (WAITING, STEPPING, IDLE) = range(3)
 """State of a lane: its run must go on alone; it makes steps; no variant is left for it."""

@@ -9,8 +9,6 @@ from lumped.kernel.many_runs.lane_records import STEPPING, WAITING
 from lumped.kernel.many_runs.variants import Variants
 from lumped.kernel.run import Run
 
-__all__ = ["hand_over", "load", "load_sums", "unload_step"]
-
 if TYPE_CHECKING:
     Lanes: TypeAlias = Any  # its fields are wide
 else:

@@ -57,8 +57,6 @@ from lumped.kernel.step_error import HOPELESS, SAFETY, is_finite
 from lumped.kernel.steps import LEAST, SHORTEST, explicit_growth
 from lumped.kernel.watch import Watch
 
-__all__ = ["COUNTERPARTS", "ENTRIES"]
-
 if TYPE_CHECKING:
     Lanes: TypeAlias = Any  # formulas of a `Run` take it too
 else:

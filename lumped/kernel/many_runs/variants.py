@@ -27,19 +27,6 @@ from lumped.kernel.run import (
 )
 from lumped.kernel.steps import advance, advance_alone, attempt_once, end_attempt, leave_step
 
-__all__ = [
-    "Queue",
-    "Variants",
-    "attempt_of",
-    "crossing_of",
-    "end_of",
-    "look_of",
-    "note_collisions",
-    "take",
-    "until_steps_of",
-    "variants",
-]
-
 _LARGEST = 1e100
 """Size of start values beyond which their powers are not finite."""
 

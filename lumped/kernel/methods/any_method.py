@@ -10,27 +10,6 @@ from lumped.code.words import Numbers, kernel
 from lumped.kernel.methods import dop853, rodas5p, taylor
 from lumped.kernel.run import Run
 
-__all__ = [
-    "IMPLICIT_NODES",
-    "IMPLICIT_ORDER",
-    "LONGER",
-    "NODES",
-    "attempt",
-    "attempt_explicit",
-    "dense_error",
-    "explicit_dense_error",
-    "inside",
-    "inside_explicit",
-    "integrals",
-    "polynomial",
-    "prepare",
-    "prepare_step",
-    "set_all_ranges",
-    "set_early_ranges",
-    "set_ranges",
-    "set_rough_ranges",
-]
-
 IMPLICIT_ORDER, NODES = rodas5p.ORDER, dop853.NODES
 IMPLICIT_NODES = (rodas5p.NODES[2], rodas5p.NODES[1])
 """Inner nodes of an implicit step at which it has stages, and those of an explicit one."""

@@ -15,21 +15,6 @@ from lumped.kernel.methods.rates import find_rates
 from lumped.kernel.run import Run
 from lumped.numerics import dop853 as tableau
 
-__all__ = [
-    "NODES",
-    "STAGES",
-    "dense_error",
-    "dense_output",
-    "integral_error",
-    "integrals_by_stages",
-    "interpolate",
-    "polynomial",
-    "set_ranges",
-    "set_rough_ranges",
-    "stages",
-    "step",
-]
-
 
 def _sum(weights: Iterable[float]) -> str:
     """A sum of stages, written out."""

@@ -7,8 +7,6 @@ import scipy
 
 from lumped.kernel.run import Pattern
 
-__all__ = ["pattern_of"]
-
 
 def pattern_of(rows: np.ndarray, columns: np.ndarray, n: int) -> Pattern:
     """Pattern of the factors of ``I - h J`` with pivots on the diagonal.

@@ -13,8 +13,6 @@ from lumped.kernel.instants.holds import copy_settings, is_shared
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
-__all__ = ["find_rates", "note_sharing"]
-
 
 @kernel
 def note_sharing(run: Run) -> None:

@@ -15,22 +15,6 @@ from lumped.kernel.methods.sparse_lu import factorise, is_solved, solve
 from lumped.kernel.run import Run
 from lumped.numerics import rodas5p as tableau
 
-__all__ = [
-    "INCREMENTS",
-    "LONGER",
-    "NODES",
-    "ORDER",
-    "PARTS",
-    "UNSOLVED",
-    "WEIGHTS",
-    "dense_error",
-    "dense_output",
-    "interpolate",
-    "polynomial",
-    "set_ranges",
-    "step",
-]
-
 ORDER = 5
 LONGER = 3.0
 """How many times longer than an explicit step the trial of an implicit one is."""

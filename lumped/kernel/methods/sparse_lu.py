@@ -5,8 +5,6 @@ from __future__ import annotations
 from lumped.code.words import Numbers, kernel
 from lumped.kernel.run import Matrix, Pattern, Run
 
-__all__ = ["factorise", "is_solved", "solve", "solve_transposed"]
-
 _ACCURATE = 1e-8
 """Largest residual with good pivots, relative to the terms of a row."""
 _TOLERATED = 1e-3

@@ -15,8 +15,6 @@ from lumped.kernel.methods import rodas5p
 from lumped.kernel.methods.dop853 import NODES
 from lumped.kernel.run import Run
 
-__all__ = ["expand", "integrals", "interpolate", "length", "polynomial", "set_ranges", "step"]
-
 _TOGETHER = 3
 """States whose series are summed at a time."""
 _HELD = 1e5

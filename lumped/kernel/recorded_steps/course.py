@@ -18,17 +18,6 @@ from lumped.kernel.methods.any_method import inside
 from lumped.kernel.plant import Function
 from lumped.kernel.run import DONE, GIVEN_UP, Run
 
-__all__ = [
-    "LOOKS",
-    "Course",
-    "Sweep",
-    "evaluate_inside",
-    "go_to_step",
-    "interpolate_step",
-    "of_columns",
-    "replay_steps",
-]
-
 LOOKS = 8
 """Points of each step that are looked at, the last of them its end."""
 

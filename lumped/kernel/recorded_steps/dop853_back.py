@@ -11,8 +11,6 @@ from lumped.kernel.recorded_steps.course import Sweep, of_columns
 from lumped.kernel.run import Run
 from lumped.numerics import dop853 as tableau
 
-__all__ = ["back"]
-
 _C = tuple(float(c) for c in tableau.C)
 (_1, _2, _3, _4, _5, _6, _7, _8, _9, _10, _11) = STAGES
 

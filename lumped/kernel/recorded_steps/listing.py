@@ -12,8 +12,6 @@ from lumped.kernel.methods.any_method import set_all_ranges
 from lumped.kernel.recorded_steps.course import Course, interpolate_step
 from lumped.kernel.run import DONE, GIVEN_UP, Run
 
-__all__ = ["list_points"]
-
 
 @kernel
 def list_points(run: Run, course: Course) -> int:

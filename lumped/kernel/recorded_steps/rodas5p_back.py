@@ -14,8 +14,6 @@ from lumped.kernel.recorded_steps.course import Sweep, of_columns
 from lumped.kernel.run import Run
 from lumped.numerics import rodas5p as tableau
 
-__all__ = ["back"]
-
 _GAMMA = tableau.GAMMA
 
 

@@ -7,8 +7,6 @@ from lumped.code.words import Integers, Numbers, kernel
 from lumped.kernel.recorded_steps.course import Sweep
 from lumped.kernel.run import Run
 
-__all__ = ["Stops", "add_pulses", "begin_stops", "cross"]
-
 
 class Stops(Record):
     """Pulses at ends of steps, and jumps between one step and the next, in the order of time.

@@ -9,8 +9,6 @@ from lumped.kernel.recorded_steps.course import Course, Sweep, go_to_step
 from lumped.kernel.recorded_steps.stops_back import Stops, add_pulses, begin_stops, cross
 from lumped.kernel.run import DONE, GIVEN_UP, Run
 
-__all__ = ["LEAST", "sweep_steps"]
-
 LEAST = 1e-3
 """Derivative by a state, relative to the greatest by any, below which its accuracy does not matter;
 both times the nominal value of the state."""

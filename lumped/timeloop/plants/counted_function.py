@@ -14,8 +14,6 @@ from lumped.kernel.plant import Function
 from lumped.support.process_lock import process_lock
 from lumped.timeloop.plants.executable import WORTH
 
-__all__ = ["CountedFunction"]
-
 
 class CountedFunction:
     """A function, interpreted until it was evaluated so often that compiling it pays.

@@ -30,8 +30,6 @@ from lumped.timeloop.plants.parts import (
 )
 from lumped.timeloop.plants.taylor_series import TaylorSeries
 
-__all__ = ["WORTH", "Executable", "evaluate_at", "executable", "smooth_executable", "span"]
-
 WORTH = 30_000
 """Evaluations of all functions that take as long as compiling them."""
 _KEPT_ROOM = 1_000_000

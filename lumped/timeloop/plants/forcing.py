@@ -17,8 +17,6 @@ from lumped.code.operations import (
     first_results,
 )
 
-__all__ = ["forcing"]
-
 _FIXED, _EVEN, _TIMED, _MOVING = range(4)
 """What follows parameters and settings; the time linearly; the time; states."""
 _NONE = frozenset[int]()

@@ -12,8 +12,6 @@ from lumped.kernel.roots import Bracket
 from lumped.kernel.run import Run
 from lumped.timeloop.plants.output_room import OutputRoom
 
-__all__ = ["KeptRun", "make_run", "remember"]
-
 _PARTS = {name: f.kind for name, f in InstantSearch.fields.items() if isinstance(f.kind, type)}
 """Records that belong to an instant."""
 

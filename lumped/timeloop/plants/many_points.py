@@ -13,8 +13,6 @@ from lumped.kernel import engine
 from lumped.kernel.run import Run, Samples
 from lumped.timeloop.plants.counted_function import CountedFunction
 
-__all__ = ["ManyPoints"]
-
 _NOTHING = dict.fromkeys(Run.lengths(), 0)
 
 

@@ -6,8 +6,6 @@ import numpy as np
 
 from lumped.kernel.run import RunOutput
 
-__all__ = ["OutputRoom"]
-
 _TURNS = 256
 """Room for changes of the method between two visits to Python."""
 

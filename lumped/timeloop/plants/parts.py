@@ -18,17 +18,6 @@ from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.plants.forcing import forcing
 from lumped.timeloop.programs import rank_programs
 
-__all__ = [
-    "Parts",
-    "any_direction",
-    "find_enclosed_sizes",
-    "make_enclosed",
-    "operations_of_each",
-    "parts_of",
-    "plant_sizes",
-    "select_enclosed",
-]
-
 
 class Parts(NamedTuple):
     """What a plant is made of.

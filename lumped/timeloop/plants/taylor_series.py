@@ -15,8 +15,6 @@ from lumped.errors import OptionError
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Run
 
-__all__ = ["TaylorSeries"]
-
 _LINEAR, _SUMMED = (12.0, 4 / 3), (6.0, 1.1)
 """Order at a tolerance of one and its rise for each digit, without sums over orders and with them.
 

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from lumped.errors import OptionError
 from lumped.timeloop.results.event import Event
 
-__all__ = ["READERS", "WRITERS", "Contents", "apart"]
-
 Read = dict[str, Any]
 """Contents by name."""
 

@@ -24,8 +24,6 @@ from lumped.flattening.template_cache import content_of
 from lumped.language.component import Component
 from lumped.language.declared import place_of, values_of
 
-__all__ = ["fingerprint"]
-
 
 def fingerprint(what: object) -> str:
     """Hash of all on which results depend.

@@ -10,8 +10,6 @@ import numpy as np
 
 from lumped.compiler.system import System
 
-__all__ = ["PointOfRun", "on_both_sides", "with_left_out"]
-
 _NEAR = 1e-5
 """How far apart instants of the same jump may be in two runs, relative to their length."""
 

@@ -9,7 +9,8 @@ from typing import Any, overload
 
 import numpy as np
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import UnknownNameError
 from lumped.support.by_name import ByName
 from lumped.support.rich_html import RichHtml
@@ -18,8 +19,6 @@ from lumped.timeloop.programs import ProgramInputs
 from lumped.timeloop.results.event import Change
 from lumped.timeloop.results.left_out_states import with_left_out
 from lumped.timeloop.results.result_files import list_computable
-
-__all__ = ["Convergence", "Kept", "Named", "OperatingPoint"]
 
 
 @dataclass(frozen=True)

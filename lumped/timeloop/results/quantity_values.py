@@ -8,8 +8,6 @@ from lumped.compiler.system import System
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 
-__all__ = ["quantity_along"]
-
 _KEPT = 64
 """Quantities whose functions a system keeps."""
 

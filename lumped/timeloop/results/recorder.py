@@ -15,8 +15,6 @@ from lumped.support.units import read_time
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Piece
 
-__all__ = ["Recorder", "SparingRecorder", "output_times", "scale"]
-
 _MOST = 100_000_000
 """Output intervals that any use has."""
 _ROUNDING = 1e-14

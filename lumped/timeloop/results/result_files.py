@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.flattening.tree import key_of
 from lumped.plots.draw import Backend, draw
@@ -27,16 +28,6 @@ from lumped.support.whole_files import whole_file
 from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.file_formats import READERS, WRITERS, Contents, apart
 from lumped.timeloop.results.fingerprint import fingerprint
-
-__all__ = [
-    "Saved",
-    "draw_curves",
-    "fingerprint",
-    "list_computable",
-    "load",
-    "select_quantities",
-    "state_names",
-]
 
 _SHOWN = 12
 """Quantities of a printed file."""

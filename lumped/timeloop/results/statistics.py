@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Statistics", "Used"]
-
 _WORDS = {
     "none": "nothing was computed",
     "exact": "closed form, as the model is linear between jumps",

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError, UnknownNameError
 from lumped.functionals import Functional
 from lumped.plots.draw import Backend, draw
@@ -26,8 +27,6 @@ from lumped.timeloop.results.operating_point import Named, OperatingPoint
 from lumped.timeloop.results.quantity_values import quantity_along
 from lumped.timeloop.results.result_files import Saved, draw_curves, select_quantities, state_names
 from lumped.timeloop.results.statistics import Statistics
-
-__all__ = ["Piece", "Trajectory"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,6 @@ from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.quantity_values import quantity_along
 from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["HeldRange", "ranges", "refuse_point_outside", "refuse_run_outside"]
-
 _ROUNDING = 1e-9
 """Share of a range by which a value may lie outside."""
 

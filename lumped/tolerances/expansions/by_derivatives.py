@@ -14,8 +14,6 @@ from lumped.tolerances.moments import Moments, central_moments, quadratic_moment
 from lumped.tolerances.scene import Scene
 from lumped.tolerances.spread import Spread, explain_variance, rank_shares, refuse_infinite
 
-__all__ = ["ByDerivatives", "ExpandedSpread", "by_derivatives"]
-
 _TRUSTED = 0.1
 """Root mean square of what an expansion misses, over the deviation, up to which it is believed."""
 _POINTS = 2**17

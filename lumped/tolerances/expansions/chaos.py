@@ -24,8 +24,6 @@ from lumped.tolerances.spread import (
     skewness_of,
 )
 
-__all__ = ["ByChaos", "PolynomialSpread", "by_chaos"]
-
 _POINTS = 2**16
 """Points at which polynomials are evaluated for quantiles."""
 _TRUSTED = 0.9

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from lumped.ensembles.laws import Array
 from lumped.tolerances.expansions.polynomials import Family, Terms, products, slopes_of_products
 
-__all__ = ["LEAST", "Expansion", "fit_expansion"]
-
 LEAST = 10
 """Runs below which an error of leaving one out tells nothing."""
 _NORMS = (1.0, 0.5)

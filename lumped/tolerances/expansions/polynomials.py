@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from lumped.ensembles.laws import Array
 
-__all__ = ["NORMAL", "Family", "Terms", "family_of", "products", "slopes_of_products"]
-
 _MOST = 16
 """Greatest degree in one variable."""
 _REACH, _NODES = 8.0, 8193

@@ -14,16 +14,6 @@ from lumped.errors import OptionError, SolverError
 from lumped.numerics.nearest_points import FURTHEST, Search, search_together
 from lumped.tolerances.failure.limit import Array, Limit
 
-__all__ = [
-    "DesignPoint",
-    "form",
-    "is_same",
-    "join_points",
-    "nothing_found",
-    "points_of",
-    "search_all",
-]
-
 _NEAR = (1e-2, 1e-4)
 """Distances from a design point at which the normal is compared with itself."""
 _TURNED = 0.1

@@ -13,8 +13,6 @@ from lumped.tolerances.failure.form import nothing_found
 from lumped.tolerances.failure.limit import Array, Limit
 from lumped.tolerances.failure.sampled import Sampled, interval
 
-__all__ = ["around", "centres"]
-
 _BESIDE = 2.0
 """How much farther than the nearest point others may be that are sampled too."""
 _SAME = 0.2

@@ -15,8 +15,6 @@ from lumped.support.text_table import list_names
 from lumped.support.units import amount, plain
 from lumped.tolerances.scene import Scene
 
-__all__ = ["Array", "Limit"]
-
 Array = NDArray[np.float64]
 
 

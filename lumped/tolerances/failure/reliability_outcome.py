@@ -22,8 +22,6 @@ from lumped.tolerances.failure.form import DesignPoint
 from lumped.tolerances.failure.sampled import Level, Sampled
 from lumped.tolerances.failure.sorm import Curved
 
-__all__ = ["Influence", "Kind", "Reliability"]
-
 Kind = Literal["mean", "deviation", "value"]
 """What of a parameter changes."""
 

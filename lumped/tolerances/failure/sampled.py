@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from lumped.tolerances.intervals import SCORE
 
-__all__ = ["Level", "Sampled", "interval"]
-
 
 @dataclass(frozen=True)
 class Level:

@@ -15,8 +15,6 @@ from lumped.tolerances.evaluated import curvatures_along
 from lumped.tolerances.failure.form import DesignPoint
 from lumped.tolerances.failure.limit import Array, Limit
 
-__all__ = ["Curved", "find_curvature", "paraboloid"]
-
 _WIDE = 12.0
 """Beyond this imaginary part the integrand has fallen below 1e-30 of itself."""
 

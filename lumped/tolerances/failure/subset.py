@@ -11,8 +11,6 @@ from lumped.errors import OptionError, SolverError
 from lumped.tolerances.failure.limit import Array, Limit
 from lumped.tolerances.failure.sampled import Level, Sampled, interval
 
-__all__ = ["subset"]
-
 _SHARE = 0.1
 """Of the samples of a level, that begin the chains of the next."""
 _MOST = 15

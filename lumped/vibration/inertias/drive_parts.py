@@ -14,8 +14,6 @@ from lumped.points.linearise import sparse_state_matrix
 from lumped.vibration.inertias.own_inertias import HeavyShaft, heavy_shafts, mean_inertias
 from lumped.vibration.natural.modes import Modes
 
-__all__ = ["DriveParts", "drive_parts"]
-
 Real = NDArray[np.float64]
 
 _FITS = 1e-6

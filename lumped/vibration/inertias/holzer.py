@@ -18,8 +18,6 @@ from lumped.support.text_table import number, table
 from lumped.vibration.inertias.stations import InertialPart, Part
 from lumped.vibration.pictures import holzer_picture
 
-__all__ = ["Holzer"]
-
 Real = NDArray[np.float64]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
 from lumped.support.display_units import display
@@ -20,8 +20,6 @@ from lumped.vibration.inertias.drive_parts import DriveParts, drive_parts
 from lumped.vibration.inertias.holzer import Holzer
 from lumped.vibration.inertias.stations import ElasticPart, InertialPart, Part
 from lumped.vibration.natural.modes import Modes
-
-__all__ = ["MassElastic", "mass_elastic"]
 
 Real = NDArray[np.float64]
 

@@ -13,8 +13,6 @@ from lumped.flattening.flat_model import Group
 from lumped.flattening.residual import VARYING, Residual
 from lumped.timeloop.results.operating_point import OperatingPoint
 
-__all__ = ["HeavyShaft", "heavy_shafts", "mean_inertias"]
-
 Real = NDArray[np.float64]
 
 _FITS = 1e-9

@@ -15,8 +15,6 @@ from lumped.points.vibrating_states import moving
 from lumped.vibration.natural.eigenpairs import Eigenpairs
 from lumped.vibration.natural.left_vectors import left_vectors
 
-__all__ = ["Accuracy", "accuracy", "count_lost_eigenvalues"]
-
 Real = NDArray[np.float64]
 
 _MOST = 500

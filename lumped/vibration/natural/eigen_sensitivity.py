@@ -10,7 +10,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
@@ -27,8 +28,6 @@ from lumped.vibration.natural.eigen_slopes import damping_slopes, hertz_slopes
 from lumped.vibration.natural.left_vectors import left_vectors, parts
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.natural.repeated_eigenvalues import derive_split
-
-__all__ = ["EigenSensitivity", "eigen_sensitivity"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["damping_slopes", "hertz_slopes", "second_derivatives"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

@@ -14,8 +14,6 @@ from lumped.points.linearise import sparse_state_matrix
 from lumped.support.rich_html import RichHtml
 from lumped.timeloop.results.operating_point import OperatingPoint
 
-__all__ = ["Eigenpairs"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

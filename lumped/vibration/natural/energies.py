@@ -14,8 +14,6 @@ from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.natural.modes import Modes
 
-__all__ = ["ModalEnergies", "Node", "modal_energies"]
-
 Real = NDArray[np.float64]
 
 _WORK = {("rad", "N.m"), ("m", "N")}

@@ -18,8 +18,6 @@ from lumped.support.arguments import checked
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.natural.modes import Modes
 
-__all__ = ["modes", "modes_of"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

@@ -12,8 +12,6 @@ from lumped.errors import SolverError
 from lumped.numerics.singular_factors import factors_of
 from lumped.vibration.natural.eigenpairs import Eigenpairs
 
-__all__ = ["beside", "left_vectors", "parts"]
-
 _DISTANCES = (1e-10, 1e-8, 1e-6, 1e-4)
 """Of a shift from an eigenvalue, relative."""
 

@@ -13,8 +13,6 @@ from lumped.points.start import start_point
 from lumped.timeloop.results.operating_point import Kept, OperatingPoint
 from lumped.vibration.natural.modes import Modes
 
-__all__ = ["ModeDesigns", "equilibrium_again"]
-
 
 def equilibrium_again(point: OperatingPoint, parameters: Changes) -> OperatingPoint:
     """The equilibrium of other parameters, found as that of a point was."""

@@ -12,7 +12,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError, UnknownNameError
 from lumped.plots.draw import Backend, draw
 from lumped.points.situation import one_sided, situation
@@ -23,8 +24,6 @@ from lumped.support.text_table import number, table
 from lumped.vibration.natural.eigen_accuracy import Accuracy, accuracy, count_lost_eigenvalues
 from lumped.vibration.natural.eigenpairs import Eigenpairs
 from lumped.vibration.pictures import mode_shapes_picture
-
-__all__ = ["Modes"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

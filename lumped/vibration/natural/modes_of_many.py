@@ -16,8 +16,6 @@ from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.validity import ranges
 from lumped.vibration.natural.mode_designs import ModeDesigns
 
-__all__ = ["ManyModes", "ModesOfMany"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

@@ -8,7 +8,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.bracketed_roots import find_bracketed_roots
 from lumped.points.linearise import sparse_state_matrix
@@ -24,8 +25,6 @@ from lumped.vibration.natural.find_modes import modes_of
 from lumped.vibration.natural.left_vectors import left_vectors
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.rotating.masses import mechanical_states
-
-__all__ = ["NaturalModes", "natural_modes"]
 
 Real = NDArray[np.float64]
 

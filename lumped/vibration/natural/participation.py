@@ -15,8 +15,6 @@ from lumped.support.text_table import number, table
 from lumped.vibration.natural.left_vectors import left_vectors
 from lumped.vibration.natural.modes import Modes
 
-__all__ = ["Participation", "participation"]
-
 
 @dataclass(frozen=True, eq=False)
 class Participation(RichHtml):

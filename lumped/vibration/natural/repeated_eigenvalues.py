@@ -14,8 +14,6 @@ from lumped.points.vibrating_states import moving
 from lumped.vibration.natural.left_vectors import beside, parts
 from lumped.vibration.natural.modes import Modes
 
-__all__ = ["Along", "derive_split"]
-
 Complex = NDArray[np.complex128]
 
 _DEFECTIVE = 1e-6

@@ -10,7 +10,8 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.plots.draw import Backend, draw
 from lumped.points.linearise import sparse_state_matrix
@@ -22,8 +23,6 @@ from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.pictures import root_locus_picture
-
-__all__ = ["RootLocus", "root_locus"]
 
 Complex = NDArray[np.complex128]
 

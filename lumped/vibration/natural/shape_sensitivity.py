@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.moved_equilibrium import find_moved_point, still_point
@@ -23,8 +23,6 @@ from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity
 from lumped.vibration.natural.left_vectors import left_vectors, parts
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.natural.repeated_eigenvalues import Along
-
-__all__ = ["ShapeSensitivity", "shape_sensitivity"]
 
 Complex = NDArray[np.complex128]
 

@@ -6,13 +6,12 @@ import casadi as ca
 import numpy as np
 import scipy
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.numerics.skew_scaling import two_colours
 from lumped.points.start import start_point
 from lumped.support.arguments import checked
-
-__all__ = ["expression", "symbolic_frequencies"]
 
 _MOST = 3
 

@@ -13,8 +13,6 @@ from lumped.vibration.ordered.order_solution import OrderEquations
 from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.rotating.amplitude_laws import AmplitudeLaws
 
-__all__ = ["find_amplitudes", "law_measure"]
-
 Real = NDArray[np.float64]
 Integer = NDArray[np.int64]
 

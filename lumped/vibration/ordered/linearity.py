@@ -21,8 +21,6 @@ from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.rotating.rotation import Rotation, find_settings
 from lumped.vibration.rotating.small_vibrations import SmallVibrations
 
-__all__ = ["Linearity", "linearity"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

@@ -15,8 +15,6 @@ from lumped.vibration.ordered.order_solution import Excitations
 from lumped.vibration.rotating.amplitude_laws import amplitude_laws
 from lumped.vibration.rotating.rotation import Rotation, samples_of
 
-__all__ = ["mean_power"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

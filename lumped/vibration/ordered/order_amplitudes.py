@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
@@ -19,8 +20,6 @@ from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.pictures import order_response_picture
-
-__all__ = ["OrderAmplitudes"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

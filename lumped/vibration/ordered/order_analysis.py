@@ -8,13 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.modes import Modes
-
-__all__ = ["Order", "mesh_orders", "orders", "rising_angle", "turns"]
 
 Real = NDArray[np.float64]
 Boolean = NDArray[np.bool_]

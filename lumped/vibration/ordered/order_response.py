@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError
 from lumped.points.situation import situation
 from lumped.support.arguments import checked
@@ -27,8 +28,6 @@ from lumped.vibration.rotating.amplitude_laws import amplitude_laws
 from lumped.vibration.rotating.find_rotation import rotation
 from lumped.vibration.rotating.rotation import Rotation
 from lumped.vibration.rotating.small_vibrations import SmallVibrations, small_vibrations
-
-__all__ = ["OrderResponse", "order_response"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

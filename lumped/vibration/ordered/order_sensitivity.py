@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.points.moved_equilibrium import places_to
 from lumped.support.arguments import checked
@@ -23,16 +23,6 @@ from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.rotating.rotation import Rotation, samples_of
 from lumped.vibration.rotating.rotation_derivatives import derive_by_parameters
 from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations
-
-__all__ = [
-    "OrderSensitivity",
-    "find_varied_places",
-    "order_sensitivity",
-    "refuse_ratio",
-    "sizes_of",
-    "slope_of",
-    "sweep_turns",
-]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -18,8 +18,6 @@ from lumped.vibration.rotating.masses import mechanical_states
 from lumped.vibration.rotating.rotation import Rotation
 from lumped.vibration.rotating.small_vibrations import SmallVibrations
 
-__all__ = ["Excitations", "OrderEquations", "OrderSolution"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Integer = NDArray[np.int64]

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
@@ -21,8 +21,6 @@ from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.ordered.order_analysis import rising_angle
 from lumped.vibration.pictures import order_tracks_picture
-
-__all__ = ["OrderTracks", "order_tracks"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from lumped.errors import OptionError
 
-__all__ = ["Synthesis"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

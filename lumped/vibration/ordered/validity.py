@@ -11,8 +11,6 @@ from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.rotating.rotation import Rotation
 from lumped.vibration.rotating.small_vibrations import SmallVibrations
 
-__all__ = ["refuse_vibration_outside"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

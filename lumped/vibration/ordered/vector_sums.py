@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
@@ -18,8 +18,6 @@ from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.pictures import phase_diagrams_picture
-
-__all__ = ["VectorSums", "vector_sums"]
 
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]

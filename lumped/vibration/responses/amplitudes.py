@@ -14,8 +14,6 @@ from lumped.points.linearise import Matrices
 from lumped.support.made_once import made_once
 from lumped.timeloop.results.operating_point import OperatingPoint
 
-__all__ = ["Held", "needing_rates", "refuse_rates", "shift_matrix", "solve_responses"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

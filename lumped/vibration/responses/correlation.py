@@ -9,15 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError, shown
 from lumped.plots.draw import Backend, draw
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units, display, frequency_unit
 from lumped.vibration.pictures import frequency_response_picture
 from lumped.vibration.responses.response import FrequencyResponse, frequency_response, response_unit
-
-__all__ = ["ResponseComparison", "compare_response", "frac", "mac"]
 
 Complex = NDArray[np.complex128]
 Amplitudes = NDArray[Any] | Sequence[Any]

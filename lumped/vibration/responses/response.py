@@ -12,7 +12,8 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
 from lumped.points.control_systems import control_response
@@ -29,8 +30,6 @@ from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
 from lumped.vibration.pictures import frequency_response_picture
 from lumped.vibration.responses.amplitudes import Held, refuse_rates, shift_matrix, solve_responses
-
-__all__ = ["FrequencyResponse", "Resonance", "frequency_response", "response_unit"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

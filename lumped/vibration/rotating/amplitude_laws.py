@@ -9,8 +9,6 @@ import casadi as ca
 from lumped.compiler.system import System
 from lumped.support.made_once import made_once
 
-__all__ = ["AmplitudeLaws", "amplitude_laws"]
-
 
 class AmplitudeLaws(NamedTuple):
     """Parameters that are amplitudes at which laws hold.

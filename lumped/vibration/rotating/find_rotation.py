@@ -8,7 +8,8 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.interpolated_rows import interpolate_rows
 from lumped.points.start import point_at, start_point
@@ -17,8 +18,6 @@ from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.rotating.rotation import Real, Rotation, find_settings, samples_of, speed_of
 from lumped.vibration.rotating.small_vibrations import small_vibrations
-
-__all__ = ["rotation"]
 
 _REPEATS = 1e-9
 """Difference of rates, relative to the largest, below which a drive is the same after a cycle."""

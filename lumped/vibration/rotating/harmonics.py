@@ -9,8 +9,6 @@ from lumped.numerics.interpolated_rows import interpolate_rows
 from lumped.vibration.rotating.rotation import Rotation, find_settings, samples_of
 from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations
 
-__all__ = ["harmonics", "mean_matrix"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

@@ -13,8 +13,6 @@ from lumped.compiler.system import System
 from lumped.simulation.energy_audit import sum_stored
 from lumped.support.made_once import made_once
 
-__all__ = ["Masses", "masses", "mechanical_states"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Integer = NDArray[np.int64]

@@ -8,13 +8,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.operating_point import OperatingPoint
-
-__all__ = ["Real", "Rotation", "find_settings", "samples_of", "speed_of"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

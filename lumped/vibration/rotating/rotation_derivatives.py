@@ -10,8 +10,6 @@ from lumped.points.start_values import relative_positions
 from lumped.vibration.rotating.rotation import Rotation, samples_of, speed_of
 from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations, small_vibrations
 
-__all__ = ["derive_by_parameters", "derive_by_speed"]
-
 Real = NDArray[np.float64]
 
 

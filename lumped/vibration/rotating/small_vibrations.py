@@ -16,8 +16,6 @@ from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.vibration.rotating.amplitude_laws import amplitude_laws
 from lumped.vibration.rotating.masses import masses
 
-__all__ = ["Parts", "SmallVibrations", "small_vibrations"]
-
 Real = NDArray[np.float64]
 Pattern = tuple[NDArray[np.int64], NDArray[np.int64]]
 

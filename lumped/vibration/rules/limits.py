@@ -9,13 +9,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
 from lumped.support.units import convert_value, has_unit
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
-
-__all__ = ["Limit", "Measure", "Real", "torque_reversal"]
 
 Real = NDArray[np.float64]
 Measure = Literal["maximum", "half range", "sum", "with mean", "mean power"]

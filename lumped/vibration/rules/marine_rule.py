@@ -14,12 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.vibration.rules.limits import Limit
 from lumped.vibration.speeds.campbell import BarredRange
-
-__all__ = ["MarineShaft"]
 
 Real = NDArray[np.float64]
 _SOURCE = "IACS UR M68"

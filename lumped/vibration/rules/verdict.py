@@ -23,8 +23,6 @@ from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.rules.limits import Limit, Measure, Real
 from lumped.vibration.speeds.campbell import BarredRange, Campbell, CriticalSpeed
 
-__all__ = ["Result", "Verdict", "measure_quantity", "separation", "verdict"]
-
 
 @dataclass(frozen=True, eq=False)
 class Result:

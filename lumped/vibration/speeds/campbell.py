@@ -24,8 +24,6 @@ from lumped.vibration.natural.find_modes import modes
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.speeds.campbell_picture import campbell_picture
 
-__all__ = ["BarredRange", "Campbell", "CriticalSpeed", "campbell", "critical_speeds"]
-
 Real = NDArray[np.float64]
 Orders = Iterable[float] | Mapping[str, float]
 """Excitations for each turn of a shaft, or such by their labels."""

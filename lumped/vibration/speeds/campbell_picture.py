@@ -10,8 +10,6 @@ from lumped.plots.picture import Axis, Band, Curve, Item, Panel, Picture, Tag, l
 from lumped.plots.style import COLOURS, GREY, LETTER, SMALL, WIDTH, Look
 from lumped.support.display_units import Shown
 
-__all__ = ["campbell_picture"]
-
 _LINE = 1.3  # height of a line over the size of its letters
 _RAYS = ("orange", "purple", "sky", "green")  # blue and vermilion are frequencies and points
 

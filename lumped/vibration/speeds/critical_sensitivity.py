@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from lumped.compiler.system import Name
+from lumped.compiler.structure import Name
 from lumped.errors import OptionError, SolverError
 from lumped.support.arguments import checked
 from lumped.vibration.ordered.order_response import OrderResponse
@@ -17,8 +17,6 @@ from lumped.vibration.ordered.order_sensitivity import (
 )
 from lumped.vibration.speeds.campbell import CriticalSpeed
 from lumped.vibration.speeds.mean_spectrum import MeanSpectrum
-
-__all__ = ["critical_sensitivity"]
 
 _MEETS = 1e-6
 """Relative distance of the frequency at the speed from that of the order."""

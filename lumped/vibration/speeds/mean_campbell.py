@@ -24,8 +24,6 @@ from lumped.vibration.speeds.campbell import (
 )
 from lumped.vibration.speeds.mean_modes import mean_modes
 
-__all__ = ["mean_campbell", "modes_at", "speeds_that_show"]
-
 Real = NDArray[np.float64]
 
 _COARSE, _FINE = 8, 16

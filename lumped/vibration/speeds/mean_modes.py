@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
@@ -18,8 +19,6 @@ from lumped.vibration.natural.modes import Modes
 from lumped.vibration.rotating.find_rotation import rotation
 from lumped.vibration.rotating.harmonics import mean_matrix
 from lumped.vibration.rotating.small_vibrations import small_vibrations
-
-__all__ = ["mean_modes"]
 
 
 @checked

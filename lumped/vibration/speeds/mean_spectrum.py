@@ -13,8 +13,6 @@ from lumped.vibration.rotating.rotation import Rotation, samples_of
 from lumped.vibration.rotating.rotation_derivatives import derive_by_parameters, derive_by_speed
 from lumped.vibration.rotating.small_vibrations import SmallVibrations
 
-__all__ = ["MeanSpectrum"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

@@ -15,8 +15,6 @@ from lumped.vibration.ordered.order_sensitivity import refuse_ratio, sizes_of
 from lumped.vibration.speeds.campbell import CriticalSpeed
 from lumped.vibration.speeds.mean_campbell import mean_campbell
 
-__all__ = ["OrderDesigns", "apart_of"]
-
 
 class OrderDesigns:
     """Order responses of one system for other parameters.

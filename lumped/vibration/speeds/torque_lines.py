@@ -18,14 +18,6 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
 
-__all__ = [
-    "LineCrossing",
-    "TorqueLine",
-    "line_crossings",
-    "sine_triangle_lines",
-    "six_pulse_lines",
-]
-
 Real = NDArray[np.float64]
 
 
