@@ -102,7 +102,7 @@ def report_on(structure: Structure, names: Sequence[str], seconds: Mapping[str, 
 def _reason(structure: Structure, node: int) -> str:
     """Why a node is a state."""
     if node not in structure.reduced.tied:
-        return "its derivative stands in the equations"
+        return "its derivative occurs in the equations"
     unknown = structure.members.get(node)
     wish = "avoid" if unknown is None else structure.tree.quantity(unknown).wish
     if wish in ("prefer", "always"):

@@ -341,7 +341,7 @@ def test_the_report_tells_what_became_of_the_model():
     chain = in_a_row(a=Inertia(J=1.0), shaft=Spring(c=4.0), b=Inertia(J=1.0))
     report = lp.assemble(chain).report()
     assert report.states["shaft.phi_rel"] == "declared state='prefer'; constraints determine others"
-    assert report.states["a.w"] == "its derivative stands in the equations"
+    assert report.states["a.w"] == "its derivative occurs in the equations"
     assert "a.phi: cyclic coordinate" in repr(report)
 
 
