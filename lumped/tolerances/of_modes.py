@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.errors import OptionError, SolverError
+from lumped.functionals import Functional
 from lumped.functionals.readings import Clearance, Damping, Frequency, Reading
-from lumped.tolerances.evaluated import Array, Evaluated, Failures, one_by_one
+from lumped.tolerances.evaluated import Array, Evaluation, OfReadings
 from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity
 from lumped.vibration.natural.eigen_slopes import damping_slopes, hertz_slopes, second_derivatives
 from lumped.vibration.natural.find_modes import modes
@@ -18,8 +19,8 @@ from lumped.vibration.natural.modes import Modes
 from lumped.vibration.natural.modes_of_many import ManyModes, ModesOfMany
 
 
-class OfModes(Evaluated):
-    """Readings of modes (see `Evaluated`).
+class OfModes(OfReadings):
+    """Functionals of modes (see `Evaluated`).
 
     Parameters
     ----------
@@ -27,63 +28,52 @@ class OfModes(Evaluated):
         Those of the nominal drive.
     names : tuple of str
         What varies.
-    of : sequence of Reading
+    of : mapping of str to functional
     analysis : str
         With which errors begin.
     """
 
     def __init__(
-        self, begin: Modes, names: tuple[str, ...], of: Sequence[Reading], analysis: str
+        self, begin: Modes, names: tuple[str, ...], of: Mapping[str, Functional], analysis: str
     ) -> None:
-        self._begin, self._names, self._of = begin, names, tuple(of)
-        self._system, self._base = begin.system, begin.point.parameters
+        super().__init__(begin.system, names, of)
+        self._count, self._base = len(begin.hertz), begin.point.parameters
         self._designs = ModeDesigns(begin)
-        self._many, count = ModesOfMany(self._designs, names), len(begin.hertz)
-        for functional in of:
-            if isinstance(functional, Frequency | Damping) and not 0 <= functional.mode < count:
+        self._many = ModesOfMany(self._designs, names)
+        for reading in self._readings:
+            if isinstance(reading, Frequency | Damping) and not 0 <= reading.mode < self._count:
                 raise OptionError(
-                    f"{analysis}: {functional}: the modes are 0 to {count - 1}, counted from the "
-                    "lowest."
+                    f"{analysis}: {reading}: the modes are 0 to {self._count - 1}, counted from "
+                    "the lowest."
                 )
-            if isinstance(functional, Clearance) and not (
-                functional.excitations and min(functional.excitations) > 0
+            if isinstance(reading, Clearance) and not (
+                reading.excitations and min(reading.excitations) > 0
             ):
-                raise OptionError(f"{analysis}: {functional}: give positive frequencies in Hz.")
+                raise OptionError(f"{analysis}: {reading}: give positive frequencies in Hz.")
 
-    def values(self, x: Array) -> tuple[Array, Failures]:
-        """Functionals of all designs."""
-        found = np.full((len(x), len(self._of)), np.nan)
-        if self._many.applies:
-            many = self._many.modes(x)
-            for k, wanted in enumerate(self._of):
-                found[:, k] = _values(wanted, many.hertz, many.damping)
-        return found, self._alone(x, [found], lambda row: [self._values(self._modes(row))])
+    def _read_together(self, x: Array, found: Evaluation) -> None:
+        if not self._many.applies:
+            return
+        many = self._many.modes(x)
+        for k, wanted in enumerate(self._readings):
+            found.values[:, k] = _values(wanted, many.hertz, many.damping)
+            if not found.slopes.shape[2]:
+                continue
+            mode, side = _mode_of(wanted, many.hertz)
+            for own in np.unique(mode):
+                mine = mode == own
+                part = ManyModes(many.eigenvalues[mine])
+                slopes = self._many.slopes(x[mine], part, [int(own)])
+                through = damping_slopes if isinstance(wanted, Damping) else hertz_slopes
+                slope = through(part.eigenvalues[:, [own]], slopes)[:, 0]
+                found.slopes[mine, k] = side[mine, None] * slope
 
-    def slopes(self, x: Array) -> tuple[Array, Array, Failures]:
-        """Functionals and derivatives of all designs."""
-        found = np.full((len(x), len(self._of)), np.nan)
-        by = np.full((*found.shape, len(self._names)), np.nan)
-        if self._many.applies:
-            many = self._many.modes(x)
-            used = [_mode_of(wanted, many.hertz) for wanted in self._of]
-            for k, (wanted, (mode, side)) in enumerate(zip(self._of, used, strict=True)):
-                found[:, k] = _values(wanted, many.hertz, many.damping)
-                for own in np.unique(mode):
-                    mine = mode == own
-                    part = ManyModes(many.eigenvalues[mine])
-                    slopes = self._many.slopes(x[mine], part, [int(own)])
-                    through = damping_slopes if isinstance(wanted, Damping) else hertz_slopes
-                    slope = through(part.eigenvalues[:, [own]], slopes)[:, 0]
-                    by[mine, k] = side[mine, None] * slope
-        failures = self._alone(x, [found, by], self._with_slopes)
-        return found, by, failures
-
-    def curvatures(self, x: Array) -> Array | None:
+    def _curvatures(self, x: Array) -> Array | None:
         """Second derivatives of modes whose state matrix depends on parameters alone."""
         if not self._many.applies:
             return None
         found, hertz = [], self._many.modes(x[None]).hertz[0]
-        for wanted in self._of:
+        for wanted in self._readings:
             mode, side = slope_of_modes(wanted, hertz)
             own = self._many.curvatures(x, mode)
             if own is None:
@@ -91,36 +81,14 @@ class OfModes(Evaluated):
             found.append(side * second_derivatives(*own, of_damping=isinstance(wanted, Damping)))
         return np.array(found)
 
-    def _alone(self, x: Array, found: list[Array], one: Callable[[Array], list[Array]]) -> Failures:
-        """Fill in designs that must be looked at alone."""
-        left = np.flatnonzero(
-            np.any([np.isnan(part).reshape(len(x), -1).any(axis=1) for part in found], axis=0)
-        )
-        results, failures = one_by_one(x[left], [part.shape[1:] for part in found], one)
-        for part, result in zip(found, results, strict=True):
-            part[left] = result
-        return {int(left[i]): text for i, text in failures.items()}
-
-    def _modes(self, row: Array) -> Modes:
-        values = self._base | dict(zip(self._names, row.tolist(), strict=True))
-        found = modes(self._system, at=self._designs.point(values))
-        if len(found.hertz) != len(self._begin.hertz):
-            raise SolverError(
-                f"{self._system.name}: there are {len(found.hertz)} oscillating modes instead of "
-                f"{len(self._begin.hertz)}: one became a decay or the reverse.",
-                None,
-            )
-        return found
-
-    def _values(self, found: Modes) -> Array:
-        each = self._of
-        return np.array([value_of_modes(f, found.hertz, found.damping) for f in each])
-
-    def _with_slopes(self, row: Array) -> list[Array]:
+    def _read_alone(self, row: Array, with_slopes: bool) -> tuple[Array, Array]:
         found = self._modes(row)
+        values = [value_of_modes(f, found.hertz, found.damping) for f in self._readings]
+        if not with_slopes:
+            return np.array(values), np.zeros((len(values), 0))
         by = eigen_sensitivity(found, by=self._names)
         slopes = []
-        for wanted in self._of:
+        for wanted in self._readings:
             mode, side = slope_of_modes(wanted, found.hertz)
             if mode in by.repeated:
                 raise SolverError(
@@ -130,7 +98,18 @@ class OfModes(Evaluated):
                 )
             own = by.damping if isinstance(wanted, Damping) else by.hertz
             slopes.append(side * own[mode])
-        return [self._values(found), np.array(slopes)]
+        return np.array(values), np.array(slopes)
+
+    def _modes(self, row: Array) -> Modes:
+        values = self._base | dict(zip(self._names, row.tolist(), strict=True))
+        found = modes(self._system, at=self._designs.point(values))
+        if len(found.hertz) != self._count:
+            raise SolverError(
+                f"{self._system.name}: there are {len(found.hertz)} oscillating modes instead of "
+                f"{self._count}: one became a decay or the reverse.",
+                None,
+            )
+        return found
 
 
 def value_of_modes(wanted: Reading, hertz: Array, damping: Array) -> float:

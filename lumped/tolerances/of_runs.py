@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from lumped.compiler.system import System
 from lumped.ensembles.collected_runs import RunsAt
 from lumped.errors import LumpedError, OptionError, UnknownNameError
 from lumped.functionals import Functional
 from lumped.gradients.gradient_ensemble import gradients_at
 from lumped.timeloop.run_options import RunPlan
-from lumped.tolerances.evaluated import Array, Evaluated, Failures
+from lumped.tolerances.evaluated import Array, Evaluated, Evaluation
 
 
 class OfRuns(Evaluated):
@@ -40,45 +38,34 @@ class OfRuns(Evaluated):
         workers: int | None,
         analysis: str,
     ) -> None:
-        self._system, self._names, self._of = system, names, dict(of)
+        super().__init__(system, names, of)
         self._plan, self._workers, self._analysis = plan, workers, analysis
         self.error = plan.rtol
         self._runs = RunsAt(system, names, of, plan, workers)
-        self.labels = tuple(of)
-        self.units = tuple(functional.unit(system) for functional in of.values())
 
-    def values(self, x: Array) -> tuple[Array, Failures]:
-        """Functionals of all runs."""
-        return self._runs(x)
-
-    def slopes(self, x: Array) -> tuple[Array, Array, Failures]:
-        """Functionals and derivatives of all runs, by the adjoint.
+    def evaluate(self, x: Array, with_slopes: bool) -> Evaluation:
+        """Functionals of all runs, and derivatives by the adjoint if they are asked for.
 
         Raises
         ------
         OptionError
-            If a functional has none.
+            If a functional has no derivative.
         """
+        unknown = Evaluation.unknown(len(x), len(self._of), with_slopes * x.shape[1])
+        if not with_slopes:
+            values, failures = self._runs(x)
+            return unknown._replace(values=values, failures=failures)
         for label, wanted in self._of.items():
             if not all(reading.smooth for reading in wanted.readings):
                 raise OptionError(
                     f"{self._analysis}: {label} has no derivative: numbers of events jump. Take a "
                     "method of samples."
                 )
-        shape = len(x), len(self._of)
+        of, plan = tuple(self._of.values()), self._plan
         try:
-            found = gradients_at(
-                self._system,
-                self._names,
-                x,
-                tuple(self._of.values()),
-                self._names,
-                self._plan,
-                self._workers,
-            )
+            found = gradients_at(self._system, self._names, x, of, self._names, plan, self._workers)
         except (OptionError, UnknownNameError):
             raise
         except LumpedError as error:
-            lost = dict.fromkeys(range(len(x)), str(error))
-            return np.full(shape, np.nan), np.full((*shape, x.shape[1]), np.nan), lost
-        return found.values, found.derivatives, found.failures
+            return unknown._replace(failures=dict.fromkeys(range(len(x)), str(error)))
+        return Evaluation(found.values, found.derivatives, found.failures)
