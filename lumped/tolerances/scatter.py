@@ -9,6 +9,7 @@ from typing import Any, Literal, Unpack
 
 import numpy as np
 
+from lumped.ensembles.outcome import list_reasons
 from lumped.ensembles.variants import Over, Sampling
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
@@ -31,7 +32,6 @@ _RUNS = {"samples": 1000, "derivatives": 64, "chaos": 200}
 _TOLD = (0.01, 0.5, 0.99)
 _MOST = 5
 """Parameters that are told of each functional."""
-_REASONS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,14 +174,7 @@ class Scatter(ByName, RichHtml):
             if own.missing is not None and own.missing.value:
                 value, low, high = (f"{100 * part:.3g}" for part in own.missing)
                 lines.append(f"{label}: no value in {value} % ({low} to {high}) of the runs")
-        counts: dict[str, list[int]] = {}
-        for i, reason in self.failures.items():
-            counts.setdefault(reason, []).append(i)
-        lines += [
-            f"run {runs[0]}{f' and {len(runs) - 1} more' * (len(runs) > 1)}: {reason}"
-            for reason, runs in list(counts.items())[:_REASONS]
-        ]
-        return "\n".join([*lines, *self.notes])
+        return "\n".join([*lines, *list_reasons(self.failures), *self.notes])
 
 
 def _find_quantile(own: Spread, q: float) -> Quantile | None:

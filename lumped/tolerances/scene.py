@@ -104,6 +104,12 @@ class Scene:
         return self.marginals.values(np.asarray(u, dtype=float))[1]
 
     @property
+    def moments(self) -> tuple[Array, Array]:
+        """Means and standard deviations of the parameters that scatter, shape (d,) each."""
+        pairs = [central_moments(law) for law in self.marginals.laws]
+        return np.array([mean for mean, _ in pairs]), np.sqrt([central[2] for _, central in pairs])
+
+    @property
     def parameter_units(self) -> tuple[str, ...]:
         """SI units of the parameters that scatter."""
         return tuple(self.system.parameter_unit(name) for name in self.names)
@@ -231,7 +237,7 @@ class Scene:
         found = self.exact_curvatures(x)
         if found is not None:
             return found
-        wide = np.sqrt([central_moments(law)[1][2] for law in self.marginals.laws])
+        _, wide = self.moments
         scaled = curvatures_along(lambda at: self.slopes(at)[1], x, np.diag(wide), self.error)
         if not np.isfinite(scaled).all():
             why = next(iter(self.failures.values()), "")
