@@ -2,31 +2,38 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import os
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from lumped.compiler.system import Changes, System
-from lumped.ensembles.ensemble_file import EnsembleFile
+from lumped.compiler.system import System
+from lumped.ensembles.line_file import LineFile
 from lumped.ensembles.parallel_runs import DIED, on_cluster, run_in_threads
+from lumped.ensembles.variants import ParameterSets, fill_parameters
 from lumped.errors import LumpedError, OptionError
 from lumped.functionals import Functional
 from lumped.kernel.run import DONE, FULL
-from lumped.many_runs.native_runs import NativeRuns
+from lumped.many_runs.native_runs import Batch, NativeRuns
 from lumped.points.start import run_start
 from lumped.simulation.simulate import run_on
 from lumped.support.progress import Progress
+from lumped.timeloop.results.fingerprint import fingerprint
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.recorder import Recorder
 from lumped.timeloop.run_options import RunPlan
 
 _EXPLAINED = 20
 """Failed runs that are made again, each alone, to say why."""
-_WORDS = {
+STOPPED = {
     FULL: "interrupted before it was run",
     DIED: "the process of a worker died in this run, or in one of its chunk, again and again",
 }
+"""Status of runs that did not come to their end for a reason outside of them."""
 
 
 class RunsAt:
@@ -69,7 +76,7 @@ class RunsAt:
         if not len(points):
             return np.full((0, len(self._made.watched.of)), np.nan), {}
         values, status, _ = collect_runs(self._made, points, min(self._workers, len(points)))
-        return values, failures_of(self._made, points, values, status).texts
+        return values, failures_of(self._made, points, values, status)
 
 
 def collect_runs(
@@ -121,16 +128,6 @@ def collect_runs(
     return values, status, busy
 
 
-def fill_parameters(system: System, parameters: Changes | None) -> np.ndarray:
-    """All parameters as they are unless varied; the runs are checked one by one."""
-    theta, p = system.structure.parameters.defaults.copy(), system.structure.parameters
-    for place, value in zip(
-        system.places(parameters or {}), (parameters or {}).values(), strict=True
-    ):
-        theta[place] = p.number(p.free[place], value)
-    return theta
-
-
 def label_functionals(of: Mapping[str, Any] | Iterable[Any], analysis: str) -> dict[str, Any]:
     """Functionals by their labels.
 
@@ -153,38 +150,27 @@ def label_functionals(of: Mapping[str, Any] | Iterable[Any], analysis: str) -> d
     return wanted
 
 
-class Failures(NamedTuple):
-    """Why runs failed, or which results are not numbers, by the number of the run.
-
-    `every` is the first of them where none came to its end.
-    """
-
-    texts: dict[int, str]
-    every: tuple[int, str] | None
-
-
 def failures_of(
     made: NativeRuns, points: np.ndarray, values: np.ndarray, status: np.ndarray
-) -> Failures:
-    """Why runs failed."""
+) -> dict[int, str]:
+    """Why runs failed, or which results are not numbers, by the number of the run."""
     found: dict[int, str] = {}
     first_of: dict[int, tuple[int, str]] = {}
     for i in np.flatnonzero(status != DONE).tolist():
         why = int(status[i])
-        if why in _WORDS:
-            found[i] = _WORDS[why]
+        if why in STOPPED:
+            found[i] = STOPPED[why]
         elif len(found) < _EXPLAINED or why not in first_of:
             found[i] = _fault(made, points[i], why)
             first_of.setdefault(why, (i, found[i]))
         else:
             first, text = first_of[why]
             found[i] = f"as run {first}: {text}"
-    every = next(iter(first_of.values())) if first_of and len(found) == len(status) else None
     labels = tuple(made.watched.of)
     for i in np.flatnonzero((status == DONE) & np.isnan(values).any(axis=1)).tolist():
         missing = [label for label, v in zip(labels, values[i], strict=True) if np.isnan(v)]
         found[i] = "; ".join(made.watched.missing(label) for label in missing)
-    return Failures(found, every)
+    return found
 
 
 def _fault(made: NativeRuns, values: np.ndarray, status: int) -> str:
@@ -198,3 +184,65 @@ def _fault(made: NativeRuns, values: np.ndarray, status: int) -> str:
     except LumpedError as error:
         return str(error)
     return f"{system.name}: this run failed (status {status})."
+
+
+def heading(
+    system: System, variants: ParameterSets, of: Mapping[str, Functional], plan: RunPlan
+) -> dict[str, Any]:
+    """All on which the results of an ensemble depend, for the first line of its file."""
+    values = np.ascontiguousarray(variants.values)
+    options = {name: str(value) for name, value in plan._asdict().items() if name != "until"}
+    if isinstance(start := plan.start, OperatingPoint):
+        options["start"] = fingerprint((start.time, start.x, start.theta, start.settings))
+    return {
+        "lumped": "ensemble",
+        "model": fingerprint(system),
+        "parameters": system.parameters,
+        "until": plan.until,
+        "points": [*variants.names, hashlib.sha256(values.tobytes()).hexdigest()[:16]],
+        "runs": len(values),
+        "of": {label: f"{f}: {f.readings!r}" for label, f in of.items()},
+        "options": options,
+    }
+
+
+class EnsembleFile(LineFile):
+    """Results in a file, one line for each chunk of runs (see `LineFile`).
+
+    Attributes
+    ----------
+    known : list of (int, Batch)
+        Results that were found: first run, and those from it on.
+    """
+
+    def __init__(self, path: str | Path | None, head: dict[str, Any]) -> None:
+        self.known: list[tuple[int, Batch]] = []
+        super().__init__(path, head)
+
+    def add(self, which: np.ndarray, batch: Batch) -> None:
+        """Keep results of some runs, ascending, at once; without those that were interrupted."""
+        done = np.flatnonzero(batch.status != FULL)
+        for part in np.split(done, np.flatnonzero(np.diff(which[done]) != 1) + 1):
+            if self._file is not None and len(part):
+                values, status = batch.values[part], batch.status[part]
+                self.write(
+                    {
+                        "first": int(which[part[0]]),
+                        "values": _pack(values.astype("<f8")),
+                        "status": _pack(status.astype("<i8")),
+                    }
+                )
+
+    def read(self, entry: Any) -> None:
+        """Take over a chunk that was written before."""
+        status = np.frombuffer(base64.b64decode(entry["status"]), "<i8").astype(np.int64)
+        values = np.frombuffer(base64.b64decode(entry["values"]), "<f8").astype(float)
+        first = int(entry["first"])
+        if not 0 <= first <= first + len(status) <= self._head["runs"]:
+            raise ValueError(f"there are no runs {first} to {first + len(status) - 1}")
+        batch = Batch(values.reshape(len(status), len(self._head["of"])), status)
+        self.known.append((first, batch))
+
+
+def _pack(numbers: np.ndarray) -> str:
+    return base64.b64encode(np.ascontiguousarray(numbers).tobytes()).decode()

@@ -12,9 +12,8 @@ import scipy
 from numpy.typing import ArrayLike
 
 from lumped.compiler.structure import Name
-from lumped.ensembles.laws import Array, Distribution
+from lumped.ensembles.laws import Array, Distribution, Lognormal, Normal, Triangular, Uniform
 from lumped.ensembles.other_laws import Measured, Scaled, Truncated, distribution_of
-from lumped.ensembles.plain_laws import Lognormal, Normal, Triangular, Uniform
 from lumped.errors import OptionError
 from lumped.flattening.tree import key_of
 from lumped.support.arguments import checked

@@ -8,18 +8,22 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Unpack
 
+import numpy as np
+
 from lumped.compiler.system import System
 from lumped.ensembles.collected_runs import (
+    STOPPED,
+    EnsembleFile,
     collect_runs,
     failures_of,
-    fill_parameters,
+    heading,
     label_functionals,
 )
-from lumped.ensembles.ensemble_file import EnsembleFile, heading
 from lumped.ensembles.outcome import Ensemble
-from lumped.ensembles.variants import Over, Sampling, variants_of
+from lumped.ensembles.variants import Over, Sampling, fill_parameters, variants_of
 from lumped.errors import OptionError, SolverError, shown
 from lumped.functionals import Functional
+from lumped.kernel.run import DONE
 from lumped.many_runs.native_runs import NativeRuns
 from lumped.support.arguments import checked
 from lumped.timeloop.run_options import RunOptions, run_plan
@@ -110,16 +114,18 @@ def ensemble(
     begun = clock.perf_counter()
     values, status, busy = collect_runs(made, varied.values, count, file, client)
     failures = failures_of(made, varied.values, values, status)
-    if failures.every is not None:
-        first, text = failures.every
-        raise SolverError(f"ensemble: all {len(status)} runs fail. Run {first}: {text}", None)
+    own = np.flatnonzero((status != DONE) & ~np.isin(status, [*STOPPED]))
+    if len(own) and (status != DONE).all():
+        first = int(own[0])
+        text = f"all {len(status)} runs fail. Run {first}: {failures[first]}"
+        raise SolverError(f"ensemble: {text}", None)
     wall = clock.perf_counter() - begun
     return Ensemble(
         varied.names,
         varied.values,
         tuple(wanted),
         values,
-        failures.texts,
+        failures,
         varied.shape,
         count,
         wall,

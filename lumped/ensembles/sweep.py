@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import pickle
 import time as clock
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Unpack
@@ -15,8 +17,8 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.ensembles.distributions import paired
 from lumped.ensembles.ensemble import ensemble
+from lumped.ensembles.line_file import LineFile
 from lumped.ensembles.outcome import Ensemble
-from lumped.ensembles.sweep_file import SweepFile, heading
 from lumped.ensembles.variants import Over, Sampling, variants_of
 from lumped.errors import LumpedError, OptionError, shown
 from lumped.functionals import Functional
@@ -26,6 +28,7 @@ from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
 from lumped.support.progress import Progress
 from lumped.timeloop.plants.executable import executable
+from lumped.timeloop.results.fingerprint import fingerprint
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import Grid, RunOptions, run_plan
 
@@ -34,6 +37,7 @@ _MANY = 20
 
 Measure = Callable[[Trajectory], float]
 Point = dict[str, float]
+Outcome = list[float] | str
 
 
 @checked
@@ -131,7 +135,7 @@ def sweep(
             f"sweep: client = {shown(client)}: a client from dask.distributed is needed."
         )
     given = {"grid": grid, "rtol": rtol, **options}
-    head = {} if store is None else heading(system, until, of, given)
+    head = {} if store is None else _heading(system, until, of, given)
     done = SweepFile(store, head)
     job = Job(system, until, measures, given)
     if len(points) >= _MANY:
@@ -233,7 +237,7 @@ class Job:
         base = options.get("parameters") or {}
         self._base = {system.key(name): value for name, value in base.items()}
 
-    def __call__(self, point: Point) -> list[float] | str:
+    def __call__(self, point: Point) -> Outcome:
         """Numbers of one run, or why there are none."""
         try:
             options = {**self.options, "parameters": {**self._base, **point}}
@@ -258,3 +262,61 @@ def _check_number(label: str, value: object) -> float:
 
 def _restore(payload: bytes) -> Job:
     return Job(*pickle.loads(payload))
+
+
+def _heading(
+    system: System, until: float, of: Mapping[str, object], options: Mapping[str, object]
+) -> dict[str, Any]:
+    """All on which the results of a sweep depend but the point, for the first line of its file."""
+    return {
+        "lumped": "sweep",
+        "model": fingerprint(system),
+        "parameters": system.parameters,
+        "until": until,
+        "of": {label: fingerprint(measure) for label, measure in of.items()},
+        "options": {name: fingerprint(value) for name, value in options.items()},
+    }
+
+
+class SweepFile(LineFile):
+    """Results in a file, one line for each run (see `LineFile`).
+
+    Attributes
+    ----------
+    known : dict of str to list of float or str
+        Results that were found, or why there are none, by their point.
+    """
+
+    def __init__(self, path: str | Path | None, head: dict[str, Any]) -> None:
+        self.known: dict[str, Outcome] = {}
+        super().__init__(path, head)
+
+    def __getitem__(self, point: Point) -> Outcome | None:
+        """What is known of a point."""
+        return self.known.get(_key(point))
+
+    def add(self, point: Point, outcome: Outcome) -> None:
+        """Keep a result, at once."""
+        kind = "failure" if isinstance(outcome, str) else "values"
+        content = outcome if isinstance(outcome, str) else _encode(outcome)
+        self.write({"point": point, kind: content})
+
+    def read(self, entry: Any) -> None:
+        """Take over a run that was written before."""
+        point = {str(name): float(value) for name, value in entry["point"].items()}
+        if isinstance(failure := entry.get("failure"), str):
+            self.known[_key(point)] = failure
+            return
+        values = [float(value) for value in entry["values"]]
+        if len(values) != len(self._head["of"]):
+            raise ValueError(f"{len(values)} results")
+        self.known[_key(point)] = values
+
+
+def _key(point: Point) -> str:
+    return json.dumps(point, sort_keys=True)
+
+
+def _encode(values: Sequence[float]) -> list[float | str]:
+    """Numbers for JSON, which has none that is not finite."""
+    return [value if math.isfinite(value) else repr(value) for value in values]

@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lumped.ensembles.laws import Law
-from lumped.ensembles.plain_laws import density
+from lumped.ensembles.laws import Law, density
 from lumped.tolerances.evaluated import Array
 
 _FAR, _PANELS, _NODES = 9.0, 120, 8

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
-from lumped.ensembles.collected_runs import fill_parameters, label_functionals
+from lumped.ensembles.collected_runs import label_functionals
 from lumped.ensembles.variants import (
     Marginals,
     Over,
     Sampling,
+    fill_parameters,
     marginals_of,
     probabilities,
     variants_of,
