@@ -15,13 +15,11 @@ from lumped.errors import OptionError, SolverError
 from lumped.numerics.nearest_points import FURTHEST, Search, search_together
 from lumped.support.text_table import amounts, list_names, number
 from lumped.timeloop.run_options import RunPlan
+from lumped.tolerances.aims import Probability, RobustAim
 from lumped.tolerances.evaluated import Array, Failures
 from lumped.tolerances.failure.form import form, is_same, join_points, nothing_found, search_all
-from lumped.tolerances.failure.importance import around
 from lumped.tolerances.failure.limit import Limit
-from lumped.tolerances.failure.sampled import Sampled
-from lumped.tolerances.probability import Probability
-from lumped.tolerances.robust_aims import RobustAim
+from lumped.tolerances.failure.samples import Sampled, around
 from lumped.tolerances.scene import Scattered, Scene, plan_scene
 
 _MORE = 4

@@ -14,12 +14,10 @@ from lumped.errors import OptionError, SolverError
 from lumped.support.arguments import checked
 from lumped.timeloop.run_options import RunOptions
 from lumped.tolerances.failure.form import DesignPoint, form, join_points, points_of, search_all
-from lumped.tolerances.failure.importance import around, centres
 from lumped.tolerances.failure.limit import Limit
 from lumped.tolerances.failure.reliability_outcome import Influence, Kind, Reliability
-from lumped.tolerances.failure.sampled import Sampled
+from lumped.tolerances.failure.samples import Sampled, around, centres, subset
 from lumped.tolerances.failure.sorm import Curved, find_curvature
-from lumped.tolerances.failure.subset import subset
 from lumped.tolerances.scene import Scattered, scene_of
 
 _RUNS, _STARTS = 1000, 4

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
-from lumped.ensembles.collected_runs import label_functionals
+from lumped.ensembles.ensemble import label_functionals
 from lumped.ensembles.variants import (
     Marginals,
     Over,
@@ -27,11 +27,9 @@ from lumped.functionals.functional import refuse_other
 from lumped.support.arguments import checked
 from lumped.support.text_table import list_names
 from lumped.timeloop.run_options import RunOptions, RunPlan, plan_of
+from lumped.tolerances.analyses import OfModes, OfOrders, OfRuns
 from lumped.tolerances.evaluated import Array, Evaluated, Evaluation, Failures, curvatures_along
 from lumped.tolerances.moments import central_moments
-from lumped.tolerances.of_modes import OfModes
-from lumped.tolerances.of_orders import OfOrders
-from lumped.tolerances.of_runs import OfRuns
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
 

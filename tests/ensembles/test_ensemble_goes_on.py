@@ -15,7 +15,7 @@ from rows import in_a_row
 import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Fixed, Inertia, Spring
-from lumped.ensembles.collected_runs import EnsembleFile
+from lumped.ensembles.ensemble import EnsembleFile
 from lumped.errors import OptionError, SolverError
 from lumped.many_runs.native_runs import NativeRuns
 

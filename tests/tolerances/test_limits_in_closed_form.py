@@ -8,10 +8,9 @@ from scipy.stats import chi2, norm
 from lumped.errors import LumpedError, SolverError
 from lumped.numerics.nearest_points import search_together
 from lumped.tolerances.failure.form import form, join_points, points_of, search_all
-from lumped.tolerances.failure.importance import around, centres
 from lumped.tolerances.failure.limit import Limit
+from lumped.tolerances.failure.samples import around, centres, subset
 from lumped.tolerances.failure.sorm import find_curvature, paraboloid
-from lumped.tolerances.failure.subset import subset
 from tests.tolerances.given_scene import numbers
 
 

@@ -19,7 +19,7 @@ from lumped.support.display_units import Units, choose_units, display
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.tolerances.failure.form import DesignPoint
-from lumped.tolerances.failure.sampled import Level, Sampled
+from lumped.tolerances.failure.samples import Level, Sampled
 from lumped.tolerances.failure.sorm import Curved
 
 Kind = Literal["mean", "deviation", "value"]
