@@ -8,7 +8,7 @@ import os
 import pickle
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -214,33 +214,30 @@ def _with_functionals(
     )
 
 
+@dataclass(frozen=True)
 class Job:
     """What each run of a sweep does; travels to other processes as its model.
 
-    Parameters
+    Attributes
     ----------
     system : System
-    until : float or str
+    until : float
     of : dict of str to callable
     options : dict
         As for `sweep`.
     """
 
-    def __init__(
-        self,
-        system: System,
-        until: float,
-        of: dict[str, Measure],
-        options: dict[str, Any],
-    ) -> None:
-        self.system, self.until, self.of, self.options = system, until, of, options
-        base = options.get("parameters") or {}
-        self._base = {system.key(name): value for name, value in base.items()}
+    system: System
+    until: float
+    of: dict[str, Measure]
+    options: dict[str, Any]
 
     def __call__(self, point: Point) -> Outcome:
         """Numbers of one run, or why there are none."""
+        base = self.options.get("parameters") or {}
+        given = {self.system.key(name): value for name, value in base.items()} | point
         try:
-            options = {**self.options, "parameters": {**self._base, **point}}
+            options = {**self.options, "parameters": given}
             run = simulate(self.system, until=self.until, **options)
             return [_check_number(label, measure(run)) for label, measure in self.of.items()]
         except LumpedError as fault:

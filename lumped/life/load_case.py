@@ -1,4 +1,4 @@
-"""What happens in a duty cycle: a run, a system that is run, or a recorded history, and how it turns."""
+"""What happens in a duty cycle: a run, a system or a history of values, and where it turns."""
 
 from __future__ import annotations
 
