@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 import scipy
-from rows import assemble_row
 
 import lumped as lp
 from lumped import functionals as fun
-from lumped.components import Brake, Inertia
 from lumped.ensembles import correlated, lognormal, truncated
 from lumped.tolerances import scene_of
-from tests.tolerances.drives import pair, pendulum_on_a_spring, undamped_hertz, wheel
+from tests.tolerances.drives import braked, pair, pendulum_on_a_spring, undamped_hertz, wheel
 
 SPEED = "final(body.w)"
 
@@ -135,13 +133,6 @@ def test_the_ranking_in_the_small_is_that_of_the_derivatives(driven):
         print([(name, round(shares[name], 4)) for name in names], expected.round(4))
         assert [name for name, _ in found[str(of)].ranking][:3] == ranked[:3]
         assert [shares[name] for name in names] == pytest.approx(expected, abs=0.02)
-
-
-def braked():
-    """A body that stands after ``2 w / f_max``: half of f_max is its torque."""
-    return assemble_row(
-        body=Inertia(J=1.0, w=10.0), brake=Brake(f_max=10.0, characteristic=((0.0, 0.5),), u=1.0)
-    )
 
 
 def test_runs_in_which_an_event_does_not_happen_are_counted_and_told():

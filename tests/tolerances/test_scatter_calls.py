@@ -4,15 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from rows import assemble_row
 
 import lumped as lp
 from lumped import functionals as fun
-from lumped.components import Brake, Inertia
 from lumped.ensembles.laws import Parameter
 from lumped.errors import OptionError, ParameterError, SolverError, UnitError, UnknownNameError
 from lumped.tolerances import scene_of, toleranced
-from tests.tolerances.drives import pair, wheel
+from tests.tolerances.drives import braked, pair, wheel
 
 NORMAL = {"one.tau": lp.normal(20.0, 2.0)}
 
@@ -117,12 +115,9 @@ def test_all_runs_that_fail_are_an_error_and_some_are_told():
     with pytest.raises(ParameterError, match=r"body\.J = -1"):
         scene.curvatures(np.array([-1.0]))
 
-    system = assemble_row(
-        body=Inertia(J=1.0, w=10.0), brake=Brake(f_max=10.0, characteristic=((0.0, 0.5),), u=1.0)
-    )
     over, of = {"brake.f_max": lp.uniform(8.0, 9.0)}, fun.instant("brake", "stuck")
     with pytest.raises(SolverError, match=r"scatter: all 20 runs fail\. Run 0: .*event"):
-        lp.scatter(system, over=over, of=of, until=0.1, runs=20)
+        lp.scatter(braked(), over=over, of=of, until=0.1, runs=20)
 
 
 def test_tables_of_tolerances(tmp_path):
