@@ -118,16 +118,23 @@ def sweep(
         parameters=fixed,
         analysis="sweep",
     )
-    if functionals:
-        points: Any = dict(zip(varied.names, varied.values.T, strict=True))
-        together = {"over": paired(points), "until": until, "workers": workers, "client": client}
-        together |= {"rtol": rtol, **options}
-        summed = _with_functionals(system, functionals, of, together, grid, store)
-        return replace(summed, shape=varied.shape)
-    names = varied.names
-    points = [dict(zip(names, row, strict=True)) for row in varied.values.tolist()]
     if not of:
         raise OptionError('sweep: name what to take from each run, of={"peak": function}.')
+    summed: Ensemble | None = None
+    if functionals:
+        if measures and store is not None:
+            raise OptionError(
+                "sweep: a file holds results of functions or of functionals; sweep for the "
+                "functions and call lumped.ensemble for the functionals."
+            )
+        together = paired(dict(zip(varied.names, varied.values.T, strict=True)))
+        given: dict[str, Any] = {"rtol": rtol, "workers": workers, "client": client, **options}
+        summed = ensemble(system, over=together, until=until, of=functionals, store=store, **given)
+        summed = replace(summed, shape=varied.shape)
+        if not measures:
+            return summed
+    names = varied.names
+    points = [dict(zip(names, row, strict=True)) for row in varied.values.tolist()]
     if workers is not None and workers < 1:
         raise OptionError(f"sweep: workers = {workers}: at least one process is needed.")
     if client is not None and not hasattr(client, "scatter"):
@@ -135,7 +142,7 @@ def sweep(
             f"sweep: client = {shown(client)}: a client from dask.distributed is needed."
         )
     given = {"grid": grid, "rtol": rtol, **options}
-    head = {} if store is None else _heading(system, until, of, given)
+    head = {} if store is None else _heading(system, until, measures, given)
     done = SweepFile(store, head)
     job = Job(system, until, measures, given)
     if len(points) >= _MANY:
@@ -154,7 +161,7 @@ def sweep(
                 progress.at(len(found))
     finally:
         done.close()
-    values = np.full((len(points), len(of)), np.nan)
+    values = np.full((len(points), len(measures)), np.nan)
     failures = {}
     for i in range(len(points)):
         outcome = found.get(i, "interrupted before it was run")
@@ -162,14 +169,14 @@ def sweep(
             failures[i] = outcome
             continue
         values[i] = outcome
-        missing = [label for label, v in zip(of, outcome, strict=True) if np.isnan(v)]
+        missing = [label for label, v in zip(measures, outcome, strict=True) if np.isnan(v)]
         if missing:
             failures[i] = f"{', '.join(missing)}: not a number"
     wall = clock.perf_counter() - begin
-    return Ensemble(
+    swept = Ensemble(
         names,
         varied.values,
-        tuple(of),
+        tuple(measures),
         values,
         failures,
         varied.shape,
@@ -178,39 +185,21 @@ def sweep(
         busy,
         system.name,
     )
+    return swept if summed is None else _join(summed, swept, tuple(of))
 
 
-def _with_functionals(
-    system: System,
-    functionals: Mapping[str, Functional],
-    of: Mapping[str, Measure | Functional],
-    options: dict[str, Any],
-    grid: Grid,
-    store: str | Path | None,
-) -> Ensemble:
-    """The ensemble of functionals, with the results of functions if there are any."""
-    measures = {label: f for label, f in of.items() if label not in functionals}
-    if not measures:
-        return ensemble(system, of=functionals, store=store, **options)
-    if store is not None:
-        raise OptionError(
-            "sweep: a file holds results of functions or of functionals; sweep for the functions "
-            "and call lumped.ensemble for the functionals."
-        )
-    first = ensemble(system, of=functionals, **options)
-    second = sweep(system, of=measures, grid=grid, **options)
-    faults = [first.failures, second.failures]
-    failures = {
-        i: "; ".join(f[i] for f in faults if i in f) for i in sorted({*faults[0], *faults[1]})
-    }
+def _join(summed: Ensemble, swept: Ensemble, labels: tuple[str, ...]) -> Ensemble:
+    """Results of functionals and of functions for the same runs."""
+    both = summed.failures, swept.failures
+    units = dict(zip(summed.labels, summed.units, strict=True))
     return replace(
-        first,
-        labels=tuple(of),
-        values=np.column_stack([(first if k in functionals else second)[k] for k in of]),
-        failures=failures,
-        seconds=first.seconds + second.seconds,
-        busy=first.busy + second.busy,
-        units=tuple(dict(zip(first.labels, first.units, strict=True)).get(k, "") for k in of),
+        summed,
+        labels=labels,
+        values=np.column_stack([(summed if k in units else swept)[k] for k in labels]),
+        failures={i: "; ".join(f[i] for f in both if i in f) for i in sorted({*both[0], *both[1]})},
+        seconds=summed.seconds + swept.seconds,
+        busy=summed.busy + swept.busy,
+        units=tuple(units.get(k, "") for k in labels),
     )
 
 

@@ -13,11 +13,12 @@ _FAR, _PANELS, _NODES = 9.0, 120, 8
 
 
 class Moments(NamedTuple):
-    """Mean, variance and third central moment."""
+    """Mean, variance and third central moment, and shares of variables alone in the variance."""
 
     mean: float
     variance: float
     third: float
+    shares: Array
 
 
 def central_moments(law: Law) -> tuple[float, Array]:
@@ -67,4 +68,4 @@ def quadratic_moments(value: float, slope: Array, curvature: Array, central: Arr
         + 0.5 * m3 @ cross**3 @ m3
     )
     variance = alone.sum() + 0.5 * m2 @ cross**2 @ m2
-    return Moments(float(value + own @ m2), float(variance), float(third))
+    return Moments(float(value + own @ m2), float(variance), float(third), alone / variance)

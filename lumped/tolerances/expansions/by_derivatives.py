@@ -51,12 +51,11 @@ class ExpandedSpread(Spread):
         names: tuple[str, ...],
         population: tuple[Array, Array],
         moments: Moments,
-        shares: Array,
         order: int,
         check: tuple[Array, Array],
     ) -> None:
         super().__init__(label, unit, names, *population)
-        self.order, self.ranking = order, rank_shares(names, shares)
+        self.order, self.ranking = order, rank_shares(names, moments.shares)
         self.mean, self.std = moments.mean, math.sqrt(moments.variance)
         self.skewness = moments.third / self.std**3 if self.std else math.nan
         true, found = check
@@ -121,15 +120,15 @@ def by_derivatives(scene: Scene, runs: int, seed: int) -> Spreads:
         found = _expand(many - means, value, slope, curvature)
         if independent:
             moments = quadratic_moments(value, slope, curvature, central)
-            shares = _shares(slope, curvature, central) / moments.variance
         else:
             off = found - found.mean()
-            moments = Moments(float(found.mean()), float(off @ off) / len(off), np.mean(off**3))
             shares = np.array([explain_variance(column, found) for column in many.T])
+            variance = float(off @ off) / len(off)
+            moments = Moments(float(found.mean()), variance, np.mean(off**3), shares)
         refuse_infinite(scene.analysis, label, true[:, i])
         check = true[:, i], _expand(points - means, value, slope, curvature)
         spreads[label] = ExpandedSpread(
-            label, unit, scene.names, (many, found), moments, shares, order, check
+            label, unit, scene.names, (many, found), moments, order, check
         )
     return Spreads(spreads, points, true, failures, notes)
 
@@ -137,12 +136,4 @@ def by_derivatives(scene: Scene, runs: int, seed: int) -> Spreads:
 def _expand(off: Array, value: float, slope: Array, curvature: Array) -> Array:
     """Values of an expansion at distances from the mean, shape (n, d)."""
     found: Array = value + off @ slope + 0.5 * ((off @ curvature) * off).sum(axis=1)
-    return found
-
-
-def _shares(slope: Array, curvature: Array, central: Array) -> Array:
-    """Variance that each of independent parameters adds alone."""
-    _, _, m2, m3, m4, *_ = central.T
-    own = 0.5 * np.diag(curvature)
-    found: Array = slope**2 * m2 + 2 * slope * own * m3 + own**2 * (m4 - m2**2)
     return found
