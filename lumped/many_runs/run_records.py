@@ -196,16 +196,11 @@ class RunRecords:
             parameters=plant.parameters + plant.prepared,
             looks_inside=plant.margins > 0 or watch.loads > 0,
             watches=1,
-            chooses_method=run.chooses_method,
             max_steps=float(run.max_steps),
-            rtol=run.rtol,
-            longest=run.longest,
-            order=run.order,
-            terms=run.terms,
-            row=run.row,
             by_series=run.order > 0,
-            caution=run.caution,
         )
+        for name in ("chooses_method", "rtol", "longest", "order", "terms", "row", "caution"):
+            setattr(lanes, name, getattr(run, name))
         if run.order:
             lanes.series = run.series
         for name in ("until_steps_of", "attempt_of", "crossing_of", "look_of", "end_of"):

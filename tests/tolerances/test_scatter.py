@@ -77,6 +77,7 @@ def test_the_frequency_of_a_lognormal_stiffness_is_lognormal():
     true = scipy.stats.lognorm(np.hypot(0.05, 0.025), scale=np.sqrt(500.0) / (2 * np.pi))
     sampled = lp.scatter(modes, over=over, of=fun.frequency(0), runs=20_000, seed=5)
     expanded = lp.scatter(modes, over=over, of=fun.frequency(0), search="derivatives")
+    fitted = lp.scatter(modes, over=over, of=fun.frequency(0), search="chaos", runs=64)
     own = sampled["frequency(0)"]
     for q in (0.001, 0.1, 0.5, 0.9, 0.999):
         found, by = own.quantile(q), expanded["frequency(0)"].quantile(q)
@@ -92,6 +93,12 @@ def test_the_frequency_of_a_lognormal_stiffness_is_lognormal():
     assert np.abs(errors[0]) < 1e-4
     assert np.abs(errors[1]) < 0.01
     assert second.skewness == pytest.approx(true.stats("s"), rel=0.15)
+    smooth = fitted["frequency(0)"]
+    assert (smooth.mean, smooth.std) == pytest.approx((true.mean(), true.std()), rel=1e-5)
+    assert smooth.quantile(0.99).value == pytest.approx(true.ppf(0.99), rel=1e-3)
+    wide = np.array([0.05, 0.025]) ** 2
+    shares = (np.exp(wide) - 1) / (np.exp(wide.sum()) - 1)
+    assert dict(smooth.ranking) == pytest.approx(dict(zip(over, shares, strict=True)), abs=1e-5)
     limit = float(true.ppf(0.9))
     share = own.share(above=limit)
     assert share.low < 0.1 < share.high
@@ -127,8 +134,11 @@ def test_the_ranking_in_the_small_is_that_of_the_derivatives(driven):
     expected = gradient.relative[0] ** 2 / (gradient.relative[0] ** 2).sum()
     run = lp.scatter(system, over=over, of=of, until=1.0, start=start, runs=3000, sampling="latin")
     expanded = lp.scatter(system, over=over, of=of, until=1.0, start=start, search="derivatives")
+    fitted = lp.scatter(system, over=over, of=of, until=1.0, start=start, search="chaos", runs=20)
+    totals = dict(fitted[str(of)].total)
+    assert [totals[name] for name in names] == pytest.approx(expected, abs=1e-3)
     ranked = [name for name, _ in gradient.ranked(str(of))]
-    for found in (run, expanded):
+    for found in (run, expanded, fitted):
         shares = dict(found[str(of)].ranking)
         print([(name, round(shares[name], 4)) for name in names], expected.round(4))
         assert [name for name, _ in found[str(of)].ranking][:3] == ranked[:3]

@@ -57,6 +57,11 @@ def test_wrong_calls_are_refused_by_name(driven):
             OptionError,
             r"scatter: sampling is for samples and chaos",
         ),
+        (
+            {"until": 1.0, "over": NORMAL, "gradients": False},
+            OptionError,
+            r"gradients=False is for search='chaos', not for 'samples'",
+        ),
     ]
     for given, kind, text in calls:
         with pytest.raises(kind, match=text):
