@@ -10,7 +10,7 @@ import time
 
 import numpy as np
 import pytest
-from oscillator import UNTIL, C, closed_form, last
+from oscillator import UNTIL, C, closed_form, fussy, last
 
 import lumped as lp
 from lumped import functionals as fun
@@ -358,11 +358,6 @@ def test_a_sweep_takes_functionals_functions_and_both(system):
 
 
 def test_a_sweep_of_both_tells_the_failures_of_each(system):
-    def fussy(run):
-        if run.theta.max() > 150:
-            raise ValueError("too stiff for me")
-        return last(run)
-
     of = {"a": fussy, "b": fun.final("body.w"), "c": fun.at_time(0.1, "body.a")}
     given = {"until": UNTIL, "method": "explicit", "max_steps": 1000, "workers": 1}
     found = lp.sweep(system, over={"shaft.c": [1.0, 160.0, 1e9]}, of=of, **given)

@@ -7,7 +7,7 @@ import threading
 
 import numpy as np
 import pytest
-from oscillator import C, closed_form, last
+from oscillator import C, closed_form, fussy, last
 
 import lumped as lp
 from lumped.components import Fixed, Spring, SwingingMass
@@ -77,11 +77,6 @@ def test_results_are_the_same_to_the_last_bit_whoever_works(count):
 
 
 def test_failures_are_set_apart_with_their_reason(system):
-    def fussy(run):
-        if run.theta.max() > 150:
-            raise ValueError("too stiff for me")
-        return last(run)
-
     points = [{"shaft.c": c} for c in (100.0, 1e9, 200.0, 50.0)]
     options = {"method": "explicit", "max_steps": 1000, "workers": 2}
     found = lp.sweep(system, over=points, until=0.7, of={"x": fussy}, **options)
