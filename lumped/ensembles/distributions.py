@@ -261,7 +261,7 @@ def correlated(distributions: Mapping[Name, Any], correlation: ArrayLike) -> Cor
             f"correlated: the correlation of {names[i]} with itself is {matrix[i, i]:g}, which "
             "must be 1. Divide a covariance by both standard deviations."
         )
-    i, j = np.unravel_index(np.argmax(np.abs(matrix - matrix.T)), matrix.shape)
+    i, j = divmod(int(np.argmax(np.abs(matrix - matrix.T))), k)
     if abs(matrix[i, j] - matrix[j, i]) > _ROUNDING:
         raise OptionError(
             f"correlated: the correlation of {names[i]} and {names[j]} is {matrix[i, j]:g} above "

@@ -12,7 +12,7 @@ import scipy
 from lumped.ensembles.variants import Over
 from lumped.errors import OptimisationError, OptionError, shown
 from lumped.functionals import Condition, Functional
-from lumped.functionals.condition import Bounded
+from lumped.functionals.functional import Bounded
 from lumped.support.arguments import checked
 
 

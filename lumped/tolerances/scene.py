@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.ensembles.ensemble import label_functionals
+from lumped.ensembles.laws import central_moments
 from lumped.ensembles.variants import (
     Marginals,
     Over,
@@ -29,7 +30,6 @@ from lumped.support.text_table import list_names
 from lumped.timeloop.run_options import RunOptions, RunPlan, plan_of
 from lumped.tolerances.analyses import OfModes, OfOrders, OfRuns
 from lumped.tolerances.evaluated import Array, Evaluated, Evaluation, Failures, curvatures_along
-from lumped.tolerances.moments import central_moments
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
 

@@ -7,8 +7,8 @@ import pytest
 import scipy
 
 from lumped.ensembles import distributions as dist
-from lumped.ensembles.laws import Parameter
-from lumped.tolerances.moments import central_moments, quadratic_moments
+from lumped.ensembles.laws import Parameter, central_moments
+from lumped.tolerances.expansions.by_derivatives import quadratic_moments
 
 
 def test_moments_are_those_of_all_combinations():

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from lumped.ensembles.laws import central_moments
 from lumped.errors import OptionError, SolverError
 from lumped.tolerances.evaluated import Array
 from lumped.tolerances.intervals import share_of
-from lumped.tolerances.moments import Moments, central_moments, quadratic_moments
 from lumped.tolerances.scene import Scene, find_correlated
 from lumped.tolerances.spread import (
     Spread,
@@ -23,6 +24,15 @@ _TRUSTED = 0.1
 """Root mean square of what an expansion misses, over the deviation, up to which it is believed."""
 _POINTS = 2**17
 """Points at which an expansion is evaluated for its quantiles."""
+
+
+class Moments(NamedTuple):
+    """Mean, variance and third central moment, and shares of variables alone in the variance."""
+
+    mean: float
+    variance: float
+    third: float
+    shares: Array
 
 
 class ExpandedSpread(Spread):
@@ -137,3 +147,37 @@ def _expand(off: Array, value: float, slope: Array, curvature: Array) -> Array:
     """Values of an expansion at distances from the mean, shape (n, d)."""
     found: Array = value + off @ slope + 0.5 * ((off @ curvature) * off).sum(axis=1)
     return found
+
+
+def quadratic_moments(value: float, slope: Array, curvature: Array, central: Array) -> Moments:
+    """Moments of ``value + slope v + v curvature v / 2`` for independent v with mean zero.
+
+    Parameters
+    ----------
+    slope, curvature : ndarray, shapes (d,) and (d, d)
+    central : ndarray, shape (d, 7)
+        Moments of each variable, of orders 0 to 6.
+    """
+    _, _, m2, m3, m4, m5, m6 = central.T
+    c, own = slope, 0.5 * np.diag(curvature)
+    cross = curvature - np.diag(np.diag(curvature))
+    # of each variable alone: A = c v + own (v^2 - m2)
+    square = m4 - m2**2
+    alone = c**2 * m2 + 2 * c * own * m3 + own**2 * square
+    cubes = (
+        c**3 * m3
+        + 3 * c**2 * own * square
+        + 3 * c * own**2 * (m5 - 2 * m2 * m3)
+        + own**3 * (m6 - 3 * m2 * m4 + 2 * m2**3)
+    )
+    a, b = c * m2 + own * m3, c * m3 + own * square
+    weighted = cross * m2
+    third = (
+        cubes.sum()
+        + 3 * a @ cross @ a
+        + 3 * b @ cross**2 @ m2
+        + np.trace(weighted @ weighted @ weighted)
+        + 0.5 * m3 @ cross**3 @ m3
+    )
+    variance = alone.sum() + 0.5 * m2 @ cross**2 @ m2
+    return Moments(float(value + own @ m2), float(variance), float(third), alone / variance)
