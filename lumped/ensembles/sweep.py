@@ -7,7 +7,7 @@ import math
 import os
 import pickle
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Unpack
@@ -283,9 +283,11 @@ class SweepFile(LineFile):
 
     def add(self, point: Point, outcome: Outcome) -> None:
         """Keep a result, at once."""
-        kind = "failure" if isinstance(outcome, str) else "values"
-        content = outcome if isinstance(outcome, str) else _encode(outcome)
-        self.write({"point": point, kind: content})
+        if isinstance(outcome, str):
+            self.write({"point": point, "failure": outcome})
+        else:  # JSON has no number that is not finite
+            values = [value if math.isfinite(value) else repr(value) for value in outcome]
+            self.write({"point": point, "values": values})
 
     def read(self, entry: Any) -> None:
         """Take over a run that was written before."""
@@ -301,8 +303,3 @@ class SweepFile(LineFile):
 
 def _key(point: Point) -> str:
     return json.dumps(point, sort_keys=True)
-
-
-def _encode(values: Sequence[float]) -> list[float | str]:
-    """Numbers for JSON, which has none that is not finite."""
-    return [value if math.isfinite(value) else repr(value) for value in values]

@@ -136,7 +136,10 @@ class Watched:
             refuse_other([functional], "run", f"{system.name}: of['{label}']")
             for reading in functional.readings:
                 self._number(reading)
-        self._ranges = [(held, self._extremes_of(held)) for held in ranges(system)]
+        self._ranges = [
+            (held, [self._number(Extreme((held.formula,), side)) for side in ("highest", "lowest")])
+            for held in ranges(system)
+        ]
         self.functions = {
             kind: self._operations(self._tables[kind].quantities)
             for kind in KINDS
@@ -196,11 +199,6 @@ class Watched:
         number = self._tables["point"].add(quantity)
         self._times += [(time, number) for time in reading.at]
         return "point", number
-
-    def _extremes_of(self, held: HeldRange) -> tuple[int, int]:
-        """Numbers of the highest and the lowest value of what stays in a range."""
-        of = (held.formula,)
-        return self._number(Extreme(of, "highest")), self._number(Extreme(of, "lowest"))
 
     def _part(self, reading: Extreme | Integral) -> Between:
         if reading.between is None:
