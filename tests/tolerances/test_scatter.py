@@ -119,6 +119,8 @@ def test_the_check_of_derivatives_tells_when_not_to_trust_them():
     print(found)
     assert found["f"].is_trusted
     assert not found["away"].is_trusted
+    for share in (found["away"].share(below=0.01), found["away"].share(above=0.01)):
+        assert share.low < share.value < share.high
     assert "not to be trusted, take search='samples'" in repr(found)
 
 
@@ -189,6 +191,14 @@ def test_modes_side_by_side_are_those_of_each_design():
     assert max(errors) < 1e-12
     exact = undamped_hertz(*found.points.T)
     assert np.abs(found.values[:, 0] / exact - 1).max() < 1e-13
+    # a distance changes with the frequency, to the side on which this lies of the nearest one
+    scene = scene_of(lp.modes(system), over=over, of=[fun.clearance([4.0, 5.0])])
+    away = exact[:, None] / [4.0, 5.0] - 1
+    nearest = np.abs(away).argmin(axis=1)
+    side = np.sign(away[np.arange(500), nearest]) / np.array([4.0, 5.0])[nearest]
+    slopes = scene.slopes(found.points)[1][:, 0, 0]
+    assert len(set(np.sign(side))) == 2
+    assert slopes == pytest.approx(side * 0.5 * exact / found.points[:, 0], rel=1e-9)
 
 
 def test_second_derivatives_of_a_frequency_are_those_of_its_formula():
