@@ -66,7 +66,7 @@ from lumped.support.display_units import display_units as display_units
 from lumped.timeloop.results.operating_point import OperatingPoint as OperatingPoint
 from lumped.timeloop.results.result_files import load as load
 from lumped.timeloop.results.trajectory import Trajectory as Trajectory
-from lumped.tolerances.probability import probability as probability
+from lumped.tolerances.aims import probability as probability
 from lumped.tolerances.reliability import reliability as reliability
 from lumped.tolerances.scatter import scatter as scatter
 from lumped.vibration.natural.find_modes import modes as modes

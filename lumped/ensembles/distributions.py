@@ -12,9 +12,8 @@ import scipy
 from numpy.typing import ArrayLike
 
 from lumped.compiler.structure import Name
-from lumped.ensembles.laws import Array, Distribution
+from lumped.ensembles.laws import Array, Distribution, Lognormal, Normal, Triangular, Uniform
 from lumped.ensembles.other_laws import Measured, Scaled, Truncated, distribution_of
-from lumped.ensembles.plain_laws import Lognormal, Normal, Triangular, Uniform
 from lumped.errors import OptionError
 from lumped.flattening.tree import key_of
 from lumped.support.arguments import checked
@@ -256,19 +255,18 @@ def correlated(distributions: Mapping[Name, Any], correlation: ArrayLike) -> Cor
             f"correlated: the correlation has the shape {matrix.shape}; {k} rows of {k} numbers "
             f"are needed, in the order {', '.join(names)}."
         )
-    for i in range(k):
-        if abs(matrix[i, i] - 1) > _ROUNDING:
-            raise OptionError(
-                f"correlated: the correlation of {names[i]} with itself is {matrix[i, i]:g}, which "
-                "must be 1. Divide a covariance by both standard deviations."
-            )
-        for j in range(i):
-            if abs(matrix[i, j] - matrix[j, i]) > _ROUNDING:
-                raise OptionError(
-                    f"correlated: the correlation of {names[j]} and {names[i]} is "
-                    f"{matrix[j, i]:g} above the diagonal, but {matrix[i, j]:g} below it. Write "
-                    "the same number twice."
-                )
+    i = int(np.argmax(np.abs(np.diag(matrix) - 1)))
+    if abs(matrix[i, i] - 1) > _ROUNDING:
+        raise OptionError(
+            f"correlated: the correlation of {names[i]} with itself is {matrix[i, i]:g}, which "
+            "must be 1. Divide a covariance by both standard deviations."
+        )
+    i, j = divmod(int(np.argmax(np.abs(matrix - matrix.T))), k)
+    if abs(matrix[i, j] - matrix[j, i]) > _ROUNDING:
+        raise OptionError(
+            f"correlated: the correlation of {names[i]} and {names[j]} is {matrix[i, j]:g} above "
+            f"the diagonal, but {matrix[j, i]:g} below it. Write the same number twice."
+        )
     least = np.linalg.eigvalsh(matrix).min()
     if least < -_ROUNDING * k:
         raise OptionError(

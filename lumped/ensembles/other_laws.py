@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from lumped.ensembles.laws import Amount, Array, Distribution, Law, Parameter
-from lumped.ensembles.plain_laws import density, probability
+from lumped.ensembles.laws import Amount, Array, Distribution, Law, Parameter, density, probability
 from lumped.errors import OptionError, shown
 
 _SHARE = 1e-9

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,7 +21,7 @@ from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 
 _SHOWN = 3
-"""Reasons of failures in a printed ensemble."""
+"""Reasons of failures in a printed result."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,14 +228,18 @@ class Ensemble(ByName, RichHtml):
             off, _ = amounts(label, units[label], deviation, is_change=True)
             rows.append((label, *texts, off, unit))
         columns = ("result", "least", "median", "greatest", "mean", "deviation", "unit")
-        counts: dict[str, list[int]] = {}
-        for i, reason in self.failures.items():
-            counts.setdefault(reason, []).append(i)
-        reasons = [
-            f"run {runs[0]}{f' and {len(runs) - 1} more' * (len(runs) > 1)}: {reason}"
-            for reason, runs in list(counts.items())[:_SHOWN]
-        ]
-        return "\n".join([head, table(columns, rows), *reasons])
+        return "\n".join([head, table(columns, rows), *list_reasons(self.failures)])
+
+
+def list_reasons(failures: Mapping[int, str]) -> list[str]:
+    """The first reasons of failures, and how many runs have each."""
+    counts: dict[str, list[int]] = {}
+    for i, reason in failures.items():
+        counts.setdefault(reason, []).append(i)
+    return [
+        f"run {runs[0]}{f' and {len(runs) - 1} more' * (len(runs) > 1)}: {reason}"
+        for reason, runs in list(counts.items())[:_SHOWN]
+    ]
 
 
 def _correlation(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:

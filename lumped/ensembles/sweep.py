@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import pickle
 import time as clock
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -15,8 +17,8 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.ensembles.distributions import paired
 from lumped.ensembles.ensemble import ensemble
+from lumped.ensembles.line_file import LineFile
 from lumped.ensembles.outcome import Ensemble
-from lumped.ensembles.sweep_file import SweepFile, heading
 from lumped.ensembles.variants import Over, Sampling, variants_of
 from lumped.errors import LumpedError, OptionError, shown
 from lumped.functionals import Functional
@@ -26,6 +28,7 @@ from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
 from lumped.support.progress import Progress
 from lumped.timeloop.plants.executable import executable
+from lumped.timeloop.results.fingerprint import fingerprint
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import Grid, RunOptions, run_plan
 
@@ -34,6 +37,7 @@ _MANY = 20
 
 Measure = Callable[[Trajectory], float]
 Point = dict[str, float]
+Outcome = list[float] | str
 
 
 @checked
@@ -114,16 +118,23 @@ def sweep(
         parameters=fixed,
         analysis="sweep",
     )
-    if functionals:
-        points: Any = dict(zip(varied.names, varied.values.T, strict=True))
-        together = {"over": paired(points), "until": until, "workers": workers, "client": client}
-        together |= {"rtol": rtol, **options}
-        summed = _with_functionals(system, functionals, of, together, grid, store)
-        return replace(summed, shape=varied.shape)
-    names = varied.names
-    points = [dict(zip(names, row, strict=True)) for row in varied.values.tolist()]
     if not of:
         raise OptionError('sweep: name what to take from each run, of={"peak": function}.')
+    summed: Ensemble | None = None
+    if functionals:
+        if measures and store is not None:
+            raise OptionError(
+                "sweep: a file holds results of functions or of functionals; sweep for the "
+                "functions and call lumped.ensemble for the functionals."
+            )
+        together = paired(dict(zip(varied.names, varied.values.T, strict=True)))
+        given: dict[str, Any] = {"rtol": rtol, "workers": workers, "client": client, **options}
+        summed = ensemble(system, over=together, until=until, of=functionals, store=store, **given)
+        summed = replace(summed, shape=varied.shape)
+        if not measures:
+            return summed
+    names = varied.names
+    points = [dict(zip(names, row, strict=True)) for row in varied.values.tolist()]
     if workers is not None and workers < 1:
         raise OptionError(f"sweep: workers = {workers}: at least one process is needed.")
     if client is not None and not hasattr(client, "scatter"):
@@ -131,7 +142,7 @@ def sweep(
             f"sweep: client = {shown(client)}: a client from dask.distributed is needed."
         )
     given = {"grid": grid, "rtol": rtol, **options}
-    head = {} if store is None else heading(system, until, of, given)
+    head = {} if store is None else _heading(system, until, measures, given)
     done = SweepFile(store, head)
     job = Job(system, until, measures, given)
     if len(points) >= _MANY:
@@ -150,7 +161,7 @@ def sweep(
                 progress.at(len(found))
     finally:
         done.close()
-    values = np.full((len(points), len(of)), np.nan)
+    values = np.full((len(points), len(measures)), np.nan)
     failures = {}
     for i in range(len(points)):
         outcome = found.get(i, "interrupted before it was run")
@@ -158,14 +169,14 @@ def sweep(
             failures[i] = outcome
             continue
         values[i] = outcome
-        missing = [label for label, v in zip(of, outcome, strict=True) if np.isnan(v)]
+        missing = [label for label, v in zip(measures, outcome, strict=True) if np.isnan(v)]
         if missing:
             failures[i] = f"{', '.join(missing)}: not a number"
     wall = clock.perf_counter() - begin
-    return Ensemble(
+    swept = Ensemble(
         names,
         varied.values,
-        tuple(of),
+        tuple(measures),
         values,
         failures,
         varied.shape,
@@ -174,69 +185,48 @@ def sweep(
         busy,
         system.name,
     )
+    return swept if summed is None else _join(summed, swept, tuple(of))
 
 
-def _with_functionals(
-    system: System,
-    functionals: Mapping[str, Functional],
-    of: Mapping[str, Measure | Functional],
-    options: dict[str, Any],
-    grid: Grid,
-    store: str | Path | None,
-) -> Ensemble:
-    """The ensemble of functionals, with the results of functions if there are any."""
-    measures = {label: f for label, f in of.items() if label not in functionals}
-    if not measures:
-        return ensemble(system, of=functionals, store=store, **options)
-    if store is not None:
-        raise OptionError(
-            "sweep: a file holds results of functions or of functionals; sweep for the functions "
-            "and call lumped.ensemble for the functionals."
-        )
-    first = ensemble(system, of=functionals, **options)
-    second = sweep(system, of=measures, grid=grid, **options)
-    faults = [first.failures, second.failures]
-    failures = {
-        i: "; ".join(f[i] for f in faults if i in f) for i in sorted({*faults[0], *faults[1]})
-    }
+def _join(summed: Ensemble, swept: Ensemble, labels: tuple[str, ...]) -> Ensemble:
+    """Results of functionals and of functions for the same runs."""
+    both = summed.failures, swept.failures
+    units = dict(zip(summed.labels, summed.units, strict=True))
     return replace(
-        first,
-        labels=tuple(of),
-        values=np.column_stack([(first if k in functionals else second)[k] for k in of]),
-        failures=failures,
-        seconds=first.seconds + second.seconds,
-        busy=first.busy + second.busy,
-        units=tuple(dict(zip(first.labels, first.units, strict=True)).get(k, "") for k in of),
+        summed,
+        labels=labels,
+        values=np.column_stack([(summed if k in units else swept)[k] for k in labels]),
+        failures={i: "; ".join(f[i] for f in both if i in f) for i in sorted({*both[0], *both[1]})},
+        seconds=summed.seconds + swept.seconds,
+        busy=summed.busy + swept.busy,
+        units=tuple(units.get(k, "") for k in labels),
     )
 
 
+@dataclass(frozen=True)
 class Job:
     """What each run of a sweep does; travels to other processes as its model.
 
-    Parameters
+    Attributes
     ----------
     system : System
-    until : float or str
+    until : float
     of : dict of str to callable
     options : dict
         As for `sweep`.
     """
 
-    def __init__(
-        self,
-        system: System,
-        until: float,
-        of: dict[str, Measure],
-        options: dict[str, Any],
-    ) -> None:
-        self.system, self.until, self.of, self.options = system, until, of, options
-        base = options.get("parameters") or {}
-        self._base = {system.key(name): value for name, value in base.items()}
+    system: System
+    until: float
+    of: dict[str, Measure]
+    options: dict[str, Any]
 
-    def __call__(self, point: Point) -> list[float] | str:
+    def __call__(self, point: Point) -> Outcome:
         """Numbers of one run, or why there are none."""
+        base = self.options.get("parameters") or {}
+        given = {self.system.key(name): value for name, value in base.items()} | point
         try:
-            options = {**self.options, "parameters": {**self._base, **point}}
+            options = {**self.options, "parameters": given}
             run = simulate(self.system, until=self.until, **options)
             return [_check_number(label, measure(run)) for label, measure in self.of.items()]
         except LumpedError as fault:
@@ -258,3 +248,58 @@ def _check_number(label: str, value: object) -> float:
 
 def _restore(payload: bytes) -> Job:
     return Job(*pickle.loads(payload))
+
+
+def _heading(
+    system: System, until: float, of: Mapping[str, object], options: Mapping[str, object]
+) -> dict[str, Any]:
+    """All on which the results of a sweep depend but the point, for the first line of its file."""
+    return {
+        "lumped": "sweep",
+        "model": fingerprint(system),
+        "parameters": system.parameters,
+        "until": until,
+        "of": {label: fingerprint(measure) for label, measure in of.items()},
+        "options": {name: fingerprint(value) for name, value in options.items()},
+    }
+
+
+class SweepFile(LineFile):
+    """Results in a file, one line for each run (see `LineFile`).
+
+    Attributes
+    ----------
+    known : dict of str to list of float or str
+        Results that were found, or why there are none, by their point.
+    """
+
+    def __init__(self, path: str | Path | None, head: dict[str, Any]) -> None:
+        self.known: dict[str, Outcome] = {}
+        super().__init__(path, head)
+
+    def __getitem__(self, point: Point) -> Outcome | None:
+        """What is known of a point."""
+        return self.known.get(_key(point))
+
+    def add(self, point: Point, outcome: Outcome) -> None:
+        """Keep a result, at once."""
+        if isinstance(outcome, str):
+            self.write({"point": point, "failure": outcome})
+        else:  # JSON has no number that is not finite
+            values = [value if math.isfinite(value) else repr(value) for value in outcome]
+            self.write({"point": point, "values": values})
+
+    def read(self, entry: Any) -> None:
+        """Take over a run that was written before."""
+        point = {str(name): float(value) for name, value in entry["point"].items()}
+        if isinstance(failure := entry.get("failure"), str):
+            self.known[_key(point)] = failure
+            return
+        values = [float(value) for value in entry["values"]]
+        if len(values) != len(self._head["of"]):
+            raise ValueError(f"{len(values)} results")
+        self.known[_key(point)] = values
+
+
+def _key(point: Point) -> str:
+    return json.dumps(point, sort_keys=True)

@@ -200,9 +200,7 @@ class _ParameterReader:
     def __init__(self, system: System, parameters: Changes, analysis: str) -> None:
         self.system, self.analysis = system, analysis
         self.parameters = system.structure.parameters
-        self.theta = self.parameters.defaults.copy()
-        for place, value in zip(system.places(parameters), parameters.values(), strict=True):
-            self.theta[place] = self.parameters.number(self.parameters.free[place], value)
+        self.theta = fill_parameters(system, parameters)
 
     def refuse(self, text: str) -> NoReturn:
         raise OptionError(f"{self.analysis}: {text}")
@@ -385,3 +383,12 @@ def _range(quantity: Param) -> str:
     """Range of a parameter, where its ends are numbers."""
     found = [f"{b.words} {amount(b.limit, quantity.unit)}" for b in quantity.bounds if b != NONZERO]
     return " and ".join(found) or "a finite number"
+
+
+def fill_parameters(system: System, parameters: Changes | None) -> Array:
+    """All parameters as they are unless varied; the runs are checked one by one."""
+    changes, p = parameters or {}, system.structure.parameters
+    theta: Array = p.defaults.copy()
+    for place, value in zip(system.places(changes), changes.values(), strict=True):
+        theta[place] = p.number(p.free[place], value)
+    return theta

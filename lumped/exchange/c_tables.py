@@ -28,7 +28,6 @@ from lumped.kernel.methods.pivots import pattern_of
 from lumped.kernel.observe import begin_watch
 from lumped.kernel.run import Pattern
 from lumped.kernel.steps import is_unfit
-from lumped.many_runs.run_records import watch_of
 from lumped.many_runs.watched import Watched
 from lumped.timeloop.clocks import clocks
 from lumped.timeloop.guards import followers, levers
@@ -94,7 +93,7 @@ def model_files(
     timed = [m for clock in clocks(system) for m in clock.condition.modes]
     lengths["timed"] = len(timed)
     values["run"] = {"timed": len(timed), "timed_setting": np.array(timed, dtype=np.int64)}
-    watch = None if watched is None else watch_of(watched)
+    watch = None if watched is None else watched.record()
     if watched is not None:
         functions |= watched.functions
         values["run"]["watches"] = 1

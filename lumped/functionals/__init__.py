@@ -1,8 +1,7 @@
 """Numbers that sum up a run, its modes or its vibration, as expressions of readings."""
 
-from lumped.functionals.condition import Condition
 from lumped.functionals.damage_law import Curve
-from lumped.functionals.functional import Functional
+from lumped.functionals.functional import Condition, Functional
 from lumped.functionals.of_runs import (
     at_event,
     at_time,

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,6 @@ from lumped.errors import OptionError, shown
 from lumped.functionals.damage_law import MeanStress
 from lumped.life.load_case import LoadCase, read_load
 from lumped.life.rainflow import Cycles, damage_of
-from lumped.life.repeated_count import BETWEEN, count_in_turn
 from lumped.life.sn_curve import SNCurve
 from lumped.plots.draw import Backend, draw
 from lumped.plots.load_spectra import duty_picture
@@ -24,9 +23,12 @@ from lumped.support.display_units import Units, choose_units, display
 from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
+from lumped.timeloop.cycle_count import count_cycles
 
 Real = NDArray[np.float64]
 _BETWEEN = "between cases"
+BETWEEN = -1
+"""In place of the number of a load: a cycle that none of them makes alone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,3 +254,103 @@ def duty_cycle(
         owners,
         next(iter(units), ""),
     )
+
+
+class _Open(NamedTuple):
+    """Turning points that close no cycle yet, and to which load each belongs."""
+
+    values: Real
+    load: NDArray[np.int64]
+
+
+class _Closed(NamedTuple):
+    """Cycles: begins, ends, how many of each, and the loads of both ends."""
+
+    begin: Real
+    end: Real
+    counts: Real
+    begin_load: NDArray[np.int64]
+    end_load: NDArray[np.int64]
+
+    def times(self, count: int) -> _Closed:
+        """The same so many times."""
+        return self._replace(counts=count * self.counts)
+
+
+def count_in_turn(
+    loads: Sequence[Real], repetitions: Sequence[int]
+) -> tuple[Cycles, NDArray[np.int64]]:
+    """Cycles of a sequence of loads that is repeated for ever, in one turn of it.
+
+    What a count by four points leaves open is joined to what follows and counted again, which gives
+    the cycles of the whole sequence. It changes no more once a load was joined to itself, so the
+    number of repetitions costs nothing.
+
+    Parameters
+    ----------
+    loads : sequence of ndarray, shape (n,)
+        In the order in which they happen.
+    repetitions : sequence of int
+        How often each happens, one right after the other.
+
+    Returns
+    -------
+    cycles : Cycles
+    load : ndarray of int, shape (k,)
+        To which load each belongs: one in which it begins or ends, and that reaches both ends;
+        else `BETWEEN`.
+    """
+    inside: list[_Closed] = []
+    rests: list[_Open] = []
+    for k, (load, count) in enumerate(zip(loads, repetitions, strict=True)):
+        rest, closed = _count(_Open(load, np.full(len(load), k)))
+        inside.append(closed.times(count))
+        rests.append(rest)
+    held = _Open(np.zeros(0), np.zeros(0, dtype=np.int64))
+    while True:
+        before, joined = held, list[_Closed]()
+        for rest, count in zip(rests, repetitions, strict=True):
+            held = _repeat(held, rest, count, joined)
+        if np.array_equal(before.values, held.values):
+            break
+    every = _Closed(*(np.concatenate(parts) for parts in zip(*inside, *joined, strict=True)))
+    cycles = Cycles(
+        np.abs(every.end - every.begin),
+        0.5 * (every.begin + every.end),
+        every.counts,
+        np.concatenate([rest.values for rest in rests]),
+        np.zeros(0),
+    )
+    return cycles, _owners(every, loads)
+
+
+def _count(given: _Open) -> tuple[_Open, _Closed]:
+    """What is left open of turning points, and the cycles that they close."""
+    found = count_cycles(given.values, rule="four")
+    values, load = given.values[found.cycles.T], given.load[found.cycles.T]
+    rest = _Open(given.values[found.residue], given.load[found.residue])
+    return rest, _Closed(values[0], values[1], found.weights, load[0], load[1])
+
+
+def _repeat(held: _Open, rest: _Open, count: int, joined: list[_Closed]) -> _Open:
+    """What is left open after one load that happens so often; its cycles are added."""
+    for left in range(count, 0, -1):
+        before = held
+        both = (np.concatenate(parts) for parts in zip(before, rest, strict=True))
+        held, closed = _count(_Open(*both))
+        if np.array_equal(before.values, held.values):
+            joined.append(closed.times(left))
+            return held
+        joined.append(closed)
+    return held
+
+
+def _owners(every: _Closed, loads: Sequence[Real]) -> NDArray[np.int64]:
+    """To which load each cycle belongs."""
+    low, high = (np.array([f(load) for load in loads]) for f in (np.min, np.max))
+    least, most = np.minimum(every.begin, every.end), np.maximum(every.begin, every.end)
+    found = np.full(len(least), BETWEEN)
+    for load in (every.begin_load, every.end_load):
+        reaches = (low[load] <= least) & (most <= high[load])
+        found[reaches] = load[reaches]
+    return found

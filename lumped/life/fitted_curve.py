@@ -83,20 +83,17 @@ class FittedCurve(RichHtml):
 
     def __repr__(self) -> str:
         knee, unit = amounts("amplitude", self.curve.unit, float(self.curve.knee))
-        low, high = (number(value, 4) for value in self.slope_interval)
+        slopes = self.curve.slope, *self.slope_interval
+        lives = self.curve.cycles, *(float(v) for v in self.band(float(self.curve.knee)))
         rows = [
-            ("slope", number(self.curve.slope, 4), low, high),
-            (f"cycles at {knee} {unit}", *self._cycles_at_knee()),
+            ("slope", *(number(value, 4) for value in slopes)),
+            (f"cycles at {knee} {unit}", *(number(value, 4) for value in lives)),
         ]
         head = (
             f"{len(self.cycles)} tests; standard deviation of lg N {number(self.deviation, 3)}, "
             f"intervals of {self.confidence:.0%} confidence"
         )
         return f"{head}\n" + table(("", "median", "from", "to"), rows)
-
-    def _cycles_at_knee(self) -> tuple[str, str, str]:
-        low, high = (float(v) for v in self.band(float(self.curve.knee)))
-        return number(self.curve.cycles, 4), number(low, 4), number(high, 4)
 
 
 @checked

@@ -20,13 +20,12 @@ from lumped.kernel.many_runs.lane_records import Lanes, LaneWatch
 from lumped.kernel.many_runs.variants import Variants
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Run, RunOutput
-from lumped.kernel.watch import Watch
-from lumped.many_runs.watched import POSITIONS, Watched
+from lumped.many_runs.watched import KINDS, POSITIONS, Watched
 from lumped.points.direct_start import DirectStart, direct_start
 from lumped.points.start import by_name, run_start
 from lumped.points.start_values import read_start_values
 from lumped.points.targets import TOLERANCE
-from lumped.timeloop.clocks import clocks, modes_at
+from lumped.timeloop.clocks import modes_at
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.instants import Instants, instants
 from lumped.timeloop.moved_clocks import find_moved_clocks
@@ -143,17 +142,8 @@ class RunRecords:
             run.longest = (options.until - options.begin) / _LOOKS
         run.output = _no_output()
         run.watches = 1
-        run.watch = watch_of(self.watched)
-        for name in (
-            "integrand",
-            "extreme",
-            "height",
-            "kink",
-            "load",
-            "point",
-            "final",
-            "event_point",
-        ):
+        run.watch = self.watched.record()
+        for name in (*KINDS, "height", "kink"):
             setattr(run.watch, name, self._functions.get(name, self._nothing))
         self._set_instants(run, self._first_instants)
         if options.method == "implicit" and n:
@@ -206,16 +196,11 @@ class RunRecords:
             parameters=plant.parameters + plant.prepared,
             looks_inside=plant.margins > 0 or watch.loads > 0,
             watches=1,
-            chooses_method=run.chooses_method,
             max_steps=float(run.max_steps),
-            rtol=run.rtol,
-            longest=run.longest,
-            order=run.order,
-            terms=run.terms,
-            row=run.row,
             by_series=run.order > 0,
-            caution=run.caution,
         )
+        for name in ("chooses_method", "rtol", "longest", "order", "terms", "row", "caution"):
+            setattr(lanes, name, getattr(run, name))
         if run.order:
             lanes.series = run.series
         for name in ("until_steps_of", "attempt_of", "crossing_of", "look_of", "end_of"):
@@ -350,19 +335,3 @@ def _no_output() -> RunOutput:
         is_on_grid=1,
         is_short=1,
     )
-
-
-def watch_of(watched: Watched) -> Watch:
-    """The record of functionals."""
-    columns: dict[str, list[int]] = {}
-    every = clocks(watched.system)
-    counts = [len(clock.condition.modes) for clock in every]
-    first = np.cumsum([0, *counts]).tolist()
-    for clock, place in zip(every, first, strict=False):
-        columns.setdefault(clock.condition.name, []).append(place)
-    needs = [
-        (place, first[need])
-        for clock, place in zip(every, first, strict=False)
-        for need in clock.needs
-    ]
-    return watched.record(columns, needs)

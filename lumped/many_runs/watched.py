@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -22,11 +22,13 @@ from lumped.functionals.readings import (
     Extreme,
     Integral,
     Occurrence,
+    OfQuantities,
     Reading,
     Span,
     Value,
 )
 from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE, Watch
+from lumped.timeloop.clocks import clocks
 from lumped.timeloop.cycle_count import count_record
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.plants.parts import make_enclosed
@@ -39,6 +41,10 @@ POSITIONS = (0, 1, 2, -1)
 """Positions of a hold, in the order of its words: stuck, forward, backward, free."""
 _WHATS = {"instant": INSTANT, "count": COUNT, "loss": LOSS, "impulse": IMPULSE}
 _WHOLE = -math.inf, math.inf
+KINDS = ("integrand", "extreme", "load", "point", "final", "event_point")
+"""Kinds of quantities that are taken from a run, by the fields of a `Watch`."""
+_GIVEN = (*KINDS[:5], "wanted_event")
+"""Kinds of what the loop gives for a run, in this order."""
 
 
 class Place(NamedTuple):
@@ -120,41 +126,37 @@ class Watched:
         self, system: System, of: Mapping[str, Functional], begin: float, until: float
     ) -> None:
         self.system, self.of, self.begin, self.until = system, dict(of), begin, until
-        self._integrals, self._extremes, self._points = _Table(), _Table(), _Table()
-        self._finals, self._event_points, self._events = _Table(), _Table(), _Table()
-        self._loads, self._laws = _Table(), list[DamageLaw]()
+        self._tables = {kind: _Table() for kind in (*KINDS, "wanted_event")}
+        self._laws: list[DamageLaw] = []
         self._times: list[tuple[float, int]] = []
         self._matches: list[tuple[int, int, int, int]] = []
         self._timed: list[tuple[str, int]] = []
-        self._numbers: dict[Reading, int] = {}
+        self._numbers: dict[Reading, tuple[str, int]] = {}
         for label, functional in self.of.items():
             refuse_other([functional], "run", f"{system.name}: of['{label}']")
             for reading in functional.readings:
                 self._number(reading)
-        self._ranges = [(held, self._extremes_of(held)) for held in ranges(system)]
-        functions = {
-            "integrand": self._integrals,
-            "extreme": self._extremes,
-            "point": self._points,
-            "final": self._finals,
-            "event_point": self._event_points,
-        }
+        self._ranges = [
+            (held, [self._number(Extreme((held.formula,), side)) for side in ("highest", "lowest")])
+            for held in ranges(system)
+        ]
         self.functions = {
-            name: self._operations(t.quantities) for name, t in functions.items() if t.rows
+            kind: self._operations(self._tables[kind].quantities)
+            for kind in KINDS
+            if self._tables[kind].rows
         }
-        if self._extremes.rows:
-            signs = [int(row[2]) for row in self._extremes.rows]
-            given = self._extremes.quantities, signs, len(system.state_names)
+        extremes, loads = self._tables["extreme"], self._tables["load"]
+        if extremes.rows:
+            signs = [int(row[2]) for row in extremes.rows]
+            given = extremes.quantities, signs, len(system.state_names)
             self.functions["height"] = heights(system, *given)
-        if self._loads.rows:
-            self.functions["load"] = self._operations(self._loads.quantities)
-        kinked = kinks(system, self._extremes.quantities + self._loads.quantities)
+        kinked = kinks(system, extremes.quantities + loads.quantities)
         if kinked is not None:
             self.functions["kink"] = operations_of(kinked)
-        tables = (self._integrals, self._extremes, self._loads, self._points)
-        counts = [len(t.rows) for t in tables]
-        self._first = np.cumsum([0, *counts, len(self._finals.rows)]).tolist()
-        self.width = self._first[-1] + 2 * len(self._events.rows)
+        counts = [len(self._tables[kind].rows) for kind in _GIVEN]
+        columns = np.cumsum([0, *counts]).tolist()
+        self._first = dict(zip(_GIVEN, columns, strict=False))
+        self.width = columns[-1] + counts[-1]  # two numbers of each event
 
     # -- what is asked of the loop -------------------------------------------------------------
 
@@ -166,38 +168,37 @@ class Watched:
         """Number of a reading among those of its kind, for which it is asked once."""
         if reading not in self._numbers:
             self._numbers[reading] = self._add(reading)
-        return self._numbers[reading]
+        return self._numbers[reading][1]
 
-    def _add(self, reading: Reading) -> int:
-        """Ask for a reading."""
-        if isinstance(reading, Extreme):
-            return self._extremes.add(
-                self.system.product(reading.factors), *self._part(reading), reading.sign
-            )
-        if isinstance(reading, Integral):
-            return self._integrals.add(self.system.product(reading.factors), *self._part(reading))
-        if isinstance(reading, Cycles):
-            self._laws.append(reading.law)
-            return self._loads.add(self.system.product(reading.factors))
+    def _add(self, reading: Reading) -> tuple[str, int]:
+        """Ask for a reading; gives its kind, and its number among these."""
         if isinstance(reading, Span):
             begin, end = reading.between or (self.begin, self.until)
             self._refuse_outside(reading, begin, end)
-            return -1
-        if isinstance(reading, Value) and reading.at is None:
-            return self._finals.add(self.system.product(reading.factors))
-        if isinstance(reading, Value) and not isinstance(reading.at, AtEvent):
-            assert reading.at is not None
-            self._refuse_outside(reading, min(reading.at), max(reading.at))
-            number = self._points.add(self.system.product(reading.factors))
-            self._times += [(time, number) for time in reading.at]
-            return number
-        assert isinstance(reading, Value | Occurrence)
-        return self._event(reading)
-
-    def _extremes_of(self, held: HeldRange) -> tuple[int, int]:
-        """Numbers of the highest and the lowest value of what stays in a range."""
-        of = (held.formula,)
-        return self._number(Extreme(of, "highest")), self._number(Extreme(of, "lowest"))
+            return "span", -1
+        if isinstance(reading, Occurrence):
+            return "wanted_event", self._event(reading, reading, _WHATS[reading.what])
+        assert isinstance(reading, OfQuantities)
+        quantity = self.system.product(reading.factors)
+        if isinstance(reading, Extreme):
+            part = self._part(reading)
+            return "extreme", self._tables["extreme"].add(quantity, *part, reading.sign)
+        if isinstance(reading, Integral):
+            return "integrand", self._tables["integrand"].add(quantity, *self._part(reading))
+        if isinstance(reading, Cycles):
+            self._laws.append(reading.law)
+            return "load", self._tables["load"].add(quantity)
+        assert isinstance(reading, Value)
+        if isinstance(reading.at, AtEvent):
+            of = self._tables["event_point"].add(quantity)
+            side = int(reading.at.side == "after")
+            return "wanted_event", self._event(reading, reading.at, VALUE, side, of)
+        if reading.at is None:
+            return "final", self._tables["final"].add(quantity)
+        self._refuse_outside(reading, min(reading.at), max(reading.at))
+        number = self._tables["point"].add(quantity)
+        self._times += [(time, number) for time in reading.at]
+        return "point", number
 
     def _part(self, reading: Extreme | Integral) -> Between:
         if reading.between is None:
@@ -212,42 +213,26 @@ class Watched:
                 f"{self.until:g} s."
             )
 
-    def _event(self, reading: Value | Occurrence) -> int:
-        side, of = 0, 0
-        if isinstance(reading, Value):
-            assert isinstance(reading.at, AtEvent)
-            event: AtEvent | Occurrence = reading.at
-            kind, side = VALUE, int(reading.at.side == "after")
-            of = self._event_points.add(self.system.product(reading.factors))
-        else:
-            event, kind = reading, _WHATS[reading.what]
+    def _event(
+        self, wanted: Reading, event: AtEvent | Occurrence, kind: int, side: int = 0, of: int = 0
+    ) -> int:
+        """Number of an event that is wanted, and which events of the loop are meant."""
         number = ALL if event.number is None else event.number
-        row = self._events.add(ca.SX(0), kind, number, side, of)
-        timed = kind not in (LOSS, IMPULSE)
-        self._match(reading, event.component, event.after, row, timed=timed)
-        return row
-
-    def _match(self, wanted: object, component: str, after: str, row: int, timed: bool) -> None:
-        """Which events of the loop are meant."""
-        s, found = self.system.switching, list[tuple[int, int, int, int]]()
-        for k, condition in enumerate(s.conditions):
-            count = 2 if condition.pieces is None else condition.pieces.count
-            for now in range(count if condition.name == component else 0):
-                if after in ("", s.relation_text(k, now)[1]):
-                    found.append((0, k, now, row))
-        for h, name in enumerate(s.names):
-            for position, word in zip(POSITIONS, hold_words(s, h), strict=True):
-                if name == component and after in ("", word):
-                    found.append((1, h, position, row))
-        clocks = {condition.name for condition in s.timed}
-        if timed and component in clocks and not after:
+        row = self._tables["wanted_event"].add(ca.SX(0), kind, number, side, of)
+        component, after = event.component, event.after
+        every = list(self._list_events())
+        found = [
+            (*numbers, row)
+            for name, word, numbers in every
+            if name == component and after in ("", word)
+        ]
+        clocks = {condition.name for condition in self.system.switching.timed}
+        if kind not in (LOSS, IMPULSE) and component in clocks and not after:
             self._timed.append((component, row))
         elif not found:
-            known = {c.name for c in s.conditions} | set(s.names) | clocks
+            known = {name for name, *_ in every} | clocks
             if component in known:
-                words = {s.relation_text(k, m)[1] for k, m in self._modes(component)}
-                holds = [h for h, name in enumerate(s.names) if name == component]
-                words |= {word for h in holds for word in hold_words(s, h)}
+                words = {word for name, word, _ in every if name == component}
                 listed = ", ".join(sorted(words)) or "none that are told apart"
                 raise OptionError(
                     f"{self.system.name}: {wanted}: modes of {component} are: {listed}."
@@ -255,46 +240,38 @@ class Watched:
             near = nearest(component, known) if known else "Nothing else has events either."
             raise OptionError(f"{self.system.name}: {wanted}: '{component}' has no events. {near}")
         self._matches += found
+        return row
 
-    def _modes(self, component: str) -> list[tuple[int, int]]:
-        """Conditions of a component and their modes."""
-        return [
-            (k, mode)
-            for k, c in enumerate(self.system.switching.conditions)
-            if c.name == component
-            for mode in range(2 if c.pieces is None else c.pieces.count)
-        ]
+    def _list_events(self) -> Iterator[tuple[str, str, tuple[int, int, int]]]:
+        """Component, mode after it in words, and numbers of each event that the loop finds."""
+        s = self.system.switching
+        for k, condition in enumerate(s.conditions):
+            for now in range(2 if condition.pieces is None else condition.pieces.count):
+                yield condition.name, s.relation_text(k, now)[1], (0, k, now)
+        for h, name in enumerate(s.names):
+            for position, word in zip(POSITIONS, hold_words(s, h), strict=True):
+                yield name, word, (1, h, position)
 
-    def record(
-        self, columns: Mapping[str, Sequence[int]], needs: Sequence[tuple[int, int]]
-    ) -> Watch:
-        """The record that a run writes; its functions are set apart.
-
-        Parameters
-        ----------
-        columns : mapping of str to sequence of int
-            Places of the settings of each component among those of functions of time.
-        needs : sequence of (int, int)
-            Such places that change because others do.
-        """
-        sizes = {
-            "states": len(self.system.state_names),
-            "integrands": len(self._integrals.rows),
-            "extremes": len(self._extremes.rows),
-            "kinks": self.functions["kink"].results if "kink" in self.functions else 0,
-            "loads": len(self._loads.rows),
-            "points": len(self._points.rows),
-            "finals": len(self._finals.rows),
-            "event_points": len(self._event_points.rows),
-            "wanted_events": len(self._events.rows),
-        }
+    def record(self) -> Watch:
+        """The record that a run writes; its functions are set apart."""
+        columns: dict[str, list[int]] = {}
+        every = clocks(self.system)
+        first = np.cumsum([0, *(len(clock.condition.modes) for clock in every)]).tolist()
+        needs = []
+        for clock, place in zip(every, first, strict=False):
+            columns.setdefault(clock.condition.name, []).append(place)
+            needs += [(place, first[need]) for need in clock.needs]
+        sizes = {f"{kind}s": len(table.rows) for kind, table in self._tables.items()}
+        sizes["kinks"] = self.functions["kink"].results if "kink" in self.functions else 0
+        sizes["states"] = len(self.system.state_names)
         watch = Watch(sizes)
         for name in sizes.keys() - {"states"}:
             setattr(watch, name, sizes[name])
-        parts = [row[:2] for t in (self._integrals, self._extremes) for row in t.rows]
+        integrands, extremes = self._tables["integrand"].rows, self._tables["extreme"].rows
+        parts = [row[:2] for row in (*integrands, *extremes)]
         ends = np.array(parts).reshape(-1, 2)
         watch.begin[:], watch.end[:] = ends[:, 0], ends[:, 1]
-        watch.sign[:] = [int(row[2]) for row in self._extremes.rows]
+        watch.sign[:] = [int(row[2]) for row in extremes]
         watch.enclosed_extremes = make_enclosed(self.functions.get("extreme"))
         watch.enclosed_loads = make_enclosed(self.functions.get("load"))
         watch.count = count_record(self._laws, _DEPTH)
@@ -302,7 +279,7 @@ class Watched:
         watch.times = len(times)
         watch.time = np.array([t for t, _ in times], dtype=float)
         watch.time_of = np.array([k for _, k in times], dtype=np.int64)
-        rows = np.array(self._events.rows, dtype=np.int64).reshape(-1, 4)
+        rows = np.array(self._tables["wanted_event"].rows, dtype=np.int64).reshape(-1, 4)
         fields = (watch.event_kind, watch.event_number, watch.event_side, watch.event_of)
         for place, column in zip(fields, rows.T, strict=True):
             place[:] = column
@@ -329,7 +306,7 @@ class Watched:
     @property
     def extremes(self) -> list[tuple[HeldRange, tuple[int, int]]]:
         """Ranges of components; places of the highest and of the negative of the lowest value."""
-        first = self._first[1]
+        first = self._first["extreme"]
         return [(held, (first + high, first + low)) for held, (high, low) in self._ranges]
 
     def outside(self, found: np.ndarray) -> np.ndarray:
@@ -341,21 +318,19 @@ class Watched:
 
     def place(self, reading: Reading) -> Place:
         """Where a reading is found in what the loop gives."""
-        number = self._numbers[reading]
-        integrals, extremes, loads, points, finals, events = self._first
+        kind, number = self._numbers[reading]
+        column = self._first.get(kind, 0) + number
         if isinstance(reading, Span):
             begin, end = reading.between or (self.begin, self.until)
             return Place(-1, end - begin)
         if isinstance(reading, Integral):
-            return Place(integrals + number, is_positive=reading.is_of_square)
+            return Place(column, is_positive=reading.is_of_square)
         if isinstance(reading, Extreme):
-            return Place(extremes + number, reading.sign or 1)
-        if isinstance(reading, Cycles):
-            return Place(loads + number)
+            return Place(column, reading.sign or 1)
         event = reading.at if isinstance(reading, Value) else reading
         if not isinstance(event, AtEvent | Occurrence):
-            return Place((finals if event is None else points) + number)
-        taken = events + 2 * number
+            return Place(column)
+        taken = column + number  # with how often it happened after it
         if isinstance(event, Occurrence) and event.what == "count":
             return Place(taken + 1)
         if event.number is None:

@@ -11,7 +11,7 @@ import scipy
 from lumped.functionals import Functional
 from lumped.optimisation.design import Optimum, Task
 from lumped.optimisation.design_problem import DesignProblem
-from lumped.tolerances.probability import Probability
+from lumped.tolerances.aims import Probability
 
 Weights = Mapping[Any, float]
 """Of functionals and names of parameters."""

@@ -17,9 +17,8 @@ from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.support.units import amount
 from lumped.timeloop.results.trajectory import Trajectory
+from lumped.tolerances.aims import Probability, RobustAim
 from lumped.tolerances.of_designs import CheckedAim, CheckedProbability
-from lumped.tolerances.probability import Probability
-from lumped.tolerances.robust_aims import RobustAim
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.ensembles.collected_runs import RunsAt
 from lumped.ensembles.distributions import uniform
+from lumped.ensembles.ensemble import RunsAt
 from lumped.ensembles.variants import variants_of
 from lumped.errors import OptionError, SolverError
 from lumped.functionals import Functional

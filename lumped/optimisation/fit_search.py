@@ -12,8 +12,8 @@ import scipy
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
-from lumped.ensembles.collected_runs import RunsAt
 from lumped.ensembles.distributions import paired
+from lumped.ensembles.ensemble import RunsAt
 from lumped.ensembles.variants import variants_of
 from lumped.errors import LumpedError, OptimisationError, OptionError
 from lumped.functionals import at_time

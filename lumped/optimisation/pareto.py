@@ -28,7 +28,7 @@ from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunOptions, RunPlan, plan_of
-from lumped.tolerances.probability import Probability
+from lumped.tolerances.aims import Probability
 from lumped.tolerances.scene import Scattered
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse

@@ -16,10 +16,13 @@ from lumped.numerics.nlp import Solution
 from lumped.numerics.sqp import list_bound_rows, sqp
 from lumped.optimisation.design import Key, Optimum, Task, bounds_of, find_varied
 from lumped.timeloop.run_options import RunPlan
-from lumped.tolerances.moved_scene import MovedScene
-from lumped.tolerances.of_designs import CheckedProbability, DesignAim, DesignProbability
-from lumped.tolerances.probability import Probability
-from lumped.tolerances.robust_aims import RobustAim
+from lumped.tolerances.aims import Probability, RobustAim
+from lumped.tolerances.of_designs import (
+    CheckedProbability,
+    DesignAim,
+    DesignProbability,
+    MovedScene,
+)
 from lumped.tolerances.scene import Scattered
 
 _PRESSES = 1e-4

@@ -14,8 +14,7 @@ from lumped.functionals.functional import refuse_other
 from lumped.optimisation.design import Bounds, Key, Task, key_unit
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.timeloop.results.trajectory import Trajectory
-from lumped.tolerances.probability import Probability
-from lumped.tolerances.robust_aims import RobustAim
+from lumped.tolerances.aims import Probability, RobustAim
 from lumped.tolerances.scene import Scattered
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse

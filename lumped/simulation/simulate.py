@@ -11,7 +11,7 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import Interrupted, SolverError
-from lumped.many_runs.read_run import read_run
+from lumped.many_runs.native_runs import read_run
 from lumped.points.start import run_start
 from lumped.simulation.certify import certify_run
 from lumped.simulation.compare import between

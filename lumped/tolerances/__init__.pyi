@@ -1,3 +1,9 @@
+from lumped.tolerances.aims import MeanPlusAim as MeanPlusAim
+from lumped.tolerances.aims import Probability as Probability
+from lumped.tolerances.aims import QuantileAim as QuantileAim
+from lumped.tolerances.aims import mean_plus as mean_plus
+from lumped.tolerances.aims import probability as probability
+from lumped.tolerances.aims import quantile as quantile
 from lumped.tolerances.expansions.chaos import PolynomialSpread as PolynomialSpread
 from lumped.tolerances.failure.form import DesignPoint as DesignPoint
 from lumped.tolerances.failure.reliability_outcome import Reliability as Reliability
@@ -5,13 +11,7 @@ from lumped.tolerances.intervals import Quantile as Quantile
 from lumped.tolerances.intervals import Share as Share
 from lumped.tolerances.of_designs import CheckedAim as CheckedAim
 from lumped.tolerances.of_designs import CheckedProbability as CheckedProbability
-from lumped.tolerances.probability import Probability as Probability
-from lumped.tolerances.probability import probability as probability
 from lumped.tolerances.reliability import reliability as reliability
-from lumped.tolerances.robust_aims import MeanPlusAim as MeanPlusAim
-from lumped.tolerances.robust_aims import QuantileAim as QuantileAim
-from lumped.tolerances.robust_aims import mean_plus as mean_plus
-from lumped.tolerances.robust_aims import quantile as quantile
 from lumped.tolerances.scatter import Scatter as Scatter
 from lumped.tolerances.scatter import scatter as scatter
 from lumped.tolerances.scene import Scene as Scene

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Protocol
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,29 @@ Failures = dict[int, str]
 """Why evaluations failed, by their number."""
 
 
-class Evaluated(Protocol):
+class Evaluation(NamedTuple):
+    """What evaluations gave.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n, k)
+        Functionals; nan where one failed.
+    slopes : ndarray, shape (n, k, d)
+        Their derivatives by the parameters; shape (n, k, 0) where none were asked for.
+    failures : dict of int to str
+    """
+
+    values: Array
+    slopes: Array
+    failures: Failures
+
+    @classmethod
+    def unknown(cls, n: int, k: int, d: int) -> Evaluation:
+        """Room for results."""
+        return cls(np.full((n, k), np.nan), np.full((n, k, d), np.nan), {})
+
+
+class Evaluated(ABC):
     """Functionals of one kind of analysis, for the values of d parameters.
 
     Attributes
@@ -29,84 +52,69 @@ class Evaluated(Protocol):
         Relative error of their derivatives.
     """
 
-    labels: tuple[str, ...]
-    units: tuple[str, ...]
     error: float = 1e-9
 
-    def values(self, x: Array) -> tuple[Array, Failures]:
-        """Functionals, shape (n, k); nan where one failed."""
+    def __init__(self, system: System, names: tuple[str, ...], of: Mapping[str, Functional]):
+        self._system, self._names, self._of = system, names, dict(of)
+        self.labels, self.units = tuple(of), tuple(f.unit(system) for f in of.values())
 
-    def slopes(self, x: Array) -> tuple[Array, Array, Failures]:
-        """Functionals, and derivatives by the parameters, shapes (n, k) and (n, k, d)."""
+    @abstractmethod
+    def evaluate(self, x: Array, with_slopes: bool) -> Evaluation:
+        """Functionals at parameters of shape (n, d), and derivatives if they are asked for."""
 
     def curvatures(self, x: Array) -> Array | None:
         """Exact second derivatives at one point, shape (k, d, d); None where none are formed."""
         return None
 
 
-class EvaluatedReadings(Protocol):
-    """Readings of one kind of analysis; values, slopes and curvatures as in `Evaluated`."""
-
-    def values(self, x: Array) -> tuple[Array, Failures]:
-        """Readings."""
-
-    def slopes(self, x: Array) -> tuple[Array, Array, Failures]:
-        """Readings and derivatives."""
-
-    def curvatures(self, x: Array) -> Array | None:
-        """Exact second derivatives at one point."""
-        return None
-
-
 class OfReadings(Evaluated):
-    """Functionals from the readings of which they are made (see `Evaluated`).
+    """Functionals from the readings of which they are made (see `Evaluated`)."""
 
-    Parameters
-    ----------
-    kind : callable
-        Evaluates readings, as ``kind(names=, of=)``.
-    system : System
-    of : mapping of str to functional
-    names : tuple of str
-        What varies.
-    """
+    def __init__(self, system: System, names: tuple[str, ...], of: Mapping[str, Functional]):
+        super().__init__(system, names, of)
+        self._readings = readings_of(of.values())
+        self._places = [[self._readings.index(r) for r in f.readings] for f in of.values()]
 
-    def __init__(
-        self,
-        kind: Callable[..., EvaluatedReadings],
-        system: System,
-        of: Mapping[str, Functional],
-        names: tuple[str, ...],
-    ) -> None:
-        self._of, readings = tuple(of.values()), readings_of(of.values())
-        self._read = kind(names=names, of=readings)
-        self._places = [[readings.index(r) for r in f.readings] for f in self._of]
-        self.labels, self.units = tuple(of), tuple(f.unit(system) for f in of.values())
+    def evaluate(self, x: Array, with_slopes: bool) -> Evaluation:
+        """Functionals of all designs, and their derivatives if they are asked for."""
+        d = len(self._names) if with_slopes else 0
+        read = Evaluation.unknown(len(x), len(self._readings), d)
+        self._read_together(x, read)
+        known = ~(np.isnan(read.values).any(axis=1) | np.isnan(read.slopes).any(axis=(1, 2)))
+        for i in np.flatnonzero(~known).tolist():
+            try:
+                read.values[i], read.slopes[i] = self._read_alone(x[i], with_slopes)
+            except (OptionError, UnknownNameError):
+                raise
+            except LumpedError as error:
+                read.failures[i] = str(error)
+        values, slopes, _ = Evaluation.unknown(len(x), len(self._of), d)
+        pairs = zip(self._of.values(), self._places, strict=True)
+        for k, (functional, own) in enumerate(pairs):
+            own_values = read.values[:, own]
+            values[:, k] = functional.value(own_values)
+            for i in np.flatnonzero(np.isfinite(own_values).all(axis=1) & with_slopes).tolist():
+                by = functional.branches(own_values[i], 0.0)[0].slopes
+                slopes[i, k] = by @ read.slopes[i, own]
+        return Evaluation(values, slopes, read.failures)
 
-    def values(self, x: Array) -> tuple[Array, Failures]:
-        """Functionals of all designs."""
-        read, failures = self._read.values(x)
-        return self._values(read), failures
+    def _read_together(self, x: Array, found: Evaluation) -> None:
+        """Fill in readings of designs that are found side by side."""
 
-    def _values(self, read: Array) -> Array:
-        pairs = zip(self._of, self._places, strict=True)
-        return np.column_stack([f.value(read[:, own]) for f, own in pairs])
-
-    def slopes(self, x: Array) -> tuple[Array, Array, Failures]:
-        """Functionals and derivatives of all designs."""
-        read, by, failures = self._read.slopes(x)
-        found = np.full((len(x), len(self._of), by.shape[2]), np.nan)
-        for k, (functional, own) in enumerate(zip(self._of, self._places, strict=True)):
-            for i in np.flatnonzero(np.isfinite(read[:, own]).all(axis=1)).tolist():
-                found[i, k] = functional.branches(read[i, own], 0.0)[0].slopes @ by[i, own]
-        return self._values(read), found, failures
+    @abstractmethod
+    def _read_alone(self, row: Array, with_slopes: bool) -> tuple[Array, Array]:
+        """Readings of one design and their derivatives, shapes (m,) and (m, d) or (m, 0)."""
 
     def curvatures(self, x: Array) -> Array | None:
         """Those of readings; None for expressions of these."""
-        found = self._read.curvatures(x)
-        if found is None or any(functional.reading is None for functional in self._of):
+        if any(functional.reading is None for functional in self._of.values()):
             return None
-        return found[[own[0] for own in self._places]]
+        found = self._curvatures(x)
+        return None if found is None else found[[own[0] for own in self._places]]
+
+    def _curvatures(self, x: Array) -> Array | None:
+        """Exact second derivatives of readings, shape (m, d, d)."""
+        return None
 
 
 def curvatures_along(
@@ -140,34 +148,3 @@ def curvatures_along(
     found = np.moveaxis((after - before) @ along.T / (2 * h), 0, -2)
     symmetric: Array = 0.5 * (found + found.swapaxes(-1, -2))
     return symmetric
-
-
-def one_by_one(
-    x: Array, shapes: Sequence[tuple[int, ...]], one: Callable[[Array], Sequence[Any]]
-) -> tuple[list[Array], Failures]:
-    """Results at one point after the other; nan where it fails.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n, d)
-    shapes : sequence of tuple
-        Of each result.
-    one : callable
-        Results at one point.
-
-    Raises
-    ------
-    OptionError, UnknownNameError
-        What is wrong at any point.
-    """
-    found = [np.full((len(x), *shape), np.nan) for shape in shapes]
-    failures: Failures = {}
-    for i, row in enumerate(x):
-        try:
-            for column, result in zip(found, one(row), strict=True):
-                column[i] = result
-        except (OptionError, UnknownNameError):
-            raise
-        except LumpedError as error:
-            failures[i] = str(error)
-    return found, failures

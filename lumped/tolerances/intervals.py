@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import scipy
 
-from lumped.errors import OptionError
 from lumped.support.ranking import quantiles
 from lumped.tolerances.evaluated import Array
 
@@ -34,19 +33,6 @@ class Share(NamedTuple):
     value: float
     low: float
     high: float
-
-
-def probability_of(q: float) -> float:
-    """A probability, checked.
-
-    Raises
-    ------
-    OptionError
-        If it does not lie between zero and one.
-    """
-    if not 0 < q < 1:
-        raise OptionError(f"scatter: quantile({q:g}): a number between 0 and 1 is needed.")
-    return float(q)
 
 
 def quantile_of(ascending: Array, q: float) -> Quantile:

@@ -14,14 +14,11 @@ from lumped.errors import OptionError, SolverError
 from lumped.support.arguments import checked
 from lumped.timeloop.run_options import RunOptions
 from lumped.tolerances.failure.form import DesignPoint, form, join_points, points_of, search_all
-from lumped.tolerances.failure.importance import around, centres
 from lumped.tolerances.failure.limit import Limit
 from lumped.tolerances.failure.reliability_outcome import Influence, Kind, Reliability
-from lumped.tolerances.failure.sampled import Sampled
+from lumped.tolerances.failure.samples import Sampled, around, centres, subset
 from lumped.tolerances.failure.sorm import Curved, find_curvature
-from lumped.tolerances.failure.subset import subset
-from lumped.tolerances.moments import central_moments
-from lumped.tolerances.scene import Scattered, Scene, scene_of
+from lumped.tolerances.scene import Scattered, scene_of
 
 _RUNS, _STARTS = 1000, 4
 _PLANE = 0.1
@@ -144,7 +141,7 @@ def reliability(
         **options,
     )
     limit = Limit(scene, above, below)
-    others, (means, deviations) = scene.others(by), _moments(scene)
+    others, (means, deviations) = scene.others(by), scene.moments
     bent: tuple[Curved, ...] = ()
     if search in ("form", "sorm"):
         points = form(limit, searches=searches or _STARTS)
@@ -172,7 +169,6 @@ def reliability(
         second_order=bent,
         evaluations=limit.evaluations,
         gradients=limit.gradients,
-        remarks=sampled.remarks,
     )
 
 
@@ -230,12 +226,6 @@ def _sample_probability(
     if found.failed:
         remarks.append(f"why one failed: {limit.reason}")
     return points, replace(found, remarks=(*remarks, *found.remarks))
-
-
-def _moments(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Mean and standard deviation of each parameter that scatters."""
-    pairs = [central_moments(law) for law in scene.marginals.laws]
-    return np.array([mean for mean, _ in pairs]), np.sqrt([central[2] for _, central in pairs])
 
 
 def _importance(limit: Limit, points: tuple[DesignPoint, ...]) -> np.ndarray:

@@ -9,6 +9,7 @@ from typing import Any, Literal, Unpack
 
 import numpy as np
 
+from lumped.ensembles.outcome import list_reasons
 from lumped.ensembles.variants import Over, Sampling
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
@@ -25,13 +26,12 @@ from lumped.tolerances.expansions.by_derivatives import by_derivatives
 from lumped.tolerances.expansions.chaos import by_chaos
 from lumped.tolerances.intervals import Quantile
 from lumped.tolerances.scene import Scattered, Scene, scene_of
-from lumped.tolerances.spread import SampledSpread, Spread
+from lumped.tolerances.spread import SampledSpread, Spread, Spreads
 
 _RUNS = {"samples": 1000, "derivatives": 64, "chaos": 200}
 _TOLD = (0.01, 0.5, 0.99)
 _MOST = 5
 """Parameters that are told of each functional."""
-_REASONS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,14 +174,7 @@ class Scatter(ByName, RichHtml):
             if own.missing is not None and own.missing.value:
                 value, low, high = (f"{100 * part:.3g}" for part in own.missing)
                 lines.append(f"{label}: no value in {value} % ({low} to {high}) of the runs")
-        counts: dict[str, list[int]] = {}
-        for i, reason in self.failures.items():
-            counts.setdefault(reason, []).append(i)
-        lines += [
-            f"run {runs[0]}{f' and {len(runs) - 1} more' * (len(runs) > 1)}: {reason}"
-            for reason, runs in list(counts.items())[:_REASONS]
-        ]
-        return "\n".join([*lines, *self.notes])
+        return "\n".join([*lines, *list_reasons(self.failures), *self.notes])
 
 
 def _find_quantile(own: Spread, q: float) -> Quantile | None:
@@ -279,29 +272,20 @@ def scatter(
     if not gradients and search != "chaos":
         raise OptionError(f"scatter: gradients=False is for search='chaos', not for '{search}'.")
     if search == "chaos":
-        fitted = by_chaos(scene, count, seed, sampling or "sobol", gradients=gradients)
-        spreads: dict[str, Spread] = {**fitted.spreads}
-        points, values, failures = fitted.points, fitted.values, fitted.failures
-        notes = fitted.notes
+        found = by_chaos(scene, count, seed, sampling or "sobol", gradients=gradients)
     elif search == "derivatives":
         if sampling is not None:
             raise OptionError("scatter: sampling is for samples and chaos; derivatives need none.")
         if count < 2:
             raise OptionError(f"scatter: runs = {count}: two at least check derivatives.")
         found = by_derivatives(scene, count, seed)
-        spreads = {**found.spreads}
-        points, values, failures = found.points, found.values, found.failures
-        notes = found.notes
     else:
-        points = scene.draw(count, seed, sampling or "random")
-        values, failures, notes = scene.values(points), scene.failures, ()
-        spreads = _spread_samples(scene, points, values)
+        found = _by_samples(scene, scene.draw(count, seed, sampling or "random"))
     seconds = clock.perf_counter() - begun
-    name = scene.system.name
-    return Scatter(name, search, scene.names, spreads, points, values, failures, notes, seconds)
+    return Scatter(scene.system.name, search, scene.names, *found, seconds)
 
 
-def _spread_samples(scene: Scene, points: Array, values: Array) -> dict[str, Spread]:
+def _by_samples(scene: Scene, points: Array) -> Spreads:
     """How each functional scatters in a sample.
 
     Raises
@@ -309,10 +293,12 @@ def _spread_samples(scene: Scene, points: Array, values: Array) -> dict[str, Spr
     SolverError
         If none has a value.
     """
+    values = scene.values(points)
     if np.isnan(values).all():
         first, text = next(iter(scene.failures.items()))
         raise SolverError(f"scatter: all {len(values)} runs fail. Run {first}: {text}", None)
-    return {
-        label: SampledSpread(label, unit, column, points, scene.names)
+    spreads: dict[str, Spread] = {
+        label: SampledSpread(label, unit, scene.names, points, column)
         for label, unit, column in zip(scene.labels, scene.units, values.T, strict=True)
     }
+    return Spreads(spreads, points, values, scene.failures)

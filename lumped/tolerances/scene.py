@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
-from lumped.ensembles.collected_runs import fill_parameters, label_functionals
+from lumped.ensembles.ensemble import label_functionals
+from lumped.ensembles.laws import central_moments
 from lumped.ensembles.variants import (
     Marginals,
     Over,
     Sampling,
+    fill_parameters,
     marginals_of,
     probabilities,
     variants_of,
@@ -24,17 +26,12 @@ from lumped.ensembles.variants import (
 from lumped.errors import OptionError, ParameterError, SolverError
 from lumped.functionals.functional import refuse_other
 from lumped.support.arguments import checked
+from lumped.support.text_table import list_names
 from lumped.timeloop.run_options import RunOptions, RunPlan, plan_of
-from lumped.tolerances.evaluated import Array, Evaluated, Failures, OfReadings, curvatures_along
-from lumped.tolerances.moments import central_moments
-from lumped.tolerances.of_modes import OfModes
-from lumped.tolerances.of_orders import OfOrders
-from lumped.tolerances.of_runs import OfRuns
+from lumped.tolerances.analyses import OfModes, OfOrders, OfRuns
+from lumped.tolerances.evaluated import Array, Evaluated, Evaluation, Failures, curvatures_along
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
-
-_SCORE = 1e-4
-"""Difference of scores over which second derivatives of parameters are taken."""
 
 Scattered = System | Modes | OrderResponse
 """What can scatter."""
@@ -56,6 +53,8 @@ class Scene:
         Changes that hold throughout.
     analysis : str
         With which errors begin.
+    held : mapping of str to float
+        Parameters that do not scatter, m of them, by which is differentiated too; their values.
 
     Attributes
     ----------
@@ -79,8 +78,10 @@ class Scene:
         evaluated_over: Callable[[tuple[str, ...]], Evaluated],
         parameters: Changes | None,
         analysis: str,
+        held: Mapping[str, float] | None = None,
     ) -> None:
-        evaluated = evaluated_over(marginals.names)
+        self.held = dict(held or {})
+        evaluated = evaluated_over((*marginals.names, *self.held))
         self.system, self.analysis, self.names = system, analysis, marginals.names
         self.labels, self.units, self.error = evaluated.labels, evaluated.units, evaluated.error
         self.failures: Failures = {}
@@ -91,7 +92,7 @@ class Scene:
 
     def __reduce__(self) -> tuple[Any, ...]:
         parts = self.over, self.marginals, self.evaluated_over, self.parameters, self.analysis
-        return Scene, (self.system, *parts)
+        return Scene, (self.system, *parts, self.held)
 
     def physical(self, u: Array) -> Array:
         """Parameters in SI units for independent standard normal numbers, both of shape (n, d)."""
@@ -101,30 +102,11 @@ class Scene:
         """Their derivatives, shape (n, d, d): of parameter i by number j."""
         return self.marginals.values(np.asarray(u, dtype=float))[1]
 
-    def in_scores(self, u: Array, slope: Array, curvature: Array) -> tuple[Array, Array]:
-        """Derivatives of a functional by the independent normal variables, from others.
-
-        Parameters
-        ----------
-        u : ndarray, shape (d,)
-            The point.
-        slope, curvature : ndarray, shapes (d,) and (d, d)
-            Derivatives by the parameters there.
-
-        Returns
-        -------
-        ndarray, shapes (d,) and (d, d)
-        """
-        by, mixing = self.physical_slopes(u[None])[0], self.marginals.mixing
-        # each parameter has one score, a mixture of the variables: second derivatives by that
-        sides = np.array([_SCORE, -_SCORE])
-        slopes = [
-            law.at_score(score + sides)[1]
-            for law, score in zip(self.marginals.laws, mixing @ u, strict=True)
-        ]
-        bent = np.array([(after - before) / (2 * _SCORE) for after, before in slopes])
-        more = mixing.T @ np.diag(slope * bent) @ mixing
-        return slope @ by, by.T @ curvature @ by + more
+    @property
+    def moments(self) -> tuple[Array, Array]:
+        """Means and standard deviations of the parameters that scatter, shape (d,) each."""
+        pairs = [central_moments(law) for law in self.marginals.laws]
+        return np.array([mean for mean, _ in pairs]), np.sqrt([central[2] for _, central in pairs])
 
     @property
     def parameter_units(self) -> tuple[str, ...]:
@@ -167,11 +149,11 @@ class Scene:
         OptionError
             If a functional has no derivative.
         """
-        rows, values = self._rows(x), list(others.values())
-        whole = np.hstack([rows, np.broadcast_to(values, (len(rows), len(values)))])
-        evaluated = self.evaluated_over((*self.names, *others))
-        _, slopes, self.failures = evaluated.slopes(whole)
-        return slopes[:, :, len(self.names) :]
+        parts = self.marginals, self.evaluated_over, self.parameters, self.analysis
+        whole = Scene(self.system, self.over, *parts, others)
+        found = whole.slopes_by_all(x)[1][:, :, len(self.names) :]
+        self.failures = whole.failures
+        return found
 
     def draw(self, n: int, seed: int = 0, sampling: Sampling = "random") -> Array:
         """Parameters that `ensemble` draws, shape (n, d).
@@ -207,12 +189,7 @@ class Scene:
 
     def values(self, x: Array) -> Array:
         """Functionals at parameters of shape (n, d), shape (n, k); nan where one failed."""
-        rows = self._rows(x)
-        sound, faults = self._in_range(rows)
-        found = np.full((len(rows), len(self.labels)), np.nan)
-        found[sound], failures = self._evaluated.values(rows[sound])
-        self._note_failures(sound, failures, faults)
-        return found
+        return self._evaluate(x, with_slopes=False)[0]
 
     def slopes(self, x: Array) -> tuple[Array, Array]:
         """Functionals and their derivatives by the parameters, shapes (n, k) and (n, k, d).
@@ -222,12 +199,23 @@ class Scene:
         OptionError
             If a functional has no derivative.
         """
+        values, slopes = self.slopes_by_all(x)
+        return values, slopes[:, :, : len(self.names)]
+
+    def slopes_by_all(self, x: Array) -> tuple[Array, Array]:
+        """The same with derivatives by what is held too, shape (n, k, d + m)."""
+        return self._evaluate(x, with_slopes=True)
+
+    def _evaluate(self, x: Array, with_slopes: bool) -> tuple[Array, Array]:
         rows = self._rows(x)
-        sound, faults = self._in_range(rows)
-        values = np.full((len(rows), len(self.labels)), np.nan)
-        slopes = np.full((*values.shape, len(self.names)), np.nan)
-        values[sound], slopes[sound], failures = self._evaluated.slopes(rows[sound])
-        self._note_failures(sound, failures, faults)
+        faults = self._find_faults(rows)
+        sound = np.setdiff1d(np.arange(len(rows)), list(faults))
+        width = (len(self.names) + len(self.held)) * with_slopes
+        values, slopes, _ = Evaluation.unknown(len(rows), len(self.labels), width)
+        whole = np.hstack([rows[sound], np.tile([*self.held.values()], (len(sound), 1))])
+        values[sound], slopes[sound], failures = self._evaluated.evaluate(whole, with_slopes)
+        told = {int(sound[i]): text for i, text in failures.items()} | faults
+        self.failures = dict(sorted(told.items()))
         return values, slopes
 
     def curvatures(self, x: Array) -> Array:
@@ -248,7 +236,7 @@ class Scene:
         found = self.exact_curvatures(x)
         if found is not None:
             return found
-        wide = np.sqrt([central_moments(law)[1][2] for law in self.marginals.laws])
+        _, wide = self.moments
         scaled = curvatures_along(lambda at: self.slopes(at)[1], x, np.diag(wide), self.error)
         if not np.isfinite(scaled).all():
             why = next(iter(self.failures.values()), "")
@@ -259,22 +247,17 @@ class Scene:
     def exact_curvatures(self, x: Array) -> Array | None:
         """The same; None where none are formed (runs, order responses, modes of equilibria)."""
         row = self._rows(np.reshape(x, (1, -1)))
-        for text in self._in_range(row)[1].values():
+        for text in self._find_faults(row).values():
             raise ParameterError(f"{self.analysis}: {text}.")
         return self._evaluated.curvatures(row[0])
 
-    def _in_range(self, rows: Array) -> tuple[NDArray[np.intp], Failures]:
-        """Which parameters are in range, and what is wrong with the others."""
+    def _find_faults(self, rows: Array) -> Failures:
+        """Which parameters are out of range, and why."""
+        if not len(rows):
+            return {}
         parameters = self.system.structure.parameters
-        faults: Failures = {}
-        if len(rows):
-            for text, runs in parameters.outside(self._theta, self._places, rows):
-                faults |= dict.fromkeys(runs.tolist(), text)
-        return np.setdiff1d(np.arange(len(rows)), list(faults)), faults
-
-    def _note_failures(self, sound: NDArray[np.intp], failures: Failures, faults: Failures) -> None:
-        told = {int(sound[i]): text for i, text in failures.items()} | faults
-        self.failures = dict(sorted(told.items()))
+        found = parameters.outside(self._theta, self._places, rows)
+        return {run: text for text, runs in found for run in runs.tolist()}
 
     def _rows(self, x: Array) -> Array:
         found = np.ascontiguousarray(x, dtype=float)
@@ -355,33 +338,51 @@ def plan_scene(
     wanted = label_functionals(of, analysis)
     if workers is not None and workers < 1:
         raise OptionError(f"{analysis}: workers = {workers}: at least one thread is needed.")
+    kind: Any
     if isinstance(what, System):
-        refuse_other(wanted.values(), "run", analysis)
         assert plan is not None
-        changes = plan.changes(what)
-        marginals = marginals_of(what, over, parameters=changes, analysis=analysis)
-        runs = partial(
-            OfRuns,
-            what,
-            of=wanted,
-            plan=plan.by_steps(analysis),
-            workers=workers,
-            analysis=analysis,
-        )
-        return Scene(what, over, marginals, runs, changes, analysis)
-    system = what.system
-    own = (what.point if isinstance(what, Modes) else what.rotation.points[0]).parameters
-    marginals = marginals_of(system, over, parameters=own, analysis=analysis)
-    if isinstance(what, Modes):
+        system, changes, name = what, plan.changes(what), "run"
+        steps = plan.by_steps(analysis)
+        kind = partial(OfRuns, plan=steps, workers=workers)
+    elif isinstance(what, Modes):
+        system, changes, name, kind = what.system, what.point.parameters, "modes", OfModes
         what.refuse_mean(analysis)
         if what.near is not None:
             raise OptionError(
                 f"{analysis}: of other designs other modes may be near {what.near:g} Hz; give all "
                 "modes, lumped.modes(system)."
             )
-        refuse_other(wanted.values(), "modes", analysis)
     else:
-        refuse_other(wanted.values(), "order response", analysis)
-    kind: Any = OfModes if isinstance(what, Modes) else OfOrders
-    found = partial(OfReadings, partial(kind, what, analysis=analysis), system, wanted)
-    return Scene(system, over, marginals, found, own, analysis)
+        system, changes = what.system, what.rotation.points[0].parameters
+        name, kind = "order response", OfOrders
+    refuse_other(wanted.values(), name, analysis)
+    marginals = marginals_of(system, over, parameters=changes, analysis=analysis)
+    evaluated_over = partial(kind, what, of=wanted, analysis=analysis)
+    return Scene(system, over, marginals, evaluated_over, changes, analysis)
+
+
+def find_correlated(scene: Scene) -> NDArray[np.bool_]:
+    """Which parameters depend on others, shape (d,)."""
+    mixing = scene.marginals.mixing
+    off = (mixing != 0) & ~np.eye(len(mixing), dtype=bool)
+    found: NDArray[np.bool_] = off.any(axis=0) | off.any(axis=1)
+    return found
+
+
+def refuse_correlated(scene: Scene) -> None:
+    """Refuse parameters that depend on each other, as their shares are not defined.
+
+    Raises
+    ------
+    OptionError
+        With their names.
+    """
+    names = [
+        name for name, is_one in zip(scene.names, find_correlated(scene), strict=True) if is_one
+    ]
+    if names:
+        raise OptionError(
+            f"{scene.analysis}: {list_names(names)} are correlated, so that the variance has no "
+            "share of each. Give distributions without correlation, or take the ranking of "
+            "lumped.scatter, which is of each alone."
+        )

@@ -16,8 +16,7 @@ from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import list_names, table
 from lumped.timeloop.run_options import RunOptions
-from lumped.tolerances.scene import Scattered, Scene, scene_of
-from lumped.tolerances.shares import refuse_correlated
+from lumped.tolerances.scene import Scattered, Scene, refuse_correlated, scene_of
 
 _LEAST = 16
 """Pairs of parameter sets."""

@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from typing import NamedTuple
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from lumped.errors import OptionError, ParameterError, SolverError
 from lumped.support.ranking import ranks
 from lumped.support.units import plain
-from lumped.tolerances.evaluated import Array
-from lumped.tolerances.intervals import (
-    Quantile,
-    Share,
-    probability_of,
-    quantile_of,
-    share_of,
-)
+from lumped.tolerances.evaluated import Array, Failures
+from lumped.tolerances.intervals import Quantile, Share, quantile_of, share_of
 
 _DEGREE = 4
 """Of the polynomials in the score of one parameter that explain a functional."""
 
 
-class Spread(ABC):
+class Spread:
     """How a functional scatters.
 
     Attributes
@@ -47,8 +42,11 @@ class Spread(ABC):
     ranking: tuple[tuple[str, float], ...]
     missing: Share | None = None
 
-    def __init__(self, names: tuple[str, ...], x: Array, values: Array) -> None:
+    def __init__(
+        self, label: str, unit: str, names: tuple[str, ...], x: Array, values: Array
+    ) -> None:
         """Keep a population: parameters of shape (n, d) and values of shape (n,)."""
+        self.label, self.unit = label, unit
         self._names, self._x, self._values = names, x, values
         self._ascending = np.sort(values)
 
@@ -63,9 +61,15 @@ class Spread(ABC):
         Raises
         ------
         OptionError
-            If it is not.
+            If it is not, or no run has the functional.
         """
-        return self._quantile(probability_of(q))
+        if not 0 < q < 1:
+            raise OptionError(f"scatter: quantile({q:g}): a number between 0 and 1 is needed.")
+        if not len(self._ascending):
+            raise OptionError(f"scatter: no run has {self.label}.")
+        found = quantile_of(self._ascending, float(q))
+        off = self._error_near(found.value)
+        return Quantile(found.value, found.low - off, found.high + off)
 
     def share(self, *, above: float | str | None = None, below: float | str | None = None) -> Share:
         """Share of the population beyond a limit, and its interval.
@@ -82,7 +86,13 @@ class Spread(ABC):
         UnitError
             If a unit does not fit.
         """
-        return self._share(*self._limit(above, below))
+        limit, is_above = self._limit(above, below)
+        off = self._error_near(limit) * (1 if is_above else -1)
+        value, least, most = (
+            share_of(int(self._is_beyond(end, is_above).sum()), len(self._values))
+            for end in (limit, limit + off, limit - off)
+        )
+        return Share(value.value, least.low, most.high)
 
     def causes(
         self, *, above: float | str | None = None, below: float | str | None = None
@@ -105,7 +115,7 @@ class Spread(ABC):
             If a unit does not fit.
         """
         limit, is_above = self._limit(above, below)
-        verdict = (self._values > limit if is_above else self._values < limit).astype(float)
+        verdict = self._is_beyond(limit, is_above).astype(float)
         if verdict.min(initial=1.0) == verdict.max(initial=0.0):
             raise OptionError(
                 f"scatter: causes of {self.label}: {'all' if verdict.any() else 'none'} of "
@@ -126,11 +136,12 @@ class Spread(ABC):
         what = f"scatter: {self.label}: the limit ="
         return plain(given[0], self.unit, what, ParameterError), above is not None
 
-    @abstractmethod
-    def _quantile(self, q: float) -> Quantile: ...
+    def _is_beyond(self, limit: float, above: bool) -> NDArray[np.bool_]:
+        return self._values > limit if above else self._values < limit
 
-    @abstractmethod
-    def _share(self, limit: float, above: bool) -> Share: ...
+    def _error_near(self, level: float) -> float:
+        """Error of the values of the population near a level, beside that of a sample."""
+        return 0.0
 
     def trust(self) -> str:
         """How far the numbers hold, in words; empty where their intervals tell it."""
@@ -143,28 +154,22 @@ class SampledSpread(Spread):
     Parameters
     ----------
     label, unit : str
+    names : tuple of str
+        Of the parameters.
+    x : ndarray, shape (n, d)
+        Parameters.
     values : ndarray, shape (n,)
         nan where there is none; infinity is a value, such as the damage of a part that breaks at
         once.
-    x : ndarray, shape (n, d)
-        Parameters.
-    names : tuple of str
-        Of these.
     """
 
     def __init__(
-        self,
-        label: str,
-        unit: str,
-        values: Array,
-        x: Array,
-        names: tuple[str, ...],
+        self, label: str, unit: str, names: tuple[str, ...], x: Array, values: Array
     ) -> None:
         there = ~np.isnan(values)
-        self.label, self.unit = label, unit
         self.missing = share_of(int((~there).sum()), len(values))
         known = values[there]
-        super().__init__(names, x[there], known)
+        super().__init__(label, unit, names, x[there], known)
         self.mean = float(known.mean()) if len(known) else np.nan
         is_finite = bool(np.isfinite(known).all())
         self.std = float(known.std(ddof=1)) if len(known) > 1 and is_finite else np.nan
@@ -172,14 +177,28 @@ class SampledSpread(Spread):
         shares = np.array([explain_variance(column, known) for column in x[there].T])
         self.ranking = rank_shares(names, shares)
 
-    def _quantile(self, q: float) -> Quantile:
-        if not len(self._ascending):
-            raise OptionError(f"scatter: no run has {self.label}.")
-        return quantile_of(self._ascending, q)
 
-    def _share(self, limit: float, above: bool) -> Share:
-        known = self._ascending
-        return share_of(int((known > limit if above else known < limit).sum()), len(known))
+class Spreads(NamedTuple):
+    """How functionals scatter, and the runs from which that is known.
+
+    Attributes
+    ----------
+    spreads : dict of str to Spread
+        By the labels of the functionals.
+    points, values : ndarray, shapes (n, d) and (n, k)
+        Parameters and functionals of the runs: the sample, the check of an expansion, or what
+        polynomials were fitted to.
+    failures : dict of int to str
+        Why runs failed.
+    notes : tuple of str
+        What else must be known.
+    """
+
+    spreads: dict[str, Spread]
+    points: Array
+    values: Array
+    failures: Failures
+    notes: tuple[str, ...] = ()
 
 
 def explain_variance(x: Array, y: Array) -> float:

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from lumped.compiler.structure import Name
-from lumped.ensembles.laws import Amount, Distribution, Law, Parameter
-from lumped.ensembles.plain_laws import Normal, Triangular, Uniform
+from lumped.ensembles.laws import Amount, Distribution, Law, Normal, Parameter, Triangular, Uniform
 from lumped.errors import OptionError, shown
 from lumped.flattening.tree import key_of
 from lumped.support.arguments import checked

@@ -2,34 +2,22 @@
 
 import numpy as np
 import pytest
+from oscillator import UNTIL, C, closed_form
 from rows import in_a_row
 
 import lumped as lp
 from lumped import functionals as fun
-from lumped.components import Brake, Fixed, Inertia, Spring, Torque
+from lumped.components import Brake, Fixed, Inertia, Torque
 from lumped.errors import OptionError, ParameterError, SolverError, UnknownNameError
 from lumped.many_runs.native_runs import NativeRuns
 from lumped.ops import log, sqrt
 
-C = np.linspace(50.0, 200.0, 7)
 X = {"x": fun.final("shaft.phi_rel")}
-UNTIL = 0.7
-
-
-@pytest.fixture(scope="module")
-def system():
-    model = in_a_row(ground=Fixed(), shaft=Spring(c=100.0), body=Inertia(J=1.0, phi=0.0, w=1.0))
-    return lp.assemble(model)
 
 
 def ran(system, **options):
     given = {"over": {"shaft.c": C}, "until": UNTIL, "of": X, "rtol": 1e-9, **options}
     return lp.ensemble(system, **given)
-
-
-def closed_form(c, J=1.0, t=UNTIL):
-    w = np.sqrt(c / J)
-    return np.sin(w * t) / w
 
 
 # -- failures --------------------------------------------------------------------------------------

@@ -10,41 +10,27 @@ import time
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from oscillator import UNTIL, C, closed_form, fussy, last
 
 import lumped as lp
 from lumped import functionals as fun
-from lumped.components import Fixed, Inertia, Spring
-from lumped.ensembles.ensemble_file import EnsembleFile
+from lumped.ensembles.ensemble import EnsembleFile
 from lumped.errors import OptionError, SolverError
 from lumped.many_runs.native_runs import NativeRuns
 
-C = np.linspace(50.0, 200.0, 7)
 MANY = np.linspace(50.0, 200.0, 600)
-UNTIL = 0.7
 OF = {"x": fun.final("shaft.phi_rel"), "peak": fun.peak("shaft.tau")}
-
-
-@pytest.fixture(scope="module")
-def system():
-    model = in_a_row(ground=Fixed(), shaft=Spring(c=100.0), body=Inertia(J=1.0, phi=0.0, w=1.0))
-    return lp.assemble(model)
 
 
 def ran(system, c=MANY, **options):
     return lp.ensemble(system, **{"over": {"shaft.c": c}, "until": UNTIL, "of": OF, **options})
 
 
-def last(run):
-    return run["shaft.phi_rel"][-1]
-
-
 @pytest.fixture(scope="module")
 def whole(system):
     """An ensemble that nothing disturbs, right to its tolerance."""
     found = ran(system)
-    w = np.sqrt(MANY)
-    error = np.abs(found["x"] - np.sin(w * UNTIL) / w).max()
+    error = np.abs(found["x"] - closed_form(MANY)).max()
     print(f"largest error {error:.1e}")
     assert error < 1e-6
     return found
@@ -372,11 +358,6 @@ def test_a_sweep_takes_functionals_functions_and_both(system):
 
 
 def test_a_sweep_of_both_tells_the_failures_of_each(system):
-    def fussy(run):
-        if run.theta.max() > 150:
-            raise ValueError("too stiff for me")
-        return last(run)
-
     of = {"a": fussy, "b": fun.final("body.w"), "c": fun.at_time(0.1, "body.a")}
     given = {"until": UNTIL, "method": "explicit", "max_steps": 1000, "workers": 1}
     found = lp.sweep(system, over={"shaft.c": [1.0, 160.0, 1e9]}, of=of, **given)

@@ -107,12 +107,6 @@ def test_statistics_of_all_lock_times_are_those_of_the_figures(chain, k):
     assert_statistics(chain[f"t{k}"], FIGURES["b"][f"t_lock_{k + 1}"], 1e-12)
 
 
-def test_quantiles_of_the_ensemble_leave_none_out(chain):
-    figures = FIGURES["b"]["t_lock_1"]
-    found = chain.quantile("t0", [0.001, 0.5, 0.999])
-    assert found == pytest.approx([figures[n] for n in ("q001", "q500", "q999")], rel=1e-12)
-
-
 def test_the_clutches_lock_in_the_orders_of_the_figures(chain):
     order = np.argsort([chain[f"t{k}"] for k in range(3)], axis=0).T + 1
     names, counts = np.unique(order, axis=0, return_counts=True)

@@ -7,30 +7,14 @@ import threading
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from oscillator import C, closed_form, fussy, last
 
 import lumped as lp
-from lumped.components import Fixed, Inertia, Spring, SwingingMass
+from lumped.components import Fixed, Spring, SwingingMass
 from lumped.errors import OptionError, UnknownNameError
 from lumped.support.process_lock import process_lock
 
-
-@pytest.fixture(scope="module")
-def system():
-    model = in_a_row(ground=Fixed(), shaft=Spring(c=100.0), body=Inertia(J=1.0))
-    return lp.assemble(model.with_({"body.w": 1.0}))
-
-
-def last(run):
-    return run["shaft.phi_rel"][-1]
-
-
-C, J = np.linspace(50.0, 200.0, 7), np.array([0.5, 1.0, 4.0])
-
-
-def closed_form(c, J):
-    w = np.sqrt(c / J)
-    return np.sin(w * 0.7) / w
+J = np.array([0.5, 1.0, 4.0])
 
 
 @pytest.mark.parametrize("workers", [1, 2, 3])
@@ -93,11 +77,6 @@ def test_results_are_the_same_to_the_last_bit_whoever_works(count):
 
 
 def test_failures_are_set_apart_with_their_reason(system):
-    def fussy(run):
-        if run.theta.max() > 150:
-            raise ValueError("too stiff for me")
-        return last(run)
-
     points = [{"shaft.c": c} for c in (100.0, 1e9, 200.0, 50.0)]
     options = {"method": "explicit", "max_steps": 1000, "workers": 2}
     found = lp.sweep(system, over=points, until=0.7, of={"x": fussy}, **options)

@@ -214,79 +214,75 @@ def test_a_factor_is_that_of_the_value_in_the_call(system):
 NORMAL = lp.normal(100.0, 3.0)
 
 
-@pytest.mark.parametrize(
-    ("over", "options", "kind", "text"),
-    [
-        ({}, {}, OptionError, "ensemble: there is nothing to vary"),
-        ([], {}, OptionError, "there is nothing to vary"),
-        ([{}], {}, OptionError, "there is nothing to vary"),
-        ({C: []}, {}, OptionError, "there is nothing to vary"),
-        (lp.distributions.paired({}), {}, OptionError, "there is nothing to vary"),
-        (5.0, {}, OptionError, r"over = 5\.0: what varies is needed, such as"),
-        ("shaft.c", {}, OptionError, r"over = 'shaft\.c': what varies is needed"),
-        ({3: [1.0]}, {}, UnknownNameError, "3 is neither a name nor a reference"),
-        ([{C: 1.0}, 2.0], {}, OptionError, r"over\[1\] = 2\.0: the parameters of run 1 are needed"),
-        ({"shaft.k": [1.0]}, {}, UnknownNameError, r"no parameter 'shaft\.k'. Nearest: shaft\.c"),
-        (
-            {"shaft.k": NORMAL},
-            {"runs": 3},
-            UnknownNameError,
-            r"no parameter 'shaft\.k'. Nearest: shaft\.c",
-        ),
-        ([{C: 1.0}, {J: 1.0}], {}, OptionError, r"run 0 names shaft\.c, run 1 body\.J"),
-        ({C: [1.0], MODEL.shaft.c: [2.0]}, {}, OptionError, r"shaft\.c is named twice in over"),
-        (
-            {C: NORMAL, MODEL.shaft.c: NORMAL},
-            {"runs": 3},
-            OptionError,
-            r"shaft\.c is named twice in over",
-        ),
+MISTAKES = {
+    OptionError: [
+        ({}, {}, "ensemble: there is nothing to vary"),
+        ([], {}, "there is nothing to vary"),
+        ([{}], {}, "there is nothing to vary"),
+        ({C: []}, {}, "there is nothing to vary"),
+        (lp.distributions.paired({}), {}, "there is nothing to vary"),
+        (5.0, {}, r"over = 5\.0: what varies is needed, such as"),
+        ("shaft.c", {}, r"over = 'shaft\.c': what varies is needed"),
+        ([{C: 1.0}, 2.0], {}, r"over\[1\] = 2\.0: the parameters of run 1 are needed"),
+        ([{C: 1.0}, {J: 1.0}], {}, r"run 0 names shaft\.c, run 1 body\.J"),
+        ({C: [1.0], MODEL.shaft.c: [2.0]}, {}, r"shaft\.c is named twice in over"),
+        ({C: NORMAL, MODEL.shaft.c: NORMAL}, {"runs": 3}, r"shaft\.c is named twice in over"),
         (
             [{C: 1.0, MODEL.shaft.c: 2.0}, {C: 1.0, MODEL.shaft.c: 2.0}],
             {},
-            OptionError,
             r"each run must name the same parameters, once; run 0 names shaft\.c, shaft\.c",
         ),
         (
             {C: NORMAL, J: [1.0]},
             {"runs": 3},
-            OptionError,
             r"distributions \(of shaft\.c\) and values \(of body\.J\)\. .* lumped\..*paired",
         ),
         (
             lp.distributions.paired({C: [1.0, 2.0], J: [1.0]}),
             {},
-            OptionError,
             r"equally many values, but shaft\.c has 2, body\.J has 1\. .* parameters=",
         ),
-        (lp.distributions.paired({C: NORMAL}), {}, OptionError, r"but shaft\.c has a distribution"),
-        ({C: ["1 kg"]}, {}, UnitError, r"shaft\.c = '1 kg': the unit must be of the kind N\.m/rad"),
-        ({C: [True]}, {}, ParameterError, r"shaft\.c = True: a number in N\.m/rad is needed"),
-        ({C: [[1.0, 2.0], [3.0]]}, {}, ParameterError, r"shaft\.c = \[1\.0, 2\.0\]: a number"),
-        ([{C: [1.0]}, {C: [2.0]}], {}, ParameterError, r"shaft\.c = \[1\.0\]: a number"),
-        ({C: [10**400]}, {}, ParameterError, r"shaft\.c = 1000.*: a number in N\.m/rad"),
-        ({C: NORMAL}, {}, OptionError, "runs = None: how many runs to draw is needed"),
-        ({C: NORMAL}, {"runs": 0}, OptionError, "runs = 0: how many runs to draw is needed"),
-        ({C: NORMAL}, {"runs": 2.5}, OptionError, r"runs = 2\.5: how many runs"),
-        ({C: NORMAL}, {"runs": 3, "seed": -1}, OptionError, "seed = -1: a whole number"),
+        (lp.distributions.paired({C: NORMAL}), {}, r"but shaft\.c has a distribution"),
+        ({C: NORMAL}, {}, "runs = None: how many runs to draw is needed"),
+        ({C: NORMAL}, {"runs": 0}, "runs = 0: how many runs to draw is needed"),
+        ({C: NORMAL}, {"runs": 2.5}, r"runs = 2\.5: how many runs"),
+        ({C: NORMAL}, {"runs": 3, "seed": -1}, "seed = -1: a whole number"),
         (
             {C: NORMAL},
             {"runs": 3, "sampling": "lhs"},
-            OptionError,
             "sampling = 'lhs': one of 'random', 'latin', 'sobol', 'halton' is needed",
         ),
-        ({C: [1.0]}, {"runs": 1}, OptionError, "runs = 1 is for distributions, but over gives"),
-        ([{C: 1.0}], {"sampling": "sobol"}, OptionError, "sampling = 'sobol' is for distributions"),
-        ({C: [1.0]}, {"parameters": {J: -1.0}}, ParameterError, r"body\.J = -1 kg\.m2"),
-        ({C: [1.0]}, {"parameters": {"body.K": 1.0}}, UnknownNameError, r"body\.K"),
-        ({C: lp.normal(1.0, -1.0)}, {"runs": 3}, OptionError, r"ensemble: shaft\.c: std = -1 N"),
+        ({C: [1.0]}, {"runs": 1}, "runs = 1 is for distributions, but over gives"),
+        ([{C: 1.0}], {"sampling": "sobol"}, "sampling = 'sobol' is for distributions"),
+        ({C: lp.normal(1.0, -1.0)}, {"runs": 3}, r"ensemble: shaft\.c: std = -1 N"),
         (
             {C: scipy.stats.norm},
             {"runs": 3},
-            OptionError,
             r"ensemble: shaft\.c = scipy\.stats\.norm: give the distribution its arguments",
         ),
     ],
+    UnknownNameError: [
+        ({3: [1.0]}, {}, "3 is neither a name nor a reference"),
+        ({"shaft.k": [1.0]}, {}, r"no parameter 'shaft\.k'. Nearest: shaft\.c"),
+        ({"shaft.k": NORMAL}, {"runs": 3}, r"no parameter 'shaft\.k'. Nearest: shaft\.c"),
+        ({C: [1.0]}, {"parameters": {"body.K": 1.0}}, r"body\.K"),
+    ],
+    UnitError: [
+        ({C: ["1 kg"]}, {}, r"shaft\.c = '1 kg': the unit must be of the kind N\.m/rad"),
+    ],
+    ParameterError: [
+        ({C: [True]}, {}, r"shaft\.c = True: a number in N\.m/rad is needed"),
+        ({C: [[1.0, 2.0], [3.0]]}, {}, r"shaft\.c = \[1\.0, 2\.0\]: a number"),
+        ([{C: [1.0]}, {C: [2.0]}], {}, r"shaft\.c = \[1\.0\]: a number"),
+        ({C: [10**400]}, {}, r"shaft\.c = 1000.*: a number in N\.m/rad"),
+        ({C: [1.0]}, {"parameters": {J: -1.0}}, r"body\.J = -1 kg\.m2"),
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "over", "options", "text"),
+    [(kind, *row) for kind, rows in MISTAKES.items() for row in rows],
 )
 def test_mistakes_are_told_before_the_first_run(system, over, options, kind, text):
     with pytest.raises(kind, match=text):

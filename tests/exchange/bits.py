@@ -1,11 +1,7 @@
 """Exported models driven step by step, and compared with `simulate` to the last bit."""
 
-import shutil
-
-import fmpy
-import fmpy.fmi2
-import fmpy.fmi3
 import numpy as np
+from opened import Opened
 
 import lumped as lp
 
@@ -13,59 +9,23 @@ STEPS = {"auto": "steps", "explicit": "explicit", "implicit": "implicit"}
 """Methods of `simulate` by those of a unit."""
 
 
-class Unit:
+class Unit(Opened):
     """A unit for co-simulation, between its start and its end."""
 
     def __init__(
         self, path, *, stop, rtol=None, start_values=None, event_mode=False, early_return=False
     ):
-        facts = fmpy.read_model_description(str(path))
-        self.folder = fmpy.extract(str(path))
-        self.told = []
-        self.place = {v.name: v.valueReference for v in facts.modelVariables}
-        self.new = facts.fmiVersion.startswith("3")
-        options = {
-            "guid": facts.guid,
-            "unzipDirectory": self.folder,
-            "modelIdentifier": facts.coSimulation.modelIdentifier,
-            "instanceName": "one",
-        }
-        if self.new:
-            self.fmu = fmpy.fmi3.FMU3Slave(**options)
-            self.fmu.instantiate(
-                logMessage=lambda *message: self.told.append(message[-1]),
-                eventModeUsed=event_mode,
-                earlyReturnAllowed=early_return,
-            )
-            times = {"startTime": 0.0, "stopTime": stop, "tolerance": rtol}
-        else:
-            self.fmu = fmpy.fmi2.FMU2Slave(**options)
-            callbacks = fmpy.fmi2.fmi2CallbackFunctions()
-            callbacks.logger = fmpy.fmi2.fmi2CallbackLoggerTYPE(
-                lambda *message: self.told.append(message[-1].decode())
-            )
-            callbacks.allocateMemory = fmpy.fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.fmi2.calloc)
-            callbacks.freeMemory = fmpy.fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.fmi2.free)
-            self.fmu.instantiate(callbacks=callbacks)
-            self.fmu.setupExperiment(startTime=0.0, stopTime=stop, tolerance=rtol)
-            times = {}
+        options = {"eventModeUsed": event_mode, "earlyReturnAllowed": early_return}
+        super().__init__(path, "CoSimulation", **options)
+        times = {"startTime": 0.0, "stopTime": stop, "tolerance": rtol}
+        if not self.new:
+            self.fmu.setupExperiment(**times)
         self.set(start_values or {})
-        self.fmu.enterInitializationMode(**times)
+        self.fmu.enterInitializationMode(**(times if self.new else {}))
         self.fmu.exitInitializationMode()
         if event_mode:
             self.fmu.updateDiscreteStates()
             self.fmu.enterStepMode()
-
-    def set(self, values):
-        if values:
-            names = [self.place[name] for name in values]
-            put = self.fmu.setFloat64 if self.new else self.fmu.setReal
-            put(names, list(values.values()))
-
-    def get(self, names):
-        references = [self.place[name] for name in names]
-        found = (self.fmu.getFloat64 if self.new else self.fmu.getReal)(references)
-        return np.array(found)
 
     def step(self, begin, end):
         """Go on from one time to another; steps are chosen so that they end there exactly."""
@@ -76,8 +36,7 @@ class Unit:
 
     def close(self):
         self.fmu.terminate()
-        self.fmu.freeInstance()
-        shutil.rmtree(self.folder, ignore_errors=True)
+        super().close()
 
 
 def reachable(times):

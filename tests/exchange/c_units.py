@@ -134,14 +134,11 @@ ACCESS(Real, double) ACCESS(Integer, int) ACCESS(Boolean, int)
 """,
 }
 
-_OPEN = {
-    "3.0": '<fmiModelDescription fmiVersion="3.0" modelName="{name}" instantiationToken="{{1}}">'
+_OPEN = (
+    '<fmiModelDescription fmiVersion="{version}" modelName="{name}" {token}="{{1}}">'
     '<CoSimulation modelIdentifier="{name}" {flags}/>{units}'
-    '<DefaultExperiment stepSize="0.01"/>',
-    "2.0": '<fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{{1}}">'
-    '<CoSimulation modelIdentifier="{name}" {flags}/>{units}'
-    '<DefaultExperiment stepSize="0.01"/>',
-}
+    '<DefaultExperiment stepSize="0.01"/>'
+)
 
 
 def c_unit(folder, name, variables, code, *, version="3.0", flags="", units="", arrays=()):
@@ -175,7 +172,8 @@ def c_unit(folder, name, variables, code, *, version="3.0", flags="", units="", 
     )
     source.write_text(text)
     subprocess.run(["cc", "-w", "-shared", "-fPIC", "-o", made, source], check=True)
-    xml = _OPEN[version].format(name=name, flags=flags, units=units)
+    token = "instantiationToken" if version == "3.0" else "guid"
+    xml = _OPEN.format(version=version, token=token, name=name, flags=flags, units=units)
     time = (
         '<Float64 name="t" valueReference="63" causality="independent" variability="continuous"/>'
     )

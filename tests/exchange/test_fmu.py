@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fmus import fmpy, runs
+from opened import Opened
 from rows import in_a_row
 from scipy.linalg import expm
 
@@ -301,37 +302,10 @@ def test_bad_options_are_refused(tmp_path, options, error, text):
         lp.export_fmu(lp.assemble(Drive()), tmp_path / "drive.fmu", **options)
 
 
-def slave(path, logged):
-    facts = fmpy.read_model_description(str(path))
-    folder = fmpy.extract(str(path))
-    unit = fmpy.fmi2.FMU2Slave(
-        guid=facts.guid,
-        unzipDirectory=folder,
-        modelIdentifier=facts.coSimulation.modelIdentifier,
-        instanceName="one",
-    )
-    callbacks = fmpy.fmi2.fmi2CallbackFunctions()
-    callbacks.logger = fmpy.fmi2.fmi2CallbackLoggerTYPE(
-        lambda *message: logged.append(message[-1].decode())
-    )
-    callbacks.allocateMemory = fmpy.fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.fmi2.calloc)
-    callbacks.freeMemory = fmpy.fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.fmi2.free)
-    unit.instantiate(callbacks=callbacks)
-    unit.setupExperiment()
-    unit.enterInitializationMode()
-    return unit, {v.name: v.valueReference for v in facts.modelVariables}, folder
-
-
-@pytest.fixture(scope="module")
-def second(tmp_path_factory):
-    path = tmp_path_factory.mktemp("fmu") / "drive.fmu"
-    lp.export_fmu(lp.assemble(Drive()), path, version="2.0", kind="co_simulation")
-    return path
-
-
-def test_values_out_of_range_are_refused_by_name(second):
+def test_values_out_of_range_are_refused_by_name(tmp_path):
     """What is out of range can be set anew; any other bad call ends the run."""
-    logged: list[str] = []
+    path = tmp_path / "drive.fmu"
+    lp.export_fmu(lp.assemble(Drive()), path, version="2.0", kind="co_simulation")
     ranges = (
         ("load.J", -1.0, r"Drive: load.J = -1 is out of range: it must be greater than 0"),
         ("shaft.c", np.nan, "must be a finite number"),
@@ -342,40 +316,16 @@ def test_values_out_of_range_are_refused_by_name(second):
         ("ratio", 2.0, True, "can be set before the run only"),
     )
     for name, value, runs_on, text in wrong:
-        unit, place, folder = slave(second, logged)
+        unit = Opened(path, "CoSimulation")
+        unit.fmu.setupExperiment()
+        unit.fmu.enterInitializationMode()
         for other, bad, why in ranges:
             with pytest.raises(fmpy.fmi1.FMICallException):
-                unit.setReal([place[other]], [bad])
-            assert why in logged[-1]
+                unit.set({other: bad})
+            assert why in unit.told[-1]
         if runs_on:
-            unit.exitInitializationMode()
+            unit.fmu.exitInitializationMode()
         with pytest.raises(fmpy.fmi1.FMICallException):
-            unit.setReal([place[name]], [value])
-        assert text in logged[-1]
-        unit.freeInstance()
-        shutil.rmtree(folder)
-
-
-def test_a_state_of_the_unit_can_be_kept_and_taken_up_again(second):
-    unit, place, folder = slave(second, [])
-    unit.exitInitializationMode()
-    seen = [place["rotor.w"], place["load.w"]]
-
-    def steps(begin, count):
-        for k in range(count):
-            unit.doStep(currentCommunicationPoint=begin + 0.01 * k, communicationStepSize=0.01)
-        return unit.getReal(seen)
-
-    steps(0.0, 30)
-    kept = unit.getFMUState()
-    stored = unit.serializeFMUState(kept)
-    first = steps(0.3, 20)
-    unit.setFMUState(kept)
-    assert steps(0.3, 20) == first
-    unit.setFMUState(unit.deSerializeFMUstate(stored))
-    assert steps(0.3, 20) == first
-    assert np.abs(np.array(first) - exact([0.5], 2.0)[:, 0]).max() < 1e-4
-    unit.freeFMUState(kept)
-    unit.terminate()
-    unit.freeInstance()
-    shutil.rmtree(folder)
+            unit.set({name: value})
+        assert text in unit.told[-1]
+        unit.close()

@@ -10,7 +10,7 @@ import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
 from lumped.errors import OptionError
 from lumped.life import LoadCase, SNCurve, duty_cycle, goodman
-from lumped.life.repeated_count import count_in_turn
+from lumped.life.duty_cycle import count_in_turn
 
 CURVE = SNCurve(knee=5.0, cycles=1e6, slope=4.0)
 

@@ -14,8 +14,7 @@ from lumped import functionals as fun
 from lumped.components import Fixed, Inertia, Spring, SpringDamper, Torque
 from lumped.numerics.sqp import sqp
 from lumped.timeloop.run_options import run_plan
-from lumped.tolerances.moved_scene import MovedScene
-from lumped.tolerances.of_designs import DesignAim, DesignProbability
+from lumped.tolerances.of_designs import DesignAim, DesignProbability, MovedScene
 
 
 def diameter(beta):

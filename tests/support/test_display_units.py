@@ -1,6 +1,5 @@
 """Units to show, against factors of the standards, and which choice counts."""
 
-import builtins
 from math import pi
 
 import numpy as np
@@ -8,8 +7,7 @@ import pytest
 
 import lumped as lp
 from lumped.errors import OptionError, UnitError, UnknownNameError
-from lumped.support.display_units import _factors, choose_units, display
-from lumped.support.units import _registry
+from lumped.support.display_units import choose_units, display
 
 RPM = 60 / (2 * pi)
 
@@ -35,17 +33,7 @@ RPM = 60 / (2 * pi)
         ("kg.m2", "kg.cm2", 1e4),
     ],
 )
-def test_units_of_the_trade_need_no_pint(monkeypatch, unit, shown, factor):
-    real = builtins.__import__
-
-    def without(name, *rest):
-        if name == "pint":
-            raise ImportError
-        return real(name, *rest)
-
-    monkeypatch.setattr(builtins, "__import__", without)
-    _registry.cache_clear()
-    _factors.cache_clear()
+def test_units_of_the_trade_need_no_pint(without_pint, unit, shown, factor):
     received = display("part.q", unit, {unit: shown})
     assert received.unit == shown
     assert received.value(3.7) == pytest.approx(3.7 * factor, rel=1e-15)

@@ -1,11 +1,11 @@
 """What is made for an object is made once, by one thread, and kept as long as it is told to."""
 
-import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier
 
 import pytest
+from interrupts import interrupt_before
 
 from lumped.support.made_once import Recent, Shared, made_once
 from lumped.support.process_lock import process_lock
@@ -72,27 +72,12 @@ def test_what_could_not_be_made_is_tried_again():
 
 def interrupted_at(line, owner):
     """Whether an interrupt before the line of this number came while a pair was made."""
-    passed = 0
 
-    def trace(frame, event, _):
-        nonlocal passed
-        if not frame.f_code.co_filename.endswith("/made_once.py"):
-            return None
-        passed += event == "line"
-        if event == "line" and passed == line:
-            sys.settrace(None)
-            raise KeyboardInterrupt
-        return trace
+    def is_ours(code):
+        return code.co_filename.endswith("/made_once.py")
 
-    before = sys.gettrace()
-    sys.settrace(trace)
-    try:
-        pair(owner, 1, 2)
-    except KeyboardInterrupt:
-        return True
-    finally:
-        sys.settrace(before)
-    return False
+    found, _ = interrupt_before(line, is_ours, lambda: pair(owner, 1, 2))
+    return isinstance(found, KeyboardInterrupt)
 
 
 def test_an_interrupt_anywhere_does_not_stop_the_thread_it_came_to():

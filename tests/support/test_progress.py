@@ -1,13 +1,14 @@
 """Long work shows itself on a terminal, and what an interrupt leaves is kept."""
 
+import functools
 import io
 import signal
-import sys
 from importlib import import_module
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from interrupts import interrupt_before
 
 import lumped as lp
 from lumped.components import BearingFriction, CrankSlider, Inertia, Spring, SwingingMass, Torque
@@ -118,27 +119,12 @@ def braked():
 
 def interrupted_at(line, system, **options):
     """What a run gives that is interrupted before the line of this number, and how many it has."""
-    passed = 0
 
-    def trace(frame, event, _):
-        nonlocal passed
-        file, name = frame.f_code.co_filename, frame.f_code.co_name
-        if "lumped" not in file or (name == "run" and file.endswith("simulate.py")):
-            return None
-        passed += event == "line"
-        if event == "line" and passed == line:
-            sys.settrace(None)
-            raise KeyboardInterrupt
-        return trace
+    def is_ours(code):
+        file = code.co_filename
+        return "lumped" in file and not (code.co_name == "run" and file.endswith("simulate.py"))
 
-    before = sys.gettrace()
-    sys.settrace(trace)
-    try:
-        return lp.simulate(system, **options), passed
-    except Interrupted as error:
-        return error, passed
-    finally:
-        sys.settrace(before)
+    return interrupt_before(line, is_ours, functools.partial(lp.simulate, system, **options))
 
 
 @pytest.mark.parametrize("certify", [False, True])

@@ -16,20 +16,21 @@ from lumped.errors import OptionError, UnitError, UnknownNameError
 from lumped.vibration import Limit, order_response, verdict
 
 RPM = 60 / (2 * pi)
-CHOICE = {"rad/s": "rpm", "N.m": "kN.m", "rad": "deg", "Hz": "1/min", "kg.m2": "kg.cm2"}
-CHOICE |= {"N.m/rad": "kN.m/rad", "W": "kW", "J": "kJ", "N.m.s/rad": "kN.m.s/rad", "s": "ms"}
-FACTORS = {
-    "rad/s": RPM,
-    "N.m": 1e-3,
-    "rad": 180 / pi,
-    "Hz": 60.0,
-    "kg.m2": 1e4,
-    "N.m/rad": 1e-3,
-    "W": 1e-3,
-    "J": 1e-3,
-    "N.m.s/rad": 1e-3,
-    "s": 1e3,
+SHOWN = {
+    "rad/s": ("rpm", RPM),
+    "N.m": ("kN.m", 1e-3),
+    "rad": ("deg", 180 / pi),
+    "Hz": ("1/min", 60.0),
+    "kg.m2": ("kg.cm2", 1e4),
+    "N.m/rad": ("kN.m/rad", 1e-3),
+    "W": ("kW", 1e-3),
+    "J": ("kJ", 1e-3),
+    "N.m.s/rad": ("kN.m.s/rad", 1e-3),
+    "s": ("ms", 1e3),
 }
+"""Units that are chosen, and their factors."""
+CHOICE = {unit: shown for unit, (shown, _) in SHOWN.items()}
+FACTORS = {unit: factor for unit, (_, factor) in SHOWN.items()}
 LAST = re.compile(r"(?:^|, )([A-Za-z][\w./]*)$")
 
 

@@ -1,7 +1,5 @@
 """Values with units against factors of the standards, and equations that mix kinds."""
 
-import builtins
-
 import numpy as np
 import pint
 import pytest
@@ -11,7 +9,7 @@ import lumped as lp
 from lumped.components import ConverterDrive, Inertia, SpeedSensor, Spring, Vehicle
 from lumped.errors import UnitError
 from lumped.models import MACHINES
-from lumped.support.units import _registry, convert_value
+from lumped.support.units import convert_value
 
 DEGREE = np.pi / 180
 
@@ -138,21 +136,12 @@ def test_wrong_dimensions_are_refused_with_the_path(make, text, two_mass):
         make(lp.assemble(two_mass))
 
 
-def test_without_pint_the_remedy_is_named(monkeypatch):
-    real = builtins.__import__
-
-    def without(name, *rest):
-        if name == "pint":
-            raise ImportError
-        return real(name, *rest)
-
-    monkeypatch.setattr(builtins, "__import__", without)
-    _registry.cache_clear()
+def test_without_pint_the_remedy_is_named(without_pint):
     with pytest.raises(UnitError, match=r"pip install lumped\[units\]"):
         Inertia(J="3 lb.ft2")
     assert Inertia(J="3 t.m2")._values["J"] == 3000.0
     assert convert_value("1500 rpm", "rad/s", "x =") == pytest.approx(50 * np.pi, rel=1e-15)
-    monkeypatch.undo()
+    without_pint.undo()
     assert Inertia(J="3 lb.ft2")._values["J"] == pytest.approx(3 * 0.45359237 * 0.3048**2)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from rows import assemble_row
 
 import lumped as lp
-from lumped.components import Fixed, Inertia, Spring, SpringDamper, Torque
+from lumped.components import Brake, Fixed, Inertia, Spring, SpringDamper, Torque
 
 
 class Pair(lp.Component):
@@ -44,3 +44,10 @@ def wheel():
 def pendulum_on_a_spring():
     """An inertia on a spring to the ground: f = sqrt(c / J) / (2 pi)."""
     return assemble_row(body=Inertia(J=2.0), spring=Spring(c=1000.0), wall=Fixed())
+
+
+def braked():
+    """A body that stands after ``2 w / f_max``: half of f_max is its torque."""
+    return assemble_row(
+        body=Inertia(J=1.0, w=10.0), brake=Brake(f_max=10.0, characteristic=((0.0, 0.5),), u=1.0)
+    )

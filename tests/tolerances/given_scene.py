@@ -20,17 +20,21 @@ class GivenScene:
         Functionals, shape (n, k), and derivatives, shape (n, k, d), for parameters of shape (n, d).
     mixing : ndarray, optional
         Dependent standard normal variables from independent ones.
+    second : callable, optional
+        Second derivatives, shape (k, d, d), at one point.
     """
 
-    analysis = "study"
+    analysis, error = "study", 1e-9
 
-    def __init__(self, laws, formula: Callable, slopes: Callable, mixing=None) -> None:
-        self.laws, self.formula, self.derivatives = laws, formula, slopes
+    def __init__(self, laws, formula: Callable, slopes: Callable, mixing=None, second=None) -> None:
+        self.laws, self.formula, self.derivatives, self.second = laws, formula, slopes, second
         self.names = tuple(f"p{j}" for j in range(len(laws)))
         self.mixing = np.eye(len(laws)) if mixing is None else mixing
-        self.marginals = SimpleNamespace(mixing=self.mixing)
+        each = [SimpleNamespace(at_score=law) for law in laws]
+        self.marginals = SimpleNamespace(mixing=self.mixing, laws=each)
         k = formula(self.physical(np.zeros((1, len(laws))))).shape[1]
         self.labels, self.units = tuple(f"y{i}" for i in range(k)), ("1",) * k
+        self.parameter_units = ("1",) * len(laws)
         self.failures, self.asked = {}, []
 
     def physical(self, u):
@@ -54,6 +58,21 @@ class GivenScene:
 
     def slopes(self, x):
         return self.values(x), self.derivatives(x)
+
+    def exact_curvatures(self, x):
+        return None if self.second is None else self.second(x)
+
+
+def numbers(value, slope, mean, std, curvature=None):
+    """Over independent normal parameters, by the value and the gradient at one point; in N.m."""
+    scene = GivenScene(
+        [normal(*each) for each in zip(mean, std, strict=True)],
+        lambda x: np.array([[value(row)] for row in x], float),
+        lambda x: np.array([[slope(row)] for row in x], float),
+        second=None if curvature is None else lambda x: np.array([curvature(x)], float),
+    )
+    scene.units = ("N.m",)
+    return scene
 
 
 def normal(mean, deviation):

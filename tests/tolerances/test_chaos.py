@@ -9,10 +9,8 @@ import yaml
 
 import lumped as lp
 from benchmarks._ensemble_tasks import tasks
-from lumped import functionals as fun
 from lumped.errors import OptionError, SolverError
 from lumped.tolerances.expansions.chaos import by_chaos
-from tests.tolerances.drives import pair, pendulum_on_a_spring, wheel
 from tests.tolerances.given_scene import (
     ISHIGAMI_FIRST,
     ISHIGAMI_MEAN,
@@ -130,40 +128,6 @@ def test_a_functional_without_derivatives_says_how_to_go_on():
 # -- drives ----------------------------------------------------------------------------------------
 
 
-def test_a_natural_frequency_of_lognormal_parameters_is_lognormal():
-    over = {
-        "spring.c": lp.distributions.lognormal(1000.0, 0.2),
-        "body.J": lp.distributions.lognormal(2.0, 0.1),
-    }
-    modes = lp.modes(pendulum_on_a_spring())
-    found = lp.scatter(modes, over=over, of={"f": fun.frequency(0)}, search="chaos", runs=64)["f"]
-    law = scipy.stats.lognorm(np.hypot(0.1, 0.05), scale=np.sqrt(1000 / 2) / (2 * np.pi))
-    assert (found.mean, found.std) == pytest.approx((law.mean(), law.std()), rel=1e-5)
-    assert found.quantile(0.99).value == pytest.approx(law.ppf(0.99), rel=1e-3)
-    expected = (np.exp([0.1**2, 0.05**2]) - 1) / (np.exp(0.1**2 + 0.05**2) - 1)
-    assert shares(found.ranking, over) == pytest.approx(expected, abs=1e-5)
-
-
-def test_shares_of_small_scatter_rank_parameters_as_their_sensitivities_do():
-    """To first order a share is the square of derivative times deviation."""
-    system, until = pair(), 0.05
-    over = {
-        "a.J": lp.normal(2.0, 0.002),
-        "b.J": lp.normal(3.0, 0.003),
-        "s.c": lp.normal(1000.0, 0.5),
-        "s.d": lp.normal(0.3, 0.003),
-    }
-    deviations = np.array([0.002, 0.003, 0.5, 0.003])
-    of, start = fun.final("s.tau"), {"a.w": 1.0, "b.w": 0.0, "s.phi_rel": 0.0}
-    slopes = lp.gradient(system, of=[of], by=list(over), until=until, start=start).derivatives[0]
-    expected = (slopes * deviations) ** 2 / np.sum((slopes * deviations) ** 2)
-    options = {"over": over, "of": {"tau": of}, "until": until, "start": start}
-    found = lp.scatter(system, search="chaos", runs=20, **options)["tau"]
-    print(found.total)
-    assert shares(found.total, over) == pytest.approx(expected, abs=1e-3)
-    assert [name for name, _ in found.ranking] == [[*over][j] for j in np.argsort(-expected)]
-
-
 def test_statistics_of_three_masses_are_those_of_a_hundred_thousand_runs():
     """With 512 runs, in the intervals that 100 000 random runs leave, published for both peaks."""
     task = tasks()["a"]
@@ -194,14 +158,3 @@ def test_statistics_of_three_masses_are_those_of_a_hundred_thousand_runs():
         off = np.quantile(both, level) - figures[q]
         print(q, off, own)
         assert abs(off) < own.high - own.low
-
-
-def test_gradients_are_for_polynomials_only():
-    with pytest.raises(OptionError, match="gradients=False is for search='chaos'"):
-        lp.scatter(
-            wheel(),
-            over={"body.J": lp.normal(4.0, 0.1)},
-            of=fun.final("body.w"),
-            until=1.0,
-            gradients=False,
-        )

@@ -8,55 +8,22 @@ from scipy.stats import chi2, norm
 from lumped.errors import LumpedError, SolverError
 from lumped.numerics.nearest_points import search_together
 from lumped.tolerances.failure.form import form, join_points, points_of, search_all
-from lumped.tolerances.failure.importance import around, centres
 from lumped.tolerances.failure.limit import Limit
+from lumped.tolerances.failure.samples import around, centres, subset
 from lumped.tolerances.failure.sorm import find_curvature, paraboloid
-from lumped.tolerances.failure.subset import subset
-
-
-class Numbers:
-    """A scene whose functional is a formula of independent normal parameters."""
-
-    def __init__(self, value, slope, mean, std, curvature=None):
-        self.value, self.slope, self.second = value, slope, curvature
-        self.mean, self.std = np.array(mean, float), np.array(std, float)
-        self.names = tuple(f"x{i}" for i in range(len(mean)))
-        self.labels, self.units, self.parameter_units = ("f",), ("N.m",), ("1",) * len(mean)
-        self.failures, self.calls, self.error = {}, 0, 1e-9
-
-    def physical(self, u):
-        return self.mean + self.std * u
-
-    def physical_slopes(self, u):
-        return np.broadcast_to(np.diag(self.std), (len(u), *2 * (len(self.std),)))
-
-    def values(self, x):
-        self.calls += 1
-        found = np.array([[self.value(row)] for row in x])
-        lost = np.flatnonzero(np.isnan(found[:, 0]))
-        self.failures = dict.fromkeys(lost.tolist(), "the spring broke.")
-        return found
-
-    def slopes(self, x):
-        return self.values(x), np.array([[self.slope(row)] for row in x], float)
-
-    def exact_curvatures(self, x):
-        return None if self.second is None else np.array([self.second(x)], float)
-
-    def in_scores(self, u, slope, curvature):
-        return slope * self.std, np.outer(self.std, self.std) * curvature
+from tests.tolerances.given_scene import numbers
 
 
 def linear(a, mean=None, std=None):
     a = np.array(a, float)
     d = len(a)
     mean, std = np.zeros(d) if mean is None else mean, np.ones(d) if std is None else std
-    return Numbers(lambda x: a @ x, lambda x: a, mean, std)
+    return numbers(lambda x: a @ x, lambda x: a, mean, std)
 
 
 def bowl(k):
     """``x1 + k x0^2 / 2``, whose limit is a parabola."""
-    return Numbers(
+    return numbers(
         lambda x: x[1] + 0.5 * k * x[0] ** 2,
         lambda x: np.array([k * x[0], 1.0]),
         [0, 0],
@@ -100,12 +67,12 @@ def test_a_design_point_is_the_one_that_another_method_finds(seed):
     a, b = random.normal(size=4), 0.05 * random.normal(size=(4, 4))
     b = b + b.T
     level = 3.5 * np.linalg.norm(a)
-    scene = Numbers(lambda x: a @ x + x @ b @ x, lambda x: a + 2 * b @ x, np.zeros(4), np.ones(4))
+    scene = numbers(lambda x: a @ x + x @ b @ x, lambda x: a + 2 * b @ x, np.zeros(4), np.ones(4))
     points = form(Limit(scene, above=level), searches=6)
     other = optimize.minimize(
         lambda u: u @ u,
         points[0].u + 0.3 * random.normal(size=4),
-        constraints={"type": "eq", "fun": lambda u: scene.value(u) - level},
+        constraints={"type": "eq", "fun": lambda u: scene.formula(u[None])[0, 0] - level},
         options={"ftol": 1e-14, "maxiter": 500},
     )
     print(len(points), points[0].beta - np.sqrt(other.fun))
@@ -133,7 +100,7 @@ def test_a_search_that_swings_with_the_plain_method_ends():
 
 
 def test_both_points_of_a_square_are_found_and_joined():
-    scene = Numbers(lambda x: x[0] ** 2, lambda x: np.array([2 * x[0], 0]), [0.1, 5], [1, 2])
+    scene = numbers(lambda x: x[0] ** 2, lambda x: np.array([2 * x[0], 0]), [0.1, 5], [1, 2])
     exact = norm.sf(2.9) + norm.sf(3.1)
     for side, probability in (("above", exact), ("below", 1 - exact)):
         points = form(Limit(scene, **{side: 9.0}))
@@ -145,7 +112,7 @@ def test_both_points_of_a_square_are_found_and_joined():
 @pytest.mark.parametrize("angle", [0.8, 1.2, 2.5])
 def test_two_planes_are_joined_as_quadrature_joins_them(angle):
     a, b = np.array([1.0, 0.0]), np.array([np.cos(angle), np.sin(angle)])
-    scene = Numbers(
+    scene = numbers(
         lambda x: max(a @ x, b @ x - 0.3), lambda x: a if a @ x > b @ x - 0.3 else b, [0, 0], [1, 1]
     )
     points = form(Limit(scene, above=2.0), searches=8)
@@ -202,7 +169,7 @@ def test_a_paraboloid_of_many_equal_curvatures_follows_chi_square():
 
 
 def test_a_limit_that_bends_around_the_median_has_no_second_order():
-    scene = Numbers(lambda x: x @ x, lambda x: 2 * x, [0.01, 0.0], [1, 1])
+    scene = numbers(lambda x: x @ x, lambda x: 2 * x, [0.01, 0.0], [1, 1])
     limit = Limit(scene, above=9.0)
     with pytest.raises(SolverError, match="bends around the median") as caught:
         find_curvature(limit, form(limit)[0])
@@ -213,29 +180,29 @@ def test_a_limit_that_bends_around_the_median_has_no_second_order():
     ("scene", "side", "words"),
     [
         (
-            Numbers(lambda x: np.tanh(x).sum(), lambda x: np.cosh(x) ** -2, [0] * 3, [1] * 3),
+            numbers(lambda x: np.tanh(x).sum(), lambda x: np.cosh(x) ** -2, [0] * 3, [1] * 3),
             {"above": "3.5 N.m"},
-            r"nowhere within a distance of 8: the greatest value found is 2.99\d* N.m, with x0 = ",
+            r"nowhere within a distance of 8: the greatest value found is 2.99\d* N.m, with p0 = ",
         ),
         (
-            Numbers(lambda x: np.tanh(x).sum(), lambda x: np.cosh(x) ** -2, [0] * 3, [1] * 3),
+            numbers(lambda x: np.tanh(x).sum(), lambda x: np.cosh(x) ** -2, [0] * 3, [1] * 3),
             {"below": 3.5},
             "everywhere within a distance of 8: the greatest value found is 2.99",
         ),
         (
-            Numbers(either, either_slope, [0, 0], [1, 1]),
+            numbers(either, either_slope, [0, 0], [1, 1]),
             {"above": 3.0},
-            "a kink at its design point, x0 = 3, x1 = 2: .* and ",
+            "a kink at its design point, p0 = 3, p1 = 2: .* and ",
         ),
         (
-            Numbers(lambda x: 1.0, lambda x: np.zeros(2), [0, 0], [1, 1]),
+            numbers(lambda x: 1.0, lambda x: np.zeros(2), [0, 0], [1, 1]),
             {"above": 3.0},
-            "does not depend on x0, x1",
+            "does not depend on p0, p1",
         ),
         (
-            Numbers(lambda x: np.nan, lambda x: np.full(2, np.nan), [0, 0], [1, 1]),
+            numbers(lambda x: np.nan, lambda x: np.full(2, np.nan), [0, 0], [1, 1]),
             {"above": 3.0},
-            "no derivatives at the median of the parameters: the spring broke",
+            "no derivatives at the median of the parameters: the formula has no value here",
         ),
         (linear([1, 1]), {}, "one of both"),
         (linear([1, 1]), {"above": 1.0, "below": 2.0}, "one of both"),
@@ -251,13 +218,13 @@ def test_what_has_no_design_point_is_told(scene, side, words):
 
 def known_probabilities():
     exact = norm.sf(2.9) + norm.sf(3.1)
-    square = Numbers(lambda x: x[0] ** 2, lambda x: np.array([2 * x[0], 0]), [0.1, 5], [1, 2])
+    square = numbers(lambda x: x[0] ** 2, lambda x: np.array([2 * x[0], 0]), [0.1, 5], [1, 2])
     return [
         (linear([3, -1], [10, 5], [1, 2]), {"above": 36.0}, norm.sf(11 / np.hypot(3, 2))),
         (linear([1, 1, 1]), {"below": 2.0}, norm.cdf(2 / np.sqrt(3))),
         (bowl(0.2), {"above": 4.0}, beyond_parabola(4.0, 0.2)),
         (square, {"above": 9.0}, exact),
-        (Numbers(either, either_slope, [0, 0], [1, 1]), {"above": 3.0}, norm.sf(3) * norm.sf(2)),
+        (numbers(either, either_slope, [0, 0], [1, 1]), {"above": 3.0}, norm.sf(3) * norm.sf(2)),
     ]
 
 
@@ -289,7 +256,7 @@ def test_a_step_of_all_chains_is_one_call():
     found = subset(limit, 1000, 0)
     levels = len(found.levels)
     assert limit.evaluations == 1000 + (levels - 1) * 900
-    assert limit.scene.calls == 1 + (levels - 1) * 9
+    assert len(limit.scene.asked) == 1 + (levels - 1) * 9
     chances = [level.probability for level in found.levels]
     assert chances[:-1] == pytest.approx([0.1**k for k in range(1, levels)], rel=0.1)
     heights = [level.value for level in found.levels]
@@ -303,7 +270,7 @@ def test_evaluations_that_fail_are_not_taken_as_safe():
     def value(x):
         return np.nan if x[1] > 1.5 else x[0]
 
-    scene = Numbers(value, lambda x: np.array([1.0, 0.0]), [0, 0], [1, 1])
+    scene = numbers(value, lambda x: np.array([1.0, 0.0]), [0, 0], [1, 1])
     limit = Limit(scene, above=2.5)
     lost, both = norm.sf(1.5), norm.sf(2.5) * norm.cdf(1.5)
     for found in (
@@ -317,18 +284,18 @@ def test_evaluations_that_fail_are_not_taken_as_safe():
         assert found.probability == pytest.approx(both, rel=0.3)
         assert found.interval[1] > both + found.unknown
     assert found.unknown == pytest.approx(lost, rel=0.15)
-    scene.value = lambda x: np.nan
+    scene.formula = lambda x: np.full((len(x), 1), np.nan)
     with pytest.raises(SolverError, match="all 400 evaluations fail"):
         subset(limit, 400, 0)
 
 
 def test_levels_that_do_not_rise_are_told():
-    steps = Numbers(lambda x: np.floor(min(x[0], 0.5)), lambda x: np.zeros(2), [0, 0], [1, 1])
+    steps = numbers(lambda x: np.floor(min(x[0], 0.5)), lambda x: np.zeros(2), [0, 0], [1, 1])
     with pytest.raises(SolverError, match="nowhere down to a probability") as caught:
         subset(Limit(steps, above=3.0), 200, 0)
     print(caught.value)
     # steps that do rise are counted right
-    counts = Numbers(lambda x: np.floor(x[0]), lambda x: np.zeros(2), [0, 0], [1, 1])
+    counts = numbers(lambda x: np.floor(x[0]), lambda x: np.zeros(2), [0, 0], [1, 1])
     found = [subset(Limit(counts, above=2.5), 500, seed).probability for seed in range(10)]
     print(np.mean(found) / norm.sf(3.0) - 1)
     assert np.mean(found) == pytest.approx(norm.sf(3.0), rel=0.3)

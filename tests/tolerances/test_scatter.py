@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 import scipy
-from rows import assemble_row
 
 import lumped as lp
 from lumped import functionals as fun
-from lumped.components import Brake, Inertia
 from lumped.ensembles import correlated, lognormal, truncated
 from lumped.tolerances import scene_of
-from tests.tolerances.drives import pair, pendulum_on_a_spring, undamped_hertz, wheel
+from tests.tolerances.drives import braked, pair, pendulum_on_a_spring, undamped_hertz, wheel
 
 SPEED = "final(body.w)"
 
@@ -79,6 +77,7 @@ def test_the_frequency_of_a_lognormal_stiffness_is_lognormal():
     true = scipy.stats.lognorm(np.hypot(0.05, 0.025), scale=np.sqrt(500.0) / (2 * np.pi))
     sampled = lp.scatter(modes, over=over, of=fun.frequency(0), runs=20_000, seed=5)
     expanded = lp.scatter(modes, over=over, of=fun.frequency(0), search="derivatives")
+    fitted = lp.scatter(modes, over=over, of=fun.frequency(0), search="chaos", runs=64)
     own = sampled["frequency(0)"]
     for q in (0.001, 0.1, 0.5, 0.9, 0.999):
         found, by = own.quantile(q), expanded["frequency(0)"].quantile(q)
@@ -94,6 +93,12 @@ def test_the_frequency_of_a_lognormal_stiffness_is_lognormal():
     assert np.abs(errors[0]) < 1e-4
     assert np.abs(errors[1]) < 0.01
     assert second.skewness == pytest.approx(true.stats("s"), rel=0.15)
+    smooth = fitted["frequency(0)"]
+    assert (smooth.mean, smooth.std) == pytest.approx((true.mean(), true.std()), rel=1e-5)
+    assert smooth.quantile(0.99).value == pytest.approx(true.ppf(0.99), rel=1e-3)
+    wide = np.array([0.05, 0.025]) ** 2
+    shares = (np.exp(wide) - 1) / (np.exp(wide.sum()) - 1)
+    assert dict(smooth.ranking) == pytest.approx(dict(zip(over, shares, strict=True)), abs=1e-5)
     limit = float(true.ppf(0.9))
     share = own.share(above=limit)
     assert share.low < 0.1 < share.high
@@ -114,6 +119,8 @@ def test_the_check_of_derivatives_tells_when_not_to_trust_them():
     print(found)
     assert found["f"].is_trusted
     assert not found["away"].is_trusted
+    for share in (found["away"].share(below=0.01), found["away"].share(above=0.01)):
+        assert share.low < share.value < share.high
     assert "not to be trusted, take search='samples'" in repr(found)
 
 
@@ -129,19 +136,15 @@ def test_the_ranking_in_the_small_is_that_of_the_derivatives(driven):
     expected = gradient.relative[0] ** 2 / (gradient.relative[0] ** 2).sum()
     run = lp.scatter(system, over=over, of=of, until=1.0, start=start, runs=3000, sampling="latin")
     expanded = lp.scatter(system, over=over, of=of, until=1.0, start=start, search="derivatives")
+    fitted = lp.scatter(system, over=over, of=of, until=1.0, start=start, search="chaos", runs=20)
+    totals = dict(fitted[str(of)].total)
+    assert [totals[name] for name in names] == pytest.approx(expected, abs=1e-3)
     ranked = [name for name, _ in gradient.ranked(str(of))]
-    for found in (run, expanded):
+    for found in (run, expanded, fitted):
         shares = dict(found[str(of)].ranking)
         print([(name, round(shares[name], 4)) for name in names], expected.round(4))
         assert [name for name, _ in found[str(of)].ranking][:3] == ranked[:3]
         assert [shares[name] for name in names] == pytest.approx(expected, abs=0.02)
-
-
-def braked():
-    """A body that stands after ``2 w / f_max``: half of f_max is its torque."""
-    return assemble_row(
-        body=Inertia(J=1.0, w=10.0), brake=Brake(f_max=10.0, characteristic=((0.0, 0.5),), u=1.0)
-    )
 
 
 def test_runs_in_which_an_event_does_not_happen_are_counted_and_told():
@@ -188,6 +191,14 @@ def test_modes_side_by_side_are_those_of_each_design():
     assert max(errors) < 1e-12
     exact = undamped_hertz(*found.points.T)
     assert np.abs(found.values[:, 0] / exact - 1).max() < 1e-13
+    # a distance changes with the frequency, to the side on which this lies of the nearest one
+    scene = scene_of(lp.modes(system), over=over, of=[fun.clearance([4.0, 5.0])])
+    away = exact[:, None] / [4.0, 5.0] - 1
+    nearest = np.abs(away).argmin(axis=1)
+    side = np.sign(away[np.arange(500), nearest]) / np.array([4.0, 5.0])[nearest]
+    slopes = scene.slopes(found.points)[1][:, 0, 0]
+    assert len(set(np.sign(side))) == 2
+    assert slopes == pytest.approx(side * 0.5 * exact / found.points[:, 0], rel=1e-9)
 
 
 def test_second_derivatives_of_a_frequency_are_those_of_its_formula():

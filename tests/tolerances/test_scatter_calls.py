@@ -1,18 +1,17 @@
 """What a scatter refuses, how it reads tables, prints and draws."""
 
 import math
+import re
 
 import numpy as np
 import pytest
-from rows import assemble_row
 
 import lumped as lp
 from lumped import functionals as fun
-from lumped.components import Brake, Inertia
 from lumped.ensembles.laws import Parameter
 from lumped.errors import OptionError, ParameterError, SolverError, UnitError, UnknownNameError
 from lumped.tolerances import scene_of, toleranced
-from tests.tolerances.drives import pair, wheel
+from tests.tolerances.drives import braked, pair, wheel
 
 NORMAL = {"one.tau": lp.normal(20.0, 2.0)}
 
@@ -27,48 +26,47 @@ def found(driven):
     return lp.scatter(driven, over=NORMAL, of=fun.final("body.w"), until=1.0, runs=200)
 
 
-def test_wrong_calls_are_refused_by_name(driven):
-    of = fun.final("body.w")
-    calls = [
+WRONG = {
+    OptionError: [
+        ({"over": {"one.tau": lp.normal(20.0, -2.0)}}, r"one\.tau: std = -2 N\.m must be greater"),
+        ({"over": {"one.tau": [1.0, 2.0]}}, "over = .*a distribution of each parameter is needed"),
+        ({"until": None}, "a system is simulated; give until="),
+        ({"runs": 0}, "runs = 0"),
+        ({"workers": 0}, "workers = 0"),
+        ({"of": fun.frequency(0)}, r"frequency\(0\) is no functional of a run"),
         (
-            {"until": 1.0, "over": {"one.tau": lp.normal(20.0, -2.0)}},
-            OptionError,
-            r"scatter: one\.tau: std = -2 N\.m must be greater than zero",
+            {"search": "derivatives", "sampling": "sobol"},
+            "sampling is for samples and chaos",
         ),
+        ({"gradients": False}, "gradients=False is for search='chaos', not for 'samples'"),
+    ],
+    ParameterError: [
         (
-            {"until": 1.0, "over": {"body.J": lp.normal(4.0, 1.0)}},
-            ParameterError,
-            r"body\.J .* must be greater than 0.*other values with a probability of 3\.17e-05",
+            {"over": {"body.J": lp.normal(4.0, 1.0)}},
+            r"1 parameter fault:\n.*body\.J .* must be greater than 0.*probability of 3\.17e-05",
         ),
-        (
-            {"until": 1.0, "over": {"one.tau": [1.0, 2.0]}},
-            OptionError,
-            r"scatter: over = .*a distribution of each parameter is needed",
-        ),
-        ({"until": 1.0, "over": {"on.tau": lp.normal(1, 1)}}, UnknownNameError, r"one\.tau"),
-        ({"over": NORMAL}, OptionError, r"scatter: a system is simulated; give until="),
-        ({"until": 1.0, "over": NORMAL, "runs": 0}, OptionError, r"scatter: runs = 0"),
-        ({"until": 1.0, "over": NORMAL, "workers": 0}, OptionError, r"scatter: workers = 0"),
-        (
-            {"until": 1.0, "over": NORMAL, "of": fun.frequency(0)},
-            OptionError,
-            r"scatter: frequency\(0\) is no functional of a run",
-        ),
-        (
-            {"until": 1.0, "over": NORMAL, "search": "derivatives", "sampling": "sobol"},
-            OptionError,
-            r"scatter: sampling is for samples and chaos",
-        ),
-    ]
-    for given, kind, text in calls:
-        with pytest.raises(kind, match=text):
-            lp.scatter(driven, **({"of": of} | given))
-    with pytest.raises(OptionError, match=r"scatter: until: options of runs belong to a system"):
-        lp.scatter(
-            lp.modes(pair()), over={"s.c": lp.normal(1e3, 1.0)}, of=fun.frequency(0), until=1
-        )
+    ],
+    UnknownNameError: [({"over": {"on.tau": lp.normal(1, 1)}}, r".*one\.tau")],
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "given", "text"), [(kind, *row) for kind, rows in WRONG.items() for row in rows]
+)
+def test_wrong_calls_are_refused_by_name(driven, kind, given, text):
+    call = {"until": 1.0, "over": NORMAL, "of": fun.final("body.w")} | given
+    with pytest.raises(kind) as caught:
+        lp.scatter(driven, **call)
+    start = "" if kind is UnknownNameError else "scatter: "
+    assert re.match(start + text, str(caught.value))
+
+
+def test_wrong_calls_for_modes_are_refused_by_name():
+    modes, over = lp.modes(pair()), {"s.c": lp.normal(1e3, 1.0)}
+    with pytest.raises(OptionError, match="scatter: until: options of runs belong to a system"):
+        lp.scatter(modes, over=over, of=fun.frequency(0), until=1)
     with pytest.raises(OptionError, match=r"scatter: frequency\(1\): the modes are 0 to 0"):
-        lp.scatter(lp.modes(pair()), over={"s.c": lp.normal(1e3, 1.0)}, of=fun.frequency(1))
+        lp.scatter(modes, over=over, of=fun.frequency(1))
 
 
 def test_limits_quantiles_and_labels_are_checked(found):
@@ -117,12 +115,9 @@ def test_all_runs_that_fail_are_an_error_and_some_are_told():
     with pytest.raises(ParameterError, match=r"body\.J = -1"):
         scene.curvatures(np.array([-1.0]))
 
-    system = assemble_row(
-        body=Inertia(J=1.0, w=10.0), brake=Brake(f_max=10.0, characteristic=((0.0, 0.5),), u=1.0)
-    )
     over, of = {"brake.f_max": lp.uniform(8.0, 9.0)}, fun.instant("brake", "stuck")
     with pytest.raises(SolverError, match=r"scatter: all 20 runs fail\. Run 0: .*event"):
-        lp.scatter(system, over=over, of=of, until=0.1, runs=20)
+        lp.scatter(braked(), over=over, of=of, until=0.1, runs=20)
 
 
 def test_tables_of_tolerances(tmp_path):

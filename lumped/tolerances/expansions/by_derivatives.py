@@ -3,21 +3,36 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from lumped.ensembles.laws import central_moments
 from lumped.errors import OptionError, SolverError
-from lumped.tolerances.evaluated import Array, Failures
-from lumped.tolerances.intervals import Quantile, Share, quantile_of, share_of
-from lumped.tolerances.moments import Moments, central_moments, quadratic_moments
-from lumped.tolerances.scene import Scene
-from lumped.tolerances.spread import Spread, explain_variance, rank_shares, refuse_infinite
+from lumped.tolerances.evaluated import Array
+from lumped.tolerances.intervals import share_of
+from lumped.tolerances.scene import Scene, find_correlated
+from lumped.tolerances.spread import (
+    Spread,
+    Spreads,
+    explain_variance,
+    rank_shares,
+    refuse_infinite,
+)
 
 _TRUSTED = 0.1
 """Root mean square of what an expansion misses, over the deviation, up to which it is believed."""
 _POINTS = 2**17
 """Points at which an expansion is evaluated for its quantiles."""
+
+
+class Moments(NamedTuple):
+    """Mean, variance and third central moment, and shares of variables alone in the variance."""
+
+    mean: float
+    variance: float
+    third: float
+    shares: Array
 
 
 class ExpandedSpread(Spread):
@@ -41,17 +56,16 @@ class ExpandedSpread(Spread):
 
     def __init__(
         self,
-        names: tuple[str, ...],
         label: str,
         unit: str,
+        names: tuple[str, ...],
+        population: tuple[Array, Array],
         moments: Moments,
-        ranking: tuple[tuple[str, float], ...],
         order: int,
         check: tuple[Array, Array],
-        population: tuple[Array, Array],
     ) -> None:
-        super().__init__(names, *population)
-        self.label, self.unit, self.order, self.ranking = label, unit, order, ranking
+        super().__init__(label, unit, names, *population)
+        self.order, self.ranking = order, rank_shares(names, moments.shares)
         self.mean, self.std = moments.mean, math.sqrt(moments.variance)
         self.skewness = moments.third / self.std**3 if self.std else math.nan
         true, found = check
@@ -63,17 +77,8 @@ class ExpandedSpread(Spread):
         self.error = float(np.sqrt(np.mean(missed**2))) / size if size else math.nan
         self.is_trusted = self.error <= _TRUSTED
 
-    def _quantile(self, q: float) -> Quantile:
-        found = quantile_of(self._ascending, q)
-        return Quantile(found.value, found.low - self.worst, found.high + self.worst)
-
-    def _share(self, limit: float, above: bool) -> Share:
-        off, known = self.worst if above else -self.worst, self._ascending
-        value, least, most = (
-            share_of(int((known > end if above else known < end).sum()), len(known))
-            for end in (limit, limit + off, limit - off)
-        )
-        return Share(value.value, least.low, most.high)
+    def _error_near(self, level: float) -> float:
+        return self.worst
 
     def trust(self) -> str:
         """How far the expansion holds, in words."""
@@ -82,29 +87,7 @@ class ExpandedSpread(Spread):
         return f"{order}, misses {100 * self.error:.2g} % of the deviation: {verdict}"
 
 
-@dataclass(frozen=True, eq=False)
-class ByDerivatives:
-    """What expansions gave.
-
-    Attributes
-    ----------
-    spreads : dict of str to ExpandedSpread
-    points, values : ndarray, shapes (n, d) and (n, k)
-        Runs of the check.
-    failures : dict of int to str
-        Why runs of the check failed.
-    notes : tuple of str
-        Why expansions are of first order, if they are.
-    """
-
-    spreads: dict[str, ExpandedSpread]
-    points: Array
-    values: Array
-    failures: Failures
-    notes: tuple[str, ...]
-
-
-def by_derivatives(scene: Scene, runs: int, seed: int) -> ByDerivatives:
+def by_derivatives(scene: Scene, runs: int, seed: int) -> Spreads:
     """Expand functionals in the parameters about their means, and check that by some runs.
 
     Moments are exact for the expansion where the parameters are independent, by those of their
@@ -118,7 +101,7 @@ def by_derivatives(scene: Scene, runs: int, seed: int) -> ByDerivatives:
         If nothing that scatters changes a functional.
     """
     laws = scene.marginals.laws
-    independent = np.array_equal(scene.marginals.mixing, np.eye(len(laws)))
+    independent = not find_correlated(scene).any()
     means, central = (np.array(part) for part in zip(*map(central_moments, laws), strict=True))
     values, slopes = scene.slopes(means[None])
     if scene.failures:
@@ -130,7 +113,8 @@ def by_derivatives(scene: Scene, runs: int, seed: int) -> ByDerivatives:
     points = scene.draw(runs, seed)
     true, failures = scene.values(points), dict(scene.failures)
     many = scene.physical(scene.scores(_POINTS, seed, "sobol"))
-    spreads, notes, order = {}, tuple[str, ...](), 2
+    spreads: dict[str, Spread] = {}
+    notes, order = tuple[str, ...](), 2
     try:
         curvatures = scene.curvatures(means)
     except SolverError as error:
@@ -146,18 +130,17 @@ def by_derivatives(scene: Scene, runs: int, seed: int) -> ByDerivatives:
         found = _expand(many - means, value, slope, curvature)
         if independent:
             moments = quadratic_moments(value, slope, curvature, central)
-            shares = _shares(slope, curvature, central) / moments.variance
         else:
             off = found - found.mean()
-            moments = Moments(float(found.mean()), float(off @ off) / len(off), np.mean(off**3))
             shares = np.array([explain_variance(column, found) for column in many.T])
+            variance = float(off @ off) / len(off)
+            moments = Moments(float(found.mean()), variance, np.mean(off**3), shares)
         refuse_infinite(scene.analysis, label, true[:, i])
         check = true[:, i], _expand(points - means, value, slope, curvature)
-        ranking = rank_shares(scene.names, shares)
         spreads[label] = ExpandedSpread(
-            scene.names, label, unit, moments, ranking, order, check, (many, found)
+            label, unit, scene.names, (many, found), moments, order, check
         )
-    return ByDerivatives(spreads, points, true, failures, notes)
+    return Spreads(spreads, points, true, failures, notes)
 
 
 def _expand(off: Array, value: float, slope: Array, curvature: Array) -> Array:
@@ -166,9 +149,35 @@ def _expand(off: Array, value: float, slope: Array, curvature: Array) -> Array:
     return found
 
 
-def _shares(slope: Array, curvature: Array, central: Array) -> Array:
-    """Variance that each of independent parameters adds alone."""
-    _, _, m2, m3, m4, *_ = central.T
-    own = 0.5 * np.diag(curvature)
-    found: Array = slope**2 * m2 + 2 * slope * own * m3 + own**2 * (m4 - m2**2)
-    return found
+def quadratic_moments(value: float, slope: Array, curvature: Array, central: Array) -> Moments:
+    """Moments of ``value + slope v + v curvature v / 2`` for independent v with mean zero.
+
+    Parameters
+    ----------
+    slope, curvature : ndarray, shapes (d,) and (d, d)
+    central : ndarray, shape (d, 7)
+        Moments of each variable, of orders 0 to 6.
+    """
+    _, _, m2, m3, m4, m5, m6 = central.T
+    c, own = slope, 0.5 * np.diag(curvature)
+    cross = curvature - np.diag(np.diag(curvature))
+    # of each variable alone: A = c v + own (v^2 - m2)
+    square = m4 - m2**2
+    alone = c**2 * m2 + 2 * c * own * m3 + own**2 * square
+    cubes = (
+        c**3 * m3
+        + 3 * c**2 * own * square
+        + 3 * c * own**2 * (m5 - 2 * m2 * m3)
+        + own**3 * (m6 - 3 * m2 * m4 + 2 * m2**3)
+    )
+    a, b = c * m2 + own * m3, c * m3 + own * square
+    weighted = cross * m2
+    third = (
+        cubes.sum()
+        + 3 * a @ cross @ a
+        + 3 * b @ cross**2 @ m2
+        + np.trace(weighted @ weighted @ weighted)
+        + 0.5 * m3 @ cross**3 @ m3
+    )
+    variance = alone.sum() + 0.5 * m2 @ cross**2 @ m2
+    return Moments(float(value + own @ m2), float(variance), float(third), alone / variance)

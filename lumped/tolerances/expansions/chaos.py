@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from lumped.ensembles.variants import Sampling
 from lumped.errors import OptionError, SolverError, shown
-from lumped.tolerances.evaluated import Array, Failures
+from lumped.tolerances.evaluated import Array
 from lumped.tolerances.expansions.expansion import LEAST, Expansion, fit_expansion
 from lumped.tolerances.expansions.polynomials import NORMAL, Family, family_of, standard_normal
-from lumped.tolerances.intervals import SCORE, Quantile, Share, quantile_of, share_of
-from lumped.tolerances.scene import Scene
-from lumped.tolerances.shares import find_correlated, refuse_correlated
+from lumped.tolerances.intervals import SCORE, Share, share_of
+from lumped.tolerances.scene import Scene, find_correlated, refuse_correlated
 from lumped.tolerances.spread import (
     Spread,
+    Spreads,
     explain_variance,
     rank_shares,
     refuse_infinite,
@@ -76,9 +76,8 @@ class PolynomialSpread(Spread):
         self._plain = expansion.values(ground.z)
         found = expansion.add_residuals(self._plain, np.random.default_rng(0))
         names = ground.scene.names
-        super().__init__(names, ground.x, found)
-        self.label, self.unit, self.missing, self.expansion = label, unit, missing, expansion
-        self._ground = ground
+        super().__init__(label, unit, names, ground.x, found)
+        self.missing, self.expansion, self._ground = missing, expansion, ground
         self.predicted, self.is_trusted = expansion.q2, expansion.q2 >= _TRUSTED
         self.mean, self.std = expansion.mean, float(np.sqrt(expansion.variance))
         self.mean_error, self.std_error = expansion.standard_errors
@@ -116,23 +115,8 @@ class PolynomialSpread(Spread):
         """
         return self.expansion.values(_variables(self._ground.scene, self._ground.families, u))
 
-    def _off(self, level: float) -> float:
+    def _error_near(self, level: float) -> float:
         return SCORE * self.expansion.error_near(self._ground.z, self._plain, level)
-
-    def _quantile(self, q: float) -> Quantile:
-        found = quantile_of(self._ascending, q)
-        off = self._off(found.value)
-        return Quantile(found.value, found.low - off, found.high + off)
-
-    def _share(self, limit: float, above: bool) -> Share:
-        off = self._off(limit) * (1 if above else -1)
-        value, least, most = (
-            share_of(
-                int((self._ascending > end if above else self._ascending < end).sum()), _POINTS
-            )
-            for end in (limit, limit + off, limit - off)
-        )
-        return Share(value.value, least.low, most.high)
 
     def trust(self) -> str:
         """How far the polynomials hold, in words."""
@@ -149,31 +133,9 @@ class PolynomialSpread(Spread):
         )
 
 
-@dataclass(frozen=True, eq=False)
-class ByChaos:
-    """What polynomials gave.
-
-    Attributes
-    ----------
-    spreads : dict of str to PolynomialSpread
-    points, values : ndarray, shapes (n, d) and (n, k)
-        Runs to which they were fitted.
-    failures : dict of int to str
-        Why runs failed.
-    notes : tuple of str
-        What runs that failed mean.
-    """
-
-    spreads: dict[str, PolynomialSpread]
-    points: Array
-    values: Array
-    failures: Failures
-    notes: tuple[str, ...]
-
-
 def by_chaos(
     scene: Scene, runs: int, seed: int, sampling: Sampling, *, gradients: bool = True
-) -> ByChaos:
+) -> Spreads:
     """Fit polynomials of the parameters to runs, for functionals that are smooth in them.
 
     Parameters
@@ -214,7 +176,7 @@ def by_chaos(
     failures = dict(scene.failures)
     many = scene.scores(_POINTS, seed, "sobol")
     ground = _Ground(scene, families, scene.physical(many), _variables(scene, families, many))
-    spreads = {}
+    spreads: dict[str, Spread] = {}
     for k, (label, unit) in enumerate(zip(scene.labels, scene.units, strict=True)):
         refuse_infinite(scene.analysis, label, values[:, k])
         there = np.isfinite(values[:, k])
@@ -236,7 +198,7 @@ def by_chaos(
             f"{len(failures)} of {runs} runs have no value; there the polynomials go on from the "
             "others. search='samples' leaves out what has no value.",
         )
-    return ByChaos(spreads, x, values, failures, notes)
+    return Spreads(spreads, x, values, failures, notes)
 
 
 def _variables(scene: Scene, families: Sequence[Family], u: Array) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -192,47 +192,32 @@ class Terms:
         """
         exponents, ends = [(0,) * len(most)], [1]
         for degree in range(1, max(most) + 1):
-            ring = _ring(most, norm, degree, count - ends[-1])
-            if ring is None:
+            every = _products_up_to(most, norm, degree**norm * (1 + 1e-12))
+            found = list(itertools.islice(every, count + 1))
+            if len(found) > count:
                 break
-            exponents += ring
+            exponents += sorted(set(found) - set(exponents), key=_list_powers)
             ends.append(len(exponents))
         return cls(np.array(exponents, dtype=np.int64), tuple(ends))
 
 
-def _ring(most: Sequence[int], norm: float, degree: int, room: int) -> list[tuple[int, ...]] | None:
-    """Products of a degree that those of lower degrees lack; None if there is no room for them."""
-    found: list[tuple[int, ...]] = []
-    low, high = ((degree - 1) ** norm) * (1 + 1e-12), degree**norm * (1 + 1e-12)
-    for active in range(1, min(len(most), int(high)) + 1):
-        shapes = _shapes(active, norm, low, high, degree)
-        if not shapes:
-            continue
-        for places in itertools.combinations(range(len(most)), active):
-            for shape in shapes:
-                if all(s <= most[j] for s, j in zip(shape, places, strict=True)):
-                    row = [0] * len(most)
-                    for s, j in zip(shape, places, strict=True):
-                        row[j] = s
-                    found.append(tuple(row))
-                    if len(found) > room:
-                        return None
-    return found
+def _list_powers(product: tuple[int, ...]) -> tuple[int, list[int], list[int]]:
+    """How many variables a product has, which, and their degrees."""
+    places = [j for j, degree in enumerate(product) if degree]
+    return len(places), places, [product[j] for j in places]
 
 
-def _shapes(
-    active: int, norm: float, low: float, high: float, degree: int
-) -> list[tuple[int, ...]]:
-    """Degrees of `active` variables, each at least one, between two sizes."""
-    partial: list[tuple[tuple[int, ...], float]] = [((), 0.0)]
-    for left in range(active - 1, -1, -1):
-        partial = [
-            ((*shape, k), size + k**norm)
-            for shape, size in partial
-            for k in range(1, degree + 1)
-            if size + k**norm + left <= high
-        ]
-    return [shape for shape, size in partial if size > low]
+def _products_up_to(most: Sequence[int], norm: float, size: float) -> Iterator[tuple[int, ...]]:
+    """Degrees of all products whose sum of ``degree**norm`` is limited, found one by one."""
+    if not most:
+        yield ()
+        return
+    for degree in range(most[0] + 1):
+        left = size - degree**norm
+        if left < 0:
+            return
+        for others in _products_up_to(most[1:], norm, left):
+            yield degree, *others
 
 
 def products(families: Sequence[Family], z: Array, exponents: NDArray[np.int64]) -> Array:

@@ -24,13 +24,9 @@ class Limit:
     Parameters
     ----------
     scene : Scene
-        What scatters, and what is computed.
+        What scatters, and the functional that is computed.
     above, below : float or str or None
         The limit, in the SI unit of the functional or with a unit: one of both.
-    row : int
-        Which functional of the scene.
-    analysis : str
-        With which errors begin.
 
     Attributes
     ----------
@@ -46,25 +42,20 @@ class Limit:
     """
 
     def __init__(
-        self,
-        scene: Scene,
-        above: float | str | None = None,
-        below: float | str | None = None,
-        row: int = 0,
-        analysis: str = "reliability",
+        self, scene: Scene, above: float | str | None = None, below: float | str | None = None
     ) -> None:
-        self.scene, self.row, self.analysis = scene, row, analysis
-        self.label, self.unit = scene.labels[row], scene.units[row]
+        self.scene, (self.label,), (self.unit,) = scene, scene.labels, scene.units
         if (above is None) == (below is None):
             raise OptionError(
-                f"{analysis}: {self.label}: give the limit as above= or as below=, one of both."
+                f"reliability: {self.label}: give the limit as above= or as below=, one of both."
             )
         self.word, given, self.sign = (
             ("above", above, 1.0) if below is None else ("below", below, -1.0)
         )
-        self.bound = plain(given, self.unit or "1", f"{analysis}: {self.word} =", OptionError)
+        what = f"reliability: {self.word} ="
+        self.bound = plain(given, self.unit or "1", what, OptionError)
         if not np.isfinite(self.bound):
-            raise OptionError(f"{analysis}: {self.word} = {given} must be a finite number.")
+            raise OptionError(f"{what} {given} must be a finite number.")
         self.evaluations = self.gradients = 0
         self._furthest = self._nearest = (np.nan, np.zeros(self.count))
         self.reason = ""
@@ -82,7 +73,7 @@ class Limit:
     @property
     def head(self) -> str:
         """With which errors begin."""
-        return f"{self.analysis}: {self.event}"
+        return f"reliability: {self.event}"
 
     def amount(self, value: float) -> str:
         """A value of the functional with its unit."""
@@ -90,9 +81,8 @@ class Limit:
 
     def values(self, u: Array) -> Array:
         """Excess at points, shape (n, d); nan where an evaluation failed."""
-        found = self.scene.values(self.scene.physical(u))[:, self.row]
         self.evaluations += len(u)
-        return self._note_extremes(u, self.sign * (found - self.bound))
+        return self._note_extremes(u, self.scene.values(self.scene.physical(u)))
 
     def slopes(self, u: Array) -> tuple[Array, Array]:
         """Excess at points, and its gradients, shape (n, d), by the standard normal variables."""
@@ -105,10 +95,8 @@ class Limit:
             ) from None
         self.evaluations += len(u)
         self.gradients += len(u)
-        along = np.einsum("ni,nij->nj", by[:, self.row], self.scene.physical_slopes(u))
-        return self._note_extremes(
-            u, self.sign * (values[:, self.row] - self.bound)
-        ), self.sign * along
+        along = np.einsum("ni,nij->nj", by[:, 0], self.scene.physical_slopes(u))
+        return self._note_extremes(u, values), self.sign * along
 
     def at(self, u: Array) -> tuple[Array, Array]:
         """Parameters at a point, and the derivatives of the excess by them.
@@ -144,15 +132,17 @@ class Limit:
                 f"{self.head} has no derivatives at its design point, {self.combination(u)}: "
                 f"{next(iter(self.scene.failures.values()), '')} search='subset' needs none."
             )
-        found: Array = self.sign * by[0, self.row]
+        found: Array = self.sign * by[0, 0]
         return found
 
     def curvature(self, x: Array) -> Array | None:
         """Exact second derivatives of the excess by the parameters, shape (d, d), if known."""
         found = self.scene.exact_curvatures(x)
-        return None if found is None else self.sign * found[self.row]
+        return None if found is None else self.sign * found[0]
 
-    def _note_extremes(self, u: Array, excess: Array) -> Array:
+    def _note_extremes(self, u: Array, values: Array) -> Array:
+        """Excess of values of the functional, shape (n, 1)."""
+        excess: Array = self.sign * (values[:, 0] - self.bound)
         for failure in list(self.scene.failures.values())[:1]:
             self.reason = failure
         known = np.flatnonzero(np.isfinite(excess))

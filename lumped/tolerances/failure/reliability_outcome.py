@@ -19,7 +19,7 @@ from lumped.support.display_units import Units, choose_units, display
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.tolerances.failure.form import DesignPoint
-from lumped.tolerances.failure.sampled import Level, Sampled
+from lumped.tolerances.failure.samples import Level, Sampled
 from lumped.tolerances.failure.sorm import Curved
 
 Kind = Literal["mean", "deviation", "value"]
@@ -94,8 +94,6 @@ class Reliability(RichHtml):
         The limit at each design point to second order, if that was asked for.
     evaluations, gradients : int
         Runs or analyses, and those of them with derivatives.
-    remarks : tuple of str
-        What speaks against the result.
     """
 
     system: str
@@ -115,7 +113,6 @@ class Reliability(RichHtml):
     second_order: tuple[Curved, ...]
     evaluations: int
     gradients: int
-    remarks: tuple[str, ...]
 
     @property
     def probability(self) -> float:
@@ -131,6 +128,11 @@ class Reliability(RichHtml):
     def beta(self) -> float:
         """Reliability index that belongs to the probability; of a plane limit the distance."""
         return float(-scipy.special.ndtri(self.probability))
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What speaks against the result."""
+        return self.sampled.remarks
 
     @property
     def levels(self) -> tuple[Level, ...]:

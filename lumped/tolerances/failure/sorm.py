@@ -14,9 +14,13 @@ from lumped.errors import SolverError
 from lumped.tolerances.evaluated import curvatures_along
 from lumped.tolerances.failure.form import DesignPoint
 from lumped.tolerances.failure.limit import Array, Limit
+from lumped.tolerances.scene import Scene
 
 _WIDE = 12.0
 """Beyond this imaginary part the integrand has fallen below 1e-30 of itself."""
+
+_SCORE = 1e-4
+"""Difference of scores over which second derivatives of parameters are taken."""
 
 Source = Literal["second derivatives", "gradients around it"]
 
@@ -112,7 +116,7 @@ def _derive_twice(limit: Limit, point: DesignPoint) -> tuple[Array, Source]:
     around = scipy.linalg.null_space(point.alpha[None]).T
     own = limit.curvature(point.x)
     if own is not None:
-        bent = limit.scene.in_scores(point.u, point.slopes, own)[1]
+        bent = _derive_by_scores(limit.scene, point, own)
         return around @ bent @ around.T, "second derivatives"
     if not len(around):
         return np.zeros((0, 0)), "gradients around it"
@@ -123,3 +127,23 @@ def _derive_twice(limit: Limit, point: DesignPoint) -> tuple[Array, Source]:
             f"{limit.reason} search='subset' needs none."
         )
     return found, "gradients around it"
+
+
+def _derive_by_scores(scene: Scene, point: DesignPoint, curvature: Array) -> Array:
+    """Second derivatives of the excess by the independent normal variables, from others.
+
+    Parameters
+    ----------
+    curvature : ndarray, shape (d, d)
+        Second derivatives by the parameters.
+    """
+    by, mixing = scene.physical_slopes(point.u[None])[0], scene.marginals.mixing
+    # each parameter has one score, a mixture of the variables: second derivatives by that
+    sides = np.array([_SCORE, -_SCORE])
+    slopes = [
+        law.at_score(score + sides)[1]
+        for law, score in zip(scene.marginals.laws, mixing @ point.u, strict=True)
+    ]
+    bent = np.array([(after - before) / (2 * _SCORE) for after, before in slopes])
+    found: Array = by.T @ curvature @ by + mixing.T @ np.diag(point.slopes * bent) @ mixing
+    return found
