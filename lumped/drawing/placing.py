@@ -8,8 +8,9 @@ signal blocks above all. A frame is one block in the frame around it.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterable
+
+import networkx as nx
 
 from lumped.drawing.netlist import SIGNAL, Frame, Item, Net, Netlist
 from lumped.drawing.shaft_line import MECHANICAL, Group, Nets, Placed, find_place, is_aside
@@ -20,14 +21,8 @@ WIDEST = 14  # cells before a line is continued below, unless another number is 
 
 def place(plan: Netlist, widest: int = WIDEST) -> Placed:
     """Cells of all items and frames of a netlist, in rows of so many cells."""
-    home: dict[Item, list[Frame]] = {}
-    order: list[Frame] = []
-    stack: list[tuple[Frame, list[Frame]]] = [(plan.top, [plan.top])]
-    while stack:
-        frame, above = stack.pop()
-        order.append(frame)
-        home.update(dict.fromkeys(frame.items, above))
-        stack.extend((inner, [*above, inner]) for inner in frame.frames)
+    chains = list(plan.top.chains())
+    home = {item: chain for chain in chains for item in chain[-1].items}
     touching: dict[Frame, list[tuple[Net, dict[Item | Frame, list[Item]]]]] = {}
     for net in plan.nets:
         at: dict[Frame, dict[Item | Frame, list[Item]]] = {}
@@ -40,7 +35,7 @@ def place(plan: Netlist, widest: int = WIDEST) -> Placed:
         for frame, parts in at.items():
             touching.setdefault(frame, []).append((net, parts))
     blocks: dict[Item | Frame, Placed] = {}
-    for frame in reversed(order):
+    for *_, frame in reversed(chains):
         blocks[frame] = _arrange(frame, touching.get(frame, []), blocks, widest)
     return blocks[plan.top]
 
@@ -135,27 +130,10 @@ def _layer(
 
 
 def _find_connected(parts: list[Item | Frame], nets: Nets) -> list[list[Item | Frame]]:
+    """Groups of parts that share nets, directly or not."""
+    graph = nx.Graph()
+    graph.add_nodes_from(parts)
     known = set(parts)
-    around: dict[Item | Frame, list[int]] = {}
-    for n, (_, members) in enumerate(nets):
-        for part in members:
-            around.setdefault(part, []).append(n)
-    done: set[Item | Frame] = set()
-    seen: set[int] = set()
-    groups = []
-    for part in parts:
-        if part in done:
-            continue
-        group, queue = [], deque([part])
-        done.add(part)
-        while queue:
-            current = queue.popleft()
-            group.append(current)
-            for n in around.get(current, ()):
-                if n not in seen:
-                    seen.add(n)
-                    fresh = [p for p in nets[n][1] if p in known and p not in done]
-                    done.update(fresh)
-                    queue.extend(fresh)
-        groups.append(group)
-    return groups
+    for net, members in nets:
+        graph.add_edges_from((net, part) for part in members if part in known)
+    return [[part for part in parts if part in group] for group in nx.connected_components(graph)]
