@@ -23,7 +23,7 @@ from lumped.drawing.symbols import GROUND, SYMBOLS
 from lumped.drawing.terminals import Terminal
 from lumped.errors import OptionError
 from lumped.language.component import Component
-from lumped.plots.notebook_figure import NotebookFigure
+from lumped.plots.matplotlib_figure import NotebookFigure
 from lumped.support.arguments import checked
 
 READABLE = 60  # symbols

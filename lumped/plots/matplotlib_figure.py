@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from functools import singledispatch
 from typing import Any
 
@@ -13,7 +14,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter
 
 from lumped.errors import OptionError, shown
-from lumped.plots.notebook_figure import NotebookFigure
 from lumped.plots.picture import (
     Band,
     Bars,
@@ -22,7 +22,6 @@ from lumped.plots.picture import (
     HeatMap,
     Instants,
     Level,
-    Panel,
     Picture,
     Tag,
     Words,
@@ -31,16 +30,18 @@ from lumped.plots.picture import (
 )
 from lumped.plots.style import GREY, INK, LETTER, MAP, RC, SMALL, WIDTH, Look
 
-_MARKERS = {
-    "": "",
-    "circle": "o",
-    "square": "s",
-    "triangle": "^",
-    "diamond": "D",
-    "down": "v",
-}
+_MARKERS = {"": "", "circle": "o", "square": "s", "triangle": "^", "diamond": "D", "down": "v"}
 _DASHES = {"": "none", "solid": "-", "dashed": "--", "dotted": ":", "dashdot": "-."}
 _AWAY = 0.03  # of tags from the panel, as a share of its sides
+
+
+class NotebookFigure(Figure):
+    """A figure of matplotlib that a notebook shows without ``%matplotlib inline``."""
+
+    def _repr_png_(self) -> bytes:
+        file = io.BytesIO()
+        self.savefig(file, format="png", dpi=100)
+        return file.getvalue()
 
 
 def matplotlib_figure(picture: Picture, ax: Any = None) -> Figure:
@@ -92,10 +93,7 @@ def matplotlib_figure(picture: Picture, ax: Any = None) -> Figure:
 
 def _new_axes(picture: Picture) -> list[Axes]:
     columns, panels = picture.columns, picture.panels
-    heights = [
-        max(map(_height, panels[first : first + columns], [picture] * columns))
-        for first in range(0, len(panels), columns)
-    ]
+    heights = picture.measure_rows(0.1, 1.45 * SMALL / 72)
     captions = 0.25 * picture.rows * any(panel.caption for panel in panels)
     names = picture.depth * (1 if picture.shared else picture.rows)
     size = WIDTH, 0.9 + sum(heights) + captions + names
@@ -105,15 +103,9 @@ def _new_axes(picture: Picture) -> list[Axes]:
     for i in range(len(panels)):
         same = axes[0] if axes and picture.shared else None
         axes.append(figure.add_subplot(grid[divmod(i, columns)], sharex=same))
-        if picture.shared and i + columns < len(panels):
+        if not picture.is_numbered(i):
             axes[-1].tick_params(labelbottom=False)
     return axes
-
-
-def _height(panel: Panel, picture: Picture) -> float:
-    """Of a panel, inch: as it wishes, or as its legend needs."""
-    lines = sum(1 + wrap_text(label).count("\n") for label in picture.legend(panel))
-    return max(panel.height, 0.1 + 1.45 * SMALL / 72 * lines)
 
 
 def _check_axes(picture: Picture, ax: Any) -> list[Axes]:
@@ -136,8 +128,6 @@ def _plain(text: str) -> str:
 def _scale_axes(axis: Axes, picture: Picture, i: int) -> None:
     """Scales, labels and numbers of both axes."""
     panel = picture.panels[i]
-    is_last = i + picture.columns >= len(picture.panels)
-    is_first = not i % picture.columns
     for way, wanted in ((axis.xaxis, panel.x), (axis.yaxis, panel.y)):
         name = way.axis_name
         if wanted.log:
@@ -160,11 +150,10 @@ def _scale_axes(axis: Axes, picture: Picture, i: int) -> None:
         axis.set_yticks(range(len(panel.y.names)), [_plain(wrap_text(n)) for n in panel.y.names])
         axis.grid(False, axis="y")
     if panel.x.names:
-        _name_places(axis, panel.x.names, picture.columns, is_last or not picture.shared)
-    if is_last or not picture.shared:
-        axis.set_xlabel(_plain(panel.x.label))
-    if is_first or panel.y.label != picture.panels[i - 1].y.label:
-        axis.set_ylabel(_plain(wrap_text(panel.y.label, int(15 * panel.height))))
+        _name_places(axis, panel.x.names, picture.columns, picture.is_numbered(i))
+    x, y = picture.choose_labels(i)
+    axis.set_xlabel(_plain(x))
+    axis.set_ylabel(_plain(wrap_text(y, int(15 * panel.height))))
     if panel.caption:
         axis.set_title(_plain(panel.caption))
     if panel.square:

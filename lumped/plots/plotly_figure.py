@@ -41,12 +41,7 @@ _POINT = 96 / 72
 _BETWEEN = 0.3  # inch, between rows
 
 
-def plotly_figure(picture: Picture) -> Any:
-    """Draw a picture as an interactive figure."""
-    return _Drawing(picture).figure
-
-
-class _Drawing:
+class PlotlyFigure:
     """A figure of plotly while it is drawn; `panel` is the number of the panel in work."""
 
     def __init__(self, picture: Picture):
@@ -54,10 +49,7 @@ class _Drawing:
         self.panel = 0
         self.told: set[str] = set()
         columns, panels = picture.columns, picture.panels
-        heights = [
-            max(self._height(panel) for panel in panels[first : first + columns])
-            for first in range(0, len(panels), columns)
-        ]
+        heights = picture.measure_rows(0.2, 1.9 * SMALL / 72)
         gap = _BETWEEN + 0.15 * any(panel.caption for panel in panels)
         if not picture.shared:
             gap += 0.25 + picture.depth
@@ -77,16 +69,17 @@ class _Drawing:
                 self._draw(item)
             self._scale(panel)
 
-    def _height(self, panel: Panel) -> float:
-        lines = sum(1 + wrap_text(label).count("\n") for label in self.picture.legend(panel))
-        return max(panel.height, 0.2 + 1.9 * SMALL / 72 * lines)
-
     def _lay_out(self, whole: float) -> None:
         """Size, letters, title and legends of the whole."""
-        picture, tags = self.picture, self._tags()
+        picture = self.picture
+        items = [item for panel in picture.panels for item in panel.items]
+        tags = {item.above for item in items if isinstance(item, Tag)}
+        is_below = picture.below or any(isinstance(item, Instants) for item in items)
+        names = [wrap_text(name) for panel in picture.panels for name in panel.y.names]
+        longest = max((len(line) for name in names for line in name.split("\n")), default=0)
         captions = any(panel.caption for panel in picture.panels)
         margin = {
-            "l": 70 + self._measure_left(),
+            "l": 70 + int(LETTER * SMALL * _POINT * longest),
             "r": 20 + 45 * (False in tags),
             "t": 50 + 18 * bool(picture.note) + 18 * captions + 50 * (True in tags),
             "b": 55 + int(picture.depth * _INCH),
@@ -95,7 +88,7 @@ class _Drawing:
             template="plotly_white",
             font={"size": LETTERS * _POINT, "color": INK},
             width=int(WIDTH * _INCH),
-            height=int(whole * _INCH + margin["t"] + margin["b"] + 30 * self._is_below()),
+            height=int(whole * _INCH + margin["t"] + margin["b"] + 30 * is_below),
             margin=margin,
             title={
                 "text": _html(wrap_text(picture.title, 70)),
@@ -124,21 +117,6 @@ class _Drawing:
             look = {"font": {"size": SMALL * _POINT}, "tracegroupgap": 0}
             self.figure.update_layout({f"legend{k + 2}": place | look})
 
-    def _measure_left(self) -> int:
-        """Pixels for names beside the axis y."""
-        names = [name for panel in self.picture.panels for name in panel.y.names]
-        longest = max((len(line) for n in names for line in wrap_text(n).split("\n")), default=0)
-        return int(LETTER * SMALL * _POINT * longest)
-
-    def _tags(self) -> set[bool]:
-        """Whether tags stand above, on the right, or both."""
-        items = [item for panel in self.picture.panels for item in panel.items]
-        return {item.above for item in items if isinstance(item, Tag)}
-
-    def _is_below(self) -> bool:
-        items = [item for panel in self.picture.panels for item in panel.items]
-        return self.picture.below or any(isinstance(item, Instants) for item in items)
-
     @staticmethod
     def _number(k: int) -> str:
         return str(k + 1) if k else ""
@@ -164,17 +142,16 @@ class _Drawing:
 
     def _scale(self, panel: Panel) -> None:
         """Scales, labels and numbers of both axes, and the caption."""
-        k, columns, count = self.panel, self.picture.columns, len(self.picture.panels)
-        below = k + columns >= count or not self.picture.shared
-        again = k % columns and panel.y.label == self.picture.panels[k - 1].y.label
+        k, picture = self.panel, self.picture
         x, y = (f"{name}axis{self._number(k)}" for name in "xy")
-        texts = {x: panel.x.label if below else "", y: "" if again else panel.y.label}
-        names = choose_names(panel.x.names, columns) if panel.x.names else (1, 0)
-        for name, axis, how in ((x, panel.x, names), (y, panel.y, (1, 0))):
-            text = wrap_text(texts[name], int(13 * panel.height)) if name == y else texts[name]
+        label, upright = picture.choose_labels(k)
+        upright = wrap_text(upright, int(13 * panel.height))
+        names = choose_names(panel.x.names, picture.columns) if panel.x.names else (1, 0)
+        for name, axis, text, how in ((x, panel.x, label, names), (y, panel.y, upright, (1, 0))):
             look = {"title": {"text": _html(text), "standoff": 8}} | _scale(axis, *how)
             self.figure.update_layout({name: look})
-        self.figure.update_layout({x: {"showticklabels": below and not panel.x.bare}})
+        if not picture.is_numbered(k):
+            self.figure.update_layout({x: {"showticklabels": False}})
         if panel.square:
             self.figure.update_layout({y: {"scaleanchor": f"x{self._number(k)}"}})
         if panel.caption:
@@ -204,7 +181,7 @@ class _Drawing:
                 mode="+".join(kinds),
                 line=_line(look),
                 marker={
-                    "symbol": _symbol(look),
+                    "symbol": _SYMBOLS.get(look.mark, "circle") + ("-open" if look.hollow else ""),
                     "size": look.size * _POINT * 1.2,
                     "color": look.colour,
                 },
@@ -332,10 +309,6 @@ def _html(text: str) -> str:
 
 def _line(look: Look) -> dict[str, Any]:
     return {"color": look.colour, "dash": _DASHES[look.dash], "width": look.width * _POINT}
-
-
-def _symbol(look: Look) -> str:
-    return _SYMBOLS.get(look.mark, "circle") + ("-open" if look.hollow else "")
 
 
 def _scale(axis: Axis, each: int = 1, angle: int = 0) -> dict[str, Any]:
