@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lumped.drawing.page_run import table
+from lumped.drawing.page_frame import table
 from lumped.support.display_units import Shown, Units, display
 from lumped.support.text_table import list_names, number
 from lumped.vibration.ordered.order_response import OrderResponse

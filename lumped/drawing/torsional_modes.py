@@ -7,7 +7,7 @@ from html import escape
 import numpy as np
 
 from lumped.drawing.inline import inline
-from lumped.drawing.page_run import table
+from lumped.drawing.page_frame import table
 from lumped.drawing.torsional_study import Study
 from lumped.support.display_units import Shown, display
 from lumped.support.text_table import list_names, number

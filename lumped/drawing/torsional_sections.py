@@ -8,8 +8,8 @@ from html import escape
 import numpy as np
 
 from lumped.drawing.inline import inline
-from lumped.drawing.page_frame import Section
-from lumped.drawing.page_run import events, table
+from lumped.drawing.page_frame import Section, table
+from lumped.drawing.page_run import events
 from lumped.drawing.schematic import schematic
 from lumped.drawing.torsional_assumptions import assumptions
 from lumped.drawing.torsional_data import data, data_table, values

@@ -74,38 +74,23 @@ def views(study: Study) -> tuple[View, ...]:
 # -- drive ---------------------------------------------------------------------------------------
 
 
-def find_shown_parameters(
-    system: System, values: Mapping[str, float]
-) -> dict[str, tuple[str, float]]:
-    """The first parameter that is not zero of each part without parts: its name and value."""
+def find_part_texts(system: System, values: Mapping[str, float]) -> dict[str, tuple[str, str]]:
+    """The first parameter that is not zero of each part without parts, and what tells its value."""
+    p = system.structure.parameters
+    units = dict(zip(p.names, (declared.unit for declared in p.declared), strict=True))
     leaves = {node.path for node in system.structure.tree.instances if not node.children}
-    found: dict[str, tuple[str, float]] = {}
+    found: dict[str, tuple[str, str]] = {}
     for name, value in system.parameter_values(values).items():
-        part = name.rpartition(".")[0]
+        part, _, own = name.rpartition(".")
         if part in leaves and part not in found and value:
-            found[part] = name, value
+            unit = "" if units[name] == "1" else f" {units[name]}"
+            found[part] = name, f"{own} = {number(value, 4)}{unit}"
     return found
 
 
-def format_parameter(name: str, value: float, unit: str) -> str:
-    """What the schematic says of a parameter."""
-    own = "" if unit == "1" else f" {unit}"
-    return f"{name.rpartition('.')[2]} = {number(value, 4)}{own}"
-
-
-def value_texts(study: Study, values: Mapping[str, float]) -> dict[str, str]:
-    """What the schematic says of each part, by its path."""
-    p = study.system.structure.parameters
-    units = dict(zip(p.names, (declared.unit for declared in p.declared), strict=True))
-    told = find_shown_parameters(study.system, values)
-    return {
-        part: format_parameter(name, value, units[name]) for part, (name, value) in told.items()
-    }
-
-
 def _schematic(moment: Moment, _: Sequence[Slider]) -> Shown:
-    texts = value_texts(moment.study, moment.parameters)
-    return {"texts": {"part": [*texts], "text": [*texts.values()]}}
+    told = find_part_texts(moment.study.system, moment.parameters)
+    return {"texts": {"part": [*told], "text": [text for _, text in told.values()]}}
 
 
 # -- vibration -----------------------------------------------------------------------------------
