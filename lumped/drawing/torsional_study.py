@@ -127,6 +127,16 @@ class Study:
         """How dissipated powers are shown."""
         return display("power", "W", self.units)
 
+    def measure_orders(self, output: str) -> dict[str, dict[float, tuple[float, float]]]:
+        """Largest amplitude of each order and its speed, rad/s, in each response that has it."""
+        found = {}
+        for caption, response in self.having(output).items():
+            size = np.abs(response[output])
+            at = response.speeds[size.argmax(axis=0)].tolist()
+            peaks = zip(size.max(axis=0).tolist(), at, strict=True)
+            found[caption] = dict(zip(response.orders.tolist(), peaks, strict=True))
+        return found
+
     def limits_of(self, caption: str, output: str) -> list[Limit]:
         """Limits of a quantity in a response."""
         system = self.responses[caption].system
