@@ -135,7 +135,7 @@ class _Effects(Picture):
     """Bars for each parameter: by what share a result changes with it."""
 
     def __init__(self, study: Study, shown: Shown, post: Post) -> None:
-        names, kinds = _kinds(shown)
+        names, kinds = _split(shown)
         self._post, self._range = post, FactorRange(factors=names[::-1])
         axes = _axes(
             post,
@@ -159,7 +159,7 @@ class _Effects(Picture):
         self.models = [axes, LiveText(post, _legend([*kinds], _colours(len(kinds)))).model]
 
     def show(self, shown: Shown) -> None:
-        names, kinds = _kinds(shown)
+        names, kinds = _split(shown)
         if self._range.factors != names[::-1]:
             self._range.factors = names[::-1]
             self._axes.height = 90 + 26 * len(names)
@@ -169,12 +169,10 @@ class _Effects(Picture):
             self._post.table(bars, {"name": [], "share": []})
 
 
-def _kinds(shown: Shown) -> tuple[list[str], dict[str, list[float]]]:
-    table = shown["effects"]
-    kinds: dict[str, list[float]] = {}
-    for of, share in zip(table["of"], table["share"], strict=True):
-        kinds.setdefault(of, []).append(share)
-    return list(dict.fromkeys(table["name"])), kinds
+def _split(shown: Shown) -> tuple[list[str], dict[str, list[float]]]:
+    """Names of parameters, and the shares of each result."""
+    shares = dict(shown["effects"])
+    return shares.pop("name"), shares
 
 
 class _Run(Picture):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -69,13 +69,13 @@ class Study:
     """
 
     system: System
-    base: Values
-    until: float | None
-    start: Start
-    of: tuple[str, ...]
-    inputs: tuple[str, ...]
-    limits: tuple[Limit, ...]
-    analyses: dict[str, Analysis]
+    base: Values = field(default_factory=dict)
+    until: float | None = None
+    start: Start = field(default_factory=dict)
+    of: tuple[str, ...] = ()
+    inputs: tuple[str, ...] = ()
+    limits: tuple[Limit, ...] = ()
+    analyses: dict[str, Analysis] = field(default_factory=dict)
 
 
 class Moment:

@@ -141,7 +141,7 @@ def live_page(
     if not names:
         raise OptionError(f"{system.name}: live_page: name quantities to draw, with `plots`.")
     if sliders is None:
-        moved = most_effective(Study(system, base, end, _start_of(start), tuple(names), (), (), {}))
+        moved = most_effective(Study(system, base, end, _start_of(start), tuple(names)))
     else:
         moved = sliders_of(system, theta, sliders)
     wanted = _find_numbers(system, names, numbers)

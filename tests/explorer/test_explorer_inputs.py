@@ -22,10 +22,6 @@ def of_two_masses(two_mass):
     return lp.assemble(two_mass)
 
 
-def study(system: lp.System, base: dict[str, float] | None = None) -> Study:
-    return Study(system, base or {}, None, {}, (), (), (), {})
-
-
 # -- sliders -------------------------------------------------------------------------------------
 
 
@@ -91,7 +87,7 @@ def test_wrong_sliders_are_told(system):
 
 def test_a_link_restores_sliders_and_values(system):
     base = {"a.J": 2.5}
-    what = study(system, base)
+    what = Study(system, base)
     shown = sliders(system, system.theta(base), {"shaft.c": (100.0, 400.0), "a.J": (1.0, 3.0)})
     values = {"a.J": 2.0, "shaft.c": 123.456789012345678, "b.J": 1.0}
     text = query(what, shown, values)
@@ -116,7 +112,7 @@ def test_a_link_restores_sliders_and_values(system):
 )
 def test_wrong_links_are_told(system, text, fault, told):
     with pytest.raises(fault, match=told):
-        from_query(study(system), sliders(system, system.theta(None), ["shaft.c"]), text)
+        from_query(Study(system), sliders(system, system.theta(None), ["shaft.c"]), text)
 
 
 @pytest.mark.parametrize("name", ["two.toml", "two.json"])
@@ -197,13 +193,13 @@ def test_what_is_slow_comes_later_and_only_for_the_latest_values(system):
     quick = View("curves", "quick", lambda moment, _: {"x": {"x": [moment.values["shaft.c"]]}})
     computing = Computing([quick, View("curves", "slow", slow)], tell)
     go.set()
-    computing.begin(Moment(study(system), {"shaft.c": 1.0}), ())
+    computing.begin(Moment(Study(system), {"shaft.c": 1.0}), ())
     assert done.wait(10)
     done.clear()
     go.clear()
     told.clear()
     for value in (2.0, 3.0, 4.0):
-        computing.begin(Moment(study(system), {"shaft.c": value}), ())
+        computing.begin(Moment(Study(system), {"shaft.c": value}), ())
     while (4.0, ["quick"]) not in told:
         time.sleep(0.005)
     go.set()
@@ -231,7 +227,7 @@ def test_what_fails_is_told_in_words_and_the_rest_goes_on(system):
     good = View("curves", "good", lambda *_: {"x": {"x": []}})
     for value, text in ((1.0, "shaft: breaks"), (3.0, "ZeroDivisionError: a")):
         computing = Computing([View("curves", "bad", fails), good], tell)
-        computing.begin(Moment(study(system), {"shaft.c": value}), ())
+        computing.begin(Moment(Study(system), {"shaft.c": value}), ())
         assert done.wait(10)
         done.clear()
         computing.end()
