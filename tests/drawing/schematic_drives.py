@@ -5,6 +5,7 @@ from operator import attrgetter
 from genset import genset
 from linkages import FourBar
 from random_drives import RandomDrive
+from rows import in_turn
 
 import lumped as lp
 from lumped import components as lib
@@ -63,15 +64,7 @@ class Gearbox(lp.Component):
 
 def long_chain(count: int) -> lp.Component:
     """So many bodies with shafts between them."""
-    return lp.compose(
-        body=[Inertia() for _ in range(count)],
-        shaft=[SpringDamper() for _ in range(count - 1)],
-        connections=lambda m: [
-            joint
-            for i in range(count - 1)
-            for joint in lp.chain(m.body[i], m.shaft[i], m.body[i + 1])
-        ],
-    )
+    return in_turn([Inertia() for _ in range(count)], [SpringDamper() for _ in range(count - 1)])
 
 
 CHAINS = {

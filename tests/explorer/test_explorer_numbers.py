@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rows import assemble_row, in_turn
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
@@ -19,18 +20,6 @@ from lumped.vibration import Limit
 J_A, J_B, C = 2.0, 1.0, 300.0  # of `two_mass`
 TORQUE, J = 3.0, 2.0  # of `driven_mass`
 D = 4.0
-
-
-class Excited(lp.Component):
-    """A rotor on a damped shaft that is held, under a torque."""
-
-    drive: Torque = Torque(tau=0.0)
-    rotor: Inertia = Inertia(J=J)
-    shaft: SpringDamper = SpringDamper(c=C, d=D)
-    wall: Fixed = Fixed()
-
-    def connections(self):
-        yield from lp.chain(self.drive, self.rotor, self.shaft, self.wall)
 
 
 def study(model: lp.Component | lp.System, **options: Any) -> Study:
@@ -103,7 +92,10 @@ def test_limits_are_compared_with_the_run(driven_mass):
 
 
 def test_response_is_that_of_a_damped_rotor():
-    what = study(Excited(), of=("rotor.phi",), inputs=("drive.tau",))
+    excited = assemble_row(
+        drive=Torque(tau=0.0), rotor=Inertia(J=J), shaft=SpringDamper(c=C, d=D), wall=Fixed()
+    )
+    what = study(excited, of=("rotor.phi",), inputs=("drive.tau",))
     found = seen(what, "Response", {"rotor.J": 3.0})["curves"]
     w = 2 * np.pi * np.array(found["x"][0])
     expected = 1 / np.abs(C - 3.0 * w**2 + 1j * D * w)
@@ -233,19 +225,8 @@ def test_sliders_are_those_with_most_effect(two_mass, driven_mass):
 
 
 def test_no_more_than_ten_sliders_at_first():
-    class Long(lp.Component):
-        """Twelve inertias."""
-
-        first: Inertia = Inertia(J=100.0)
-        bodies: tuple[Inertia, ...] = tuple(Inertia(J=1.0) for _ in range(11))
-        shafts: tuple[SpringDamper, ...] = tuple(SpringDamper(c=50.0, d=0.0) for _ in range(11))
-
-        def connections(self):
-            parts = [self.first]
-            for shaft, body in zip(self.shafts, self.bodies, strict=True):
-                parts += [shaft, body]
-            yield from lp.chain(*parts)
-
-    found = most_effective(study(Long()))
+    bodies = [Inertia(J=100.0), *(Inertia(J=1.0) for _ in range(11))]
+    shafts = [SpringDamper(c=50.0, d=0.0) for _ in range(11)]
+    found = most_effective(study(in_turn(bodies, shafts)))
     assert len(found) == 10
     assert all(each.default for each in found)
