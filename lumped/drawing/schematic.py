@@ -23,7 +23,7 @@ from lumped.drawing.symbols import GROUND, SYMBOLS
 from lumped.drawing.terminals import Terminal
 from lumped.errors import OptionError
 from lumped.language.component import Component
-from lumped.plots.matplotlib_figure import NotebookFigure
+from lumped.plots.matplotlib_figure import NotebookFigure, plain_text
 from lumped.support.arguments import checked
 
 READABLE = 60  # symbols
@@ -133,8 +133,8 @@ def draw(plan: Netlist, routed: Routed, values: Mapping[str, str]) -> Figure:
     for item, centre in routed.centres.items():
         _symbol(axes, item, centre, ends[item])
         if item.path in values:
-            text = values[item.path].replace("$", r"\$")
-            _write(axes, text, 5, centre, ends[item], "T").set_gid(f"value of {item.path}")
+            text = _write(axes, plain_text(values[item.path]), 5, centre, ends[item], "T")
+            text.set_gid(f"value of {item.path}")
     _texts(axes, plan, routed)
     return figure
 

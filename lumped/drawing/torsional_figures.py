@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from lumped.drawing.torsional_study import MOST_ORDERS, Study
+from lumped.plots.matplotlib_figure import plain_text
 from lumped.support.display_units import Units, display, time_unit
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.rules.limits import Measure
@@ -43,11 +44,6 @@ _LIMIT: tuple[Style, ...] = (
 )
 
 
-def _plain(text: str) -> str:
-    """A text that is no formula."""
-    return text.replace("$", r"\$")
-
-
 def _over_speed(study: Study, panels: Mapping[str, Sequence[Line]], text: str) -> Figure:
     """A panel for the lines of each response, with the same scales, and one legend below all."""
     columns = min(len(panels), _PAIR)
@@ -67,7 +63,7 @@ def _over_speed(study: Study, panels: Mapping[str, Sequence[Line]], text: str) -
             axis.axvspan(low, high, color="#d9d9d9", zorder=0, label="operation")
         for speeds, values, style, label in lines:
             _draw(axis, study.speed.value(speeds), values, style, label)
-        axis.set_title(_plain(caption), fontsize="medium")
+        axis.set_title(plain_text(caption), fontsize="medium")
         axis.grid(alpha=0.4)
         reached = study.speed.value(study.responses[caption].speeds)
         if len(reached) > 1:
@@ -92,7 +88,7 @@ def _over_speed(study: Study, panels: Mapping[str, Sequence[Line]], text: str) -
 
 def _draw(axis: Axes, x: Real, y: Real, style: Style, label: str) -> None:
     colour, dashes, width = style
-    axis.plot(x, y, color=colour, linestyle=dashes, linewidth=width, label=_plain(label))
+    axis.plot(x, y, color=colour, linestyle=dashes, linewidth=width, label=plain_text(label))
 
 
 def campbell_figure(study: Study) -> Figure:

@@ -308,13 +308,18 @@ def _orders(
         for order in wanted:
             first.magnitude(first.of[0], order)
         return wanted
+    return strongest_orders(responses.values(), MOST_CRITICAL)
+
+
+def strongest_orders(responses: Iterable[OrderResponse], most: int) -> tuple[float, ...]:
+    """The largest orders of any quantity, over the largest of that quantity."""
     shares: dict[float, float] = {}
-    for response in responses.values():
+    for response in responses:
         size = np.abs(response.values).max(axis=0)
         largest = (size / np.maximum(size.max(axis=0), 1e-300)).max(axis=1)
         for order, share in zip(response.orders.tolist(), largest.tolist(), strict=True):
             shares[order] = max(share, shares.get(order, 0.0))
-    return tuple(sorted(sorted(shares, key=lambda order: -shares[order])[:MOST_CRITICAL]))
+    return tuple(sorted(sorted(shares, key=lambda order: -shares[order])[:most]))
 
 
 def _campbell(

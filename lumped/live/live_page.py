@@ -15,7 +15,9 @@ from lumped.compiler.assemble import assemble
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError
-from lumped.exchange.interface import uneven_clocks
+from lumped.exchange.c_compiler import Linked, compile_sources, zig_compiler
+from lumped.exchange.c_tables import model_files
+from lumped.exchange.interface import Interface, uneven_clocks
 from lumped.explorer.sliders import Ends
 from lumped.explorer.sliders import sliders as sliders_of
 from lumped.explorer.study import Start, Study, most_effective
@@ -24,7 +26,6 @@ from lumped.functionals import Functional, highest, lowest
 from lumped.functionals.functional import watching
 from lumped.language.component import Component
 from lumped.language.expression import Call, ConstantExpression, Expr
-from lumped.live.run_code import run_code
 from lumped.many_runs.watched import POSITIONS, Watched
 from lumped.plots.over_time import over_time
 from lumped.plots.picture import Curve
@@ -40,6 +41,8 @@ from lumped.timeloop.results.trajectory import Trajectory
 _CURVES = 5
 """States that are shown, if nothing is named."""
 _MOST_ROWS = 20_000
+_SOURCES = ("clocks.c", "events.c", "faults.c", "start.c", "steps.c", "access.c", "live.c")
+_MADE = Linked((), ("-mexec-model=reactor", "-s"), ".wasm")
 _SCRIPTS = ("numbers", "pictures", "page")
 
 
@@ -147,7 +150,13 @@ def live_page(
     wanted = _find_numbers(system, names, numbers)
     system = watching(system, wanted.values())
     watched = Watched(system, wanted, 0.0, end)
-    code = run_code(system, names, watched, start, rtol, grid)
+    compiler = zig_compiler("wasm32-wasi", "live_page")
+    interface = Interface(system, (), names, {} if start is None else start)
+    sources, _ = model_files(interface, "", rtol, "auto", watched=watched)
+    folder = files("lumped.exchange") / "c"
+    sources |= {name: (folder / name).read_text() for name in (*_SOURCES, "lumped.h")}
+    sources["shown.h"] = _write_shown(interface, names, watched, grid)
+    code = compile_sources(sources, ("loop.c", "model.c", *_SOURCES), compiler, _MADE)
     options: dict[str, Any] = {"until": end, "start": start, "rtol": rtol, "method": "steps"}
     first = simulate(system, parameters=parameters, grid=grid, **options)
     values = dict(zip(system.parameters, theta.tolist(), strict=True))
@@ -196,6 +205,21 @@ def live_page(
 def _start_of(start: Changes | OperatingPoint | None) -> Start:
     """The start as a study has it."""
     return (lambda _: start) if isinstance(start, OperatingPoint) else start or {}
+
+
+def _write_shown(interface: Interface, names: Sequence[str], watched: Watched, grid: int) -> str:
+    """Sizes of the results, and where the values of the curves are found."""
+    states = interface.system.state_names
+    places = [
+        f"FIRST_STATE + {states.index(name)}"
+        if name in states
+        else f"FIRST_OUTPUT + {interface.outputs.index(name)}"
+        for name in names
+    ]
+    return (
+        f"enum {{ N_SHOWN = {len(names)}, N_TAKEN = {watched.width}, N_ROWS = {grid + 1} }};\n"
+        f"static const uint32_t shown_references[] = {{{', '.join(places)}}};\n"
+    )
 
 
 def _panels(run: Trajectory, names: Sequence[str]) -> list[list[int]]:

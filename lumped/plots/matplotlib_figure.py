@@ -61,7 +61,7 @@ def matplotlib_figure(picture: Picture, ax: Any = None) -> Figure:
                 handle = _draw_item(item, axis)
                 if handle is not None and isinstance(item, Beside | Instants) and item.label:
                     own = isinstance(item, Beside) and not picture.below
-                    text = _plain(wrap_text(item.label, 30 if own else 60))
+                    text = plain_text(wrap_text(item.label, 30 if own else 60))
                     (beside if own else below).setdefault(text, handle)
             _scale_axes(axis, picture, i)
             if ax is not None and axis is axes[-1]:
@@ -74,10 +74,12 @@ def matplotlib_figure(picture: Picture, ax: Any = None) -> Figure:
                     bbox_to_anchor=(1.01, 1.0),
                     borderaxespad=0.0,
                 )
-        heading = _plain("\n".join(wrap_text(t, 90) for t in (picture.title, picture.note) if t))
+        heading = plain_text(
+            "\n".join(wrap_text(t, 90) for t in (picture.title, picture.note) if t)
+        )
         if ax is not None:
             caption = picture.panels[0].caption
-            axes[0].set_title("\n".join(filter(None, (heading, _plain(caption)))))
+            axes[0].set_title("\n".join(filter(None, (heading, plain_text(caption)))))
             found = axes[0].get_figure(root=True)
             assert found is not None
             return found
@@ -120,7 +122,7 @@ def _check_axes(picture: Picture, ax: Any) -> list[Axes]:
     return axes
 
 
-def _plain(text: str) -> str:
+def plain_text(text: str) -> str:
     """A text that is no formula."""
     return text.replace("$", r"\$")
 
@@ -147,15 +149,17 @@ def _scale_axes(axis: Axes, picture: Picture, i: int) -> None:
         if wanted.bare:
             way.set_ticks([])
     if panel.y.names:
-        axis.set_yticks(range(len(panel.y.names)), [_plain(wrap_text(n)) for n in panel.y.names])
+        axis.set_yticks(
+            range(len(panel.y.names)), [plain_text(wrap_text(n)) for n in panel.y.names]
+        )
         axis.grid(False, axis="y")
     if panel.x.names:
         _name_places(axis, panel.x.names, picture.columns, picture.is_numbered(i))
     x, y = picture.choose_labels(i)
-    axis.set_xlabel(_plain(x))
-    axis.set_ylabel(_plain(wrap_text(y, int(15 * panel.height))))
+    axis.set_xlabel(plain_text(x))
+    axis.set_ylabel(plain_text(wrap_text(y, int(15 * panel.height))))
     if panel.caption:
-        axis.set_title(_plain(panel.caption))
+        axis.set_title(plain_text(panel.caption))
     if panel.square:
         axis.set_aspect("equal")
         axis.spines[:].set_visible(False)
@@ -165,7 +169,7 @@ def _name_places(axis: Axes, names: tuple[str, ...], columns: int, told: bool) -
     """Names below places, turned if they need it, and only every n-th if they are too many."""
     each, angle = choose_names(names, columns)
     places = range(0, len(names), each)
-    axis.set_xticks(places, [_plain(names[k]) for k in places] if told else [""] * len(places))
+    axis.set_xticks(places, [plain_text(names[k]) for k in places] if told else [""] * len(places))
     for label in axis.get_xticklabels():
         label.set(rotation=angle, ha="right" if angle == 30 else "center")
         label.set(rotation_mode="anchor" if angle == 30 else "default")
@@ -220,14 +224,14 @@ def _(item: Bars, axis: Axes) -> Artist | None:
 @_draw_item.register
 def _(item: HeatMap, axis: Axes) -> Artist | None:
     mesh = axis.pcolormesh(item.x, item.y, item.sizes.T, shading="nearest", cmap=MAP)
-    axis.get_figure(root=True).colorbar(mesh, ax=axis, label=_plain(item.label))  # type: ignore[union-attr]
+    axis.get_figure(root=True).colorbar(mesh, ax=axis, label=plain_text(item.label))  # type: ignore[union-attr]
     return None
 
 
 @_draw_item.register
 def _(item: Words, axis: Axes) -> Artist | None:
     axis.annotate(
-        _plain(item.text),
+        plain_text(item.text),
         (item.x, item.y),
         xytext=(3 * item.aside, 0 if item.aside else 2),
         textcoords="offset points",
@@ -241,7 +245,7 @@ def _(item: Words, axis: Axes) -> Artist | None:
 @_draw_item.register
 def _(item: Tag, axis: Axes) -> Artist | None:
     axis.annotate(
-        _plain(item.text),
+        plain_text(item.text),
         xy=(item.place, 1) if item.above else (1, item.place),
         xytext=(item.moved, 1 + 1.6 * _AWAY) if item.above else (1 + _AWAY, item.moved),
         xycoords="axes fraction",

@@ -140,6 +140,10 @@ class PlotlyFigure:
     def _trace(self, trace: Any) -> None:
         self.figure.add_trace(trace, **self._place())
 
+    def _name(self, item: Level | Band, **look: Any) -> None:
+        """Put in the legend what is no trace."""
+        self._trace(go.Scatter(x=[None], y=[None], **look, **self._legend(item)))
+
     def _scale(self, panel: Panel) -> None:
         """Scales, labels and numbers of both axes, and the caption."""
         k, picture = self.panel, self.picture
@@ -194,8 +198,7 @@ class PlotlyFigure:
         line = self.figure.add_vline if item.upright else self.figure.add_hline
         line(item.at, line=_line(item.look), exclude_empty_subplots=False, **self._place())
         if item.label:
-            look = {"mode": "lines", "line": _line(item.look)}
-            self._trace(go.Scatter(x=[None], y=[None], **look, **self._legend(item)))
+            self._name(item, mode="lines", line=_line(item.look))
 
     @_draw.register
     def _(self, item: Band) -> None:
@@ -210,8 +213,7 @@ class PlotlyFigure:
             **self._place(),
         )
         square = {"symbol": "square", "size": 12, "color": item.colour, "opacity": 0.3}
-        look = {"mode": "markers", "marker": square}
-        self._trace(go.Scatter(x=[None], y=[None], **look, **self._legend(item)))
+        self._name(item, mode="markers", marker=square)
 
     @_draw.register
     def _(self, item: Bars) -> None:
