@@ -136,7 +136,7 @@ class Page:
             return
         text, self._link = self._link, None
         if text:
-            self._attempt(lambda: self._restore(text))
+            self._attempt(self._restore, text)
         self._fill_side()
         self._begin()
 
@@ -161,10 +161,8 @@ class Page:
                 head = escape(each.part or system.name)
                 groups[each.part] = [LiveText(self._post, f"<h3>{head}</h3>").model]
             if each.name not in self._handles:
-                self._handles[each.name] = (
-                    self._handle(each),
-                    LiveText(self._post, name=f"note {each.name}"),
-                )
+                note = LiveText(self._post, name=f"note {each.name}")
+                self._handles[each.name] = self._handle(each), note
             handle, note = self._handles[each.name]
             groups[each.part] += [handle, note.model]
         self._place()
@@ -199,11 +197,9 @@ class Page:
 
     def _buttons(self) -> list[UIElement]:
         told = "The address of this page holds its sliders and values."
-        self._choice.on_change("value", lambda _, __, new: self._attempt(lambda: self._choose(new)))
+        self._choice.on_change("value", lambda _, __, new: self._attempt(self._choose, new))
         back = Button(label="Reset", name="reset")
-        back.on_click(
-            lambda: self._attempt(lambda: self._set({s.name: s.default for s in self._sliders}))
-        )
+        back.on_click(lambda: self._attempt(self._set, {s.name: s.default for s in self._sliders}))
         save = Button(label="Save parameters", name="save")
         save.on_click(self._save)
         fit = Button(label="Identify", name="identify")
@@ -239,10 +235,10 @@ class Page:
 
     # -- what the visitor does ---------------------------------------------------------------
 
-    def _attempt(self, action: Callable[[], None]) -> None:
+    def _attempt(self, action: Callable[..., None], *given: Any) -> None:
         """Do something, or say in words why not."""
         try:
-            action()
+            action(*given)
         except Exception as fault:  # functions of the user may raise anything
             self._message.write(_fault(in_words(fault)))
         else:
@@ -330,10 +326,9 @@ class Page:
                     start=moment.start,
                 )
             except Exception as fault:
-                text = _fault(in_words(fault))
-                self._doc.add_next_tick_callback(lambda: self._say(text))
+                self._doc.add_next_tick_callback(partial(self._say, _fault(in_words(fault))))
                 return
-            self._doc.add_next_tick_callback(lambda: self._show_identification(result))
+            self._doc.add_next_tick_callback(partial(self._show_identification, result))
 
         self._computing.later(search_parameters)
 
@@ -342,7 +337,7 @@ class Page:
         self._status.write("")
 
     def _show_identification(self, found: Identification) -> None:
-        self._attempt(lambda: self._set(found.parameters))
+        self._attempt(self._set, found.parameters)
         for name, (low, high) in found.intervals.items():
             open_ = name in found.unknown
             told = "not identified" if open_ else f"{number(low)} .. {number(high)}"
@@ -359,7 +354,7 @@ class Page:
 
     def _show_later(self, moment: Moment, found: list[Found], coming: list[View]) -> None:
         """Show from the thread of the page what a thread has made."""
-        self._doc.add_next_tick_callback(lambda: self._show(moment, found, coming))
+        self._doc.add_next_tick_callback(partial(self._show, moment, found, coming))
 
     def _show(self, moment: Moment, found: list[Found], coming: list[View]) -> None:
         for made in found:
@@ -367,8 +362,7 @@ class Page:
         for each in self._sliders:
             if each.name in moment.follows:
                 value = amount(moment.follows[each.name], each.unit)
-                told = f"follows from the start: {value}"
-                self._handles[each.name][1].write(told)
+                self._handles[each.name][1].write(f"follows from the start: {value}")
         if moment is self._moment:
             self._told(moment.parameters)
         for view in coming:

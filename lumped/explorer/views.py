@@ -22,7 +22,7 @@ from lumped.vibration.rules.verdict import verdict
 from lumped.vibration.speeds.campbell import Campbell
 
 Shown = dict[str, dict[str, Any]]
-"""Tables by their names; columns, lists or arrays, of one table are equally long."""
+"""Tables by their names: equally long columns, or the texts of parts."""
 _MODES = 4
 """Modes that are drawn."""
 _FIRST = 0.1
@@ -90,7 +90,7 @@ def find_part_texts(system: System, values: Mapping[str, float]) -> dict[str, tu
 
 def _schematic(moment: Moment, _: Sequence[Slider]) -> Shown:
     told = find_part_texts(moment.study.system, moment.parameters)
-    return {"texts": {"part": [*told], "text": [text for _, text in told.values()]}}
+    return {"texts": {part: text for part, (_, text) in told.items()}}
 
 
 # -- vibration -----------------------------------------------------------------------------------

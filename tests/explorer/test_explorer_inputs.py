@@ -56,30 +56,27 @@ def test_positions_beyond_the_ends_are_refused(system, position):
         found.value(position)
 
 
+def ended(low: float | str, high: float | str) -> dict:
+    return {"shaft.c": (low, high)}
+
+
 @pytest.mark.parametrize(
-    ("ends", "fault", "text"),
+    ("wanted", "fault", "text"),
     [
-        ((400.0, 200.0), OptionError, "goes from 400 to 200"),
-        ((400.0, 500.0), OptionError, "the value of the model, 300 N.m/rad, lies beyond"),
-        ((-1.0, 500.0), ParameterError, r"end of the slider of shaft\.c = -1 N.m/rad"),
-        ((1.0,), OptionError, "give both ends"),
-        (("1 kg", "2 kg"), UnitError, "must be of the kind N.m/rad"),
-        ((float("nan"), 500.0), ParameterError, "shaft.c"),
+        (ended(400.0, 200.0), OptionError, "goes from 400 to 200"),
+        (ended(400.0, 500.0), OptionError, "the value of the model, 300 N.m/rad, lies beyond"),
+        (ended(-1.0, 500.0), ParameterError, r"end of the slider of shaft\.c = -1 N.m/rad"),
+        ({"shaft.c": (1.0,)}, OptionError, "give both ends"),
+        (ended("1 kg", "2 kg"), UnitError, "must be of the kind N.m/rad"),
+        (ended(float("nan"), 500.0), ParameterError, "shaft.c"),
+        (["shaft.k"], UnknownNameError, r"shaft\.k"),
+        ([], OptionError, "at least one"),
+        (["shaft.c", "shaft.c"], OptionError, "named twice"),
     ],
 )
-def test_wrong_ends_are_told(system, ends, fault, text):
+def test_wrong_sliders_are_told(system, wanted, fault, text):
     with pytest.raises(fault, match=text):
-        sliders(system, system.theta(None), {"shaft.c": ends})
-
-
-def test_wrong_sliders_are_told(system):
-    theta = system.theta(None)
-    with pytest.raises(UnknownNameError, match=r"shaft\.k"):
-        sliders(system, theta, ["shaft.k"])
-    with pytest.raises(OptionError, match="at least one"):
-        sliders(system, theta, [])
-    with pytest.raises(OptionError, match="named twice"):
-        sliders(system, theta, ["shaft.c", "shaft.c"])
+        sliders(system, system.theta(None), wanted)
 
 
 # -- state ---------------------------------------------------------------------------------------
