@@ -140,6 +140,9 @@ class PlotlyFigure:
     def _trace(self, trace: Any) -> None:
         self.figure.add_trace(trace, **self._place())
 
+    def _write(self, text: str, x: float, y: float, **options: Any) -> None:
+        self.figure.add_annotation(text=_html(text), x=x, y=y, showarrow=False, **options)
+
     def _name(self, item: Level | Band, **look: Any) -> None:
         """Put in the legend what is no trace."""
         self._trace(go.Scatter(x=[None], y=[None], **look, **self._legend(item)))
@@ -160,15 +163,8 @@ class PlotlyFigure:
             self.figure.update_layout({y: {"scaleanchor": f"x{self._number(k)}"}})
         if panel.caption:
             suffix = f"{self._number(k)} domain"
-            self.figure.add_annotation(
-                text=_html(panel.caption),
-                x=0.5,
-                y=1.0,
-                xref=f"x{suffix}",
-                yref=f"y{suffix}",
-                yanchor="bottom",
-                showarrow=False,
-            )
+            refs = {"xref": f"x{suffix}", "yref": f"y{suffix}"}
+            self._write(panel.caption, 0.5, 1.0, yanchor="bottom", **refs)
 
     @singledispatchmethod
     def _draw(self, item: Any) -> None:
@@ -245,11 +241,10 @@ class PlotlyFigure:
     @_draw.register
     def _(self, item: Words) -> None:
         x, y = (self.picture.panels[self.panel].x, self.picture.panels[self.panel].y)
-        self.figure.add_annotation(
-            x=np.log10(item.x) if x.log else item.x,
-            y=np.log10(item.y) if y.log else item.y,
-            text=_html(item.text),
-            showarrow=False,
+        self._write(
+            item.text,
+            np.log10(item.x) if x.log else item.x,
+            np.log10(item.y) if y.log else item.y,
             xanchor={-1: "right", 0: "center", 1: "left"}[item.aside],
             xshift=4 * item.aside,
             yanchor="middle" if item.aside else "bottom",
@@ -266,11 +261,10 @@ class PlotlyFigure:
             x0, y0, x1, y1 = item.place, 1.0, item.moved, 1.03
         line = {"color": GREY, "width": 0.7}
         self.figure.add_shape(type="line", x0=x0, y0=y0, x1=x1, y1=y1, line=line, **refs)
-        self.figure.add_annotation(
-            x=x1,
-            y=y1,
-            text=_html(item.text),
-            showarrow=False,
+        self._write(
+            item.text,
+            x1,
+            y1,
             textangle=-90 if item.upright else 0,
             xanchor="center" if item.above else "left",
             yanchor="bottom" if item.above else "middle",
