@@ -166,16 +166,14 @@ class _Builder:
 
     def _port_nets(self) -> Iterable[Net]:
         tree = self.tree
-        groups: list[list[_Terminal]] = []
-        for flows, signs, _ in self.joints.sums:
-            group = []
+        joined: dict[_Terminal, int] = {}
+        for g, (flows, signs, _) in enumerate(self.joints.sums):
             for flow, sign in zip(flows, signs, strict=True):
                 node = tree.node_of_unknown(flow)
                 name = node.layout.ports[(flow - node.first_unknown) // 2]
-                group.append((self.number[id(node)], name, sign < 0))
-            groups.append(group)
-        joined = {end: g for g, group in enumerate(groups) if len(group) > 1 for end in group}
-        trunks = UnionFind(range(len(groups)))
+                if len(flows) > 1:
+                    joined[self.number[id(node)], name, sign < 0] = g
+        trunks = UnionFind()
         for number, name, inner in joined:
             through = number in self.frames and number not in self.items
             if inner and through and (number, name, False) in joined:

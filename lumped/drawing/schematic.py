@@ -227,33 +227,30 @@ def _write(
 
 def _lead(axes: Axes, symbol: Symbol, centre: Point, port: Terminal, point: Point) -> None:
     """Line from the edge of the cell to the symbol, or to ground at an open, grounded port."""
-    x, y = centre
     if port.net < 0:
-        point = (point[0], y + SCALE * symbol.height + 0.05)
-    solid = bool(symbol.strokes[0].fill)
-    reach, height = SCALE * symbol.reach, SCALE * symbol.height
-    if port.side in "LR":
-        sign = -1 if port.side == "L" else 1
-        near = (x + sign * reach, point[1])
-        inside = (near[0], min(max(point[1], y - height), y + height))
-    else:
-        sign = -1 if port.side == "T" else 1
-        near = (point[0], y + sign * height)
-        inside = (min(max(point[0], x - reach), x + reach), near[1])
-    line = [point, near, inside]
-    if solid:
-        line.append((x, inside[1]) if port.side in "LR" else (inside[0], y))
+        point = (point[0], centre[1] + SCALE * symbol.height + 0.05)
+    along, across = port.axis, 1 - port.axis
+    size = SCALE * symbol.reach, SCALE * symbol.height
+    end = [*point]
+    end[along] = centre[along] + (-1 if port.side in "LT" else 1) * size[along]
+    near = (end[0], end[1])
+    low, high = centre[across] - size[across], centre[across] + size[across]
+    end[across] = min(max(point[across], low), high)
+    line = [point, near, (end[0], end[1])]
+    if symbol.strokes[0].fill:
+        end[along] = centre[along]
+        line.append((end[0], end[1]))
     colour, thick, _ = STYLES.get(port.kind, OTHER)
     _path(axes, [line], colour, thick, 3.5)
     if port.net < 0:
-        size = 0.55 * SCALE
+        half = 0.55 * SCALE
         for stroke in GROUND:
-            line = [(point[0] + size * a, point[1] - size * b) for a, b in stroke.points]
+            line = [(point[0] + half * a, point[1] - half * b) for a, b in stroke.points]
             _path(axes, [line], "black", 0.8, 4)
     if port.role == "in":
-        dx, dy = (near[0] - point[0], 0.0) if port.side in "LR" else (0.0, near[1] - point[1])
-        size = 0.06 / max(abs(dx), abs(dy), 1e-9)
-        ux, uy = dx * size, dy * size
+        dx, dy = near[0] - point[0], near[1] - point[1]
+        scale = 0.06 / max(abs(dx), abs(dy), 1e-9)
+        ux, uy = dx * scale, dy * scale
         x, y = near
         left, right = (x - ux - uy / 2, y - uy - ux / 2), (x - ux + uy / 2, y - uy + ux / 2)
         _path(axes, [[left, near, right, left]], colour, 0.5, 4.5, colour)
