@@ -205,6 +205,12 @@ def test_collapsed_model_shows_its_parts_and_what_joins_them():
     }
 
 
+@pytest.mark.parametrize("seed", [10, 17, 19])
+def test_wires_that_contradict_each_other_are_drawn_the_same_each_time(seed: int):
+    first, *others = (routed_of(random_net(seed)).wires for _ in range(6))
+    assert all(wires == first for wires in others)
+
+
 def test_system_and_model_give_the_same_picture(tmp_path: Path):
     model = StripGap()
     for name, source in (("model", model), ("system", lp.assemble(model))):
