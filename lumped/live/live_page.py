@@ -19,8 +19,7 @@ from lumped.exchange.c_compiler import Linked, compile_sources, zig_compiler
 from lumped.exchange.c_tables import model_files
 from lumped.exchange.interface import Interface, uneven_clocks
 from lumped.explorer.sliders import Ends
-from lumped.explorer.sliders import sliders as sliders_of
-from lumped.explorer.study import Start, Study, most_effective
+from lumped.explorer.study import Start, Study, choose_quantities, choose_sliders, read_end
 from lumped.explorer.views import find_part_texts
 from lumped.functionals import Functional, highest, lowest
 from lumped.functionals.functional import watching
@@ -32,14 +31,11 @@ from lumped.plots.picture import Curve
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.text_table import number
-from lumped.support.units import read_time
 from lumped.support.whole_files import write_text
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 
-_CURVES = 5
-"""States that are shown, if nothing is named."""
 _MOST_ROWS = 20_000
 _SOURCES = ("clocks.c", "events.c", "faults.c", "start.c", "steps.c", "access.c", "live.c")
 _MADE = Linked((), ("-mexec-model=reactor", "-s"), ".wasm")
@@ -115,9 +111,7 @@ def live_page(
     """
     plots = None if plots is None else list(plots)
     system = model if isinstance(model, System) else assemble(model, keep=plots or ())
-    end = read_time(until, "until")
-    if not end > 0:
-        raise OptionError(f"live_page: until = {until!r} s: a positive, finite time is needed.")
+    end = read_end(until, "live_page")
     if not 1 <= grid <= _MOST_ROWS:
         raise OptionError(f"live_page: grid = {grid}: choose 1 to {_MOST_ROWS} intervals.")
     if isinstance(start, OperatingPoint):
@@ -138,15 +132,11 @@ def live_page(
         system = system.without_foresight()
     theta, p = system.theta(changed), system.structure.parameters
     base = {name: float(theta[system.places([name])[0]]) for name in changed}
-    names = [
-        system.key(name) for name in (system.state_names[:_CURVES] if plots is None else plots)
-    ]
+    names = choose_quantities(system, plots)
     if not names:
         raise OptionError(f"{system.name}: live_page: name quantities to draw, with `plots`.")
-    if sliders is None:
-        moved = most_effective(Study(system, base, end, _start_of(start), tuple(names)))
-    else:
-        moved = sliders_of(system, theta, sliders)
+    study = Study(system, base, end, _start_of(start), names)
+    moved = choose_sliders(study, sliders)
     wanted = _find_numbers(system, names, numbers)
     system = watching(system, wanted.values())
     watched = Watched(system, wanted, 0.0, end)
