@@ -6,15 +6,32 @@ import os
 import shutil
 import subprocess
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-__all__ = ["Browser", "chromium"]
+import pytest
+
+__all__ = ["Browser", "chromium", "opened"]
 
 
 def chromium() -> str | None:
     """Path of a Chromium: $LUMPED_CHROMIUM, or what is on the PATH."""
     return os.environ.get("LUMPED_CHROMIUM") or shutil.which("chromium")
+
+
+@contextmanager
+def opened(profile: Path) -> Iterator["Browser"]:
+    """A page until the end of a block; without a Chromium the test is skipped."""
+    program = chromium()
+    if program is None:
+        pytest.skip("no Chromium: set LUMPED_CHROMIUM to its path, or have 'chromium' on the PATH")
+    found = Browser(program, profile)
+    try:
+        yield found
+    finally:
+        found.close()
 
 
 class Browser:

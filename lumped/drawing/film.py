@@ -116,7 +116,7 @@ def moving_lines(run: Trajectory, times: np.ndarray) -> dict[str, np.ndarray]:
     tree = run.system.structure.tree
     parameters = run.system.structure.parameters
     values = parameters.all(run.theta)
-    symbols: dict[str, ca.SX] = {}
+    missing: dict[str, None] = {}
 
     def leaf(ref: Expr, scope: Instance) -> ca.SX:
         assert isinstance(ref, Ref)
@@ -125,40 +125,26 @@ def moving_lines(run: Trajectory, times: np.ndarray) -> dict[str, np.ndarray]:
         name = owner.name(ref.name)
         if isinstance(ref.quantity, Param):
             return ca.SX(values[tree.parameter(name)])
-        return symbols.setdefault(name, ca.SX.sym(name))
+        if name not in run:
+            missing[name] = None
+            return ca.SX(0.0)
+        return ca.SX(np.interp(times, run.t, run[name]))
 
-    shapes: dict[str, int] = {}
-    coordinates: list[ca.SX] = []
+    lines = {}
     for node in tree.instances:
         with told_by(node.label, "outline()"):
             outlines = list(node.component.outline())
         for name, points in outlines:
-            shapes[node.name(name)] = len(points)
-            coordinates += [
-                lower(as_expr(value), partial(leaf, scope=node))
+            lowered = (
+                ca.DM(lower(as_expr(value), partial(leaf, scope=node)))
                 for point in points
                 for value in point
-            ]
-    if not shapes:
-        return {}
-    function = ca.Function(
-        "outlines", [ca.vertcat(ca.SX(0, 1), *symbols.values())], [ca.vertcat(*coordinates)]
-    )
-    _refuse_missing(run, list(symbols))
-    inputs = np.array([np.interp(times, run.t, run[name]) for name in symbols])
-    found = np.asarray(function(inputs.reshape(len(symbols), len(times)))).T
-    lines = {}
-    begin = 0
-    for name, count in shapes.items():
-        lines[name] = found[:, begin : begin + 2 * count].reshape(len(times), count, 2)
-        begin += 2 * count
-    return lines
-
-
-def _refuse_missing(run: Trajectory, names: list[str]) -> None:
-    missing = [name for name in names if name not in run]
+            )
+            columns = [np.broadcast_to(np.asarray(each).ravel(), len(times)) for each in lowered]
+            lines[node.name(name)] = np.column_stack(columns).reshape(len(times), len(points), 2)
     if missing:
         raise UnknownNameError(
             f"{run.system.name}: positions to be drawn were left out of the system. Ask for them: "
-            f"assemble(model, keep={missing})."
+            f"assemble(model, keep={list(missing)})."
         )
+    return lines

@@ -79,14 +79,9 @@ def _axis(figure: Figure, axis: Axes, key: str) -> dict[str, Any]:
     width, height = 72 * figure.get_size_inches()
     place = axis.get_position()
     below = [axis, *axis.get_shared_x_axes().get_siblings(axis)]
+    box = width * place.x0, height * (1 - place.y1), width * place.x1, height * (1 - place.y0)
     return {
-        "box": [
-            float(v)
-            for v in (
-                *(width * place.x0, height * (1 - place.y1)),
-                *(width * place.x1, height * (1 - place.y0)),
-            )
-        ],
+        "box": list(map(float, box)),
         "x": list(map(float, axis.get_xlim())),
         "y": list(map(float, axis.get_ylim())),
         "logx": axis.get_xscale() == "log",

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
+from networkx.utils import UnionFind
+
 from lumped.compiler.system import System
 from lumped.flattening.connection_sets import Joints, join
 from lumped.flattening.tree import Tree
@@ -70,13 +72,16 @@ class Frame:
     items: list[Item] = field(default_factory=list)
     frames: list[Frame] = field(default_factory=list)
 
+    def chains(self) -> Iterator[list[Frame]]:
+        """For this frame and each inside it, the frames from this one to it."""
+        yield [self]
+        for inner in self.frames:
+            for chain in inner.chains():
+                yield [self, *chain]
+
     def all_items(self) -> Iterator[Item]:
         """Items at every depth."""
-        stack = [self]
-        while stack:
-            frame = stack.pop()
-            yield from frame.items
-            stack.extend(frame.frames)
+        return (item for chain in self.chains() for item in chain[-1].items)
 
 
 @dataclass(eq=False)
@@ -151,9 +156,6 @@ class _Builder:
         top = self.frames[0]
         return Netlist(type(self.tree.model).__name__, top, [n for n in nets if len(n.ends) > 1])
 
-    def _is_leaf(self, number: int) -> bool:
-        return number in self.items
-
     def _edge(self, number: int, name: str) -> Item:
         """A port of an opened composite, drawn because it is open on one side."""
         if (number, name) not in self.ports:
@@ -164,26 +166,23 @@ class _Builder:
 
     def _port_nets(self) -> Iterable[Net]:
         tree = self.tree
-        groups: list[list[_Terminal]] = []
-        for flows, signs, _ in self.joints.sums:
-            group = []
+        joined: dict[_Terminal, int] = {}
+        for g, (flows, signs, _) in enumerate(self.joints.sums):
             for flow, sign in zip(flows, signs, strict=True):
                 node = tree.node_of_unknown(flow)
                 name = node.layout.ports[(flow - node.first_unknown) // 2]
-                group.append((self.number[id(node)], name, sign < 0))
-            groups.append(group)
-        joined = {end: g for g, group in enumerate(groups) if len(group) > 1 for end in group}
-        root = list(range(len(groups)))
+                if len(flows) > 1:
+                    joined[self.number[id(node)], name, sign < 0] = g
+        trunks = UnionFind()
         for number, name, inner in joined:
-            through = number in self.frames and not self._is_leaf(number)
+            through = number in self.frames and number not in self.items
             if inner and through and (number, name, False) in joined:
-                one = _root(root, joined[number, name, True])
-                root[one] = _root(root, joined[number, name, False])
+                trunks.union(joined[number, name, True], joined[number, name, False])
         nets: dict[int, Net] = {}
         for (number, name, inner), g in joined.items():
             node = tree.instances[number]
             port = ports_of(node.component)[name]
-            if self._is_leaf(number):
+            if number in self.items:
                 if inner:
                     continue
                 end = (self.items[number], name, "support" if port.grounded else "line")
@@ -191,20 +190,18 @@ class _Builder:
                 end = (self._edge(number, name), name, "line")
             else:
                 continue
-            nets.setdefault(_root(root, g), Net(port.kind, [])).ends.append(end)
+            nets.setdefault(trunks[g], Net(port.kind, [])).ends.append(end)
         return nets.values()
 
     def _signal_nets(self) -> Iterable[Net]:
         tree = self.tree
-        groups: dict[int, int] = {}
+        joined = UnionFind()
         for a, b, _ in self.joints.equal:
             if isinstance(tree.quantity(a), Input | Output):
-                groups.setdefault(a, a)
-                groups.setdefault(b, b)
-                groups[_root(groups, a)] = _root(groups, b)
+                joined.union(a, b)
         members: dict[int, list[int]] = {}
-        for unknown in groups:
-            members.setdefault(_root(groups, unknown), []).append(unknown)
+        for unknown in joined:
+            members.setdefault(joined[unknown], []).append(unknown)
         nets = []
         for group in members.values():
             net = Net(SIGNAL, [])
@@ -215,7 +212,7 @@ class _Builder:
                 number = self.number[id(node)]
                 name = node.layout.names[unknown - node.first_unknown]
                 gives = isinstance(node.layout.quantities[unknown - node.first_unknown], Output)
-                if self._is_leaf(number):
+                if number in self.items:
                     net.ends.append((self.items[number], name, "out" if gives else "in"))
                 elif number in self.frames:
                     beside = sum(n.parent == node.parent for n in nodes) > 1
@@ -225,10 +222,3 @@ class _Builder:
                         net.ends.append((self._edge(number, name), name, role))
             nets.append(net)
         return nets
-
-
-def _root(parents: dict[int, int] | list[int], number: int) -> int:
-    while parents[number] != number:
-        parents[number] = parents[parents[number]]
-        number = parents[number]
-    return number

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from lumped.compiler.system import System
 from lumped.drawing.inline import inline
-from lumped.drawing.page_frame import Section, prose, whole_page
-from lumped.drawing.page_run import Told, comparison, energy, events, sizes, table
+from lumped.drawing.page_frame import prose, report_page, table
+from lumped.drawing.page_run import Told, comparison, energy, events, sizes
 from lumped.drawing.schematic import schematic
 from lumped.language.declared import text_of
 from lumped.simulation.sizing import Sizing
@@ -109,33 +109,24 @@ def report_html(
     parameters = system.structure.parameters.names
     choice = choose_units(units, ("time", "energy", *system.names(), *parameters))
     name = title or system.name
-    sections: list[Section] = [(head, prose(body)) for head, body in (text or {}).items()]
-    sections += comparison(list(compared), marks or {})
-    sections.append(
-        ("Schematic", inline(schematic(system), f"Schematic of {system.name}", "schematic"))
-    )
-    if figures:
-        drawn = [
-            inline(f, caption, f"figure-{i}") for i, (caption, f) in enumerate(figures.items())
-        ]
-        sections.append(("Figures", "\n".join(drawn)))
-    for head, found in (
+    pictures = enumerate((figures or {}).items())
+    drawn = [inline(figure, caption, f"figure-{i}") for i, (caption, figure) in pictures]
+    sections = (
+        *((head, prose(body)) for head, body in (text or {}).items()),
+        *comparison(list(compared), marks or {}),
+        ("Schematic", inline(schematic(system), f"Schematic of {system.name}", "schematic")),
+        ("Figures", "\n".join(drawn)),
         ("Events", events(runs or {}, choice)),
         ("Energy balance", energy(runs or {}, choice)),
-    ):
-        if found:
-            sections.append((head, found))
-    if sizing:
-        sections.append(("Sizing of motors", sizes(sizing, choice)))
-    numbers = list(given)
-    if numbers:
-        sections.append(("Numbers of the source", _numbers(numbers, marks or {})))
-    sections += [("Model", _model(system)), ("Parameters", _parameters(system, choice))]
-    if accuracy is not None:
-        sections.append(("Error and run time", _accuracy(accuracy)))
-    sections.append(("Left out", _list_left_out(system)))
+        ("Sizing of motors", sizes(sizing, choice) if sizing else ""),
+        ("Numbers of the source", _numbers(list(given), marks or {})),
+        ("Model", _model(system)),
+        ("Parameters", _parameters(system, choice)),
+        ("Error and run time", "" if accuracy is None else _accuracy(accuracy)),
+        ("Left out", _list_left_out(system)),
+    )
     target = Path(path)
-    write_text(target, whole_page(name, sections))
+    write_text(target, report_page(name, sections))
     return target
 
 
@@ -156,73 +147,53 @@ def _unit(system: System, name: str) -> str:
 def _tree(system: System) -> str:
     """Components as nested lists, whose composites fold."""
     nodes = system.structure.tree.instances
-    texts: list[str] = []
-    for node in nodes:
+    inner: dict[int, str] = {}
+    for i in range(len(nodes) - 1, -1, -1):
+        node = nodes[i]
         cls = type(node.component)
         above = nodes[node.parent].path if node.parent >= 0 else ""
         own = node.path.removeprefix(above).lstrip(".") or cls.__name__
-        first = text_of(cls).partition("\n")[0]
-        texts.append(
-            f"<b>{escape(own)}</b> <span class='kind'>{escape(cls.__name__)}</span> "
-            f"{escape(first.replace('``', ''))}"
+        first = text_of(cls).partition("\n")[0].replace("``", "")
+        text = (
+            f"<b>{escape(own)}</b> <span class='kind'>{escape(cls.__name__)}</span> {escape(first)}"
         )
-    inner: dict[int, str] = {}
-    for i in range(len(nodes) - 1, -1, -1):
-        parts = nodes[i].children.values()
-        if parts:
-            below = "".join(inner.pop(p) for p in parts)
-            fold = f"<details open><summary>{texts[i]}</summary><ul>{below}</ul></details>"
-            inner[i] = f"<li>{fold}</li>"
-        else:
-            inner[i] = f"<li>{texts[i]}</li>"
+        if node.children:
+            below = "".join(inner.pop(part) for part in node.children.values())
+            text = f"<details open><summary>{text}</summary><ul>{below}</ul></details>"
+        inner[i] = f"<li>{text}</li>"
     return f'<div class="tree"><ul>{inner[0]}</ul></div>'
 
 
 def _parameters(system: System, units: Units) -> str:
     parameters = system.structure.parameters
     free = set(parameters.free)
-    rows = [
-        (
-            p.text,
-            name,
-            *amounts(name, p.unit, value, units=units),
-            "" if i in free else "follows from others",
-        )
-        for i, (name, value, p) in enumerate(
-            zip(parameters.names, parameters.numbers, parameters.declared, strict=True)
-        )
-    ]
+    every = zip(parameters.names, parameters.numbers, parameters.declared, strict=True)
+    rows = []
+    for i, (name, value, p) in enumerate(every):
+        shown = amounts(name, p.unit, value, units=units)
+        rows.append((p.text, name, *shown, "" if i in free else "follows from others"))
     return table(("what it is", "parameter", "value", "unit", ""), rows, (2,))
 
 
 def _numbers(given: list[SourceNumber], marks: Mapping[str, str]) -> str:
     rows = [(n.text, number(float(n)), n.unit, marks.get(n.mark, n.mark)) for n in given]
-    return table(("what it is", "value", "unit", "how it is known"), rows, (1,))
+    return table(("what it is", "value", "unit", "how it is known"), rows, (1,)) if rows else ""
 
 
 def _list_left_out(system: System) -> str:
-    if not system.left_out:
-        return "<p>Nothing.</p>"
-    return table(("what", "why"), [(item.what, item.why) for item in system.left_out])
+    rows = [(item.what, item.why) for item in system.left_out]
+    return table(("what", "why"), rows) if rows else prose("Nothing.")
 
 
 def _accuracy(found: WorkPrecision) -> str:
-    rows = [
-        (
-            r.method,
-            f"{r.rtol:g}",
-            number(r.error, 2),
-            number(1e3 * r.seconds, 3),
-            *counts,
-            r.outcome,
-        )
-        for r in found.rows
-        for counts in [(str(r.steps), str(r.evaluations), str(r.events))]
-    ]
+    rows = []
+    for r in found.rows:
+        sizes = f"{r.rtol:g}", number(r.error, 2), number(1e3 * r.seconds, 3)
+        rows.append((r.method, *sizes, *map(str, (r.steps, r.evaluations, r.events)), r.outcome))
     head = ("method", "rtol", "error", "ms", "steps", "evaluations", "events", "outcome")
-    text = (
-        f"<p>Largest difference from the reference ({escape(found.reference)}, whose own error is "
-        f"{found.reference_error:.1g}) relative to the ranges of the quantities.</p>"
+    text = prose(
+        f"Largest difference from the reference ({found.reference}, whose own error is "
+        f"{found.reference_error:.1g}) relative to the ranges of the quantities."
     )
     return f"{text}\n{table(head, rows, range(1, 7))}\n" + inline(
         found.plot(), "Run time over error", "accuracy"

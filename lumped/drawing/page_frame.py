@@ -1,35 +1,43 @@
-"""The frame of a report: head, list of sections, style and script in one page."""
+"""Parts of pages: the frame with head and style, sections, paragraphs, lists and tables."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.resources import files
+from string import Template
 
 Section = tuple[str, str]
 """Heading, and content as HTML."""
 
+_FOLDER = files("lumped.drawing")
+_LONG = 12
+"""Characters of a word that may stand in a narrow column."""
 
-def whole_page(name: str, sections: Sequence[Section], lead: str = "") -> str:
-    """The page: its title, what leads, a list of the sections, and these."""
-    anchors = [f"section-{i}" for i in range(len(sections))]
-    links = "".join(
-        f'<li><a href="#{a}">{escape(t)}</a></li>'
-        for a, (t, _) in zip(anchors, sections, strict=True)
+
+def fill_frame(title: str, style: str, body: str) -> str:
+    """A whole page of a title, a style sheet and its content as HTML."""
+    frame = Template((_FOLDER / "frame.html").read_text())
+    return frame.substitute(title=escape(title), style=style, body=body)
+
+
+def report_page(title: str, sections: Iterable[Section], lead: str = "") -> str:
+    """A report: its title, what leads, a list of the sections that are not empty, and these."""
+    links, parts = [], []
+    for i, (head, content) in enumerate(section for section in sections if section[1]):
+        key, text = f"section-{i}", escape(head)
+        links.append(f'<li><a href="#{key}">{text}</a></li>')
+        heading = f'<h2 id="{key}">{text}</h2>'
+        parts.append(f'<section aria-labelledby="{key}">\n{heading}\n{content}\n</section>\n')
+    body = Template((_FOLDER / "report.html").read_text()).substitute(
+        title=escape(title),
+        lead=lead,
+        links="".join(links),
+        sections="".join(parts),
+        script=(_FOLDER / "page.js").read_text(),
     )
-    body = "".join(
-        f'<section aria-labelledby="{a}">\n<h2 id="{a}">{escape(t)}</h2>\n{content}\n</section>\n'
-        for a, (t, content) in zip(anchors, sections, strict=True)
-    )
-    parts = files("lumped.drawing")
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        '<link rel="icon" href="data:,">\n'
-        f"<title>{escape(name)}</title>\n<style>\n{(parts / 'page.css').read_text()}</style>\n"
-        f"</head>\n<body>\n<h1>{escape(name)}</h1>\n{lead}<nav><ul>{links}</ul></nav>\n{body}"
-        f"<script>\n{(parts / 'page.js').read_text()}</script>\n</body>\n</html>\n"
-    )
+    return fill_frame(title, (_FOLDER / "page.css").read_text(), body)
 
 
 def prose(body: str | Sequence[str]) -> str:
@@ -37,3 +45,33 @@ def prose(body: str | Sequence[str]) -> str:
     if isinstance(body, str):
         return f"<p>{escape(body)}</p>"
     return "<ul>" + "".join(f"<li>{escape(item)}</li>" for item in body) + "</ul>"
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = ()) -> str:
+    """A table; columns in `numbers` are aligned to the right."""
+
+    def line(cells: Sequence[str], tag: str) -> str:
+        texts = (
+            f'<{tag} class="number">{escape(c)}</{tag}>'
+            if i in numbers
+            else f"<{tag}>{_breaking(c)}</{tag}>"
+            for i, c in enumerate(cells)
+        )
+        return f"<tr>{''.join(texts)}</tr>"
+
+    body = "\n".join(line(row, "td") for row in rows)
+    return (
+        f'<div class="wide"><table>\n<thead>{line(head, "th")}</thead>\n'
+        f"<tbody>\n{body}\n</tbody>\n</table></div>"
+    )
+
+
+def _breaking(text: str) -> str:
+    """A text whose long names may break after their dots, underscores and brackets."""
+    words = re.split(r"(\s+)", text)
+    return "".join(
+        re.sub(r"(?<=[._\]])(?=\w)|(?=\[)", "<wbr>", escape(word))
+        if len(word) > _LONG
+        else escape(word)
+        for word in words
+    )

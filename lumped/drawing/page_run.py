@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from html import escape
+from collections.abc import Iterator, Mapping
 from itertools import groupby
 from typing import Protocol
 
+from lumped.drawing.page_frame import prose, table
 from lumped.simulation.sizing import Sizing
 from lumped.support.display_units import Units, display, time_unit
 from lumped.support.text_table import amounts, number
@@ -16,8 +15,6 @@ from lumped.timeloop.results.trajectory import Trajectory
 
 _MOST = 200
 """Rows of a table of events."""
-_LONG = 12
-"""Characters of a word that may stand in a narrow column."""
 
 
 class Told(Protocol):
@@ -48,36 +45,6 @@ class Told(Protocol):
         """Explanation of a deviation."""
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = ()) -> str:
-    """A table; columns in `numbers` are aligned to the right."""
-
-    def line(cells: Sequence[str], tag: str) -> str:
-        texts = (
-            f'<{tag} class="number">{escape(c)}</{tag}>'
-            if i in numbers
-            else f"<{tag}>{_breaking(c)}</{tag}>"
-            for i, c in enumerate(cells)
-        )
-        return f"<tr>{''.join(texts)}</tr>"
-
-    body = "\n".join(line(row, "td") for row in rows)
-    return (
-        f'<div class="wide"><table>\n<thead>{line(head, "th")}</thead>\n'
-        f"<tbody>\n{body}\n</tbody>\n</table></div>"
-    )
-
-
-def _breaking(text: str) -> str:
-    """A text whose long names may break after their dots, underscores and brackets."""
-    words = re.split(r"(\s+)", text)
-    return "".join(
-        re.sub(r"(?<=[._\]])(?=\w)|(?=\[)", "<wbr>", escape(word))
-        if len(word) > _LONG
-        else escape(word)
-        for word in words
-    )
-
-
 def comparison(rows: list[Told], marks: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     """A section with published numbers, and one with those of the model alone."""
     printed, own = [r for r in rows if r.printed], [r for r in rows if not r.printed]
@@ -85,7 +52,7 @@ def comparison(rows: list[Told], marks: Mapping[str, str]) -> Iterator[tuple[str
         m: text for m, text in marks.items() if any(f"[{m}]" in r.place + r.remark for r in rows)
     }
     key = "; ".join(f"[{m}] {text}" for m, text in used.items())
-    key = f"<p>{escape(key)}</p>\n" if key else ""
+    key = f"{prose(key)}\n" if key else ""
     if printed:
         head = ("quantity", "unit", "published", "computed", "deviation, %", "place", "remark")
         cells = [(r.quantity, r.unit, *r.texts, r.place, r.remark) for r in printed]
@@ -106,7 +73,7 @@ def events(runs: Mapping[str, Trajectory], units: Units) -> str:
             loss = sum(event.loss for event in same)
             lost = number(joule.value(loss)) if loss else ""
             rows.append((number(instant.value(time), 7), _changes(same), lost))
-        lead = f"<p>{escape(what)}</p>\n" if what else ""
+        lead = f"{prose(what)}\n" if what else ""
         more = f"<p>{len(rows) - _MOST} more.</p>" if len(rows) > _MOST else ""
         head = (f"time, {instant.unit}", "what changes", f"energy lost, {joule.unit}")
         found.append(lead + (table(head, rows[:_MOST], (0, 2)) if rows else "<p>None.</p>") + more)
@@ -133,35 +100,33 @@ def _changes(same: list[Event]) -> str:
 def energy(runs: Mapping[str, Trajectory], units: Units) -> str:
     """Energy balances of certified runs."""
     found, joule = [], display("energy", "J", units)
-
-    def format_energy(value: float, digits: int = 6) -> str:
-        return number(joule.value(value), digits)
-
     for what, run in runs.items():
         audit = run.certificate.energy if run.certificate else None
         if audit is None:
             continue
         most = max((abs(work) for _, work in audit.works), default=0.0)
         large = [(path, work) for path, work in audit.works if abs(work) > 1e-6 * most]
-        rows = [(f"work of {path}", format_energy(work)) for path, work in large]
+        works = [(f"work of {path}", work) for path, work in large]
         if len(large) < len(audit.works):
-            rest = sum(work for _, work in audit.works) - sum(work for _, work in large)
-            rows.append((f"work of {len(audit.works) - len(large)} others", format_energy(rest)))
-        rows += [
-            ("sum of these works", format_energy(audit.supplied)),
-            ("stored at the end, less that at the begin", format_energy(audit.change)),
-            ("dissipated by those that store", format_energy(audit.dissipated)),
-            ("lost by them in impacts", format_energy(audit.impacts)),
-            ("gap of the balance, at most", format_energy(audit.error * audit.turnover, 2)),
+            rest = audit.supplied - sum(work for _, work in large)
+            works.append((f"work of {len(audit.works) - len(large)} others", rest))
+        works += [
+            ("sum of these works", audit.supplied),
+            ("stored at the end, less that at the begin", audit.change),
+            ("dissipated by those that store", audit.dissipated),
+            ("lost by them in impacts", audit.impacts),
         ]
+        rows = [(what, number(joule.value(work))) for what, work in works]
+        gap = joule.value(audit.error * audit.turnover)
+        rows.append(("gap of the balance, at most", number(gap, 2)))
         text = (
             f"Energy of the {len(audit.components)} components that say what they store "
             f"({', '.join(audit.components)}). Work is positive where a component gives energy, "
             "negative where it takes or dissipates it; what a component stores without saying so "
             "counts in its work. The gap is the error of the run."
         )
-        lead = f"<p>{escape(what)}</p>\n" if what else ""
-        found.append(f"{lead}<p>{escape(text)}</p>\n" + table(("energy", joule.unit), rows, (1,)))
+        lead = f"{prose(what)}\n" if what else ""
+        found.append(f"{lead}{prose(text)}\n" + table(("energy", joule.unit), rows, (1,)))
     return "\n".join(found)
 
 
@@ -169,7 +134,7 @@ def sizes(sizing: Mapping[str, Sizing], units: Units) -> str:
     """One table with a column for each motor."""
     names = list(sizing)
     torque, speed = sizing[names[0]].units
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for what, own, name in (
         ("peak torque", torque, "peak_torque"),
         ("RMS torque", torque, "rms_torque"),
@@ -181,7 +146,7 @@ def sizes(sizing: Mapping[str, Sizing], units: Units) -> str:
     ):
         values = (getattr(motor, name) for motor in sizing.values())
         *texts, unit = amounts(what, own, *values, units=units)
-        rows.append((what, unit, texts))
+        rows.append((what, unit, *texts))
     loads = (
         ("RMS torque over rated torque", [s.thermal for s in sizing.values()]),
         ("torque over greatest torque", [s.peak for s in sizing.values()]),
@@ -189,6 +154,5 @@ def sizes(sizing: Mapping[str, Sizing], units: Units) -> str:
     for what, found in loads:
         if any(load is not None for load in found):
             texts = ["" if load is None else number(100 * load.ratio, 4) for load in found]
-            rows.append((what, "%", texts))
-    head = ("what the run asks", "unit", *names)
-    return table(head, [(a, u, *texts) for a, u, texts in rows], range(2, 2 + len(names)))
+            rows.append((what, "%", *texts))
+    return table(("what the run asks", "unit", *names), rows, range(2, 2 + len(names)))

@@ -9,25 +9,20 @@ signal blocks above all. A frame is one block in the frame around it.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+
+import networkx as nx
 
 from lumped.drawing.netlist import SIGNAL, Frame, Item, Net, Netlist
 from lumped.drawing.shaft_line import MECHANICAL, Group, Nets, Placed, find_place, is_aside
-from lumped.drawing.signal_layers import layers
 
 WIDEST = 14  # cells before a line is continued below, unless another number is asked for
 
 
 def place(plan: Netlist, widest: int = WIDEST) -> Placed:
     """Cells of all items and frames of a netlist, in rows of so many cells."""
-    home: dict[Item, list[Frame]] = {}
-    order: list[Frame] = []
-    stack: list[tuple[Frame, list[Frame]]] = [(plan.top, [plan.top])]
-    while stack:
-        frame, above = stack.pop()
-        order.append(frame)
-        home.update(dict.fromkeys(frame.items, above))
-        stack.extend((inner, [*above, inner]) for inner in frame.frames)
+    chains = list(plan.top.chains())
+    home = {item: chain for chain in chains for item in chain[-1].items}
     touching: dict[Frame, list[tuple[Net, dict[Item | Frame, list[Item]]]]] = {}
     for net in plan.nets:
         at: dict[Frame, dict[Item | Frame, list[Item]]] = {}
@@ -40,7 +35,7 @@ def place(plan: Netlist, widest: int = WIDEST) -> Placed:
         for frame, parts in at.items():
             touching.setdefault(frame, []).append((net, parts))
     blocks: dict[Item | Frame, Placed] = {}
-    for frame in reversed(order):
+    for *_, frame in reversed(chains):
         blocks[frame] = _arrange(frame, touching.get(frame, []), blocks, widest)
     return blocks[plan.top]
 
@@ -118,44 +113,71 @@ def _shelf(blocks: Iterable[tuple[int, Placed]], widest: int) -> list[Placed]:
 def _layer(
     parts: list[Item | Frame], nets: Nets, blocks: dict[Item | Frame, Placed], widest: int
 ) -> Placed:
-    """Signal blocks, each to the right of those from which its signals come."""
-    inside = set(parts)
-    edges = []
+    """Signal blocks, each to the right of those from which its signals come.
+
+    Where signals go in a circle, the block that is declared first comes first. A block without
+    inputs stands just before the first one that listens to it.
+    """
+    graph = nx.DiGraph()
+    graph.add_nodes_from(parts)
     for net, members in nets:
         sources = {item for item, _, role in net.ends if role == "out"}
-        here = [part for part in members if part in inside]
-        edges += [
+        here = [part for part in members if part in graph]
+        graph.add_edges_from(
             (a, b) for a in here if not sources.isdisjoint(members[a]) for b in here if b is not a
-        ]
+        )
+    layer: dict[Item | Frame, int] = {}
+    for part in _order_blocks(graph):
+        layer[part] = max((layer[b] + 1 for b in graph.pred[part] if b in layer), default=0)
+    for part in parts:
+        if graph.succ[part] and not graph.pred[part]:
+            layer[part] = max(min(layer[b] for b in graph.succ[part]) - 1, 0)
     result = Placed()
-    sizes = {part: (blocks[part].width, blocks[part].height) for part in parts}
-    for part, (column, row) in layers(sizes, edges, widest).items():
-        result.take(blocks[part], column, row)
+    rows: dict[Item | Frame, int] = {}
+    column = top = 0
+    for number in range(max(layer.values()) + 1):
+        own = [part for part in layer if layer[part] == number]
+        width = max((blocks[part].width for part in own), default=0)
+        if column and column + width > widest:
+            column, top = 0, result.height
+        wishes = {}  # the row of the first block that each listens to
+        for part in own:
+            heard = min((rows[b] for b in graph.pred[part] if b in rows), default=top)
+            wishes[part] = max(heard, top)
+        end = top
+        for part in sorted(own, key=wishes.__getitem__):
+            rows[part] = max(end, wishes[part])
+            result.take(blocks[part], column, rows[part])
+            end = rows[part] + blocks[part].height
+        column += width
     return result
 
 
-def _find_connected(parts: list[Item | Frame], nets: Nets) -> list[list[Item | Frame]]:
-    known = set(parts)
-    around: dict[Item | Frame, list[int]] = {}
-    for n, (_, members) in enumerate(nets):
-        for part in members:
-            around.setdefault(part, []).append(n)
+def _order_blocks(graph: nx.DiGraph) -> Iterator[Item | Frame]:
+    """Each block after those that it listens to, as far as there is no circle."""
+    waiting = dict(graph.in_degree)
+    ready = deque(block for block, count in waiting.items() if not count)
     done: set[Item | Frame] = set()
-    seen: set[int] = set()
-    groups = []
-    for part in parts:
-        if part in done:
-            continue
-        group, queue = [], deque([part])
-        done.add(part)
-        while queue:
-            current = queue.popleft()
-            group.append(current)
-            for n in around.get(current, ()):
-                if n not in seen:
-                    seen.add(n)
-                    fresh = [p for p in nets[n][1] if p in known and p not in done]
-                    done.update(fresh)
-                    queue.extend(fresh)
-        groups.append(group)
-    return groups
+    for first in graph:
+        if not ready and first not in done:
+            ready.append(first)
+        while ready:
+            block = ready.popleft()
+            if block in done:
+                continue
+            done.add(block)
+            yield block
+            for other in graph.succ[block]:
+                waiting[other] -= 1
+                if not waiting[other]:
+                    ready.append(other)
+
+
+def _find_connected(parts: list[Item | Frame], nets: Nets) -> list[list[Item | Frame]]:
+    """Groups of parts that share nets, directly or not."""
+    graph = nx.Graph()
+    graph.add_nodes_from(parts)
+    known = set(parts)
+    for net, members in nets:
+        graph.add_edges_from((net, part) for part in members if part in known)
+    return [[part for part in parts if part in group] for group in nx.connected_components(graph)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import singledispatch
 from html import escape
 from itertools import groupby
@@ -39,8 +39,6 @@ from lumped.vibration.rules.verdict import Verdict
 _MOST_PARTS = 60
 """Parts of a model up to which its whole schematic is small; of more, the outermost are drawn."""
 _MOST_EVENTS, _MOST_BARS = 50, 12
-_CELL = ' style="padding:1px 8px;text-align:{}"'
-_TABLE = '<table style="color:inherit;border-collapse:collapse">'
 _RULE = re.compile(r"-+(?:  -+)+")
 Column = tuple[str, Sequence[str]]
 
@@ -99,16 +97,21 @@ def _table(lines: Sequence[str], column: Column | None) -> str:
     if column is not None:
         pictures = [*column[1]][: len(rows)]
         more = [escape(column[0]), *pictures, *[""] * (len(rows) - len(pictures))]
-    found = []
+    rows_of_cells = []
     for i, (cells, picture) in enumerate(zip(texts, more, strict=True)):
         tag = "td" if i else "th"
-        told = "".join(
-            f"<{tag}{_CELL.format('right' if k else 'left')}>{escape(cell)}</{tag}>"
-            for k, cell in enumerate(cells)
-        )
-        told += f"<{tag}{_CELL.format('left')}>{picture}</{tag}>" if column is not None else ""
-        found.append(f"<tr>{told}</tr>")
-    return f"{_TABLE}{''.join(found)}</table>"
+        told = [_cell(escape(cell), "right" if k else "left", tag) for k, cell in enumerate(cells)]
+        rows_of_cells.append([*told, _cell(picture, tag=tag)] if column is not None else told)
+    return _write_table(rows_of_cells)
+
+
+def _cell(html: str, side: str = "left", tag: str = "td") -> str:
+    return f'<{tag} style="padding:1px 8px;text-align:{side}">{html}</{tag}>'
+
+
+def _write_table(rows: Iterable[Iterable[str]]) -> str:
+    lines = "".join(f"<tr>{''.join(cells)}</tr>" for cells in rows)
+    return f'<table style="color:inherit;border-collapse:collapse">{lines}</table>'
 
 
 @singledispatch
@@ -118,19 +121,11 @@ def _column(_: Any) -> Column | None:
 
 
 @_column.register
-def _(run: Trajectory) -> Column:
-    names = [name for name in run.system.state_names[:12] if "(" not in name]
-    return _courses(run, names)
-
-
-@_column.register
-def _(saved: Saved) -> Column:
-    return _courses(saved, saved.main[:12])
-
-
-def _courses(run: Trajectory | Saved, names: Sequence[str]) -> Column:
+def _(run: Trajectory | Saved) -> Column:
     instants = [event.time for event in run.events]
-    return "course", [sparklines.curve(run.t, run[name], instants) for name in names]
+    names = run.main[:12] if isinstance(run, Saved) else run.system.state_names[:12]
+    shown = [name for name in names if isinstance(run, Saved) or "(" not in name]
+    return "course", [sparklines.curve(run.t, run[name], instants) for name in shown]
 
 
 @_column.register
@@ -189,16 +184,17 @@ def _(run: Trajectory | Saved) -> str:
         return ""
     to = time_unit()
     rows = [
-        f"<tr><td{_CELL.format('right')}>{to.value(event.time):.6g} {escape(to.unit)}</td>"
-        f"<td{_CELL.format('left')}>{escape(event.component)}</td>"
-        f"<td{_CELL.format('left')}>{escape(event.before)} \u2192 {escape(event.after)}</td></tr>"
+        (
+            _cell(f"{to.value(event.time):.6g} {escape(to.unit)}", "right"),
+            _cell(escape(event.component)),
+            _cell(f"{escape(event.before)} \u2192 {escape(event.after)}"),
+        )
         for event in run.events[:_MOST_EVENTS]
     ]
     more = len(run.events) - len(rows)
     rest = f"<p>{more} more</p>" if more else ""
     return (
-        f"<details><summary>{len(run.events)} events</summary>"
-        f"{_TABLE}{''.join(rows)}</table>{rest}</details>"
+        f"<details><summary>{len(run.events)} events</summary>{_write_table(rows)}{rest}</details>"
     )
 
 
@@ -230,18 +226,6 @@ def _(found: Holzer) -> str:
 
 
 @_below.register
-def _(found: Gradient) -> str:
-    return "".join(
-        _tornado(label, found.ranked(label)) for label in found.of[:3] if _is_relative(found, label)
-    )
-
-
-def _is_relative(found: Gradient, label: str) -> bool:
-    """Whether something can be relative to a result."""
-    return bool(found.values[found.of.index(label)])
-
-
-@_below.register
 def _(found: EigenSensitivity) -> str:
     hertz = found.modes.hertz
     most = [i for i in range(len(hertz)) if hertz[i] > 0][:3]
@@ -249,7 +233,7 @@ def _(found: EigenSensitivity) -> str:
 
 
 @_below.register
-def _(found: EquilibriumSensitivity) -> str:
+def _(found: Gradient | EquilibriumSensitivity) -> str:
     known = [name for name, value in zip(found.of, found.values, strict=True) if value]
     return "".join(_tornado(name, found.ranked(name)) for name in known[:3])
 
@@ -281,8 +265,4 @@ def _tornado(what: str, ranked: Sequence[tuple[str, float]]) -> str:
 
 def _write_rows(rows: Sequence[tuple[str, str]]) -> str:
     """Names and their pictures."""
-    told = "".join(
-        f"<tr><td{_CELL.format('left')}>{escape(name)}</td><td>{picture}</td></tr>"
-        for name, picture in rows
-    )
-    return f"{_TABLE}{told}</table>"
+    return _write_table((_cell(escape(name)), f"<td>{picture}</td>") for name, picture in rows)

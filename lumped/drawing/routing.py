@@ -11,6 +11,7 @@ import itertools
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from graphlib import CycleError, TopologicalSorter
 
 from lumped.drawing.netlist import Frame, Item, Netlist
 from lumped.drawing.shaft_line import Placed
@@ -88,7 +89,7 @@ def route(plan: Netlist, placed: Placed, values: Mapping[str, str]) -> Routed:
         if stuck is None:
             break
         for port in ports:
-            if port.item is stuck and port.side in "LR":
+            if port.item is stuck and not port.axis:
                 port.offset += 0.11 / (shift + 1)
     zones = _Zones(plan, placed)
     x = _Axis(placed.width, runs.columns, zones, 0, _widths(placed, ports, values))
@@ -121,10 +122,8 @@ def _widths(placed: Placed, ports: list[Terminal], values: Mapping[str, str]) ->
 
 def _coarse(port: Terminal, placed: Placed) -> tuple[int, float]:
     """Channel that a port faces, and its place along it."""
-    column, row = placed.cells[port.item]
-    if port.side in "LR":
-        return column + (port.side == "R"), 2 * row + 1 + port.offset
-    return row + (port.side == "B"), 2 * column + 1 + port.offset
+    cell = placed.cells[port.item]
+    return cell[port.axis] + (port.side in "RB"), 2 * cell[1 - port.axis] + 1 + port.offset
 
 
 def _runs(plan: Netlist, placed: Placed, ports: list[Terminal]) -> _Plan:
@@ -137,7 +136,7 @@ def _runs(plan: Netlist, placed: Placed, ports: list[Terminal]) -> _Plan:
     for port in ports:
         if port.net >= 0:
             channel, place = _coarse(port, placed)
-            (upright if port.side in "LR" else flat)[port.net][channel].add(place)
+            (flat if port.axis else upright)[port.net][channel].add(place)
     for n, (across, along) in enumerate(zip(upright, flat, strict=True)):
         if not along and len(across) == 1:
             ((channel, marks),) = across.items()
@@ -212,53 +211,36 @@ def _order_lanes(runs: _Plan, ports: list[Terminal], placed: Placed) -> Item | N
     for n, left, right, mark in runs.passes:
         facing[left, mark]["L"] = facing[right, mark]["R"] = (n, None)
     for port in ports:
-        if port.side in "LR" and port.net >= 0:
+        if port.net >= 0 and not port.axis:
             facing[_coarse(port, placed)][port.side] = (port.net, port.item)
-    columns = runs.columns
-    after: dict[_Run, list[tuple[_Run, Item | None]]] = defaultdict(list)
-    count: dict[_Run, int] = dict.fromkeys(columns.values(), 0)
+    between: dict[tuple[_Run, _Run], Item | None] = {}
     for (channel, _), pair in facing.items():
         if len(pair) == 2 and pair["L"][0] != pair["R"][0]:
-            first, second = (columns[channel, pair[side][0]] for side in "RL")
+            first, second = (runs.columns[channel, pair[side][0]] for side in "RL")
             second.before.append(first)
-            after[first].append((second, pair["L"][1] or pair["R"][1]))
-            count[second] += 1
-    ready = [run for run, waits in count.items() if not waits]
-    for run in ready:
-        for other, _ in after[run]:
-            count[other] -= 1
-            if not count[other]:
-                ready.append(other)
-    if len(ready) == len(count):
-        return None
-    blocked = set(count) - set(ready)
-    return next(item for run in blocked for other, item in after[run] if other in blocked and item)
+            between[first, second] = pair["L"][1] or pair["R"][1]
+    try:
+        TopologicalSorter({run: run.before for run in runs.columns.values()}).prepare()
+    except CycleError as fault:
+        return next(filter(None, map(between.get, itertools.pairwise(fault.args[1]))))
+    return None
 
 
 class _Zones:
     """On which side of the borders of frames a run stands."""
 
     def __init__(self, plan: Netlist, placed: Placed) -> None:
-        self.area = {id(f): (first, last) for f, first, last in placed.frames}
-        above: dict[Item, list[Frame]] = {}
-        self.depth: dict[int, int] = {}
-        stack: list[tuple[Frame, list[Frame]]] = [(plan.top, [])]
-        while stack:
-            frame, around = stack.pop()
-            inside = [*around, frame] if frame.path else around
-            self.depth[id(frame)] = len(inside)
-            above.update(dict.fromkeys(frame.items, inside))
-            stack.extend((inner, inside) for inner in frame.frames)
+        self.area = {frame: (first, last) for frame, first, last in placed.frames}
+        chains = [(chain[-1], chain[1:]) for chain in plan.top.chains()]  # the whole has no border
+        above = {item: around for frame, around in chains for item in frame.items}
+        self.depth = {frame: len(around) for frame, around in chains}
         self.common: list[list[Frame]] = []
         for net in plan.nets:
-            shared = above[net.ends[0][0]]
-            for item, _, _ in net.ends[1:]:
-                same = sum(a is b for a, b in zip(shared, above[item], strict=False))
-                shared = shared[:same]
-            self.common.append(shared)
+            levels = zip(*(above[item] for item, _, _ in net.ends), strict=False)
+            self.common.append([frames[0] for frames in levels if len(set(frames)) == 1])
         self.borders: tuple[dict[int, set[float]], ...] = (defaultdict(set), defaultdict(set))
-        for frame, first, last in placed.frames:
-            depth = self.depth[id(frame)]
+        for frame, (first, last) in self.area.items():
+            depth = self.depth[frame]
             for axis in (0, 1):
                 self.borders[axis][first[axis]].add(depth - 0.5)
                 self.borders[axis][last[axis] + 1].add(0.5 - depth)
@@ -266,11 +248,11 @@ class _Zones:
     def zone(self, net: int, axis: int, channel: int) -> int:
         """Depth of the border that encloses the net at a channel; negative at its far side."""
         for frame in reversed(self.common[net]):
-            first, last = self.area[id(frame)]
+            first, last = self.area[frame]
             if last[axis] + 1 == channel:
-                return -self.depth[id(frame)]
+                return -self.depth[frame]
             if first[axis] == channel:
-                return self.depth[id(frame)]
+                return self.depth[frame]
         return 0
 
 
@@ -313,14 +295,13 @@ class _Axis:
 
 def _assign(runs: list[_Run]) -> None:
     """Lanes of the runs in a channel: none touches another in its lane, and the order is kept."""
-    waiting = {run: len(run.before) for run in runs}
-    after: dict[_Run, list[_Run]] = defaultdict(list)
+    order: TopologicalSorter[_Run] = TopologicalSorter()
+    for run in sorted(runs, key=lambda r: (r.zone, r.ends)):
+        order.add(run)
     for run in runs:
-        for other in run.before:
-            after[other].append(run)
-    queue = sorted((r for r in runs if not waiting[r]), key=lambda r: (r.zone, r.ends))
+        order.add(run, *run.before)
     used: dict[int, list[list[tuple[float, float]]]] = defaultdict(list)
-    for run in queue:
+    for run in order.static_order():
         lanes = used[run.zone]
         low, high = run.ends
         lane = max((b.lane + 1 for b in run.before if b.zone == run.zone), default=0)
@@ -329,10 +310,6 @@ def _assign(runs: list[_Run]) -> None:
         lanes.extend([] for _ in range(lane + 1 - len(lanes)))
         lanes[lane].append((low, high))
         run.lane = lane
-        for other in after[run]:
-            waiting[other] -= 1
-            if not waiting[other]:
-                queue.append(other)
 
 
 def _draw_wires(
@@ -343,7 +320,7 @@ def _draw_wires(
     axes: tuple[_Axis, _Axis],
     zones: _Zones,
 ) -> Routed:
-    columns, rows = runs.columns, runs.rows
+    columns, rows = along = runs.columns, runs.rows
     x, y = axes
     centres = {
         item: (x.centres[c], y.centres[r] - LABEL / 2) for item, (c, r) in placed.cells.items()
@@ -352,25 +329,21 @@ def _draw_wires(
     on: dict[_Run, set[float]] = defaultdict(set)  # places at which others join it, in inches
     places, facing = [], defaultdict(list)
     for port in ports:
-        cx, cy = centres[port.item]
-        sign = -1 if port.side in "LT" else 1
         channel, _ = _coarse(port, placed)
-        if port.side in "LR":
-            point = (cx + sign * CELL[0] / 2, cy + port.offset * CELL[1])
-            run = columns.get((channel, port.net))
-            end = point if run is None else (x.lane(channel, run), point[1])
-        else:
-            point = (cx + port.offset * CELL[0], cy + sign * CELL[1] / 2)
-            run = rows.get((channel, port.net))
-            end = point if run is None else (point[0], y.lane(channel, run))
+        here = [*centres[port.item]]
+        here[port.axis] += (-1 if port.side in "LT" else 1) * CELL[port.axis] / 2
+        here[1 - port.axis] += port.offset * CELL[1 - port.axis]
+        point = (here[0], here[1])
         places.append((port, point))
+        run = along[port.axis].get((channel, port.net))
         if run is not None:
-            wires[port.net].append((point, end))
-            on[run].add(end[1] if port.side in "LR" else end[0])
+            here[port.axis] = axes[port.axis].lane(channel, run)
+            wires[port.net].append((point, (here[0], here[1])))
+            on[run].add(here[1 - port.axis])
         elif port.net in runs.straight:
             facing[port.net].append(point)
-    for net, points in facing.items():
-        wires[net].append((points[0], points[1]))
+    for net, (first, second) in facing.items():
+        wires[net].append((first, second))
     for (channel, net), run in columns.items():
         for row in {int(m) // 2 for m in run.marks if m == int(m) and int(m) % 2 == 0}:
             other = rows.get((row, net))
@@ -391,8 +364,8 @@ def _draw_wires(
                 wires[net].append(((at, a), (at, b)) if axis is x else ((a, at), (b, at)))
     corners = []
     for frame, first, last in placed.frames:
-        low, high = zones.depth[id(frame)] - 0.5, 0.5 - zones.depth[id(frame)]
-        begin = x.borders[first[0], low], y.borders[first[1], low]
-        end = x.borders[last[0] + 1, high], y.borders[last[1] + 1, high]
+        side = zones.depth[frame] - 0.5
+        begin = x.borders[first[0], side], y.borders[first[1], side]
+        end = x.borders[last[0] + 1, -side], y.borders[last[1] + 1, -side]
         corners.append((frame, begin, end))
     return Routed(centres, places, wires, corners, (x.size, y.size))

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Literal
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
+from matplotlib.text import Text
 
 from lumped.compiler.system import System
 from lumped.drawing.netlist import SIGNAL, Item, Netlist, netlist
@@ -20,7 +23,7 @@ from lumped.drawing.symbols import GROUND, SYMBOLS
 from lumped.drawing.terminals import Terminal
 from lumped.errors import OptionError
 from lumped.language.component import Component
-from lumped.plots.notebook_figure import NotebookFigure
+from lumped.plots.matplotlib_figure import NotebookFigure, plain_text
 from lumped.support.arguments import checked
 
 READABLE = 60  # symbols
@@ -35,6 +38,8 @@ STYLES = {  # colour, width in points, name in the legend
     SIGNAL: ("#2b7a3d", 0.7, "signal"),
 }
 OTHER = ("#5b2a86", 1.0, "other")
+Ends = list[tuple[Terminal, Point]]
+"""Ports of a symbol, and where they are."""
 
 
 @checked
@@ -97,13 +102,10 @@ def schematic(
             raise OptionError(
                 f"schematic: path = {str(path)!r}: give an ending such as .svg or .png."
             )
+        undated = {"Date": None} if ending.lower() == "svg" else None
         with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": plan.name}):
-            figure.savefig(path, dpi=100, metadata={"Date": None} if _is_svg(path) else None)
+            figure.savefig(path, dpi=100, metadata=undated)
     return figure
-
-
-def _is_svg(path: str | Path) -> bool:
-    return Path(path).suffix.lower() == ".svg"
 
 
 def draw(plan: Netlist, routed: Routed, values: Mapping[str, str]) -> Figure:
@@ -115,28 +117,24 @@ def draw(plan: Netlist, routed: Routed, values: Mapping[str, str]) -> Figure:
     axes.set(xlim=(-MARGIN, width - MARGIN), ylim=(routed.size[1] + FOOT, -HEAD))
     axes.axis("off")
     for frame, (x0, y0), (x1, y1) in routed.frames:
-        _path(axes, [[(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]], "#8a94a0", 0.7, "-", 1)
+        _path(axes, [[(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]], "#8a94a0", 0.7, 1)
         axes.patches[-1].set_gid(frame.path)
         axes.text(x0 + 0.04, y0 + 0.03, frame.label, size=6.5, va="top", color="#4a5560")
     for net, wires in zip(plan.nets, routed.wires, strict=True):
         colour, thick, _ = STYLES.get(net.kind, OTHER)
-        _path(axes, [list(wire) for wire in wires], colour, thick, "-", 3)
+        _path(axes, [list(wire) for wire in wires], colour, thick, 3)
         axes.patches[-1].set_gid(" = ".join(_name(item, port) for item, port, _ in net.ends))
         dots = _dots(wires)
         if dots:
             axes.plot(*zip(*dots, strict=True), ".", color=colour, ms=3 + 2 * thick, zorder=3)
-    ends: dict[Item, list[tuple[Terminal, Point]]] = {item: [] for item in routed.centres}
+    ends: dict[Item, Ends] = {item: [] for item in routed.centres}
     for port, point in routed.ports:
         ends[port.item].append((port, point))
     for item, centre in routed.centres.items():
         _symbol(axes, item, centre, ends[item])
         if item.path in values:
-            text, high = values[item.path].replace("$", r"\$"), centre[1] - CELL[1] / 2 + 0.01
-            at, aside = text_place((port for port, _ in ends[item]), "T")
-            side = "left" if aside else "center"
-            at += centre[0]
-            told = axes.text(at, high, text, size=5, ha=side, va="bottom", zorder=6, bbox=_HALO)
-            told.set_gid(f"value of {item.path}")
+            text = _write(axes, plain_text(values[item.path]), 5, centre, ends[item], "T")
+            text.set_gid(f"value of {item.path}")
     _texts(axes, plan, routed)
     return figure
 
@@ -167,23 +165,15 @@ def _path(
     lines: Iterable[list[Point]],
     colour: str,
     thick: float,
-    style: str,
     order: float,
     fill: str = "none",
 ) -> None:
-    points: list[Point] = []
-    codes: list[int] = []
-    for line in lines:
-        points += line
-        codes += [int(Outline.MOVETO), *[int(Outline.LINETO)] * (len(line) - 1)]
-    outline = Outline(points, codes)
     axes.add_patch(
         PathPatch(
-            outline,
+            Outline.make_compound_path(*map(Outline, lines)),
             facecolor=fill,
             edgecolor=colour,
             linewidth=thick,
-            linestyle=style,
             zorder=order,
             capstyle="projecting" if fill == "none" else "butt",
         )
@@ -192,15 +182,11 @@ def _path(
 
 def _dots(wires: list[tuple[Point, Point]]) -> list[Point]:
     """Points where three or more pieces meet."""
-    count: dict[Point, int] = {}
-    for a, b in wires:
-        if a != b:
-            count[a] = count.get(a, 0) + 1
-            count[b] = count.get(b, 0) + 1
+    count = Counter(point for wire in wires if wire[0] != wire[1] for point in wire)
     return [point for point, pieces in count.items() if pieces > 2]
 
 
-def _symbol(axes: Axes, item: Item, centre: Point, ends: list[tuple[Terminal, Point]]) -> None:
+def _symbol(axes: Axes, item: Item, centre: Point, ends: Ends) -> None:
     symbol = SYMBOLS[item.symbol]
     x, y = centre
     across = {port.port: port.side for port, _ in ends if port.side in "LR"}
@@ -209,7 +195,7 @@ def _symbol(axes: Axes, item: Item, centre: Point, ends: list[tuple[Terminal, Po
         _lead(axes, symbol, centre, port, point)
     for i, stroke in enumerate(symbol.strokes):
         line = [(x + turn * SCALE * a, y - SCALE * b) for a, b in stroke.points]
-        _path(axes, [line], "black", 0.9, "-", 4, stroke.fill or "none")
+        _path(axes, [line], "black", 0.9, 4, stroke.fill or "none")
         if not i:
             axes.patches[-1].set_gid(item.path)
     text = symbol.text
@@ -218,49 +204,53 @@ def _symbol(axes: Axes, item: Item, centre: Point, ends: list[tuple[Terminal, Po
     if text:
         size = 8 if len(text) < 3 else 6 if len(text) < 6 else 4.6
         axes.text(x, y, text, size=size, ha="center", va="center", zorder=5)
-    low = y + CELL[1] / 2 - 0.01
-    at, aside = text_place((port for port, _ in ends), "B")
-    side = "left" if aside else "center"
-    axes.text(x + at, low, item.label, size=6, ha=side, va="top", zorder=6, bbox=_HALO)
+    _write(axes, item.label, 6, centre, ends, "B")
 
 
-_HALO = {"facecolor": "white", "edgecolor": "none", "pad": 0.2, "alpha": 0.75}
+def _write(
+    axes: Axes, text: str, size: float, centre: Point, ends: Ends, side: Literal["T", "B"]
+) -> Text:
+    """Write above or below a symbol, beside the wires that come from there."""
+    at, aside = text_place((port for port, _ in ends), side)
+    sign, edge = (-1, "bottom") if side == "T" else (1, "top")
+    return axes.text(
+        centre[0] + at,
+        centre[1] + sign * (CELL[1] / 2 - 0.01),
+        text,
+        size=size,
+        ha="left" if aside else "center",
+        va=edge,
+        zorder=6,
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.2, "alpha": 0.75},
+    )
 
 
 def _lead(axes: Axes, symbol: Symbol, centre: Point, port: Terminal, point: Point) -> None:
     """Line from the edge of the cell to the symbol, or to ground at an open, grounded port."""
-    x, y = centre
     if port.net < 0:
-        point = (point[0], y + SCALE * symbol.height + 0.05)
-    solid = bool(symbol.strokes[0].fill)
-    reach, height = SCALE * symbol.reach, SCALE * symbol.height
-    if port.side in "LR":
-        sign = -1 if port.side == "L" else 1
-        near = (x + sign * reach, point[1])
-        inside = (near[0], min(max(point[1], y - height), y + height))
-    else:
-        sign = -1 if port.side == "T" else 1
-        near = (point[0], y + sign * height)
-        inside = (min(max(point[0], x - reach), x + reach), near[1])
-    line = [point, near, inside]
-    if solid:
-        line.append((x, inside[1]) if port.side in "LR" else (inside[0], y))
+        point = (point[0], centre[1] + SCALE * symbol.height + 0.05)
+    along, across = port.axis, 1 - port.axis
+    size = SCALE * symbol.reach, SCALE * symbol.height
+    end = [*point]
+    end[along] = centre[along] + (-1 if port.side in "LT" else 1) * size[along]
+    near = (end[0], end[1])
+    low, high = centre[across] - size[across], centre[across] + size[across]
+    end[across] = min(max(point[across], low), high)
+    line = [point, near, (end[0], end[1])]
+    if symbol.strokes[0].fill:
+        end[along] = centre[along]
+        line.append((end[0], end[1]))
     colour, thick, _ = STYLES.get(port.kind, OTHER)
-    _path(axes, [line], colour, thick, "-", 3.5)
+    _path(axes, [line], colour, thick, 3.5)
     if port.net < 0:
-        for stroke in GROUND.strokes:
-            ground = [
-                (point[0] + 0.55 * SCALE * a, point[1] - 0.55 * SCALE * b) for a, b in stroke.points
-            ]
-            _path(axes, [ground], "black", 0.8, "-", 4)
+        half = 0.55 * SCALE
+        for stroke in GROUND:
+            line = [(point[0] + half * a, point[1] - half * b) for a, b in stroke.points]
+            _path(axes, [line], "black", 0.8, 4)
     if port.role == "in":
-        dx, dy = (near[0] - point[0], 0.0) if port.side in "LR" else (0.0, near[1] - point[1])
-        size = 0.06 / max(abs(dx), abs(dy), 1e-9)
-        ux, uy = dx * size, dy * size
-        tip = near
-        head = [
-            (tip[0] - ux - uy / 2, tip[1] - uy - ux / 2),
-            tip,
-            (tip[0] - ux + uy / 2, tip[1] - uy + ux / 2),
-        ]
-        _path(axes, [[*head, head[0]]], colour, 0.5, "-", 4.5, colour)
+        dx, dy = near[0] - point[0], near[1] - point[1]
+        scale = 0.06 / max(abs(dx), abs(dy), 1e-9)
+        ux, uy = dx * scale, dy * scale
+        x, y = near
+        left, right = (x - ux - uy / 2, y - uy - ux / 2), (x - ux + uy / 2, y - uy + ux / 2)
+        _path(axes, [[left, near, right, left]], colour, 0.5, 4.5, colour)

@@ -75,10 +75,8 @@ def stems(values: Sequence[float]) -> str:
     for i, value in enumerate(values):
         size = abs(value) / largest * (middle - 1)
         top = middle - size if value > 0 else middle
-        parts.append(
-            f'<rect x="{i * step + 0.15 * step:.1f}" y="{top:.1f}" width="{0.7 * step:.1f}" '
-            f'height="{max(size, 0.3):.1f}" fill="{BLUE if value > 0 else RED}"/>'
-        )
+        colour = BLUE if value > 0 else RED
+        parts.append(_bar(i * step + 0.15 * step, top, 0.7 * step, max(size, 0.3), colour))
     parts.append(f'<path d="M0 {middle}H{_WIDTH}" stroke="currentColor" opacity=".4"/>')
     return _svg(_WIDTH, _HEIGHT, "", parts)
 
@@ -95,15 +93,8 @@ def share(value: float, most: float, limit: float | None = None) -> str:
     else:
         size, left = min(value / most, 1.0) * _WIDTH, 0.0
         line, colour = limit / most * _WIDTH, BLUE if value <= limit else RED
-    return _svg(
-        _WIDTH,
-        14,
-        "",
-        [
-            f'<rect x="{left:.1f}" y="2" width="{size:.1f}" height="10" fill="{colour}"/>',
-            f'<path d="M{line:.1f} 0V14" stroke="currentColor" opacity=".6"/>',
-        ],
-    )
+    mark = f'<path d="M{line:.1f} 0V14" stroke="currentColor" opacity=".6"/>'
+    return _svg(_WIDTH, 14, "", [_bar(left, 2, size, 10, colour), mark])
 
 
 def spread(values: Real) -> str:
@@ -115,12 +106,16 @@ def spread(values: Real) -> str:
     step = _WIDTH / _BINS
     heights = counts / counts.max() * (_HEIGHT - 1)
     parts = [
-        f'<rect x="{i * step:.1f}" y="{_HEIGHT - h:.1f}" width="{step - 0.6:.1f}" '
-        f'height="{h:.1f}" fill="{BLUE}"/>'
+        _bar(i * step, _HEIGHT - h, step - 0.6, h, BLUE)
         for i, h in enumerate(heights.tolist())
         if h
     ]
     return _svg(_WIDTH, _HEIGHT, "", parts)
+
+
+def _bar(x: float, y: float, width: float, height: float, colour: str) -> str:
+    size = f'width="{width:.1f}" height="{height:.1f}"'
+    return f'<rect x="{x:.1f}" y="{y:.1f}" {size} fill="{colour}"/>'
 
 
 def _svg(width: int, height: int, title: str, parts: Sequence[str]) -> str:

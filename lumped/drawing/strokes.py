@@ -24,17 +24,22 @@ class Symbol(NamedTuple):
     """
 
     strokes: tuple[Stroke, ...]
-    reach: float = 0.6
-    height: float = 0.6
-    text: str = ""
+    reach: float
+    height: float
+    text: str
 
 
 GREY, WHITE, BLACK = "#cfd6dd", "white", "black"
 
 
-def symbol(*strokes: Stroke, reach: float = 0.6, height: float = 0.6, text: str = "") -> Symbol:
-    """A symbol of strokes."""
-    return Symbol(strokes, reach, height, text)
+def symbol(
+    *strokes: Stroke, reach: float | None = None, height: float | None = None, text: str = ""
+) -> Symbol:
+    """A symbol of strokes; where it is not given, it reaches as far as they do."""
+    far, high = np.abs(np.concatenate([stroke.points for stroke in strokes])).max(axis=0).tolist()
+    return Symbol(
+        strokes, far if reach is None else reach, high if height is None else height, text
+    )
 
 
 def line(*numbers: float) -> Stroke:
@@ -111,9 +116,9 @@ def round_symbol(letter: str) -> Symbol:
 
 def block(text: str) -> Symbol:
     """A block with a text in it."""
-    return symbol(box(-0.75, -0.55, 0.75, 0.55), reach=0.75, height=0.55, text=text)
+    return symbol(box(-0.75, -0.55, 0.75, 0.55), text=text)
 
 
 def axes(*strokes: Stroke) -> Symbol:
     """A block with a curve in it."""
-    return Symbol((box(-0.65, -0.65, 0.65, 0.65), *strokes), 0.65, 0.65)
+    return symbol(box(-0.65, -0.65, 0.65, 0.65), *strokes)

@@ -30,21 +30,20 @@ from lumped.drawing.strokes import (
 )
 
 _SPRING = [line(-0.7, 0, -0.55, 0), zigzag(-0.55, 0.55, 0, 0.3), line(0.55, 0, 0.7, 0)]
-_BARS = [line(-0.7, -0.35, -0.7, 0.35), line(0.7, -0.35, 0.7, 0.35)]
 _PLATES = (box(-0.3, -0.6, -0.12, 0.6, GREY), box(0.12, -0.6, 0.3, 0.6, GREY))
 _LEADS = (line(-0.6, 0, -0.3, 0), line(0.3, 0, 0.6, 0))
 
-GROUND = Symbol((line(0, 0.2, 0, 0), *hatch(-0.4, 0.4, 0.0)), 0, 0.2)
+GROUND = (line(0, 0.2, 0, 0), *hatch(-0.4, 0.4, 0.0))
 """Fixed housing below a port."""
 
 SYMBOLS: dict[str, Symbol] = {
-    "box": symbol(box(-0.75, -0.55, 0.75, 0.55), reach=0.75, height=0.55),
-    "port": symbol(oval(0, 0, 0.16), reach=0.16, height=0.16),
-    "inertia": symbol(box(-0.2, -0.75, 0.2, 0.75, GREY), reach=0.2, height=0.75),
-    "mass": symbol(box(-0.6, -0.45, 0.6, 0.45, GREY), reach=0.6, height=0.45),
-    "strut": symbol(box(-0.75, -0.08, 0.75, 0.08, GREY), reach=0.75, height=0.1),
-    "spring": symbol(*_SPRING, reach=0.7, height=0.3),
-    "damper": symbol(*pot(0.0), reach=0.7, height=0.26),
+    "box": symbol(box(-0.75, -0.55, 0.75, 0.55)),
+    "port": symbol(oval(0, 0, 0.16)),
+    "inertia": symbol(box(-0.2, -0.75, 0.2, 0.75, GREY)),
+    "mass": symbol(box(-0.6, -0.45, 0.6, 0.45, GREY)),
+    "strut": symbol(box(-0.75, -0.08, 0.75, 0.08, GREY), height=0.1),
+    "spring": symbol(*_SPRING),
+    "damper": symbol(*pot(0.0)),
     "spring_damper": symbol(
         line(-0.7, 0.4, -0.5, 0.4),
         zigzag(-0.5, 0.5, 0.4, 0.22),
@@ -52,8 +51,6 @@ SYMBOLS: dict[str, Symbol] = {
         *pot(-0.35),
         line(-0.7, -0.35, -0.7, 0.4),
         line(0.7, -0.35, 0.7, 0.4),
-        reach=0.7,
-        height=0.62,
     ),
     "gear": symbol(
         line(-0.6, 0, -0.26, 0),
@@ -61,8 +58,6 @@ SYMBOLS: dict[str, Symbol] = {
         box(-0.26, -0.75, -0.02, 0.3, GREY),
         box(0.02, -0.3, 0.26, 0.75, GREY),
         line(-0.26, 0, 0.26, 0),
-        reach=0.6,
-        height=0.75,
     ),
     "gearbox": symbol(
         box(-0.65, -0.7, 0.65, 0.7),
@@ -71,8 +66,6 @@ SYMBOLS: dict[str, Symbol] = {
         box(-0.42, -0.5, -0.24, 0.2, GREY),
         box(0.24, -0.2, 0.42, 0.5, GREY),
         line(-0.24, 0.1, 0.24, 0.1),
-        reach=0.65,
-        height=0.7,
     ),
     "belt": symbol(
         line(-0.45, 0.3, 0.45, 0.42),
@@ -86,24 +79,18 @@ SYMBOLS: dict[str, Symbol] = {
         Stroke([(-0.45, -0.3), (-0.15, -0.6), (-0.15, 0.6), (-0.45, 0.3), (-0.45, -0.3)], GREY),
         Stroke([(-0.05, 0.7), (0.55, 0.7), (0.25, 0.4), (0.05, 0.4), (-0.05, 0.7)], GREY),
         line(0.25, 0.4, 0.25, 0.0, 0.6, 0.0),
-        reach=0.6,
-        height=0.7,
     ),
-    "ellipses": symbol(oval(-0.38, 0, 0.38, 0.6, GREY), oval(0.32, 0, 0.32, 0.7, GREY), reach=0.7),
+    "ellipses": symbol(
+        oval(-0.38, 0, 0.38, 0.6, GREY), oval(0.32, 0, 0.32, 0.7, GREY), reach=0.7, height=0.6
+    ),
     "planetary": symbol(
         oval(0, 0, 0.75),
         oval(0, 0, 0.25, fill=GREY),
         *(oval(0.5 * x, 0.5 * y, 0.22, fill=GREY) for x, y in ((0, 1), (0.87, -0.5))),
         oval(-0.435, -0.25, 0.22, fill=GREY),
-        reach=0.75,
-        height=0.75,
     ),
     "rack": symbol(
-        oval(0, 0.15, 0.5, fill=GREY),
-        box(-0.8, -0.6, 0.8, -0.35, GREY),
-        line(-0.8, 0, -0.45, 0),
-        reach=0.8,
-        height=0.65,
+        oval(0, 0.15, 0.5, fill=GREY), box(-0.8, -0.6, 0.8, -0.35, GREY), line(-0.8, 0, -0.45, 0)
     ),
     "crank": symbol(
         box(-0.8, -0.6, 0.98, 0.68),
@@ -121,8 +108,6 @@ SYMBOLS: dict[str, Symbol] = {
         line(-0.4, -0.4, 0.35, 0.4),
         oval(-0.4, -0.4, 0.14),
         oval(0.35, 0.4, 0.2, fill=GREY),
-        reach=0.68,
-        height=0.72,
     ),
     "ring_damper": symbol(
         line(-0.7, 0.0, -0.1, 0.0),
@@ -136,8 +121,6 @@ SYMBOLS: dict[str, Symbol] = {
             )
         ),
         line(-0.1, 0.0, 0.1, 0.0),
-        reach=0.7,
-        height=0.75,
     ),
     "pendulum": symbol(
         oval(0, -0.12, 0.55),
@@ -145,29 +128,21 @@ SYMBOLS: dict[str, Symbol] = {
         oval(0, 0.18, 0.06, fill=BLACK),
         line(0, 0.18, 0.25, 0.62),
         oval(0.25, 0.62, 0.14, fill=GREY),
-        reach=0.55,
-        height=0.76,
     ),
     "rod": symbol(
         box(-0.68, -0.72, 0.68, 0.72),
         line(-0.35, 0.5, 0.35, -0.5),
         oval(-0.35, 0.5, 0.12),
         oval(0.35, -0.5, 0.12),
-        reach=0.68,
-        height=0.72,
     ),
-    "shaft": symbol(box(-0.75, -0.16, 0.75, 0.16, GREY), reach=0.75, height=0.16),
+    "shaft": symbol(box(-0.75, -0.16, 0.75, 0.16, GREY)),
     "stepped_shaft": symbol(
         box(-0.75, -0.16, -0.25, 0.16, GREY),
         box(-0.25, -0.32, 0.3, 0.32, GREY),
         box(0.3, -0.22, 0.75, 0.22, GREY),
-        reach=0.75,
-        height=0.32,
     ),
     "taper": symbol(
-        Stroke([(-0.75, -0.14), (0.75, -0.34), (0.75, 0.34), (-0.75, 0.14), (-0.75, -0.14)], GREY),
-        reach=0.75,
-        height=0.34,
+        Stroke([(-0.75, -0.14), (0.75, -0.34), (0.75, 0.34), (-0.75, 0.14), (-0.75, -0.14)], GREY)
     ),
     "notch": symbol(
         Stroke(
@@ -177,9 +152,7 @@ SYMBOLS: dict[str, Symbol] = {
                 (-0.6, 0.3),
             ],
             GREY,
-        ),
-        reach=0.6,
-        height=0.3,
+        )
     ),
     "weight": symbol(
         box(-0.68, -0.72, 0.68, 0.72),
@@ -187,20 +160,18 @@ SYMBOLS: dict[str, Symbol] = {
         oval(-0.5, 0.3, 0.1),
         line(0.4, 0.3, 0.4, -0.6),
         head(0.4, -0.6, -90),
-        reach=0.68,
-        height=0.72,
     ),
-    "clutch": symbol(*_LEADS, *_PLATES, reach=0.6),
+    "clutch": symbol(*_LEADS, *_PLATES),
     "dog": symbol(
         *_LEADS,
         line(-0.3, -0.5, -0.3, 0.5),
         line(0.3, -0.5, 0.3, 0.5),
         *(box(-0.3, y, 0.05, y + 0.2, GREY) for y in (-0.5, 0.05)),
         *(box(-0.05, y, 0.3, y + 0.2, GREY) for y in (-0.23, 0.32)),
-        reach=0.6,
+        height=0.6,
     ),
     "freewheel": symbol(
-        *_LEADS, *_PLATES, line(-0.5, 0.75, 0.4, 0.75), head(0.5, 0.75, 0), reach=0.6
+        *_LEADS, *_PLATES, line(-0.5, 0.75, 0.4, 0.75), head(0.5, 0.75, 0), height=0.6
     ),
     "brake": symbol(
         box(-0.1, -0.5, 0.1, 0.5, GREY),
@@ -208,15 +179,12 @@ SYMBOLS: dict[str, Symbol] = {
         line(0.1, 0, 0.6, 0),
         box(-0.35, 0.3, -0.14, 0.6, BLACK),
         box(0.14, 0.3, 0.35, 0.6, BLACK),
-        reach=0.6,
-        height=0.6,
     ),
     "bearing": symbol(
         line(-0.6, 0, 0.6, 0),
         box(-0.35, 0.06, 0.35, 0.28, GREY),
         box(-0.35, -0.28, 0.35, -0.06, GREY),
         *hatch(-0.45, 0.45, -0.42),
-        reach=0.6,
         height=0.45,
     ),
     "friction": symbol(
@@ -224,24 +192,18 @@ SYMBOLS: dict[str, Symbol] = {
         box(-0.55, -0.3, 0.55, 0, GREY),
         line(-0.35, -0.05, -0.15, 0.05),
         line(0.1, -0.05, 0.3, 0.05),
-        reach=0.55,
-        height=0.3,
     ),
     "play": symbol(
         line(-0.7, 0, -0.15, 0),
         line(-0.15, -0.3, -0.15, 0.3),
         line(-0.35, 0.45, 0.2, 0.45, 0.2, -0.45, -0.35, -0.45),
         line(0.2, 0, 0.7, 0),
-        reach=0.7,
-        height=0.45,
     ),
     "stop": symbol(
         line(-0.7, 0, -0.05, 0),
         line(-0.05, -0.25, -0.05, 0.25),
         *wall(0.35, -0.5, 0.5),
         line(0.35, 0, 0.7, 0),
-        reach=0.7,
-        height=0.5,
     ),
     "mass_stops": symbol(
         box(-0.4, -0.35, 0.4, 0.35, GREY),
@@ -249,94 +211,80 @@ SYMBOLS: dict[str, Symbol] = {
         line(0.7, -0.55, 0.7, 0.55),
         line(-0.7, 0, -0.4, 0),
         line(0.4, 0, 0.7, 0),
-        reach=0.7,
+        height=0.6,
     ),
     "pick_up": symbol(
         box(-0.35, -0.1, 0.35, 0.5, GREY),
         line(-0.6, -0.1, 0.6, -0.1),
         *hatch(-0.5, 0.5, -0.4),
-        reach=0.6,
+        height=0.6,
     ),
     "motor": round_symbol("M"),
     "torque": symbol(
-        arc(0, 0, 0.5, -60, 200), head(0.25, -0.43, -150), oval(0, 0, 0.1), reach=0.55
+        arc(0, 0, 0.5, -60, 200), head(0.25, -0.43, -150), oval(0, 0, 0.1), reach=0.55, height=0.6
     ),
-    "force": symbol(line(-0.6, 0, 0.45, 0), head(0.6, 0, 0, 0.35), reach=0.6, height=0.2),
-    "motion": symbol(
-        oval(0, 0, 0.55), line(-0.3, 0, 0.2, 0), head(0.35, 0, 0), reach=0.55, height=0.55
-    ),
-    "fixed": symbol(line(0, 0.35, 0, 0), *hatch(-0.55, 0.55, 0.0, 0.25), reach=0.0, height=0.35),
+    "force": symbol(line(-0.6, 0, 0.45, 0), head(0.6, 0, 0, 0.35), height=0.2),
+    "motion": symbol(oval(0, 0, 0.55), line(-0.3, 0, 0.2, 0), head(0.35, 0, 0)),
+    "fixed": symbol(line(0, 0.35, 0, 0), *hatch(-0.55, 0.55, 0.0, 0.25), reach=0.0),
     "load": symbol(
         arc(0, 0, 0.5, -60, 200),
         head(0.25, -0.43, -150),
         line(-0.25, -0.2, 0.3, 0.25),
         reach=0.55,
+        height=0.6,
     ),
-    "eddy": symbol(oval(0, 0, 0.12, 0.6, GREY), box(-0.4, 0.2, 0.4, 0.5), reach=0.4),
-    "sensor": symbol(oval(0, 0, 0.45), line(0, 0, 0.25, 0.3), reach=0.45, height=0.45),
+    "eddy": symbol(oval(0, 0, 0.12, 0.6, GREY), box(-0.4, 0.2, 0.4, 0.5)),
+    "sensor": symbol(oval(0, 0, 0.45), line(0, 0, 0.25, 0.3)),
     "vehicle": symbol(
         box(-0.75, -0.15, 0.75, 0.45, GREY),
         oval(-0.42, -0.3, 0.22),
         oval(0.42, -0.3, 0.22),
-        reach=0.75,
         height=0.5,
     ),
     "wheel": symbol(
-        oval(0, 0.1, 0.55, fill=GREY),
-        oval(0, 0.1, 0.3),
-        *hatch(-0.65, 0.65, -0.45),
-        reach=0.7,
-        height=0.65,
+        oval(0, 0.1, 0.55, fill=GREY), oval(0, 0.1, 0.3), *hatch(-0.65, 0.65, -0.45), reach=0.7
     ),
     "synchroniser": symbol(
         *_LEADS,
         Stroke([(-0.3, -0.55), (0.05, -0.35), (0.05, 0.35), (-0.3, 0.55), (-0.3, -0.55)], GREY),
         Stroke([(-0.1, -0.62), (0.3, -0.4), (0.3, 0.4), (-0.1, 0.62)]),
         line(0.3, 0.0, 0.6, 0.0),
-        reach=0.6,
-        height=0.62,
     ),
-    "coil": symbol(
-        oval(0, 0, 0.7, fill=GREY), oval(0, 0, 0.48), oval(0, 0, 0.24), reach=0.7, height=0.7
-    ),
-    "strip": symbol(
-        line(-0.75, 0.08, 0.75, 0.08), line(-0.75, -0.08, 0.75, -0.08), reach=0.75, height=0.1
-    ),
+    "coil": symbol(oval(0, 0, 0.7, fill=GREY), oval(0, 0, 0.48), oval(0, 0, 0.24)),
+    "strip": symbol(line(-0.75, 0.08, 0.75, 0.08), line(-0.75, -0.08, 0.75, -0.08), height=0.1),
     "rolls": symbol(
         oval(0, 0.36, 0.33, fill=GREY),
         oval(0, -0.36, 0.33, fill=GREY),
         line(-0.7, 0, 0.7, 0),
-        reach=0.7,
         height=0.7,
     ),
-    "resistor": symbol(box(-0.5, -0.2, 0.5, 0.2), reach=0.5, height=0.2),
-    "inductor": symbol(box(-0.5, -0.2, 0.5, 0.2, BLACK), reach=0.5, height=0.2),
+    "resistor": symbol(box(-0.5, -0.2, 0.5, 0.2)),
+    "inductor": symbol(box(-0.5, -0.2, 0.5, 0.2, BLACK)),
     "capacitor": symbol(
         line(-0.1, -0.45, -0.1, 0.45),
         line(0.1, -0.45, 0.1, 0.45),
         line(-0.5, 0, -0.1, 0),
         line(0.1, 0, 0.5, 0),
-        reach=0.5,
-        height=0.45,
     ),
-    "voltage": symbol(oval(0, 0, 0.45), line(-0.45, 0, 0.45, 0), reach=0.45, height=0.45),
-    "current": symbol(oval(0, 0, 0.45), line(0, -0.45, 0, 0.45), reach=0.45, height=0.45),
-    "meter_v": symbol(oval(0, 0, 0.45), reach=0.45, height=0.45, text="V"),
-    "meter_a": symbol(oval(0, 0, 0.45), reach=0.45, height=0.45, text="A"),
+    "voltage": symbol(oval(0, 0, 0.45), line(-0.45, 0, 0.45, 0)),
+    "current": symbol(oval(0, 0, 0.45), line(0, -0.45, 0, 0.45)),
+    "meter_v": symbol(oval(0, 0, 0.45), text="V"),
+    "meter_a": symbol(oval(0, 0, 0.45), text="A"),
     "earth": symbol(
         line(0, 0.3, 0, 0),
         line(-0.4, 0, 0.4, 0),
         line(-0.25, -0.14, 0.25, -0.14),
         line(-0.1, -0.28, 0.1, -0.28),
         reach=0.0,
-        height=0.3,
     ),
-    "inverter": symbol(box(-0.65, -0.6, 0.65, 0.6), line(-0.65, -0.6, 0.65, 0.6), reach=0.65),
+    "inverter": symbol(box(-0.65, -0.6, 0.65, 0.6), line(-0.65, -0.6, 0.65, 0.6)),
     "heat_capacity": block("C"),
     "heat_flow": block("Q"),
     "temperature": block("T"),
     "gain": symbol(
-        Stroke([(-0.5, -0.55), (0.55, 0), (-0.5, 0.55), (-0.5, -0.55)], WHITE), reach=0.5
+        Stroke([(-0.5, -0.55), (0.55, 0), (-0.5, 0.55), (-0.5, -0.55)], WHITE),
+        reach=0.5,
+        height=0.6,
     ),
     "sum": round_symbol("+"),
     "controller": block("PI"),

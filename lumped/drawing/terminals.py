@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import itemgetter
 
 from lumped.drawing.netlist import Item, Net
 from lumped.drawing.shaft_line import MECHANICAL, Placed
@@ -37,6 +38,11 @@ class Terminal:
     side: str = "B"
     offset: float = 0.0
 
+    @property
+    def axis(self) -> int:
+        """Axis along which its wire leaves: 0 to the left or right, 1 upwards or downwards."""
+        return int(self.side in "TB")
+
 
 def terminals(nets: list[Net], placed: Placed) -> list[Terminal]:
     """Sides and places of all ports."""
@@ -62,7 +68,7 @@ def terminals(nets: list[Net], placed: Placed) -> list[Terminal]:
         for side in "LRTB":
             here = [end for end in ends if end[2].side == side]
             # along a vertical side from top to bottom, along a horizontal one from left to right
-            here.sort(key=lambda end: end[1] if end[2].side in "LR" else _rank(end))
+            here.sort(key=_rank if side in "TB" else itemgetter(1))
             for i, (_, _, terminal) in enumerate(here):
                 terminal.offset = SPREAD * ((2 * i + 1) / (2 * len(here)) - 0.5)
                 # a port that faces one at the bottom from below never has the same place

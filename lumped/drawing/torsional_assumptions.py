@@ -6,8 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from lumped.drawing.page_frame import prose
-from lumped.drawing.page_run import table
+from lumped.drawing.page_frame import prose, table
 from lumped.drawing.torsional_study import Study
 from lumped.points.situation import one_sided, situation
 from lumped.support.display_units import Shown

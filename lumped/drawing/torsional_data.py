@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import re
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 
-from lumped.drawing.page_run import table
+from lumped.drawing.page_frame import prose, table
 from lumped.support.display_units import Shown, Units, display
 from lumped.support.text_table import list_names, number
 from lumped.vibration.ordered.order_response import OrderResponse
 
 
 class Datum(NamedTuple):
-    """A parameter, with its least and greatest value over the speed.
+    """A parameter, with its least and greatest value over the speed as they are shown.
 
     One that is free follows from no other.
     """
@@ -25,23 +26,12 @@ class Datum(NamedTuple):
     text: str
     low: float
     high: float
-    vibrates: bool
+    shown: str
     is_free: bool
-    units: Units
-
-    @property
-    def shown(self) -> Shown:
-        """How it is shown: frequencies of vibrations as such."""
-        name = f"{self.path}.{self.name}".lstrip(".")
-        if self.vibrates:
-            hertz = display(name, "Hz", self.units)
-            return Shown(hertz.unit, 0.5 / np.pi * hertz.factor)
-        return display(name, self.unit, self.units)
 
     def format_value(self, digits: int = 6) -> str:
         """The value, or its range."""
-        ends = dict.fromkeys(number(self.shown.value(x), digits) for x in (self.low, self.high))
-        return " to ".join(ends)
+        return " to ".join(dict.fromkeys(number(x, digits) for x in (self.low, self.high)))
 
 
 def data(response: OrderResponse, units: Units) -> list[Datum]:
@@ -52,13 +42,17 @@ def data(response: OrderResponse, units: Units) -> list[Datum]:
         theta = theta[:1]
     every = np.array([parameters.all(row) for row in theta])
     low, high = every.min(axis=0).tolist(), every.max(axis=0).tolist()
-    found = []
     free = set(parameters.free)
     every_one = zip(parameters.names, parameters.declared, low, high, strict=True)
+    found = []
     for i, (name, quantity, a, b) in enumerate(every_one):
         path, _, own = name.rpartition(".")
-        kind = quantity.unit, quantity.text
-        found.append(Datum(path, own, *kind, a, b, quantity.vibrates, i in free, units))
+        shown = display(name, quantity.unit, units)
+        if quantity.vibrates:  # frequencies of vibrations are shown as such
+            hertz = display(name, "Hz", units)
+            shown = Shown(hertz.unit, 0.5 / np.pi * hertz.factor)
+        ends = shown.value(a), shown.value(b)
+        found.append(Datum(path, own, quantity.unit, quantity.text, *ends, shown.unit, i in free))
     return found
 
 
@@ -69,7 +63,7 @@ def values(every: list[Datum]) -> dict[str, str]:
         if datum.unit == "1" and datum.name.startswith("ratio"):
             text = f"i = {datum.format_value(4)}"
         elif datum.unit in ("kg.m2", "N.m/rad"):
-            text = f"{datum.format_value(4)} {datum.shown[0]}"
+            text = f"{datum.format_value(4)} {datum.shown}"
         else:
             continue
         found.setdefault(datum.path, []).append(text)
@@ -82,13 +76,13 @@ def data_table(every: list[Datum]) -> str:
     Equal ones of parts that differ by their number only share a row.
     """
     groups: dict[tuple[str, ...], list[str]] = {}
-    for datum in (datum for datum in every if datum.is_free):
+    for datum in filter(attrgetter("is_free"), every):
         shape = re.sub(r"\[\d+\]", "[]", datum.path)
-        key = (datum.text, shape, datum.name, datum.format_value(), datum.shown[0])
+        key = (datum.text, shape, datum.name, datum.format_value(), datum.shown)
         groups.setdefault(key, []).append(datum.path)
     rows = [(key[0], _together(paths), *key[2:]) for key, paths in groups.items()]
     if not rows:
-        return "<p>None.</p>"
+        return prose("None.")
     return table(("what it is", "of", "parameter", "value", "unit"), rows, (3,))
 
 

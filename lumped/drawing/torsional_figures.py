@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import cycle
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -11,14 +12,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from lumped.drawing.torsional_study import MOST_ORDERS, Study
+from lumped.plots.matplotlib_figure import plain_text
 from lumped.support.display_units import Units, display, time_unit
 from lumped.timeloop.results.trajectory import Trajectory
-from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.rules.limits import Measure
 from lumped.vibration.rules.verdict import measure_quantity
 
 Real = np.ndarray
 Style = tuple[str, str | tuple[int, tuple[int, ...]], float]
+Line = tuple[Real, Real, Style, str]
+"""Speeds, rad/s, values as they are shown, look and label."""
 
 _WIDTH = 7.2  # inch, of a page A4 between its margins
 _PAIR = 2
@@ -41,35 +44,32 @@ _LIMIT: tuple[Style, ...] = (
 )
 
 
-def _line(axis: Axes, x: Real, y: Real, style: Style, label: str) -> None:
-    colour, dashes, width = style
-    axis.plot(x, y, color=colour, linestyle=dashes, linewidth=width, label=_plain(label))
-
-
-def _plain(text: str) -> str:
-    """A text that is no formula."""
-    return text.replace("$", r"\$")
-
-
-def _panels(rows: int, columns: int, height: float) -> tuple[Figure, np.ndarray]:
-    figure = Figure((_WIDTH, 0.7 + height * rows), layout="constrained")
+def _over_speed(study: Study, panels: Mapping[str, Sequence[Line]], text: str) -> Figure:
+    """A panel for the lines of each response, with the same scales, and one legend below all."""
+    columns = min(len(panels), _PAIR)
+    rows = -(-len(panels) // columns)
+    figure = Figure((_WIDTH, 0.7 + 2.6 * rows), layout="constrained")
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-    return figure, axes
-
-
-def _finish(figure: Figure, axes: np.ndarray, used: int, text: str) -> None:
-    """Texts, grid and one legend below all panels."""
-    shown = axes.ravel()[:used]
-    labels: dict[str, Artist] = {}
-    for axis in shown:
+    speed, labels = f"speed, {study.speed.unit}", dict[str, Artist]()
+    for axis in axes[-1]:
+        axis.set_xlabel(speed)
+    for axis in axes.ravel()[len(panels) :]:
+        axis.set_visible(False)
+        axes[-2, -1].tick_params(labelbottom=True)
+        axes[-2, -1].set_xlabel(speed)
+    for axis, (caption, lines) in zip(axes.ravel(), panels.items(), strict=False):
+        if study.operation is not None:
+            low, high = (study.speed.value(w) for w in study.operation)
+            axis.axvspan(low, high, color="#d9d9d9", zorder=0, label="operation")
+        for speeds, values, style, label in lines:
+            _draw(axis, study.speed.value(speeds), values, style, label)
+        axis.set_title(plain_text(caption), fontsize="medium")
         axis.grid(alpha=0.4)
+        reached = study.speed.value(study.responses[caption].speeds)
+        if len(reached) > 1:
+            axis.set_xlim(reached[0], reached[-1])
         for line, label in zip(*axis.get_legend_handles_labels(), strict=True):
             labels.setdefault(label, line)
-    for axis in axes.ravel()[used:]:
-        axis.set_visible(False)
-        above = axes[-2, -1]
-        above.tick_params(labelbottom=True)
-        above.set_xlabel(axes[-1, 0].get_xlabel())
     axes[0, 0].set_ylim(bottom=0)  # once all curves have set the common scale
     for row in axes:
         row[0].set_ylabel(text)
@@ -83,23 +83,12 @@ def _finish(figure: Figure, axes: np.ndarray, used: int, text: str) -> None:
             fontsize="small",
             handlelength=4,
         )
+    return figure
 
 
-def _over_speed(study: Study, count: int) -> tuple[Figure, np.ndarray]:
-    columns = min(count, _PAIR)
-    figure, axes = _panels(-(-count // columns), columns, 2.6)
-    for axis in axes[-1]:
-        axis.set_xlabel(f"speed, {study.speed.unit}")
-    for axis in axes.ravel():
-        shade(axis, study)
-    return figure, axes
-
-
-def shade(axis: Axes, study: Study) -> None:
-    """Shade the speeds of operation."""
-    if study.operation is not None:
-        low, high = (study.speed.value(w) for w in study.operation)
-        axis.axvspan(low, high, color="#d9d9d9", zorder=0, label="operation")
+def _draw(axis: Axes, x: Real, y: Real, style: Style, label: str) -> None:
+    colour, dashes, width = style
+    axis.plot(x, y, color=colour, linestyle=dashes, linewidth=width, label=plain_text(label))
 
 
 def campbell_figure(study: Study) -> Figure:
@@ -117,65 +106,52 @@ def campbell_figure(study: Study) -> Figure:
 
 def order_figure(study: Study, output: str) -> Figure:
     """The largest orders of a quantity, a panel for each response, with the same scales."""
-    responses = study.having(output)
     shown = study.choose_unit(output)
     largest: dict[float, float] = {}
-    for response in responses.values():
-        for order, size in zip(response.orders, np.abs(response[output]).max(axis=0), strict=True):
-            largest[float(order)] = max(float(size), largest.get(float(order), 0.0))
+    for own in study.measure_orders(output).values():
+        for order, (size, _) in own.items():
+            largest[order] = max(size, largest.get(order, 0.0))
     chosen = sorted(sorted(largest, key=lambda order: -largest[order])[:MOST_ORDERS])
-    figure, axes = _over_speed(study, len(responses))
-    for axis, (caption, response) in zip(axes.ravel(), responses.items(), strict=False):
-        for order, style in zip(chosen, _STYLES, strict=False):
-            if order in response.orders:
-                size = shown.value(response.magnitude(output, order))
-                speeds = study.speed.value(response.speeds)
-                _line(axis, speeds, size, style, f"order {order:g}")
-        _frame(axis, caption, response, study)
-    _finish(figure, axes, len(responses), f"amplitude, {shown.unit}")
-    return figure
+    lines = {
+        caption: [
+            (response.speeds, shown.value(response.magnitude(output, x)), style, f"order {x:g}")
+            for x, style in zip(chosen, _STYLES, strict=False)
+            if x in response.orders
+        ]
+        for caption, response in study.having(output).items()
+    }
+    return _over_speed(study, lines, f"amplitude, {shown.unit}")
 
 
 def synthesis_figure(study: Study, output: str) -> Figure:
     """All orders together over the speed, against the limits."""
-    responses = study.having(output)
     shown = study.choose_unit(output)
-    figure, axes = _over_speed(study, len(responses))
-    for axis, (caption, response) in zip(axes.ravel(), responses.items(), strict=False):
+    lines: dict[str, list[Line]] = {}
+    for caption, response in study.having(output).items():
         limits = study.limits_of(caption, output)
-        kinds: list[Measure] = ["maximum", "sum"]
-        kinds += [limit.measure for limit in limits]
+        kinds: list[Measure] = ["maximum", "sum", *(limit.measure for limit in limits)]
+        own = lines[caption] = []
         for kind, style in zip(dict.fromkeys(kinds), _STYLES, strict=False):
-            text = "sum of amplitudes" if kind == "sum" else kind
             size = shown.value(measure_quantity(response, output, kind))
-            _line(axis, study.speed.value(response.speeds), size, style, text)
-        for i, limit in enumerate(limits):
+            text = "sum of amplitudes" if kind == "sum" else kind
+            own.append((response.speeds, size, style, text))
+        for limit, style in zip(limits, cycle(_LIMIT), strict=False):
             speeds = limit.holding(response.speeds)
             permitted = shown.value(limit.at(speeds, study.unit(output)))
-            label = f"permitted: {limit.name} ({limit.measure})"
-            _line(axis, study.speed.value(speeds), permitted, _LIMIT[i % len(_LIMIT)], label)
-        _frame(axis, caption, response, study)
-    _finish(figure, axes, len(responses), f"all orders, {shown.unit}")
-    return figure
-
-
-def _frame(axis: Axes, caption: str, response: OrderResponse, study: Study) -> None:
-    axis.set_title(_plain(caption), fontsize="medium")
-    if len(response.speeds) > 1:
-        axis.set_xlim(*(study.speed.value(response.speeds[i]) for i in (0, -1)))
+            own.append((speeds, permitted, style, f"permitted: {limit.name} ({limit.measure})"))
+    return _over_speed(study, lines, f"all orders, {shown.unit}")
 
 
 def heat_figure(study: Study) -> Figure:
     """Mean dissipated power over the speed, a panel for each response."""
-    figure, axes = _over_speed(study, len(study.heat))
-    for axis, (caption, parts) in zip(axes.ravel(), study.heat.items(), strict=False):
-        response = study.responses[caption]
-        for i, (part, power) in enumerate(parts.items()):
-            size, speeds = study.power.value(power), study.speed.value(response.speeds)
-            _line(axis, speeds, size, _STYLES[i % len(_STYLES)], part)
-        _frame(axis, caption, response, study)
-    _finish(figure, axes, len(study.heat), f"dissipated power, {study.power.unit}")
-    return figure
+    lines: dict[str, list[Line]] = {}
+    for caption, parts in study.heat.items():
+        speeds, styles = study.responses[caption].speeds, cycle(_STYLES)
+        lines[caption] = [
+            (speeds, study.power.value(power), style, part)
+            for (part, power), style in zip(parts.items(), styles, strict=False)
+        ]
+    return _over_speed(study, lines, f"dissipated power, {study.power.unit}")
 
 
 def run_figures(run: Trajectory, names: Mapping[str, str], units: Units) -> list[Figure]:
@@ -198,7 +174,7 @@ def run_figures(run: Trajectory, names: Mapping[str, str], units: Units) -> list
         axes = figure.subplots(len(members), sharex=True, squeeze=False)[:, 0]
         for axis, (name, unit) in zip(axes, members, strict=True):
             shown = display(name, unit, units)
-            _line(axis, time.value(run.t), shown.value(run[name]), _STYLES[0], name)
+            _draw(axis, time.value(run.t), shown.value(run[name]), _STYLES[0], name)
             axis.set_title(name, fontsize="medium")
             axis.set_ylabel(shown.unit)
             axis.grid(alpha=0.4)

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from html import escape
-
 import numpy as np
 
 from lumped.drawing.inline import inline
-from lumped.drawing.page_run import table
+from lumped.drawing.page_frame import prose, table
 from lumped.drawing.torsional_study import Study
 from lumped.support.display_units import Shown, display
 from lumped.support.text_table import list_names, number
 from lumped.vibration.inertias.holzer import Holzer
 from lumped.vibration.inertias.mass_elastic import MassElastic
-from lumped.vibration.inertias.stations import InertialPart
+from lumped.vibration.inertias.stations import InertialPart, Part
 
 _SHAPES = 6
 """Mode shapes of a figure."""
@@ -25,29 +23,23 @@ def mass_elastic_table(study: Study) -> str:
     """Inertias and stiffnesses, on their own shafts and referred to one."""
     drive = study.drive
     if not isinstance(drive, MassElastic):
-        return f"<p>{escape(drive)}</p>"
-    stiffness, inertia = _choose_unit(study, "N.m/rad"), _choose_unit(study, "kg.m2")
+        return prose(drive)
     rows = []
     for part in drive.parts:
-        if isinstance(part, InertialPart):
-            J, referred = inertia.value(part.J), inertia.value(part.referred)
-            cells = number(J), "", number(referred), ""
-        else:
-            c, referred = stiffness.value(part.c), stiffness.value(part.referred)
-            cells = "", number(c), "", number(referred)
-        rows.append((part.name, number(part.ratio), *cells))
-    own = f"J, {inertia.unit}", f"c, {stiffness.unit}"
-    head = ("part", "ratio", *own, "J referred", "c referred")
+        own, shown = _measure(part, study)
+        texts = [number(shown.value(size)) for size in (own, part.referred)]
+        rows.append((part.name, number(part.ratio), *_in_column(part, texts)))
+    head = ("part", "ratio", *_heads(study), "J referred", "c referred")
     speed = study.speed
     state = f"at {speed.value(study.first.speeds[study.place]):.5g} {speed.unit}"
-    notes = [
+    told = prose(
         f"Referred to the shaft of {drive.shaft}; the ratio is that of the turns to its turns. "
         "From the free ends to the last inertia, a branch before the inertia that it joins. What "
         f"varies has its value at the mean state {state}."
-    ]
+    )
     if drive.left_out:
-        notes.append(f"Neither inertia nor stiffness: {list_names(drive.left_out, 12)}.")
-    return table(head, rows, range(1, len(head))) + _paragraphs(notes)
+        told += "\n" + prose(f"Neither inertia nor stiffness: {list_names(drive.left_out, 12)}.")
+    return f"{table(head, rows, range(1, len(head)))}\n{told}"
 
 
 def natural_frequencies(study: Study) -> str:
@@ -55,7 +47,7 @@ def natural_frequencies(study: Study) -> str:
     found = study.modes
     count = len(found.hertz)
     if not count:
-        return "<p>No mode oscillates.</p>"
+        return prose("No mode oscillates.")
     frequency, speed = study.frequency, study.speed
     undamped = {}
     if isinstance(study.drive, MassElastic):
@@ -88,15 +80,16 @@ def holzer_tables(study: Study) -> str:
     """Holzer tables of the modes that the orders reach at the speeds of the responses."""
     drive = study.drive
     if not isinstance(drive, MassElastic):
-        return f"<p>{escape(drive)}</p>"
+        return prose(drive)
     frequency, (low, high) = study.frequency, study.reach
     between = f"{number(frequency.value(low), 4)} to {number(frequency.value(high), 4)}"
-    parts = [
-        "<p>Modes without damping of the inertias and stiffnesses above, from "
+    told = prose(
+        "Modes without damping of the inertias and stiffnesses above, from "
         f"{between} {frequency.unit}, which the orders of the Campbell diagram reach "
         "at the speeds of the response. The largest angle, referred to the reference shaft, is "
-        "1 rad; angles and torques are those of each part on its own shaft.</p>"
-    ]
+        "1 rad; angles and torques are those of each part on its own shaft."
+    )
+    parts = [told]
     for mode in np.flatnonzero((drive.hertz >= low) & (drive.hertz <= high)).tolist():
         found = drive.holzer(mode)
         own = study.counterparts[mode]
@@ -107,33 +100,36 @@ def holzer_tables(study: Study) -> str:
         picture = found.plot(units=study.units)
         parts.append(inline(picture, f"{name}, referred", f"holzer-{mode}"))
     if len(parts) == 1:
-        parts.append("<p>There is none.</p>")
+        parts.append(prose("There is none."))
     return "\n".join(parts)
 
 
 def _holzer(found: Holzer, study: Study) -> str:
-    stiffness, torque = _choose_unit(study, "N.m/rad"), _choose_unit(study, "N.m")
-    inertia = _choose_unit(study, "kg.m2")
+    torque = display("", "N.m", study.units)
     rows = []
     for part, angle, load in zip(found.parts, found.angles, found.torques, strict=True):
-        heavy = isinstance(part, InertialPart)
-        size = inertia.value(part.J) if isinstance(part, InertialPart) else stiffness.value(part.c)
-        cells: list[str] = []
-        for value in (size, angle, torque.value(load)):
-            text = number(value, 5)
-            cells += [text, ""] if heavy else ["", text]
-        rows.append((part.name, *cells))
-    head = (
-        *("part", f"J, {inertia.unit}", f"c, {stiffness.unit}", "angle, rad", "twist, rad"),
-        *(f"torque of inertia, {torque.unit}", f"torque in shaft, {torque.unit}"),
-    )
+        own, shown = _measure(part, study)
+        texts = [number(x, 5) for x in (shown.value(own), angle, torque.value(load))]
+        rows.append((part.name, *_in_column(part, texts)))
+    loads = f"torque of inertia, {torque.unit}", f"torque in shaft, {torque.unit}"
+    head = ("part", *_heads(study), "angle, rad", "twist, rad", *loads)
     rest = f"Torques balance to {max(found.residual, 1e-16):.0e} of the largest."
-    return table(head, rows, range(1, len(head))) + _paragraphs([rest])
+    return f"{table(head, rows, range(1, len(head)))}\n{prose(rest)}"
 
 
-def _choose_unit(study: Study, unit: str) -> Shown:
-    return display("", unit, study.units)
+def _measure(part: Part, study: Study) -> tuple[float, Shown]:
+    """Inertia or stiffness of a part, and how it is shown."""
+    if isinstance(part, InertialPart):
+        return part.J, display("", "kg.m2", study.units)
+    return part.c, display("", "N.m/rad", study.units)
 
 
-def _paragraphs(texts: list[str]) -> str:
-    return "".join(f"\n<p>{escape(text)}</p>" for text in texts)
+def _heads(study: Study) -> tuple[str, str]:
+    inertia, stiffness = (display("", unit, study.units).unit for unit in ("kg.m2", "N.m/rad"))
+    return f"J, {inertia}", f"c, {stiffness}"
+
+
+def _in_column(part: Part, texts: list[str]) -> list[str]:
+    """Texts in pairs of columns, the first of an inertia and the second of a shaft."""
+    pairs = ((text, "") if isinstance(part, InertialPart) else ("", text) for text in texts)
+    return [cell for pair in pairs for cell in pair]

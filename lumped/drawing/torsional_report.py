@@ -7,7 +7,7 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
-from lumped.drawing.page_frame import whole_page
+from lumped.drawing.page_frame import report_page
 from lumped.drawing.torsional_sections import lead, sections
 from lumped.drawing.torsional_study import Limits, study
 from lumped.support.arguments import checked
@@ -109,5 +109,5 @@ def torsional_report(
     )
     parts = list(sections(found, assumptions))
     target = Path(path)
-    write_text(target, whole_page(title or found.system.name, parts, lead(found, about or {})))
+    write_text(target, report_page(title or found.system.name, parts, lead(found, about or {})))
     return target

@@ -8,8 +8,8 @@ from html import escape
 import numpy as np
 
 from lumped.drawing.inline import inline
-from lumped.drawing.page_frame import Section
-from lumped.drawing.page_run import events, table
+from lumped.drawing.page_frame import Section, prose, table
+from lumped.drawing.page_run import events
 from lumped.drawing.schematic import schematic
 from lumped.drawing.torsional_assumptions import assumptions
 from lumped.drawing.torsional_data import data, data_table, values
@@ -24,7 +24,6 @@ from lumped.drawing.torsional_modes import holzer_tables, mass_elastic_table, na
 from lumped.drawing.torsional_study import Study
 from lumped.support.display_units import display, time_unit
 from lumped.support.text_table import number
-from lumped.vibration.rules.verdict import Result
 
 _COLUMNS = 6
 """Parts side by side in the schematic, which then needs the width of a page."""
@@ -38,7 +37,7 @@ def lead(study: Study, about: Mapping[str, str | Sequence[str]]) -> str:
     title = table(("", ""), rows) if rows else ""
     results = [result for found in study.verdicts.values() for result in found.results]
     if not results:
-        return f"{title}\n<p>No limit was given.</p>\n"
+        return f"{title}\n{prose('No limit was given.')}\n"
     kept = sum(result.passed for result in results)
     word = "Passed" if kept == len(results) else "FAILED"
     return f"{title}\n<p><b>{word}: {kept} of {len(results)} limits kept.</b></p>\n"
@@ -47,8 +46,7 @@ def lead(study: Study, about: Mapping[str, str | Sequence[str]]) -> str:
 def sections(study: Study, stated: Iterable[str]) -> Iterator[Section]:
     """All sections in order."""
     every = data(study.first, study.units)
-    if study.verdicts:
-        yield "Verdict", _verdict(study)
+    yield "Verdict", _verdict(study) if study.verdicts else ""
     name = f"Schematic of {study.system.name}"
     picture = schematic(study.system, columns=_COLUMNS, values=values(every))
     yield "Schematic", inline(picture, name, "schematic")
@@ -58,17 +56,22 @@ def sections(study: Study, stated: Iterable[str]) -> Iterator[Section]:
     yield "Critical speeds", _critical(study)
     for i, output in enumerate(study.outputs):
         yield f"Order response: {output}", _response(study, output, f"response-{i}")
-    if study.heat:
-        yield "Dissipated power", _heat(study)
-    if study.runs:
-        yield "Transients", _runs(study)
+    yield "Dissipated power", _heat(study) if study.heat else ""
+    yield "Transients", _runs(study)
     yield "Data", data_table(every)
     yield "Assumptions and accuracy", assumptions(study, stated)
 
 
 def _verdict(study: Study) -> str:
     rows = [
-        (caption or "response", *_row(result, study))
+        (
+            *(caption or "response", result.name, result.quantity, result.measure),
+            *result.format_values(study.units, 5),
+            f"{100 * result.utilisation:.1f}",
+            "" if np.isnan(result.speed) else number(study.speed.value(result.speed), 5),
+            "yes" if result.passed else "NO",
+            " ".join(part for part in (result.clause, result.source) if part),
+        )
         for caption, found in study.verdicts.items()
         for result in found.results
     ]
@@ -80,21 +83,8 @@ def _verdict(study: Study) -> str:
     for caption, found in study.verdicts.items():
         if found.barred:
             ranges = "; ".join(each.format_range(study.speed) for each in found.barred)
-            lines.append(f"<p>Speeds to bar, {escape(caption or 'response')}: {ranges}.</p>")
+            lines.append(prose(f"Speeds to bar, {caption or 'response'}: {ranges}."))
     return "\n".join(lines)
-
-
-def _row(result: Result, study: Study) -> tuple[str, ...]:
-    return (
-        result.name,
-        result.quantity,
-        result.measure,
-        *result.format_values(study.units, 5),
-        f"{100 * result.utilisation:.1f}",
-        "" if np.isnan(result.speed) else number(study.speed.value(result.speed), 5),
-        "yes" if result.passed else "NO",
-        " ".join(part for part in (result.clause, result.source) if part),
-    )
 
 
 def _critical(study: Study) -> str:
@@ -102,25 +92,23 @@ def _critical(study: Study) -> str:
     parts = [inline(campbell_figure(study), "Natural frequencies and orders", "campbell")]
     speed, frequency = study.speed, study.frequency
     head = [f"speed, {speed.unit}", "order", "mode", f"natural frequency, {frequency.unit}"]
-    if study.operation is not None:
-        head.append("distance from operation, %")
     rows = []
     for each in found.critical:
         row = [number(speed.value(each.speed)), number(each.order), str(each.mode + 1)]
-        row.append(number(frequency.value(each.hertz)))
-        if study.operation is not None:
+        rows.append([*row, number(frequency.value(each.hertz))])
+    if study.operation is not None:
+        head.append("distance from operation, %")
+        for row, each in zip(rows, found.critical, strict=True):
             row.append(f"{100 * study.distance(each):.1f}")
-        rows.append(row)
     listed = table(head, rows, range(len(head)))
-    parts.append(listed if rows else "<p>There is no critical speed of these orders.</p>")
+    parts.append(listed if rows else prose("There is no critical speed of these orders."))
     return "\n".join(parts)
 
 
 def _response(study: Study, output: str, key: str) -> str:
     shown, speed = study.choose_unit(output), study.speed
-    responses = study.having(output)
     rows = []
-    for caption, response in responses.items():
+    for caption, response in study.having(output).items():
         both, mean = response.synthesis(output), response.mean(output)
         row = [caption or "response"]
         for size in (both.maximum, both.half_range, both.sum):
@@ -129,11 +117,8 @@ def _response(study: Study, output: str, key: str) -> str:
         low, high = shown.value(mean.min()), shown.value(mean.max())
         rows.append([*row, *(number(end if abs(end) > 1e-9 else 0.0, 5) for end in (low, high))])
     where = f"at, {speed.unit}"
-    head = (
-        *("case", f"maximum, {shown.unit}", where, "half range", where),
-        *("sum of amplitudes", where),
-        *("least mean", "greatest mean"),
-    )
+    sizes = f"maximum, {shown.unit}", where, "half range", where, "sum of amplitudes", where
+    head = ("case", *sizes, "least mean", "greatest mean")
     return "\n".join(
         (
             inline(order_figure(study, output), f"{output}: largest orders", f"{key}-orders"),
@@ -147,13 +132,7 @@ def _response(study: Study, output: str, key: str) -> str:
 def _orders(study: Study, output: str) -> str:
     """Largest amplitude of each order, the responses side by side."""
     shown, speed = study.choose_unit(output), study.speed
-    sizes = {
-        caption: {
-            float(order): (float(size.max()), float(response.speeds[size.argmax()]))
-            for order, size in zip(response.orders, np.abs(response[output]).T, strict=True)
-        }
-        for caption, response in study.having(output).items()
-    }
+    sizes = study.measure_orders(output)
     top = max(size for own in sizes.values() for size, _ in own.values())
     every = sorted({order for own in sizes.values() for order in own})
     listed = [x for x in every if any(o.get(x, (0.0,))[0] >= _SMALL * top for o in sizes.values())]
@@ -165,14 +144,12 @@ def _orders(study: Study, output: str) -> str:
     for order in listed if top else []:
         row = [f"{order:g}"]
         for own in sizes.values():
-            found = own.get(order)
-            cells = ["", ""]
-            if found is not None:
-                cells = [number(shown.value(found[0]), 5), number(speed.value(found[1]))]
-            row += cells
+            size, at = own.get(order, (0.0, 0.0))
+            texts = number(shown.value(size), 5), number(speed.value(at))
+            row += texts if order in own else ("", "")
         rows.append(row)
     left = len(every) - len(rows)
-    note = f"<p>{left} orders stay below {_SMALL:.0%} of the largest.</p>" if left else ""
+    note = prose(f"{left} orders stay below {_SMALL:.0%} of the largest.") if left else ""
     return table(head, rows, range(len(head))) + note
 
 
@@ -202,14 +179,10 @@ def _runs(study: Study) -> str:
             rows.append(row)
         where = f"at, {time.unit}"
         head = ("quantity", "unit", "greatest", where, "least", where)
-        parts.append(
-            f"<h3>{escape(caption)}</h3>\n"
-            + "\n".join(
-                inline(figure, caption, f"run-{i}-{k}")
-                for k, figure in enumerate(run_figures(run, names, study.units))
-            )
-            + table(head, rows, range(2, 6))
-        )
+        figures = enumerate(run_figures(run, names, study.units))
+        drawn = "\n".join(inline(figure, caption, f"run-{i}-{k}") for k, figure in figures)
+        told = table(head, rows, range(2, 6))
+        parts.append(f"<h3>{escape(caption)}</h3>\n{drawn}{told}")
         if run.events:
             parts.append(events({"Events": run}, study.units))
     return "\n".join(parts)

@@ -127,6 +127,16 @@ class Study:
         """How dissipated powers are shown."""
         return display("power", "W", self.units)
 
+    def measure_orders(self, output: str) -> dict[str, dict[float, tuple[float, float]]]:
+        """Largest amplitude of each order and its speed, rad/s, in each response that has it."""
+        found = {}
+        for caption, response in self.having(output).items():
+            size = np.abs(response[output])
+            at = response.speeds[size.argmax(axis=0)].tolist()
+            peaks = zip(size.max(axis=0).tolist(), at, strict=True)
+            found[caption] = dict(zip(response.orders.tolist(), peaks, strict=True))
+        return found
+
     def limits_of(self, caption: str, output: str) -> list[Limit]:
         """Limits of a quantity in a response."""
         system = self.responses[caption].system
@@ -298,13 +308,18 @@ def _orders(
         for order in wanted:
             first.magnitude(first.of[0], order)
         return wanted
+    return strongest_orders(responses.values(), MOST_CRITICAL)
+
+
+def strongest_orders(responses: Iterable[OrderResponse], most: int) -> tuple[float, ...]:
+    """The largest orders of any quantity, over the largest of that quantity."""
     shares: dict[float, float] = {}
-    for response in responses.values():
+    for response in responses:
         size = np.abs(response.values).max(axis=0)
         largest = (size / np.maximum(size.max(axis=0), 1e-300)).max(axis=1)
         for order, share in zip(response.orders.tolist(), largest.tolist(), strict=True):
             shares[order] = max(share, shares.get(order, 0.0))
-    return tuple(sorted(sorted(shares, key=lambda order: -shares[order])[:MOST_CRITICAL]))
+    return tuple(sorted(sorted(shares, key=lambda order: -shares[order])[:most]))
 
 
 def _campbell(

@@ -28,14 +28,11 @@ class Found:
         Its tables.
     error : str
         Empty where there are tables.
-    seconds : float
-        How long it took.
     """
 
     view: View
     shown: Shown | None
-    error: str
-    seconds: float
+    error: str = ""
 
 
 class Computing:
@@ -98,14 +95,12 @@ class Computing:
 
     def _make(self, view: View, moment: Moment, sliders: tuple[Slider, ...]) -> Found:
         begin = time.perf_counter()
-        shown, error = None, ""
         try:
-            shown = view.compute(moment, sliders)
+            found = Found(view, view.compute(moment, sliders))
         except Exception as fault:  # functions of the user may raise anything
-            error = in_words(fault)
-        seconds = time.perf_counter() - begin
-        self._seconds[view.title] = seconds
-        return Found(view, shown, error, seconds)
+            found = Found(view, None, in_words(fault))
+        self._seconds[view.title] = time.perf_counter() - begin
+        return found
 
 
 def in_words(fault: Exception) -> str:

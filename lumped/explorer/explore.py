@@ -18,19 +18,21 @@ from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError
 from lumped.explorer.found_analyses import find_analyses
 from lumped.explorer.sliders import Ends, Slider
-from lumped.explorer.sliders import sliders as sliders_of
-from lumped.explorer.study import Analysis, Start, Study, most_effective
+from lumped.explorer.study import (
+    Analysis,
+    Start,
+    Study,
+    choose_quantities,
+    choose_sliders,
+    read_end,
+)
 from lumped.language.component import Component
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
-from lumped.support.units import read_time
 from lumped.vibration.rules.limits import Limit
 
 if TYPE_CHECKING:
     from bokeh.document import Document
-
-_CURVES = 5
-"""States that are shown of a run, if nothing is named."""
 
 
 class Explorer:
@@ -227,13 +229,11 @@ def explore(
     """
     extra("bokeh", "explore", "explore")
     system = model if isinstance(model, System) else assemble(model)
-    end = None if until is None else read_time(until, "until")
-    if end is not None and not end > 0:
-        raise OptionError(f"explore: until = {until!r} s: a positive, finite time is needed.")
+    end = None if until is None else read_end(until, "explore")
     theta = system.theta(parameters)
     changed = {system.key(name): 0.0 for name in parameters or {}}
     base = {n: v for n, v in zip(system.parameters, theta.tolist(), strict=True) if n in changed}
-    names = [system.key(name) for name in (system.state_names[:_CURVES] if of is None else of)]
+    names = choose_quantities(system, of)
     if not names and (end is not None or inputs):
         raise OptionError(f"{system.name}: explore: name quantities to show, with `of`.")
     system.function(names)  # refuses what is unknown or was left out
@@ -244,13 +244,11 @@ def explore(
         base,
         end,
         {} if start is None else start,
-        tuple(names),
+        names,
         tuple(varied),
         tuple(limits),
         dict(analyses or {}),
     )
     if analyses is None:
         study = replace(study, analyses=find_analyses(study))
-    if sliders is None:
-        return Explorer(study, most_effective(study))
-    return Explorer(study, sliders_of(system, theta, sliders))
+    return Explorer(study, choose_sliders(study, sliders))

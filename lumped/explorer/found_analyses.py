@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.drawing.torsional_study import strongest_orders
 from lumped.errors import LumpedError
 from lumped.explorer.study import Analysis, Moment, Study, Values
 from lumped.points.start import start_point
@@ -167,9 +168,6 @@ def _by_orders(shaft: _Shaft, turns: int, orders: Real) -> dict[str, Analysis]:
 
     def diagram(values: Values) -> Campbell:
         found = response(values)
-        size = np.abs(found.values).max(axis=0)
-        share = (size / np.maximum(size.max(axis=0), 1e-300)).max(axis=1)
-        strongest = np.sort(found.orders[np.argsort(-share)[:_ORDERS]])
-        return mean_campbell(found, orders=strongest.tolist())
+        return mean_campbell(found, orders=strongest_orders([found], _ORDERS))
 
     return {f"Order response over {angle}": response, f"Campbell diagram over {angle}": diagram}

@@ -3,65 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib.resources import files
 from typing import Any
 
 from bokeh.document import Document
 from bokeh.models import ColumnDataSource, CustomJS, Div, Model
 
-_STYLE = (
-    ":host{font-size:12px;color:#57606a;margin:0 5px}.bk-clearfix{width:100%}"
-    "h2{font-size:14px;color:#1f2328;margin:2px 0}h3{font-size:12px;color:#1f2328;margin:6px 0 0}"
-    ".fault{color:#b00020;white-space:pre-wrap}pre{overflow:auto;margin:2px 0}"
-    "td,th{text-align:left;padding:2px 10px 2px 0}figure{margin:0}figcaption{display:none}"
-    "svg{width:100%;height:auto;max-height:420px}"
-)
-_READ = """
-const read = window.lumpedPage ??= (() => {
-  // Bokeh writes the styles of axes at each painting; the browser would find equal ones anew
-  try {
-    const {InlineStyleSheet: {prototype}} = Bokeh.require("core/dom")
-    const {replace} = prototype
-    prototype.replace = function(css, styles) {
-      if (styles != null || css != this.css) replace.call(this, css, styles)
-    }
-  } catch {}  // another version of Bokeh, without them
-  const figures = new Map()
-  const hold = (figure, is_held) => figure.setv({hold_render: is_held}, {sync: false})
-  const seen = new IntersectionObserver((entries) => {
-    for (const {target, isIntersecting} of entries) hold(figures.get(target), !isIntersecting)
-  }, {rootMargin: "100px"})
-  addEventListener("beforeprint", () => figures.forEach((figure) => hold(figure, false)))
-  const root = (div) => Bokeh.index.find_one(div)?.shadow_el
-  return {
-    data: (source, columns) => source.setv({data: columns}, {sync: false}),
-    html: (div, text) => {
-      const place = root(div)?.querySelector(".bk-clearfix")
-      if (place != null) place.innerHTML = text
-      else div.setv({text}, {sync: false})  // it is still being built
-    },
-    texts: (div, {id, text}) => id.forEach((each, i) => {
-      const told = root(div)?.getElementById(each)?.querySelector("text")
-      if (told != null && told.textContent != text[i]) told.textContent = text[i]
-    }),
-    figure(figure) {
-      const {el} = Bokeh.index.find_one(figure) ?? {}
-      if (el == null) setTimeout(() => this.figure(figure), 50)  // it is still being built
-      else if (!figures.has(el)) { figures.set(el, figure); seen.observe(el) }
-    },
-    link: (_, query) => history.replaceState(null, "", "?" + query),
-    file: (_, {name, text}) => {
-      const link = document.createElement("a")
-      link.href = URL.createObjectURL(new Blob([text], {type: "text/plain"}))
-      link.download = name
-      link.click()
-    },
-  }
-})()
-for (const [kind, id, value] of cb_obj.data.news[0]) {
-  const model = cb_obj.document.get_model_by_id(id)
-  if (model != null) read[kind](model, value)
-}
-"""
+_FOLDER = files("lumped.explorer")
+STYLE = (_FOLDER / "page.css").read_text()
+"""Given to each part of the page, whose classes say which it is."""
 
 
 class Post:
@@ -87,7 +37,7 @@ class Post:
         self._waiting: dict[tuple[str, Model], Any] = {}
         self._count = 0
         self.model = ColumnDataSource({"number": [0], "news": [[]]})
-        self.model.js_on_change("data", CustomJS(code=_READ))
+        self.model.js_on_change("data", CustomJS(code=(_FOLDER / "post.js").read_text()))
 
     def table(self, source: ColumnDataSource, columns: Mapping[str, Any]) -> None:
         """Change the data of a picture."""
@@ -159,7 +109,8 @@ class LiveText:
             text=html,
             sizing_mode="stretch_width",
             disable_math=True,
-            stylesheets=[_STYLE],
+            css_classes=["text"],
+            stylesheets=[STYLE],
             **options,
         )
 

@@ -102,16 +102,15 @@ def _of_csv(path: str, held: bytes) -> tuple[np.ndarray, list[Column]]:
         raise OptionError(f"{path}: at least one quantity and two instants are needed.")
     if not np.isfinite(table).all():
         raise OptionError(f"{path}: every value must be finite.")
-    first, *names = [head.rpartition(" [")[0] or head for head in map(str.strip, heads)]
+    columns: list[Column] = []
+    usual = ["s", *["1"] * (len(heads) - 1)]
+    for head, own, values in zip(heads, usual, table.T, strict=True):
+        name, mark, unit = head.strip().rpartition(" [")
+        columns.append((name, unit.removesuffix("]"), values) if mark else (unit, own, values))
+    (first, unit, t), *others = columns
     if first not in ("time", "t"):
         raise OptionError(f"{path}: the first column is '{first}'; the time [s] must stand there.")
-    units = [head.strip().rpartition(" [")[2].removesuffix("]") for head in heads]
-    t = _in_unit(table[:, 0], units[0] if heads[0].strip() != first else "s", "s", f"{path}: time")
-    columns = zip(names, units[1:], heads[1:], table.T[1:], strict=True)
-    return t, [
-        (name, unit if head.strip() != name else "1", column)
-        for name, unit, head, column in columns
-    ]
+    return _in_unit(t, unit, "s", f"{path}: time"), others
 
 
 def _in_unit(values: np.ndarray, given: str, wanted: str, what: str) -> np.ndarray:

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from html import escape
+from typing import Any
 
 from bokeh.document import Document
 from bokeh.models import (
@@ -15,6 +16,7 @@ from bokeh.models import (
     Column,
     CustomJSTickFormatter,
     FileInput,
+    FlexBox,
     MultiSelect,
     Row,
     Select,
@@ -25,7 +27,7 @@ from bokeh.models import Slider as Handle
 from lumped.compiler.parameter_file import parameter_text, parameters_in
 from lumped.errors import OptionError
 from lumped.explorer.computing import Computing, Found, in_words
-from lumped.explorer.live_text import LiveText, Post
+from lumped.explorer.live_text import STYLE, LiveText, Post
 from lumped.explorer.measured import Measured, read_measured
 from lumped.explorer.pictures import PICTURES, Picture
 from lumped.explorer.sliders import Slider, slider
@@ -37,26 +39,17 @@ from lumped.optimisation.identify import identify
 from lumped.support.text_table import number
 from lumped.support.units import amount
 
-_WIDE = (
-    ":host{align-items:flex-start;gap:12px;padding:0 8px 8px 0;box-sizing:border-box}"
-    "@media (max-width: 1050px){:host{flex-wrap:wrap}}"
-)
-_SIDE = (
-    ":host{flex:0 0 300px;width:300px;position:sticky;top:0;max-height:100vh;overflow:hidden auto}"
-    "@media (max-width: 1050px){:host{flex:1 1 100%;width:100%;position:static;max-height:none;"
-    "flex-direction:row;flex-wrap:wrap;align-items:flex-start}}"
-)
-_GROUP = ":host{flex:0 0 auto}@media (max-width: 1050px){:host{flex:1 1 220px;min-width:0}}"
-_MAIN = ":host{flex:1 1 0;min-width:min(460px,100%)}"
-_CARDS = ":host{flex:0 0 auto;flex-wrap:wrap;gap:12px;align-items:flex-start}"
-_CARD = ":host{flex:1 1 460px;min-width:0;padding:8px;border:1px solid #d0d7de;border-radius:6px}"
-_WHOLE = _CARD.replace("460px", "100%")
 _RATIO = "return Number((10 ** tick).toPrecision(4)).toString()"
 _PLAIN = "return Number(tick.toPrecision(4)).toString()"
 
 
 def _fault(text: str) -> str:
     return f'<span class="fault">{escape(text)}</span>'
+
+
+def _styled(kind: type[FlexBox], classes: str, *parts: UIElement, **options: Any) -> Any:
+    """A row or column that the style sheet knows by its classes."""
+    return kind(*parts, css_classes=classes.split(), stylesheets=[STYLE], **options)
 
 
 class _Card:
@@ -67,8 +60,8 @@ class _Card:
         self.picture: Picture | None = None
         self.told = LiveText(post, "computing ...", name=f"told {view.title}")
         self._head = LiveText(post, f"<h2>{escape(view.title)}</h2>").model
-        css = _WHOLE if view.kind == "schematic" else _CARD
-        self.model = Column(self._head, self.told.model, stylesheets=[css])
+        kind = "card whole" if view.kind == "schematic" else "card"
+        self.model = _styled(Column, kind, self._head, self.told.model)
 
     def show(self, study: Study, found: Found, overlay: Measured | None) -> None:
         """Draw what was found; what could not be made is told, and the last picture stays."""
@@ -129,7 +122,7 @@ class Page:
         self._cards = {view.title: _Card(view, self._post) for view in views(study)}
         self._message = LiveText(self._post, name="message")
         self._status = LiveText(self._post, "computing ...", name="status")
-        self._side = Column(LiveText(self._post).model, stylesheets=[_SIDE])
+        self._side = _styled(Column, "side", LiveText(self._post).model)
         self._lay_out()
         self._computing = Computing([card.view for card in self._cards.values()], self._show_later)
         doc.on_session_destroyed(lambda _: self._computing.end())
@@ -143,7 +136,7 @@ class Page:
             return
         text, self._link = self._link, None
         if text:
-            self._attempt(lambda: self._restore(text))
+            self._attempt(self._restore, text)
         self._fill_side()
         self._begin()
 
@@ -151,14 +144,10 @@ class Page:
 
     def _lay_out(self) -> None:
         head = LiveText(self._post, f"<h2>{escape(self._study.system.name)}</h2>").model
-        cards = Row(*(card.model for card in self._cards.values()), stylesheets=[_CARDS])
-        column = Column(
-            Row(head, self._status.model, sizing_mode="stretch_width"),
-            self._message.model,
-            cards,
-            stylesheets=[_MAIN],
-        )
-        whole = Row(self._side, column, sizing_mode="stretch_width", stylesheets=[_WIDE])
+        cards = _styled(Row, "cards", *(card.model for card in self._cards.values()))
+        top = Row(head, self._status.model, sizing_mode="stretch_width")
+        column = _styled(Column, "main", top, self._message.model, cards)
+        whole = _styled(Row, "wide", self._side, column, sizing_mode="stretch_width")
         whole.tags = [self._post.model]
         self._doc.add_root(whole)
         self._doc.title = f"{self._study.system.name} - lumped"
@@ -172,22 +161,20 @@ class Page:
                 head = escape(each.part or system.name)
                 groups[each.part] = [LiveText(self._post, f"<h3>{head}</h3>").model]
             if each.name not in self._handles:
-                self._handles[each.name] = (
-                    self._handle(each),
-                    LiveText(self._post, name=f"note {each.name}"),
-                )
+                note = LiveText(self._post, name=f"note {each.name}")
+                self._handles[each.name] = self._handle(each), note
             handle, note = self._handles[each.name]
             groups[each.part] += [handle, note.model]
         self._place()
         parts: dict[str, list[tuple[str, str]]] = {"": [("", "...")]}
         for name in system.parameters:
-            own, _, part = name[::-1].partition(".")
+            part, _, own = name.rpartition(".")
             mark = " (remove)" if name in names else ""
-            parts.setdefault(part[::-1] or system.name, []).append((name, own[::-1] + mark))
+            parts.setdefault(part or system.name, []).append((name, own + mark))
         self._choice.options, self._choice.value = parts, ""
         self._vary.options = names
         self._side.children = [
-            Column(*group, sizing_mode="stretch_width", stylesheets=[_GROUP])
+            _styled(Column, "group", *group, sizing_mode="stretch_width")
             for group in (*groups.values(), self._actions)
         ]
 
@@ -202,7 +189,7 @@ class Page:
             title=f"{each.name.rpartition('.')[2]}: {each.text}{unit}",
             format=CustomJSTickFormatter(code=_RATIO if each.is_ratio else _PLAIN),
             sizing_mode="stretch_width",
-            stylesheets=[".bk-slider-title{white-space:normal}"],
+            stylesheets=[STYLE],
             name=each.name,
         )
         handle.on_change("value", partial(self._on_move, each))
@@ -210,11 +197,9 @@ class Page:
 
     def _buttons(self) -> list[UIElement]:
         told = "The address of this page holds its sliders and values."
-        self._choice.on_change("value", lambda _, __, new: self._attempt(lambda: self._choose(new)))
+        self._choice.on_change("value", lambda _, __, new: self._attempt(self._choose, new))
         back = Button(label="Reset", name="reset")
-        back.on_click(
-            lambda: self._attempt(lambda: self._set({s.name: s.default for s in self._sliders}))
-        )
+        back.on_click(lambda: self._attempt(self._set, {s.name: s.default for s in self._sliders}))
         save = Button(label="Save parameters", name="save")
         save.on_click(self._save)
         fit = Button(label="Identify", name="identify")
@@ -250,10 +235,10 @@ class Page:
 
     # -- what the visitor does ---------------------------------------------------------------
 
-    def _attempt(self, action: Callable[[], None]) -> None:
+    def _attempt(self, action: Callable[..., None], *given: Any) -> None:
         """Do something, or say in words why not."""
         try:
-            action()
+            action(*given)
         except Exception as fault:  # functions of the user may raise anything
             self._message.write(_fault(in_words(fault)))
         else:
@@ -341,10 +326,9 @@ class Page:
                     start=moment.start,
                 )
             except Exception as fault:
-                text = _fault(in_words(fault))
-                self._doc.add_next_tick_callback(lambda: self._say(text))
+                self._doc.add_next_tick_callback(partial(self._say, _fault(in_words(fault))))
                 return
-            self._doc.add_next_tick_callback(lambda: self._show_identification(result))
+            self._doc.add_next_tick_callback(partial(self._show_identification, result))
 
         self._computing.later(search_parameters)
 
@@ -353,7 +337,7 @@ class Page:
         self._status.write("")
 
     def _show_identification(self, found: Identification) -> None:
-        self._attempt(lambda: self._set(found.parameters))
+        self._attempt(self._set, found.parameters)
         for name, (low, high) in found.intervals.items():
             open_ = name in found.unknown
             told = "not identified" if open_ else f"{number(low)} .. {number(high)}"
@@ -370,7 +354,7 @@ class Page:
 
     def _show_later(self, moment: Moment, found: list[Found], coming: list[View]) -> None:
         """Show from the thread of the page what a thread has made."""
-        self._doc.add_next_tick_callback(lambda: self._show(moment, found, coming))
+        self._doc.add_next_tick_callback(partial(self._show, moment, found, coming))
 
     def _show(self, moment: Moment, found: list[Found], coming: list[View]) -> None:
         for made in found:
@@ -378,8 +362,7 @@ class Page:
         for each in self._sliders:
             if each.name in moment.follows:
                 value = amount(moment.follows[each.name], each.unit)
-                told = f"follows from the start: {value}"
-                self._handles[each.name][1].write(told)
+                self._handles[each.name][1].write(f"follows from the start: {value}")
         if moment is self._moment:
             self._told(moment.parameters)
         for view in coming:

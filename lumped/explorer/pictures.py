@@ -30,7 +30,6 @@ _COLOURS = (
     *("#8c564b", "#e377c2", "#7f7f7f", "#bcbd22", "#17becf"),
 )
 _TOOLS = "pan,box_zoom,wheel_zoom,reset,save"
-_HEIGHT = 250
 
 
 class Picture:
@@ -56,12 +55,12 @@ def _colours(count: int) -> list[str]:
     return [_COLOURS[i % len(_COLOURS)] for i in range(count)]
 
 
-def _axes(post: Post, **options: Any) -> figure:
+def _axes(post: Post, height: int = 250, **options: Any) -> figure:
     """Empty axes in the look of the page."""
     plain = figure(
-        height=options.pop("height", _HEIGHT),
+        height=height,
         sizing_mode="stretch_width",
-        tools=options.pop("tools", _TOOLS),
+        tools=_TOOLS,
         toolbar_location="right",
         **options,
     )
@@ -89,18 +88,13 @@ class _Schematic(Picture):
     """The drive, whose texts change."""
 
     def __init__(self, study: Study, shown: Shown, post: Post) -> None:
-        texts = _by_parts(shown)
-        drawn = inline(schematic(study.system.model, values=texts), study.system.name, "schematic")
-        self._text = LiveText(post, drawn)
+        drawn = schematic(study.system.model, values=shown["texts"])
+        self._text = LiveText(post, inline(drawn, study.system.name, "schematic"))
         self.models = [self._text.model]
 
     def show(self, shown: Shown) -> None:
-        texts = _by_parts(shown)
-        self._text.write_in_picture({f"schematic-value of {part}": texts[part] for part in texts})
-
-
-def _by_parts(shown: Shown) -> dict[str, str]:
-    return dict(zip(shown["texts"]["part"], shown["texts"]["text"], strict=True))
+        told = {f"schematic-value of {part}": text for part, text in shown["texts"].items()}
+        self._text.write_in_picture(told)
 
 
 class _Modes(Picture):
@@ -135,7 +129,7 @@ class _Effects(Picture):
     """Bars for each parameter: by what share a result changes with it."""
 
     def __init__(self, study: Study, shown: Shown, post: Post) -> None:
-        names, kinds = _kinds(shown)
+        names, kinds = _split(shown)
         self._post, self._range = post, FactorRange(factors=names[::-1])
         axes = _axes(
             post,
@@ -159,7 +153,7 @@ class _Effects(Picture):
         self.models = [axes, LiveText(post, _legend([*kinds], _colours(len(kinds)))).model]
 
     def show(self, shown: Shown) -> None:
-        names, kinds = _kinds(shown)
+        names, kinds = _split(shown)
         if self._range.factors != names[::-1]:
             self._range.factors = names[::-1]
             self._axes.height = 90 + 26 * len(names)
@@ -169,12 +163,10 @@ class _Effects(Picture):
             self._post.table(bars, {"name": [], "share": []})
 
 
-def _kinds(shown: Shown) -> tuple[list[str], dict[str, list[float]]]:
-    table = shown["effects"]
-    kinds: dict[str, list[float]] = {}
-    for of, share in zip(table["of"], table["share"], strict=True):
-        kinds.setdefault(of, []).append(share)
-    return list(dict.fromkeys(table["name"])), kinds
+def _split(shown: Shown) -> tuple[list[str], dict[str, list[float]]]:
+    """Names of parameters, and the shares of each result."""
+    shares = dict(shown["effects"])
+    return shares.pop("name"), shares
 
 
 class _Run(Picture):
@@ -206,14 +198,14 @@ class _Run(Picture):
             axes.y_range.renderers = [r for r in axes.renderers if not isinstance(r.glyph, VSpan)]
             every += axes.y_range.renderers
         panels[0].x_range.renderers = every
-        self._told = LiveText(post, _list_texts(shown["told"]["text"]))
+        self._told = LiveText(post, _list_events(shown))
         names = LiveText(post, _legend([*colours], [*colours.values()])).model
         self.models = [*panels, names, self._told.model]
 
     def show(self, shown: Shown) -> None:
         self._post.table(self._curves, shown["curves"])
         self._post.table(self._events, shown["events"])
-        self._told.write(_list_texts(shown["told"]["text"]))
+        self._told.write(_list_events(shown))
 
     def overlay(self, measured: Measured) -> None:
         for name, source in self._measured.items():
@@ -222,8 +214,8 @@ class _Run(Picture):
             self._post.table(source, dict(zip(("t", "y"), found, strict=True)))
 
 
-def _list_texts(texts: Sequence[str]) -> str:
-    return "; ".join(map(escape, texts))
+def _list_events(shown: Shown) -> str:
+    return "; ".join(map(escape, shown["told"]["text"]))
 
 
 class _Curves(Picture):
@@ -281,23 +273,14 @@ class _Verdict(Picture):
 
 
 def _limits(shown: Shown) -> str:
-    rows = "".join(map(_row, zip(*shown["limits"].values(), strict=True)))
-    head = "".join(f"<th>{name}</th>" for name in ("limit", *_COLUMNS))
-    return f"<table><tr>{head}</tr>{rows}</table>"
-
-
-_COLUMNS = ("quantity", "value", "permitted", "used")
-
-
-def _row(cells: tuple[Any, ...]) -> str:
-    *texts, used = cells
-    colour = "#b00020" if used > 1 else "#1a7f37"
-    told = f"{used:.0%}" + (", not kept" if used > 1 else "")
-    return (
-        "<tr>"
-        + "".join(f"<td>{escape(text)}</td>" for text in texts)
-        + f'<td style="color: {colour}; font-weight: bold">{told}</td></tr>'
-    )
+    heads = ("limit", "quantity", "value", "permitted", "used")
+    rows = ["".join(f"<th>{name}</th>" for name in heads)]
+    for *texts, used in zip(*shown["limits"].values(), strict=True):
+        colour, failed = ("#b00020", ", not kept") if used > 1 else ("#1a7f37", "")
+        cells = "".join(f"<td>{escape(text)}</td>" for text in texts)
+        style = f"color: {colour}; font-weight: bold"
+        rows.append(f'{cells}<td style="{style}">{used:.0%}{failed}</td>')
+    return f"<table>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
 
 
 PICTURES: dict[str, Callable[[Study, Shown, Post], Picture]] = {

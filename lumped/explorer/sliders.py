@@ -16,6 +16,8 @@ from lumped.support.text_table import number
 from lumped.support.units import amount, plain
 
 Ends = tuple[float | str, float | str]
+Wanted = Iterable[Name] | Mapping[Name, Ends] | Mapping[str, Ends]
+"""Parameters to move, and the ends of their sliders."""
 _STEPS = 400
 """Steps of a slider from end to end."""
 _WIDE = 30.0
@@ -155,11 +157,7 @@ def _natural(declared: Param, default: float) -> tuple[float, float]:
     return max(low, least), min(high, most)
 
 
-def sliders(
-    system: System,
-    theta: np.ndarray,
-    wanted: Iterable[Name] | Mapping[Name, Ends] | Mapping[str, Ends],
-) -> tuple[Slider, ...]:
+def sliders(system: System, theta: np.ndarray, wanted: Wanted) -> tuple[Slider, ...]:
     """Sliders of named parameters, in their order; a mapping gives their ends.
 
     Raises

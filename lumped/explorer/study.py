@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
+from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import LumpedError, OptionError
-from lumped.explorer.sliders import Slider, slider
+from lumped.explorer.sliders import Slider, Wanted, slider, sliders
 from lumped.points.start import start_point
 from lumped.simulation.simulate import simulate
+from lumped.support.units import read_time
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity
@@ -30,6 +32,8 @@ Start = Changes | Callable[[Values], Changes | OperatingPoint]
 Analysis = Callable[[Values], Campbell | FrequencyResponse | OrderAmplitudes]
 """A function of the changed parameters that makes an analysis."""
 
+_CURVES = 5
+"""States that are shown, if nothing is named."""
 _SLIDERS = 10
 """Sliders, if none are named."""
 _LOWEST = 3
@@ -69,13 +73,13 @@ class Study:
     """
 
     system: System
-    base: Values
-    until: float | None
-    start: Start
-    of: tuple[str, ...]
-    inputs: tuple[str, ...]
-    limits: tuple[Limit, ...]
-    analyses: dict[str, Analysis]
+    base: Values = field(default_factory=dict)
+    until: float | None = None
+    start: Start = field(default_factory=dict)
+    of: tuple[str, ...] = ()
+    inputs: tuple[str, ...] = ()
+    limits: tuple[Limit, ...] = ()
+    analyses: dict[str, Analysis] = field(default_factory=dict)
 
 
 class Moment:
@@ -185,6 +189,32 @@ class Moment:
                 "a frequency response or an order response is needed."
             )
         return self._analyses.setdefault(title, found)
+
+
+def read_end(until: float | str, who: str) -> float:
+    """End of a run, s.
+
+    Raises
+    ------
+    OptionError
+        If it is no positive, finite time.
+    """
+    end = read_time(until, "until")
+    if not end > 0:
+        raise OptionError(f"{who}: until = {until!r} s: a positive, finite time is needed.")
+    return end
+
+
+def choose_quantities(system: System, wanted: Iterable[Name] | None) -> tuple[str, ...]:
+    """Quantities to show; if nothing is named, the first states."""
+    return tuple(map(system.key, system.state_names[:_CURVES] if wanted is None else wanted))
+
+
+def choose_sliders(study: Study, wanted: Wanted | None) -> tuple[Slider, ...]:
+    """Sliders that are named, or those of the most effective parameters."""
+    if wanted is None:
+        return most_effective(study)
+    return sliders(study.system, study.system.theta(study.base), wanted)
 
 
 def most_effective(study: Study) -> tuple[Slider, ...]:

@@ -22,7 +22,7 @@ from lumped.vibration.rules.verdict import verdict
 from lumped.vibration.speeds.campbell import Campbell
 
 Shown = dict[str, dict[str, Any]]
-"""Tables by their names; columns, lists or arrays, of one table are equally long."""
+"""Tables by their names: equally long columns, or the texts of parts."""
 _MODES = 4
 """Modes that are drawn."""
 _FIRST = 0.1
@@ -74,38 +74,23 @@ def views(study: Study) -> tuple[View, ...]:
 # -- drive ---------------------------------------------------------------------------------------
 
 
-def find_shown_parameters(
-    system: System, values: Mapping[str, float]
-) -> dict[str, tuple[str, float]]:
-    """The first parameter that is not zero of each part without parts: its name and value."""
+def find_part_texts(system: System, values: Mapping[str, float]) -> dict[str, tuple[str, str]]:
+    """The first parameter that is not zero of each part without parts, and what tells its value."""
+    p = system.structure.parameters
+    units = dict(zip(p.names, (declared.unit for declared in p.declared), strict=True))
     leaves = {node.path for node in system.structure.tree.instances if not node.children}
-    found: dict[str, tuple[str, float]] = {}
+    found: dict[str, tuple[str, str]] = {}
     for name, value in system.parameter_values(values).items():
-        part = name.rpartition(".")[0]
+        part, _, own = name.rpartition(".")
         if part in leaves and part not in found and value:
-            found[part] = name, value
+            unit = "" if units[name] == "1" else f" {units[name]}"
+            found[part] = name, f"{own} = {number(value, 4)}{unit}"
     return found
 
 
-def format_parameter(name: str, value: float, unit: str) -> str:
-    """What the schematic says of a parameter."""
-    own = "" if unit == "1" else f" {unit}"
-    return f"{name.rpartition('.')[2]} = {number(value, 4)}{own}"
-
-
-def value_texts(study: Study, values: Mapping[str, float]) -> dict[str, str]:
-    """What the schematic says of each part, by its path."""
-    p = study.system.structure.parameters
-    units = dict(zip(p.names, (declared.unit for declared in p.declared), strict=True))
-    told = find_shown_parameters(study.system, values)
-    return {
-        part: format_parameter(name, value, units[name]) for part, (name, value) in told.items()
-    }
-
-
 def _schematic(moment: Moment, _: Sequence[Slider]) -> Shown:
-    texts = value_texts(moment.study, moment.parameters)
-    return {"texts": {"part": [*texts], "text": [*texts.values()]}}
+    told = find_part_texts(moment.study.system, moment.parameters)
+    return {"texts": {part: text for part, (_, text) in told.items()}}
 
 
 # -- vibration -----------------------------------------------------------------------------------
@@ -121,7 +106,8 @@ def _modes(moment: Moment, _: Sequence[Slider]) -> Shown:
     shapes = np.array([found.shape(name)[:count] for name in names]).real
     first = (np.abs(shapes) > _FIRST).argmax(axis=0)
     shapes *= np.sign(shapes[first, np.arange(count)])
-    labels = [f"{number(f, 5)} Hz, D = {number(d + 0.0, 3)}" for f, d in _pairs(found, count)]
+    pairs = zip(found.hertz[:count].tolist(), found.damping[:count].tolist(), strict=True)
+    labels = [f"{number(f, 5)} Hz, D = {number(d + 0.0, 3)}" for f, d in pairs]
     return {
         "shapes": {
             "x": [list(range(len(names)))] * count,
@@ -134,44 +120,42 @@ def _modes(moment: Moment, _: Sequence[Slider]) -> Shown:
     }
 
 
-def _pairs(found: Any, count: int) -> list[tuple[float, float]]:
-    return list(zip(found.hertz[:count].tolist(), found.damping[:count].tolist(), strict=True))
-
-
 def _effects(moment: Moment, sliders: Sequence[Slider]) -> Shown:
     names = [each.name for each in sliders]
     count = min(len(moment.modes.hertz), _EFFECTS)
-    table: dict[str, list[Any]] = {"name": [], "of": [], "share": []}
     if count:
         slopes = eigen_sensitivity(moment.modes, by=names)
-        for k in range(count):
-            table["name"] += names
-            table["of"] += [f"frequency {k + 1}"] * len(names)
-            table["share"] += np.nan_to_num(slopes.relative[k]).tolist()
+        shares = [np.nan_to_num(slopes.relative[k]).tolist() for k in range(count)]
+        kinds = {f"frequency {k + 1}": own for k, own in enumerate(shares)}
     elif moment.study.until is not None:
-        shares = effects_on_run(moment, names)
-        table = {"name": names, "of": ["run"] * len(names), "share": [shares[n] for n in names]}
+        effects = effects_on_run(moment, names)
+        kinds = {"run": [effects[name] for name in names]}
     else:
         raise OptionError(f"{moment.study.system.name}: no oscillating mode and no run.")
-    return {"effects": table}
+    return {"effects": {"name": names, **kinds}}
+
+
+def _curves(x: Any, y: Mapping[str, Any], labels: tuple[str, str], scale: str = "linear") -> Shown:
+    """Curves over one axis by what they are, and what stands at both axes."""
+    return {
+        "curves": {"x": [x] * len(y), "y": [*y.values()], "label": [*y]},
+        "axes": {"x": [labels[0]], "y": [labels[1]], "scale": [scale]},
+    }
+
+
+def _list_units(system: System, names: Sequence[str]) -> str:
+    return " or ".join(sorted({system.quantity(name).unit for name in names}))
 
 
 def _response(found: FrequencyResponse) -> Shown:
-    curves = [(o, i) for o in found.outputs for i in found.inputs]
     several = len(found.inputs) > 1
-    unit = {found.system.quantity(o).unit for o in found.outputs}
-    return {
-        "curves": {
-            "x": [found.hertz] * len(curves),
-            "y": [found.magnitude(o, i) for o, i in curves],
-            "label": [f"{o} to {i}" if several else o for o, i in curves],
-        },
-        "axes": {
-            "x": ["frequency, Hz"],
-            "y": [f"amplitude, {' or '.join(sorted(unit))} for each unit"],
-            "scale": ["log"],
-        },
+    sizes = {
+        f"{o} to {i}" if several else o: found.magnitude(o, i)
+        for o in found.outputs
+        for i in found.inputs
     }
+    size = f"amplitude, {_list_units(found.system, found.outputs)} for each unit"
+    return _curves(found.hertz, sizes, ("frequency, Hz", size), "log")
 
 
 def _analysis(title: str, moment: Moment, _: Sequence[Slider]) -> Shown:
@@ -180,19 +164,9 @@ def _analysis(title: str, moment: Moment, _: Sequence[Slider]) -> Shown:
         return _response(found)
     if isinstance(found, Campbell):
         return _campbell(found)
-    unit = {found.system.quantity(o).unit for o in found.of}
-    return {
-        "curves": {
-            "x": [found.rpm] * len(found.of),
-            "y": [found.synthesis(o).maximum for o in found.of],
-            "label": [*found.of],
-        },
-        "axes": {
-            "x": ["speed, 1/min"],
-            "y": [f"largest vibration, {' or '.join(sorted(unit))}"],
-            "scale": ["linear"],
-        },
-    }
+    sizes = {name: found.synthesis(name).maximum for name in found.of}
+    size = f"largest vibration, {_list_units(found.system, found.of)}"
+    return _curves(found.rpm, sizes, ("speed, 1/min", size))
 
 
 def _campbell(found: Campbell) -> Shown:
@@ -202,25 +176,20 @@ def _campbell(found: Campbell) -> Shown:
     # of modes that no order reaches, the lowest
     modes = [*found.hertz.T[: np.append(np.flatnonzero(above), len(above))[0] + 1]]
     top = 1.15 * float(np.nanmax(modes, initial=0.0))
-    rays = [(0.0, 0.0, *_end(order, float(rpm[-1]), top)) for order in found.orders]
-    return {
-        "curves": {
-            "x": [rpm] * len(modes),
-            "y": modes,
-            "label": [f"mode {k + 1}" for k in range(len(modes))],
-        },
+    ends = [_end(order, float(rpm[-1]), top) for order in found.orders]
+    hertz = {f"mode {k + 1}": mode for k, mode in enumerate(modes)}
+    return _curves(rpm, hertz, ("speed, 1/min", "frequency, Hz")) | {
         "rays": {
-            "x": [[x0, x1] for x0, _, x1, _ in rays],
-            "y": [[y0, y1] for _, y0, _, y1 in rays],
+            "x": [[0.0, x] for x, _ in ends],
+            "y": [[0.0, y] for _, y in ends],
             "label": [f"{order:g}" for order in found.orders],
-            "end_x": [x1 for _, _, x1, _ in rays],
-            "end_y": [y1 for *_, y1 in rays],
+            "end_x": [x for x, _ in ends],
+            "end_y": [y for _, y in ends],
         },
         "critical": {
             "x": [c.rpm for c in found.critical],
             "y": [c.hertz for c in found.critical],
         },
-        "axes": {"x": ["speed, 1/min"], "y": ["frequency, Hz"], "scale": ["linear"]},
     }
 
 
@@ -246,9 +215,7 @@ def _run(moment: Moment, _: Sequence[Slider]) -> Shown:
     return {
         "curves": {
             "t": run.t,
-            **{
-                name: np.ascontiguousarray(column) for name, column in zip(of, table.T, strict=True)
-            },
+            **dict(zip(of, map(np.ascontiguousarray, table.T), strict=True)),
         },
         "events": {"t": [e.time for e in events]},
         "told": {"text": told or ["no events"]},

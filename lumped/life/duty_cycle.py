@@ -17,7 +17,7 @@ from lumped.life.load_case import LoadCase, read_load
 from lumped.life.rainflow import Cycles, damage_of
 from lumped.life.sn_curve import SNCurve
 from lumped.plots.draw import Backend, draw
-from lumped.plots.load_spectra import duty_picture
+from lumped.plots.numbers import duty_picture
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units, display
 from lumped.support.optional_packages import extra

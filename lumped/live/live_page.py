@@ -5,41 +5,41 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from html import escape
+from dataclasses import asdict
 from importlib.resources import files
 from pathlib import Path
+from string import Template
 from typing import Any
-
-import numpy as np
 
 from lumped.compiler.assemble import assemble
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError
-from lumped.exchange.interface import uneven_clocks
-from lumped.explorer.sliders import Ends, Slider
-from lumped.explorer.sliders import sliders as sliders_of
-from lumped.explorer.study import Start, Study, most_effective
-from lumped.explorer.views import find_shown_parameters, format_parameter
-from lumped.functionals.functional import Functional, watching
+from lumped.exchange.c_compiler import Linked, compile_sources, zig_compiler
+from lumped.exchange.c_tables import model_files
+from lumped.exchange.interface import Interface, uneven_clocks
+from lumped.explorer.sliders import Ends
+from lumped.explorer.study import Start, Study, choose_quantities, choose_sliders, read_end
+from lumped.explorer.views import find_part_texts
+from lumped.functionals import Functional, highest, lowest
+from lumped.functionals.functional import watching
 from lumped.language.component import Component
-from lumped.live.numbers import find_numbers, rules
-from lumped.live.run_code import run_code
+from lumped.language.expression import Call, ConstantExpression, Expr
 from lumped.many_runs.watched import POSITIONS, Watched
 from lumped.plots.over_time import over_time
 from lumped.plots.picture import Curve
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.text_table import number
-from lumped.support.units import read_time
 from lumped.support.whole_files import write_text
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 
-_CURVES = 5
-"""States that are shown, if nothing is named."""
 _MOST_ROWS = 20_000
+_SOURCES = ("clocks.c", "events.c", "faults.c", "start.c", "steps.c", "access.c", "live.c")
+_MADE = Linked((), ("-mexec-model=reactor", "-s"), ".wasm")
+_SCRIPTS = ("numbers", "pictures", "page")
 
 
 @checked
@@ -111,9 +111,7 @@ def live_page(
     """
     plots = None if plots is None else list(plots)
     system = model if isinstance(model, System) else assemble(model, keep=plots or ())
-    end = read_time(until, "until")
-    if not end > 0:
-        raise OptionError(f"live_page: until = {until!r} s: a positive, finite time is needed.")
+    end = read_end(until, "live_page")
     if not 1 <= grid <= _MOST_ROWS:
         raise OptionError(f"live_page: grid = {grid}: choose 1 to {_MOST_ROWS} intervals.")
     if isinstance(start, OperatingPoint):
@@ -132,50 +130,65 @@ def live_page(
         changed = {system.key(name): value for name, value in (parameters or {}).items()}
     if uneven_clocks(system):
         system = system.without_foresight()
-    theta = system.theta(changed)
+    theta, p = system.theta(changed), system.structure.parameters
     base = {name: float(theta[system.places([name])[0]]) for name in changed}
-    names = [
-        system.key(name) for name in (system.state_names[:_CURVES] if plots is None else plots)
-    ]
+    names = choose_quantities(system, plots)
     if not names:
         raise OptionError(f"{system.name}: live_page: name quantities to draw, with `plots`.")
-    if sliders is None:
-        moved = most_effective(Study(system, base, end, _start_of(start), tuple(names), (), (), {}))
-    else:
-        moved = sliders_of(system, theta, sliders)
-    wanted = find_numbers(system, names, numbers)
+    study = Study(system, base, end, _start_of(start), names)
+    moved = choose_sliders(study, sliders)
+    wanted = _find_numbers(system, names, numbers)
     system = watching(system, wanted.values())
     watched = Watched(system, wanted, 0.0, end)
-    code = run_code(system, names, watched, start, rtol, grid)
+    compiler = zig_compiler("wasm32-wasi", "live_page")
+    interface = Interface(system, (), names, {} if start is None else start)
+    sources, _ = model_files(interface, "", rtol, "auto", watched=watched)
+    folder = files("lumped.exchange") / "c"
+    sources |= {name: (folder / name).read_text() for name in (*_SOURCES, "lumped.h")}
+    sources["shown.h"] = _write_shown(interface, names, watched, grid)
+    code = compile_sources(sources, ("loop.c", "model.c", *_SOURCES), compiler, _MADE)
     options: dict[str, Any] = {"until": end, "start": start, "rtol": rtol, "method": "steps"}
     first = simulate(system, parameters=parameters, grid=grid, **options)
-    texts = _write_part_texts(system, theta)
+    values = dict(zip(system.parameters, theta.tolist(), strict=True))
+    texts = find_part_texts(system, values)
+    places = {name: place for place, name in enumerate(values)}
+    declared = (p.declared[i] for i in p.free)
     data = {
         "name": system.name,
         "until": end,
         "grid": grid,
-        "parameters": _parameters(system, theta),
-        "sliders": [_slider(system, each) for each in moved],
-        "quantities": [_quantity(system, name) for name in names],
+        "parameters": [
+            {"name": name, "unit": own.unit, "value": values[name]}
+            for name, own in zip(values, declared, strict=True)
+        ],
+        "sliders": [asdict(each) | {"place": places[each.name]} for each in moved],
+        "quantities": [
+            {"name": name, "unit": own.unit, "text": own.text}
+            for name, own in zip(names, map(system.quantity, names), strict=True)
+        ],
         "panels": _panels(first, names),
-        "numbers": rules(system, watched),
+        "numbers": [_rule(system, watched, label) for label in wanted],
         "ranges": _ranges(watched),
         "events": _event_words(system),
-        "parts": texts,
+        "parts": {
+            part: {"place": places.get(name), "text": told} for part, (name, told) in texts.items()
+        },
     }
     from lumped.drawing.inline import inline
+    from lumped.drawing.page_frame import fill_frame, prose
     from lumped.drawing.schematic import schematic
 
-    told = {part: found["text"] for part, found in texts.items()}
-    page = _page(
-        title or system.name,
-        text,
-        inline(schematic(system.model, values=told), system.name, "s"),
-        data,
-        code,
+    drawn = schematic(system.model, values={part: told for part, (_, told) in texts.items()})
+    folder = files("lumped.live")
+    body = Template((folder / "page.html").read_text()).substitute(
+        text=prose(text) if text else "",
+        schematic=inline(drawn, system.name, "s"),
+        data=json.dumps(data, ensure_ascii=False).replace("</", "<\\/"),
+        code=base64.b64encode(code).decode(),
+        script="\n".join((folder / f"{name}.js").read_text() for name in _SCRIPTS),
     )
     path = Path(path)
-    write_text(path, page)
+    write_text(path, fill_frame(title or system.name, (folder / "page.css").read_text(), body))
     return path
 
 
@@ -184,29 +197,19 @@ def _start_of(start: Changes | OperatingPoint | None) -> Start:
     return (lambda _: start) if isinstance(start, OperatingPoint) else start or {}
 
 
-def _parameters(system: System, theta: np.ndarray) -> list[dict[str, Any]]:
-    p = system.structure.parameters
-    return [
-        {"name": p.names[i], "unit": p.declared[i].unit, "value": value}
-        for i, value in zip(p.free, theta.tolist(), strict=True)
+def _write_shown(interface: Interface, names: Sequence[str], watched: Watched, grid: int) -> str:
+    """Sizes of the results, and where the values of the curves are found."""
+    states = interface.system.state_names
+    places = [
+        f"FIRST_STATE + {states.index(name)}"
+        if name in states
+        else f"FIRST_OUTPUT + {interface.outputs.index(name)}"
+        for name in names
     ]
-
-
-def _slider(system: System, each: Slider) -> dict[str, Any]:
-    (place,) = system.places([each.name])
-    return {
-        "place": place,
-        "text": each.text,
-        "low": each.low,
-        "high": each.high,
-        "isRatio": each.is_ratio,
-        "default": each.default,
-    }
-
-
-def _quantity(system: System, name: str) -> dict[str, str]:
-    found = system.quantity(name)
-    return {"name": name, "unit": found.unit, "text": found.text}
+    return (
+        f"enum {{ N_SHOWN = {len(names)}, N_TAKEN = {watched.width}, N_ROWS = {grid + 1} }};\n"
+        f"static const uint32_t shown_references[] = {{{', '.join(places)}}};\n"
+    )
 
 
 def _panels(run: Trajectory, names: Sequence[str]) -> list[list[int]]:
@@ -252,36 +255,54 @@ def _event_words(system: System) -> dict[str, list[Any]]:
     return {"0": conditions, "1": holds}
 
 
-def _write_part_texts(system: System, theta: np.ndarray) -> dict[str, dict[str, Any]]:
-    """What the schematic says of each part: the place of a parameter that can move, and a text."""
-    own = _parameters(system, theta)
-    values = {entry["name"]: entry["value"] for entry in own}
-    names = list(values)
-    p = system.structure.parameters
-    units = dict(zip(p.names, (declared.unit for declared in p.declared), strict=True))
+def _find_numbers(
+    system: System, names: Sequence[str], wanted: Iterable[Functional] | Mapping[str, Functional]
+) -> dict[str, Functional]:
+    """Those that are wanted, then the highest and lowest values of what is drawn, by their texts.
+
+    Raises
+    ------
+    OptionError
+        If one is named twice.
+    """
+    found: dict[str, Functional] = {}
+    if isinstance(wanted, Mapping):
+        found |= wanted
+    else:
+        for each in wanted:
+            if str(each) in found:
+                raise OptionError(f"{system.name}: live_page: {each} is named twice.")
+            found[str(each)] = each
+    for name in names:
+        for each in (highest(name), lowest(name)):
+            found.setdefault(str(each), each)
+    return found
+
+
+def _rule(system: System, watched: Watched, label: str) -> dict[str, Any]:
+    """Text and unit of a number, and how it follows from what the loop takes."""
+    wanted = watched.of[label]
     return {
-        part: {
-            "place": names.index(name) if name in values else None,
-            "text": format_parameter(name, value, units[name]),
-        }
-        for part, (name, value) in find_shown_parameters(system, values).items()
+        "text": label,
+        "unit": wanted.unit(system),
+        "missing": watched.missing(label),
+        "places": [watched.place(reading)._asdict() for reading in wanted.readings],
+        "formula": _javascript(wanted),
     }
 
 
-def _page(title: str, text: str, drawing: str, data: dict[str, Any], code: bytes) -> str:
-    folder = files("lumped.live")
-    parts = {
-        "title": escape(title),
-        "text": f"<p>{escape(text)}</p>" if text else "",
-        "style": (folder / "page.css").read_text(),
-        "schematic": drawing,
-        "data": json.dumps(data, ensure_ascii=False).replace("</", "<\\/"),
-        "code": base64.b64encode(code).decode(),
-        "numbers": (folder / "numbers.js").read_text(),
-        "pictures": (folder / "pictures.js").read_text(),
-        "script": (folder / "page.js").read_text(),
-    }
-    page = (folder / "page.html").read_text()
-    for name, part in parts.items():
-        page = page.replace(f"<!--{name}-->", part, 1)
-    return page
+def _javascript(functional: Functional) -> str:
+    """A functional in JavaScript, of readings ``r[0], r[1], ...``."""
+    places = {reading: f"r[{i}]" for i, reading in enumerate(functional.readings)}
+    return functional.fold(places.__getitem__, _of_node)
+
+
+def _of_node(node: Expr, operands: list[str]) -> str:
+    if isinstance(node, ConstantExpression):
+        return f"({node.value!r})"
+    assert isinstance(node, Call)
+    if node.op in ("+", "-", "*", "/"):
+        return f"({node.op.join(operands)})"
+    if node.op == "neg":
+        return f"(-{operands[0]})"
+    return f"Math.{'pow' if node.op == '**' else node.op}({', '.join(operands)})"

@@ -98,7 +98,7 @@ function due() {
   isDue = true;
 }
 
-const inside = each => each.isRatio ? Math.log : value => value;
+const inside = each => each.is_ratio ? Math.log : value => value;
 
 function addSlider(each) {
   const {name, unit} = data.parameters[each.place], root = document.createElement("div");
@@ -116,7 +116,7 @@ function addSlider(each) {
     output.textContent = amount(values[each.place], unit);
   }};
   input.addEventListener("input", () => {
-    const at = Number(input.value), moved = each.isRatio ? Math.exp(at) : at;
+    const at = Number(input.value), moved = each.is_ratio ? Math.exp(at) : at;
     values[each.place] = Math.min(Math.max(moved, each.low), each.high);
     output.textContent = amount(values[each.place], unit);
     due();

@@ -38,9 +38,9 @@ def draw(picture: Picture, backend: Backend = "matplotlib", ax: Any = None) -> A
                 f"{picture.title}: ax = belongs to matplotlib; leave it out for plotly."
             )
         extra("plotly", "interactive", 'backend="plotly"')
-        from lumped.plots.plotly_figure import plotly_figure
+        from lumped.plots.plotly_figure import PlotlyFigure
 
-        return plotly_figure(picture)
+        return PlotlyFigure(picture).figure
     from lumped.plots.matplotlib_figure import matplotlib_figure
 
     return matplotlib_figure(picture, ax)

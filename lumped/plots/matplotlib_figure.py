@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from functools import singledispatch
 from typing import Any
 
@@ -13,7 +14,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter
 
 from lumped.errors import OptionError, shown
-from lumped.plots.notebook_figure import NotebookFigure
 from lumped.plots.picture import (
     Band,
     Bars,
@@ -22,7 +22,6 @@ from lumped.plots.picture import (
     HeatMap,
     Instants,
     Level,
-    Panel,
     Picture,
     Tag,
     Words,
@@ -31,16 +30,18 @@ from lumped.plots.picture import (
 )
 from lumped.plots.style import GREY, INK, LETTER, MAP, RC, SMALL, WIDTH, Look
 
-_MARKERS = {
-    "": "",
-    "circle": "o",
-    "square": "s",
-    "triangle": "^",
-    "diamond": "D",
-    "down": "v",
-}
+_MARKERS = {"": "", "circle": "o", "square": "s", "triangle": "^", "diamond": "D", "down": "v"}
 _DASHES = {"": "none", "solid": "-", "dashed": "--", "dotted": ":", "dashdot": "-."}
 _AWAY = 0.03  # of tags from the panel, as a share of its sides
+
+
+class NotebookFigure(Figure):
+    """A figure of matplotlib that a notebook shows without ``%matplotlib inline``."""
+
+    def _repr_png_(self) -> bytes:
+        file = io.BytesIO()
+        self.savefig(file, format="png", dpi=100)
+        return file.getvalue()
 
 
 def matplotlib_figure(picture: Picture, ax: Any = None) -> Figure:
@@ -60,7 +61,7 @@ def matplotlib_figure(picture: Picture, ax: Any = None) -> Figure:
                 handle = _draw_item(item, axis)
                 if handle is not None and isinstance(item, Beside | Instants) and item.label:
                     own = isinstance(item, Beside) and not picture.below
-                    text = _plain(wrap_text(item.label, 30 if own else 60))
+                    text = plain_text(wrap_text(item.label, 30 if own else 60))
                     (beside if own else below).setdefault(text, handle)
             _scale_axes(axis, picture, i)
             if ax is not None and axis is axes[-1]:
@@ -73,10 +74,12 @@ def matplotlib_figure(picture: Picture, ax: Any = None) -> Figure:
                     bbox_to_anchor=(1.01, 1.0),
                     borderaxespad=0.0,
                 )
-        heading = _plain("\n".join(wrap_text(t, 90) for t in (picture.title, picture.note) if t))
+        heading = plain_text(
+            "\n".join(wrap_text(t, 90) for t in (picture.title, picture.note) if t)
+        )
         if ax is not None:
             caption = picture.panels[0].caption
-            axes[0].set_title("\n".join(filter(None, (heading, _plain(caption)))))
+            axes[0].set_title("\n".join(filter(None, (heading, plain_text(caption)))))
             found = axes[0].get_figure(root=True)
             assert found is not None
             return found
@@ -92,10 +95,7 @@ def matplotlib_figure(picture: Picture, ax: Any = None) -> Figure:
 
 def _new_axes(picture: Picture) -> list[Axes]:
     columns, panels = picture.columns, picture.panels
-    heights = [
-        max(map(_height, panels[first : first + columns], [picture] * columns))
-        for first in range(0, len(panels), columns)
-    ]
+    heights = picture.measure_rows(0.1, 1.45 * SMALL / 72)
     captions = 0.25 * picture.rows * any(panel.caption for panel in panels)
     names = picture.depth * (1 if picture.shared else picture.rows)
     size = WIDTH, 0.9 + sum(heights) + captions + names
@@ -105,15 +105,9 @@ def _new_axes(picture: Picture) -> list[Axes]:
     for i in range(len(panels)):
         same = axes[0] if axes and picture.shared else None
         axes.append(figure.add_subplot(grid[divmod(i, columns)], sharex=same))
-        if picture.shared and i + columns < len(panels):
+        if not picture.is_numbered(i):
             axes[-1].tick_params(labelbottom=False)
     return axes
-
-
-def _height(panel: Panel, picture: Picture) -> float:
-    """Of a panel, inch: as it wishes, or as its legend needs."""
-    lines = sum(1 + wrap_text(label).count("\n") for label in picture.legend(panel))
-    return max(panel.height, 0.1 + 1.45 * SMALL / 72 * lines)
 
 
 def _check_axes(picture: Picture, ax: Any) -> list[Axes]:
@@ -128,7 +122,7 @@ def _check_axes(picture: Picture, ax: Any) -> list[Axes]:
     return axes
 
 
-def _plain(text: str) -> str:
+def plain_text(text: str) -> str:
     """A text that is no formula."""
     return text.replace("$", r"\$")
 
@@ -136,8 +130,6 @@ def _plain(text: str) -> str:
 def _scale_axes(axis: Axes, picture: Picture, i: int) -> None:
     """Scales, labels and numbers of both axes."""
     panel = picture.panels[i]
-    is_last = i + picture.columns >= len(picture.panels)
-    is_first = not i % picture.columns
     for way, wanted in ((axis.xaxis, panel.x), (axis.yaxis, panel.y)):
         name = way.axis_name
         if wanted.log:
@@ -157,16 +149,17 @@ def _scale_axes(axis: Axes, picture: Picture, i: int) -> None:
         if wanted.bare:
             way.set_ticks([])
     if panel.y.names:
-        axis.set_yticks(range(len(panel.y.names)), [_plain(wrap_text(n)) for n in panel.y.names])
+        axis.set_yticks(
+            range(len(panel.y.names)), [plain_text(wrap_text(n)) for n in panel.y.names]
+        )
         axis.grid(False, axis="y")
     if panel.x.names:
-        _name_places(axis, panel.x.names, picture.columns, is_last or not picture.shared)
-    if is_last or not picture.shared:
-        axis.set_xlabel(_plain(panel.x.label))
-    if is_first or panel.y.label != picture.panels[i - 1].y.label:
-        axis.set_ylabel(_plain(wrap_text(panel.y.label, int(15 * panel.height))))
+        _name_places(axis, panel.x.names, picture.columns, picture.is_numbered(i))
+    x, y = picture.choose_labels(i)
+    axis.set_xlabel(plain_text(x))
+    axis.set_ylabel(plain_text(wrap_text(y, int(15 * panel.height))))
     if panel.caption:
-        axis.set_title(_plain(panel.caption))
+        axis.set_title(plain_text(panel.caption))
     if panel.square:
         axis.set_aspect("equal")
         axis.spines[:].set_visible(False)
@@ -176,7 +169,7 @@ def _name_places(axis: Axes, names: tuple[str, ...], columns: int, told: bool) -
     """Names below places, turned if they need it, and only every n-th if they are too many."""
     each, angle = choose_names(names, columns)
     places = range(0, len(names), each)
-    axis.set_xticks(places, [_plain(names[k]) for k in places] if told else [""] * len(places))
+    axis.set_xticks(places, [plain_text(names[k]) for k in places] if told else [""] * len(places))
     for label in axis.get_xticklabels():
         label.set(rotation=angle, ha="right" if angle == 30 else "center")
         label.set(rotation_mode="anchor" if angle == 30 else "default")
@@ -231,14 +224,14 @@ def _(item: Bars, axis: Axes) -> Artist | None:
 @_draw_item.register
 def _(item: HeatMap, axis: Axes) -> Artist | None:
     mesh = axis.pcolormesh(item.x, item.y, item.sizes.T, shading="nearest", cmap=MAP)
-    axis.get_figure(root=True).colorbar(mesh, ax=axis, label=_plain(item.label))  # type: ignore[union-attr]
+    axis.get_figure(root=True).colorbar(mesh, ax=axis, label=plain_text(item.label))  # type: ignore[union-attr]
     return None
 
 
 @_draw_item.register
 def _(item: Words, axis: Axes) -> Artist | None:
     axis.annotate(
-        _plain(item.text),
+        plain_text(item.text),
         (item.x, item.y),
         xytext=(3 * item.aside, 0 if item.aside else 2),
         textcoords="offset points",
@@ -252,7 +245,7 @@ def _(item: Words, axis: Axes) -> Artist | None:
 @_draw_item.register
 def _(item: Tag, axis: Axes) -> Artist | None:
     axis.annotate(
-        _plain(item.text),
+        plain_text(item.text),
         xy=(item.place, 1) if item.above else (1, item.place),
         xytext=(item.moved, 1 + 1.6 * _AWAY) if item.above else (1 + _AWAY, item.moved),
         xycoords="axes fraction",

@@ -234,11 +234,24 @@ class Picture:
         """Rows of panels."""
         return -(-len(self.panels) // self.columns)
 
-    def legend(self, panel: Panel) -> list[str]:
-        """Labels in the legend beside a panel."""
-        if self.below:
-            return []
-        return [item.label for item in panel.items if isinstance(item, Beside) and item.label]
+    def measure_rows(self, room: float, line: float) -> list[float]:
+        """Heights of the rows, inch: as panels wish, or as lines in their legends and room need."""
+        needed = []
+        for panel in self.panels:
+            own = [item for item in panel.items if isinstance(item, Beside) and item.label]
+            lines = sum(1 + wrap_text(item.label).count("\n") for item in own if not self.below)
+            needed.append(max(panel.height, room + line * lines))
+        return [max(needed[k : k + self.columns]) for k in range(0, len(needed), self.columns)]
+
+    def is_numbered(self, k: int) -> bool:
+        """Whether the axis x of a panel has numbers, as no panel below has the same."""
+        return k + self.columns >= len(self.panels) or not self.shared
+
+    def choose_labels(self, k: int) -> tuple[str, str]:
+        """Labels of both axes of a panel, but of those that it shares with one below or beside."""
+        x, y = self.panels[k].x.label, self.panels[k].y.label
+        again = k % self.columns and y == self.panels[k - 1].y.label
+        return x if self.is_numbered(k) else "", "" if again else y
 
 
 def choose_names(names: tuple[str, ...], columns: int) -> tuple[int, int]:

@@ -41,12 +41,7 @@ _POINT = 96 / 72
 _BETWEEN = 0.3  # inch, between rows
 
 
-def plotly_figure(picture: Picture) -> Any:
-    """Draw a picture as an interactive figure."""
-    return _Drawing(picture).figure
-
-
-class _Drawing:
+class PlotlyFigure:
     """A figure of plotly while it is drawn; `panel` is the number of the panel in work."""
 
     def __init__(self, picture: Picture):
@@ -54,10 +49,7 @@ class _Drawing:
         self.panel = 0
         self.told: set[str] = set()
         columns, panels = picture.columns, picture.panels
-        heights = [
-            max(self._height(panel) for panel in panels[first : first + columns])
-            for first in range(0, len(panels), columns)
-        ]
+        heights = picture.measure_rows(0.2, 1.9 * SMALL / 72)
         gap = _BETWEEN + 0.15 * any(panel.caption for panel in panels)
         if not picture.shared:
             gap += 0.25 + picture.depth
@@ -77,16 +69,17 @@ class _Drawing:
                 self._draw(item)
             self._scale(panel)
 
-    def _height(self, panel: Panel) -> float:
-        lines = sum(1 + wrap_text(label).count("\n") for label in self.picture.legend(panel))
-        return max(panel.height, 0.2 + 1.9 * SMALL / 72 * lines)
-
     def _lay_out(self, whole: float) -> None:
         """Size, letters, title and legends of the whole."""
-        picture, tags = self.picture, self._tags()
+        picture = self.picture
+        items = [item for panel in picture.panels for item in panel.items]
+        tags = {item.above for item in items if isinstance(item, Tag)}
+        is_below = picture.below or any(isinstance(item, Instants) for item in items)
+        names = [wrap_text(name) for panel in picture.panels for name in panel.y.names]
+        longest = max((len(line) for name in names for line in name.split("\n")), default=0)
         captions = any(panel.caption for panel in picture.panels)
         margin = {
-            "l": 70 + self._measure_left(),
+            "l": 70 + int(LETTER * SMALL * _POINT * longest),
             "r": 20 + 45 * (False in tags),
             "t": 50 + 18 * bool(picture.note) + 18 * captions + 50 * (True in tags),
             "b": 55 + int(picture.depth * _INCH),
@@ -95,7 +88,7 @@ class _Drawing:
             template="plotly_white",
             font={"size": LETTERS * _POINT, "color": INK},
             width=int(WIDTH * _INCH),
-            height=int(whole * _INCH + margin["t"] + margin["b"] + 30 * self._is_below()),
+            height=int(whole * _INCH + margin["t"] + margin["b"] + 30 * is_below),
             margin=margin,
             title={
                 "text": _html(wrap_text(picture.title, 70)),
@@ -124,21 +117,6 @@ class _Drawing:
             look = {"font": {"size": SMALL * _POINT}, "tracegroupgap": 0}
             self.figure.update_layout({f"legend{k + 2}": place | look})
 
-    def _measure_left(self) -> int:
-        """Pixels for names beside the axis y."""
-        names = [name for panel in self.picture.panels for name in panel.y.names]
-        longest = max((len(line) for n in names for line in wrap_text(n).split("\n")), default=0)
-        return int(LETTER * SMALL * _POINT * longest)
-
-    def _tags(self) -> set[bool]:
-        """Whether tags stand above, on the right, or both."""
-        items = [item for panel in self.picture.panels for item in panel.items]
-        return {item.above for item in items if isinstance(item, Tag)}
-
-    def _is_below(self) -> bool:
-        items = [item for panel in self.picture.panels for item in panel.items]
-        return self.picture.below or any(isinstance(item, Instants) for item in items)
-
     @staticmethod
     def _number(k: int) -> str:
         return str(k + 1) if k else ""
@@ -162,32 +140,31 @@ class _Drawing:
     def _trace(self, trace: Any) -> None:
         self.figure.add_trace(trace, **self._place())
 
+    def _write(self, text: str, x: float, y: float, **options: Any) -> None:
+        self.figure.add_annotation(text=_html(text), x=x, y=y, showarrow=False, **options)
+
+    def _name(self, item: Level | Band, **look: Any) -> None:
+        """Put in the legend what is no trace."""
+        self._trace(go.Scatter(x=[None], y=[None], **look, **self._legend(item)))
+
     def _scale(self, panel: Panel) -> None:
         """Scales, labels and numbers of both axes, and the caption."""
-        k, columns, count = self.panel, self.picture.columns, len(self.picture.panels)
-        below = k + columns >= count or not self.picture.shared
-        again = k % columns and panel.y.label == self.picture.panels[k - 1].y.label
+        k, picture = self.panel, self.picture
         x, y = (f"{name}axis{self._number(k)}" for name in "xy")
-        texts = {x: panel.x.label if below else "", y: "" if again else panel.y.label}
-        names = choose_names(panel.x.names, columns) if panel.x.names else (1, 0)
-        for name, axis, how in ((x, panel.x, names), (y, panel.y, (1, 0))):
-            text = wrap_text(texts[name], int(13 * panel.height)) if name == y else texts[name]
+        label, upright = picture.choose_labels(k)
+        upright = wrap_text(upright, int(13 * panel.height))
+        names = choose_names(panel.x.names, picture.columns) if panel.x.names else (1, 0)
+        for name, axis, text, how in ((x, panel.x, label, names), (y, panel.y, upright, (1, 0))):
             look = {"title": {"text": _html(text), "standoff": 8}} | _scale(axis, *how)
             self.figure.update_layout({name: look})
-        self.figure.update_layout({x: {"showticklabels": below and not panel.x.bare}})
+        if not picture.is_numbered(k):
+            self.figure.update_layout({x: {"showticklabels": False}})
         if panel.square:
             self.figure.update_layout({y: {"scaleanchor": f"x{self._number(k)}"}})
         if panel.caption:
             suffix = f"{self._number(k)} domain"
-            self.figure.add_annotation(
-                text=_html(panel.caption),
-                x=0.5,
-                y=1.0,
-                xref=f"x{suffix}",
-                yref=f"y{suffix}",
-                yanchor="bottom",
-                showarrow=False,
-            )
+            refs = {"xref": f"x{suffix}", "yref": f"y{suffix}"}
+            self._write(panel.caption, 0.5, 1.0, yanchor="bottom", **refs)
 
     @singledispatchmethod
     def _draw(self, item: Any) -> None:
@@ -204,7 +181,7 @@ class _Drawing:
                 mode="+".join(kinds),
                 line=_line(look),
                 marker={
-                    "symbol": _symbol(look),
+                    "symbol": _SYMBOLS.get(look.mark, "circle") + ("-open" if look.hollow else ""),
                     "size": look.size * _POINT * 1.2,
                     "color": look.colour,
                 },
@@ -217,8 +194,7 @@ class _Drawing:
         line = self.figure.add_vline if item.upright else self.figure.add_hline
         line(item.at, line=_line(item.look), exclude_empty_subplots=False, **self._place())
         if item.label:
-            look = {"mode": "lines", "line": _line(item.look)}
-            self._trace(go.Scatter(x=[None], y=[None], **look, **self._legend(item)))
+            self._name(item, mode="lines", line=_line(item.look))
 
     @_draw.register
     def _(self, item: Band) -> None:
@@ -233,8 +209,7 @@ class _Drawing:
             **self._place(),
         )
         square = {"symbol": "square", "size": 12, "color": item.colour, "opacity": 0.3}
-        look = {"mode": "markers", "marker": square}
-        self._trace(go.Scatter(x=[None], y=[None], **look, **self._legend(item)))
+        self._name(item, mode="markers", marker=square)
 
     @_draw.register
     def _(self, item: Bars) -> None:
@@ -266,11 +241,10 @@ class _Drawing:
     @_draw.register
     def _(self, item: Words) -> None:
         x, y = (self.picture.panels[self.panel].x, self.picture.panels[self.panel].y)
-        self.figure.add_annotation(
-            x=np.log10(item.x) if x.log else item.x,
-            y=np.log10(item.y) if y.log else item.y,
-            text=_html(item.text),
-            showarrow=False,
+        self._write(
+            item.text,
+            np.log10(item.x) if x.log else item.x,
+            np.log10(item.y) if y.log else item.y,
             xanchor={-1: "right", 0: "center", 1: "left"}[item.aside],
             xshift=4 * item.aside,
             yanchor="middle" if item.aside else "bottom",
@@ -287,11 +261,10 @@ class _Drawing:
             x0, y0, x1, y1 = item.place, 1.0, item.moved, 1.03
         line = {"color": GREY, "width": 0.7}
         self.figure.add_shape(type="line", x0=x0, y0=y0, x1=x1, y1=y1, line=line, **refs)
-        self.figure.add_annotation(
-            x=x1,
-            y=y1,
-            text=_html(item.text),
-            showarrow=False,
+        self._write(
+            item.text,
+            x1,
+            y1,
             textangle=-90 if item.upright else 0,
             xanchor="center" if item.above else "left",
             yanchor="bottom" if item.above else "middle",
@@ -332,10 +305,6 @@ def _html(text: str) -> str:
 
 def _line(look: Look) -> dict[str, Any]:
     return {"color": look.colour, "dash": _DASHES[look.dash], "width": look.width * _POINT}
-
-
-def _symbol(look: Look) -> str:
-    return _SYMBOLS.get(look.mark, "circle") + ("-open" if look.hollow else "")
 
 
 def _scale(axis: Axis, each: int = 1, angle: int = 0) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from lumped.ensembles.outcome import list_reasons
 from lumped.ensembles.variants import Over, Sampling
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
-from lumped.plots.spreads import spreads_picture
+from lumped.plots.numbers import spreads_picture
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, choose_units, display

@@ -1,5 +1,6 @@
 """A page as its reader sees it: what it loads, and the cells of its tables."""
 
+import re
 from collections import Counter
 from html.parser import HTMLParser
 from pathlib import Path
@@ -18,6 +19,13 @@ class Page(HTMLParser):
         self.text = file.read_text(encoding="utf-8")
         self.feed(self.text)
         assert not self.open
+
+    def check_whole(self) -> None:
+        """It loads nothing, each name stands once, and each link leads somewhere."""
+        assert all(load.startswith(("#", "data:")) for load in self.loads)
+        assert not re.search(r"https?:|url\((?!#)|@import|fetch\(|XMLHttp", self.text)
+        assert max(self.ids.values()) == 1
+        assert {load[1:] for load in self.loads if load.startswith("#")} <= set(self.ids)
 
     def handle_starttag(self, tag, attributes):
         found = dict(attributes)

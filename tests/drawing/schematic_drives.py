@@ -1,10 +1,12 @@
 """Drives whose schematics are examined: chains, branches, loops, composites, circuits, signals."""
 
+import re
 from operator import attrgetter
 
 from genset import genset
 from linkages import FourBar
 from random_drives import RandomDrive
+from rows import in_turn
 
 import lumped as lp
 from lumped import components as lib
@@ -16,11 +18,14 @@ from lumped.models import MACHINES, machine
 def drive(joints: str, library: str = "", **parts: type[lp.Component]) -> lp.Component:
     """Parts and what is joined, a line each: ``a > b > c`` for chains, ``a.p = b.p`` for ports.
 
-    A class stands for a part of this class without values; its inputs are 0 unless joined. Parts of
-    the library have their classes by name, as ``"motor Inertia, shaft Spring"``.
+    A class stands for a part of this class without values; its inputs are 0 unless joined. A part
+    of the library has its class where it is first named, ``motor:Inertia``, or, where parts are
+    declared in another order, in a list of all, ``"motor Inertia, shaft Spring"``.
     """
-    named = dict(pair.split() for pair in library.split(",") if pair)
-    parts |= {name: attrgetter(kind)(lib) for name, kind in named.items()}
+    named = [pair.split() for pair in library.split(",") if pair]
+    named += re.findall(r"(\w+):((?:\w+\.)?[A-Z]\w*)", joints)
+    joints = re.sub(r":(\w+\.)?[A-Z]\w*", "", joints)
+    parts |= {name: attrgetter(kind)(lib) for name, kind in named}
     ends = {name.strip() for line in joints.splitlines() for name in line.split("=")}
 
     def made(name: str, cls: type[lp.Component]) -> lp.Component:
@@ -63,21 +68,12 @@ class Gearbox(lp.Component):
 
 def long_chain(count: int) -> lp.Component:
     """So many bodies with shafts between them."""
-    return lp.compose(
-        body=[Inertia() for _ in range(count)],
-        shaft=[SpringDamper() for _ in range(count - 1)],
-        connections=lambda m: [
-            joint
-            for i in range(count - 1)
-            for joint in lp.chain(m.body[i], m.shaft[i], m.body[i + 1])
-        ],
-    )
+    return in_turn([Inertia() for _ in range(count)], [SpringDamper() for _ in range(count - 1)])
 
 
 CHAINS = {
     "chain": drive(
-        "drive > rotor > shaft > table > load",
-        "drive Torque, rotor Inertia, shaft SpringDamper, table Inertia, load LinearTorque",
+        "drive:Torque > rotor:Inertia > shaft:SpringDamper > table:Inertia > load:LinearTorque"
     ),
     "chain declared from the load": drive(
         "drive > rotor > shaft > gear > table > load",
@@ -93,16 +89,14 @@ CHAINS = {
         "load LinearTorque",
     ),
     "straight motion": drive(
-        "pusher > wagon > buffer > stone > bumper",
-        "pusher translation.Force, wagon translation.Mass, buffer translation.SpringDamper, "
-        "stone translation.Mass, bumper translation.Fixed",
+        """pusher:translation.Force > wagon:translation.Mass > buffer:translation.SpringDamper
+        buffer > stone:translation.Mass > bumper:translation.Fixed"""
     ),
     "four bar": drive("crank > linkage > rocker", crank=Inertia, linkage=FourBar, rocker=Inertia),
     "long names": drive(
-        "low_pressure_turbine > intermediate_shaft > main_reduction_gear > propeller_shaft "
-        "> ship_propeller",
-        "low_pressure_turbine Inertia, intermediate_shaft SpringDamper, "
-        "main_reduction_gear IdealGear, propeller_shaft SpringDamper, ship_propeller Inertia",
+        """low_pressure_turbine:Inertia > intermediate_shaft:SpringDamper
+        intermediate_shaft > main_reduction_gear:IdealGear > propeller_shaft:SpringDamper
+        propeller_shaft > ship_propeller:Inertia"""
     ),
     "gearboxes in line": drive(
         "motor > box > coupling > second > load",
@@ -119,81 +113,63 @@ BRANCHED = {
     "folded chain": long_chain(18),
     "genset": genset().structure.tree.model,
     "planetary": drive(
-        """motor > stage.sun
-        stage.carrier > shaft > load > work
-        brake.flange_b = stage.ring""",
-        "motor Inertia, stage Planetary, brake Brake, shaft SpringDamper, load Inertia, "
-        "work LinearTorque",
+        """motor:Inertia > stage:Planetary.sun
+        stage.carrier > shaft:SpringDamper > load:Inertia > work:LinearTorque
+        brake:Brake.flange_b = stage.ring"""
     ),
     "two planetary stages": drive(
-        """turbine > first.sun
-        first.carrier > shaft > second.sun
-        second.carrier > generator
-        first.ring = housing.flange_a = second.ring
-        housing > feet > floor""",
-        "turbine Inertia, first Planetary, shaft SpringDamper, second Planetary, "
-        "generator Inertia, housing Inertia, feet SpringDamper, floor Fixed",
+        """turbine:Inertia > first:Planetary.sun
+        first.carrier > shaft:SpringDamper > second:Planetary.sun
+        second.carrier > generator:Inertia
+        first.ring = housing:Inertia.flange_a = second.ring
+        housing > feet:SpringDamper > floor:Fixed"""
     ),
     "power split": drive(
-        """engine > damper > split.carrier
-        split.sun > generator
-        split.ring > final > car.wheel
-        motor.flange = split.ring""",
-        "engine Torque, damper SpringDamper, split Planetary, generator ConverterDrive, "
-        "motor ConverterDrive, final IdealGear, car Vehicle",
+        """engine:Torque > damper:SpringDamper > split:Planetary.carrier
+        split.sun > generator:ConverterDrive
+        split.ring > final:IdealGear > car:Vehicle.wheel
+        motor:ConverterDrive.flange = split.ring"""
     ),
     "branches": drive(
-        """motor > pinion
-        pinion.flange_b = upper.flange_a = lower.flange_a
-        upper > upper_shaft > upper_roll
-        lower > lower_shaft > lower_roll""",
-        "motor InductionMotor, pinion Inertia, upper IdealGear, upper_shaft SpringDamper, "
-        "upper_roll Inertia, lower IdealGear, lower_shaft SpringDamper, lower_roll Inertia",
+        """motor:InductionMotor > pinion:Inertia
+        pinion.flange_b = upper:IdealGear.flange_a = lower:IdealGear.flange_a
+        upper > upper_shaft:SpringDamper > upper_roll:Inertia
+        lower > lower_shaft:SpringDamper > lower_roll:Inertia"""
     ),
     "differential": drive(
-        """motor > propeller_shaft > axle
-        axle.left > left_shaft > left_wheel > left_load
-        axle.right > right_shaft > right_wheel > right_load""",
-        "motor InductionMotor, propeller_shaft SpringDamper, axle BevelDifferential, "
-        "left_shaft SpringDamper, left_wheel Inertia, left_load LinearTorque, "
-        "right_shaft SpringDamper, right_wheel Inertia, right_load LinearTorque",
+        """motor:InductionMotor > propeller_shaft:SpringDamper > axle:BevelDifferential
+        axle.left > left_shaft:SpringDamper > left_wheel:Inertia > left_load:LinearTorque
+        axle.right > right_shaft:SpringDamper > right_wheel:Inertia > right_load:LinearTorque"""
     ),
     "wind turbine": drive(
-        """wind > hub > main_shaft > stage.carrier
-        stage.sun > high_speed > coupling > rotor > generator
-        ring.flange_b = stage.ring
-        ring.flange_a = tower.flange
-        brake.flange_a = high_speed.flange_b
-        speed.flange = rotor.flange_b
-        speed.w = control.measured
-        control.y = generator.wanted""",
-        "wind Torque, hub Inertia, main_shaft SpringDamper, stage ElasticPlanetary, "
-        "ring SpringDamper, tower Fixed, high_speed Inertia, brake Brake, coupling SpringDamper, "
-        "rotor Inertia, generator ConverterDrive, speed SpeedSensor, control LimitedPI",
+        """wind:Torque > hub:Inertia > main_shaft:SpringDamper > stage:ElasticPlanetary.carrier
+        stage.sun > high_speed:Inertia > coupling:SpringDamper > rotor:Inertia
+        rotor > generator:ConverterDrive
+        ring:SpringDamper.flange_b = stage.ring
+        ring.flange_a = tower:Fixed.flange
+        brake:Brake.flange_a = high_speed.flange_b
+        speed:SpeedSensor.flange = rotor.flange_b
+        speed.w = control:LimitedPI.measured
+        control.y = generator.wanted"""
     ),
     "car": drive(
-        """engine > flywheel > clutch > input > first > output > axle
-        axle.left > left_wheel > car.wheel
-        axle.right > right_wheel > car.wheel
-        input > second > output""",
-        "engine Torque, flywheel Inertia, clutch Clutch, input Inertia, first SelectableGear, "
-        "second SelectableGear, output Inertia, axle BevelDifferential, left_wheel SpringDamper, "
-        "right_wheel SpringDamper, car Vehicle",
+        """engine:Torque > flywheel:Inertia > clutch:Clutch > input:Inertia
+        input > first:SelectableGear > output:Inertia > axle:BevelDifferential
+        axle.left > left_wheel:SpringDamper > car:Vehicle.wheel
+        axle.right > right_wheel:SpringDamper > car.wheel
+        input > second:SelectableGear > output"""
     ),
     "dampers": drive(
-        """engine > crank > shaft > flywheel > load
-        viscous.flange = crank.flange_a
-        tuned.flange = crank.flange_a
-        pendulum.flange = flywheel.flange_a""",
-        "engine Torque, crank Inertia, shaft SpringDamper, flywheel Inertia, load LinearTorque, "
-        "viscous ViscousDamper, tuned TunedDamper, pendulum CentrifugalPendulum",
+        """engine:Torque > crank:Inertia > shaft:SpringDamper > flywheel:Inertia
+        flywheel > load:LinearTorque
+        viscous:ViscousDamper.flange = crank.flange_a
+        tuned:TunedDamper.flange = crank.flange_a
+        pendulum:CentrifugalPendulum.flange = flywheel.flange_a"""
     ),
     "springs side by side": drive(
-        """motor > spring > rotor > load
-        motor > damper > rotor
-        motor > play > rotor""",
-        "motor Inertia, spring Spring, damper Damper, play ElastoBacklash, rotor Inertia, "
-        "load LinearTorque",
+        """motor:Inertia > spring:Spring > rotor:Inertia > load:LinearTorque
+        motor > damper:Damper > rotor
+        motor > play:ElastoBacklash > rotor"""
     ),
     "star": drive(
         "\n".join(f"hub > shaft_{i} > disc_{i}" for i in range(6)),
@@ -202,102 +178,82 @@ BRANCHED = {
         **{f"disc_{i}": Inertia for i in range(6)},
     ),
     "press": drive(
-        """motor > belt > flywheel > clutch > shaft > gear > crank.flange
-        brake.flange_a = shaft.flange_b
-        crank.slider = ram.flange_a = die.flange""",
-        "motor InductionMotor, belt IdealGear, flywheel Inertia, clutch Clutch, brake Brake, "
-        "shaft Inertia, gear EllipticalGear, crank CrankSlider, ram translation.Mass, "
-        "die StrokeLoad",
+        """motor:InductionMotor > belt:IdealGear > flywheel:Inertia > clutch:Clutch
+        clutch > shaft:Inertia > gear:EllipticalGear > crank:CrankSlider.flange
+        brake:Brake.flange_a = shaft.flange_b
+        crank.slider = ram:translation.Mass.flange_a = die:StrokeLoad.flange"""
     ),
     "linkage press": drive(
-        """motor > flywheel > crank.flange
-        x.flange = crank.hub_x
-        y.flange = crank.hub_y
-        crank.pin_x = rod.pin_x
+        """motor:Torque > flywheel:Inertia > crank:Eccentric.flange
+        x:translation.Fixed.flange = crank.hub_x
+        y:translation.Fixed.flange = crank.hub_y
+        crank.pin_x = rod:GuidedRod.pin_x
         crank.pin_y = rod.pin_y
-        rod.foot_y = ram.flange_a
-        ram.flange_b = force.flange""",
-        "motor Torque, flywheel Inertia, crank Eccentric, x translation.Fixed, "
-        "y translation.Fixed, rod GuidedRod, ram translation.Mass, force translation.Force",
+        rod.foot_y = ram:translation.Mass.flange_a
+        ram.flange_b = force:translation.Force.flange"""
     ),
     "bar on springs": drive(
-        """bar.a_x = left.a_x
+        """bar:Bar.a_x = left:PlaneSpring.a_x
         bar.a_y = left.a_y
-        bar.b_x = right.a_x
+        bar.b_x = right:PlaneSpring.a_x
         bar.b_y = right.a_y
-        left.b_x = left_x.flange
-        left.b_y = left_y.flange
-        right.b_x = right_x.flange
-        right.b_y = right_y.flange
-        turning.flange_a = bar.flange""",
-        "bar Bar, turning Inertia, left PlaneSpring, right PlaneSpring, left_x translation.Fixed, "
-        "left_y translation.Fixed, right_x translation.Fixed, right_y translation.Fixed",
+        left.b_x = left_x:translation.Fixed.flange
+        left.b_y = left_y:translation.Fixed.flange
+        right.b_x = right_x:translation.Fixed.flange
+        right.b_y = right_y:translation.Fixed.flange
+        turning:Inertia.flange_a = bar.flange"""
     ),
     "feed axis": drive(
-        """motor > coupling > screw > rack > slide > force
-        rack.support = bed.flange_a
-        bed > feet > floor
-        position.flange = slide.flange_b""",
-        "motor ConverterDrive, coupling SpringDamper, screw Inertia, rack RackAndPinion, "
-        "slide translation.MassWithStops, force translation.Force, bed translation.Mass, "
-        "feet translation.SpringDamper, floor translation.Fixed, "
-        "position translation.PositionSensor",
+        """motor:ConverterDrive > coupling:SpringDamper > screw:Inertia > rack:RackAndPinion
+        rack > slide:translation.MassWithStops > force:translation.Force
+        rack.support = bed:translation.Mass.flange_a
+        bed > feet:translation.SpringDamper > floor:translation.Fixed
+        position:translation.PositionSensor.flange = slide.flange_b"""
     ),
     "housing on feet": drive(
-        """motor > gear > shaft > pump
-        motor.support = gear.support = frame.flange_a
-        frame > feet > floor""",
-        "motor InductionMotor, gear IdealGear, shaft SpringDamper, pump QuadraticTorque, "
-        "frame Inertia, feet SpringDamper, floor Fixed",
+        """motor:InductionMotor > gear:IdealGear > shaft:SpringDamper > pump:QuadraticTorque
+        motor.support = gear.support = frame:Inertia.flange_a
+        frame > feet:SpringDamper > floor:Fixed"""
     ),
 }
 """Chains with branches, loops and second chains."""
 
 CONTROLLED = {
     "speed control": drive(
-        """motor > rotor > shaft > load
-        speed.flange = rotor.flange_b
-        speed.w = control.measured
-        wanted.y = control.wanted
-        control.y = motor.tau""",
-        "wanted Step, control LimitedPI, motor Torque, rotor Inertia, speed SpeedSensor, "
-        "shaft SpringDamper, load LinearTorque",
+        """motor:Torque > rotor:Inertia > shaft:SpringDamper > load:LinearTorque
+        speed:SpeedSensor.flange = rotor.flange_b
+        speed.w = control:LimitedPI.measured
+        wanted:Step.y = control.wanted
+        control.y = motor.tau"""
     ),
     "position control": drive(
-        """motor > coupling > table
-        angle.flange = table.flange_b
-        speed.flange = table.flange_b
-        path.s = position.wanted
+        """motor:FieldOrientedMotor > coupling:SpringDamper > table:Inertia
+        angle:AngleSensor.flange = table.flange_b
+        speed:SpeedSensor.flange = table.flange_b
+        path:PointToPoint.s = position:PController.wanted
         angle.phi = position.measured
-        position.y = sum.a
+        position.y = sum:Sum.a
         path.v = sum.b
-        sum.y = control.wanted
+        sum.y = control:PIController.wanted
         speed.w = control.measured
-        control.y = limit.u
-        limit.y = motor.wanted""",
-        "path PointToPoint, position PController, sum Sum, control PIController, limit Limiter, "
-        "motor FieldOrientedMotor, coupling SpringDamper, table Inertia, angle AngleSensor, "
-        "speed SpeedSensor",
+        control.y = limit:Limiter.u
+        limit.y = motor.wanted"""
     ),
     "DC motor": drive(
-        """motor > rotor > load
-        source.p = inductor.p
-        inductor.n = meter.p
+        """motor:DCMotor > rotor:Inertia > load:LinearTorque
+        source:VoltageSource.p = inductor:Inductor.p
+        inductor.n = meter:CurrentSensor.p
         meter.n = motor.p
-        source.n = motor.n = earth.pin
-        meter.i = current.measured
-        wanted.y = current.wanted
-        current.y = source.v""",
-        "source VoltageSource, inductor Inductor, meter CurrentSensor, earth Ground, "
-        "motor DCMotor, rotor Inertia, load LinearTorque, wanted Constant, current PIController",
+        source.n = motor.n = earth:Ground.pin
+        meter.i = current:PIController.measured
+        wanted:Constant.y = current.wanted
+        current.y = source.v"""
     ),
     "separate field": drive(
-        """motor > rotor > shaft > load
-        source.p = motor.p
-        source.n = motor.n = earth.pin = field.n = motor.field_n
-        field.p = motor.field_p""",
-        "source VoltageSource, field VoltageSource, earth Ground, motor SeparatelyExcitedDCMotor, "
-        "rotor Inertia, shaft SpringDamper, load LinearTorque",
+        """motor:SeparatelyExcitedDCMotor > rotor:Inertia > shaft:SpringDamper > load:LinearTorque
+        source:VoltageSource.p = motor.p
+        source.n = motor.n = earth:Ground.pin = field:VoltageSource.n = motor.field_n
+        field.p = motor.field_p"""
     ),
     "generator on a network": drive(
         "turbine > shaft > generator\n"

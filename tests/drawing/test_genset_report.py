@@ -5,9 +5,9 @@ from pathlib import Path
 import genset
 import numpy as np
 import pytest
-from browser import Browser
+from browser import opened
 from html_page import Page
-from test_torsional_report import FREQUENCIES, PROGRAM, RPM, after
+from test_torsional_report import FREQUENCIES, RPM, after
 
 import lumped as lp
 from lumped.models.marine_turbine.drive import MarineTurbine
@@ -86,23 +86,15 @@ def test_the_genset_has_the_modes_of_its_constant_inertias(hall):
     assert after(cells, "engine.cylinder[0]")[1] == f"{cylinder:.6g}"
 
 
-@pytest.mark.skipif(PROGRAM is None, reason="no Chromium, see CONTRIBUTING.md")
 def test_the_genset_prints_on_a4(hall, tmp_path: Path):
     page, _ = hall
-    browser = Browser(PROGRAM, tmp_path)
-    try:
+    with opened(tmp_path) as browser:
         browser.open(page)
         assert browser.errors == []
         assert [url for url in browser.requests if not url.startswith(("file:", "data:"))] == []
         browser.call("Emulation.setEmulatedMedia", media="print")
         width = round(180 / 25.4 * 96)  # between the margins
-        browser.call(
-            "Emulation.setDeviceMetricsOverride",
-            width=width,
-            height=1000,
-            deviceScaleFactor=1,
-            mobile=False,
-        )
+        browser.size(width, 1000)
         assert browser.value("document.documentElement.scrollWidth") <= width
         # letters of pictures, px; those of values in the schematic are smaller
         sizes = browser.value(
@@ -114,8 +106,6 @@ def test_the_genset_prints_on_a4(hall, tmp_path: Path):
         points = [size * 72 / 96 for size in sizes]
         assert points[0] > 4
         assert min(points[1:]) > 6
-    finally:
-        browser.close()
 
 
 def test_a_geared_branched_drive_has_its_published_frequencies(tmp_path: Path):

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import chromium
 from html_page import Page
 from rows import assemble_row, in_a_row
 
@@ -17,7 +16,6 @@ from lumped.drawing.torsional_study import study
 from lumped.errors import LumpedError, OptionError, UnknownNameError
 from lumped.vibration import Limit, order_response
 
-PROGRAM = chromium()
 RPM = np.pi / 30
 JA, JB, C, D, TORQUE = 2.0, 5.0, 3e4, 15.0, 120.0
 SPEEDS = np.linspace(200.0, 1200.0, 101) * RPM
@@ -92,9 +90,7 @@ def after(cells, *names):
 
 def test_report_is_whole_and_loads_nothing(page: Path):
     found = Page(page)
-    assert all(load.startswith(("#", "data:")) for load in found.loads)
-    assert not re.search(r"https?:|url\((?!#)|@import|fetch\(|XMLHttp", found.text)
-    assert not [name for name, count in found.ids.items() if count > 1]
+    found.check_whole()
     heads = re.findall(r"<h2[^>]*>(.*?)</h2>", found.text)
     assert heads == [
         "Verdict",
@@ -253,6 +249,8 @@ def test_assumptions_name_the_linearisation_and_frequency_laws(tmp_path: Path):
     assert any("1 orders, 2, at 1 speeds" in item for item in items)
     assert any("Bending and axial vibration" in item for item in items)
     assert "<p>No limit was given.</p>" in text
+    heads = set(re.findall(r"<h2[^>]*>(.*?)</h2>", text))
+    assert heads.isdisjoint({"Verdict", "Dissipated power", "Transients"})
     assert "<h1>Model</h1>" in text
 
 

@@ -22,10 +22,6 @@ def of_two_masses(two_mass):
     return lp.assemble(two_mass)
 
 
-def study(system: lp.System, base: dict[str, float] | None = None) -> Study:
-    return Study(system, base or {}, None, {}, (), (), (), {})
-
-
 # -- sliders -------------------------------------------------------------------------------------
 
 
@@ -60,30 +56,27 @@ def test_positions_beyond_the_ends_are_refused(system, position):
         found.value(position)
 
 
+def ended(low: float | str, high: float | str) -> dict:
+    return {"shaft.c": (low, high)}
+
+
 @pytest.mark.parametrize(
-    ("ends", "fault", "text"),
+    ("wanted", "fault", "text"),
     [
-        ((400.0, 200.0), OptionError, "goes from 400 to 200"),
-        ((400.0, 500.0), OptionError, "the value of the model, 300 N.m/rad, lies beyond"),
-        ((-1.0, 500.0), ParameterError, r"end of the slider of shaft\.c = -1 N.m/rad"),
-        ((1.0,), OptionError, "give both ends"),
-        (("1 kg", "2 kg"), UnitError, "must be of the kind N.m/rad"),
-        ((float("nan"), 500.0), ParameterError, "shaft.c"),
+        (ended(400.0, 200.0), OptionError, "goes from 400 to 200"),
+        (ended(400.0, 500.0), OptionError, "the value of the model, 300 N.m/rad, lies beyond"),
+        (ended(-1.0, 500.0), ParameterError, r"end of the slider of shaft\.c = -1 N.m/rad"),
+        ({"shaft.c": (1.0,)}, OptionError, "give both ends"),
+        (ended("1 kg", "2 kg"), UnitError, "must be of the kind N.m/rad"),
+        (ended(float("nan"), 500.0), ParameterError, "shaft.c"),
+        (["shaft.k"], UnknownNameError, r"shaft\.k"),
+        ([], OptionError, "at least one"),
+        (["shaft.c", "shaft.c"], OptionError, "named twice"),
     ],
 )
-def test_wrong_ends_are_told(system, ends, fault, text):
+def test_wrong_sliders_are_told(system, wanted, fault, text):
     with pytest.raises(fault, match=text):
-        sliders(system, system.theta(None), {"shaft.c": ends})
-
-
-def test_wrong_sliders_are_told(system):
-    theta = system.theta(None)
-    with pytest.raises(UnknownNameError, match=r"shaft\.k"):
-        sliders(system, theta, ["shaft.k"])
-    with pytest.raises(OptionError, match="at least one"):
-        sliders(system, theta, [])
-    with pytest.raises(OptionError, match="named twice"):
-        sliders(system, theta, ["shaft.c", "shaft.c"])
+        sliders(system, system.theta(None), wanted)
 
 
 # -- state ---------------------------------------------------------------------------------------
@@ -91,7 +84,7 @@ def test_wrong_sliders_are_told(system):
 
 def test_a_link_restores_sliders_and_values(system):
     base = {"a.J": 2.5}
-    what = study(system, base)
+    what = Study(system, base)
     shown = sliders(system, system.theta(base), {"shaft.c": (100.0, 400.0), "a.J": (1.0, 3.0)})
     values = {"a.J": 2.0, "shaft.c": 123.456789012345678, "b.J": 1.0}
     text = query(what, shown, values)
@@ -116,7 +109,7 @@ def test_a_link_restores_sliders_and_values(system):
 )
 def test_wrong_links_are_told(system, text, fault, told):
     with pytest.raises(fault, match=told):
-        from_query(study(system), sliders(system, system.theta(None), ["shaft.c"]), text)
+        from_query(Study(system), sliders(system, system.theta(None), ["shaft.c"]), text)
 
 
 @pytest.mark.parametrize("name", ["two.toml", "two.json"])
@@ -197,13 +190,13 @@ def test_what_is_slow_comes_later_and_only_for_the_latest_values(system):
     quick = View("curves", "quick", lambda moment, _: {"x": {"x": [moment.values["shaft.c"]]}})
     computing = Computing([quick, View("curves", "slow", slow)], tell)
     go.set()
-    computing.begin(Moment(study(system), {"shaft.c": 1.0}), ())
+    computing.begin(Moment(Study(system), {"shaft.c": 1.0}), ())
     assert done.wait(10)
     done.clear()
     go.clear()
     told.clear()
     for value in (2.0, 3.0, 4.0):
-        computing.begin(Moment(study(system), {"shaft.c": value}), ())
+        computing.begin(Moment(Study(system), {"shaft.c": value}), ())
     while (4.0, ["quick"]) not in told:
         time.sleep(0.005)
     go.set()
@@ -231,7 +224,7 @@ def test_what_fails_is_told_in_words_and_the_rest_goes_on(system):
     good = View("curves", "good", lambda *_: {"x": {"x": []}})
     for value, text in ((1.0, "shaft: breaks"), (3.0, "ZeroDivisionError: a")):
         computing = Computing([View("curves", "bad", fails), good], tell)
-        computing.begin(Moment(study(system), {"shaft.c": value}), ())
+        computing.begin(Moment(Study(system), {"shaft.c": value}), ())
         assert done.wait(10)
         done.clear()
         computing.end()

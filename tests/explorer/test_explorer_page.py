@@ -11,15 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy
-from browser import Browser, chromium
+from browser import Browser, opened
 from hub import Hub
 
 import lumped as lp
 from lumped.cli import _explored
-from lumped.components import Inertia, Torque
 from lumped.vibration import Limit
 
-PROGRAM = chromium()
 MODEL = "Bokeh.documents[0].get_model_by_name('{}')"
 HTML = "Bokeh.index.find_one(" + MODEL + ").shadow_el.querySelector('.bk-clearfix').innerHTML"
 HANDLE = "Bokeh.index.find_one(" + MODEL + ").shadow_el.querySelector('.noUi-handle')"
@@ -49,23 +47,10 @@ LATENCY = """(() => {
 """Time from a key to the frame in which all pictures are painted; the link changes after them."""
 
 
-class Turned(lp.Component):
-    """One inertia and a torque."""
-
-    drive: Torque = Torque(tau=3.0)
-    body: Inertia = Inertia(J=2.0)
-
-    def connections(self):
-        yield from lp.chain(self.drive, self.body)
-
-
 @pytest.fixture(name="browser")
-def opened(tmp_path: Path) -> Iterator[Browser]:
-    if PROGRAM is None:
-        pytest.skip("no Chromium: set LUMPED_CHROMIUM to its path, or have 'chromium' on the PATH")
-    found = Browser(PROGRAM, tmp_path / "profile")
-    yield found
-    found.close()
+def of_a_visitor(tmp_path: Path) -> Iterator[Browser]:
+    with opened(tmp_path / "profile") as found:
+        yield found
 
 
 SVG_TEXT = """(() => {{
@@ -125,9 +110,9 @@ def test_reversing_mill_moves_with_its_sliders(browser: Browser, capsys):
 
 
 @pytest.fixture(name="turned")
-def page_of_one_inertia() -> Iterator[lp.explorer.Explorer]:
+def page_of_one_inertia(driven_mass: lp.Component) -> Iterator[lp.explorer.Explorer]:
     page = lp.explore(
-        Turned(),
+        driven_mass,
         until=2.0,
         of=["body.w"],
         sliders={"body.J": (0.5, 8.0), "drive.tau": (0.0, 10.0)},
@@ -152,7 +137,7 @@ def test_files_and_links_hold_the_state(browser: Browser, turned, tmp_path: Path
 
     browser.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
     click(browser, "save")
-    saved = tmp_path / "Turned.toml"
+    saved = tmp_path / "DrivenMass.toml"
     end = time.monotonic() + 20.0
     while not (saved.exists() and saved.read_text()) and time.monotonic() < end:
         browser.value("1")  # the browser goes on
@@ -229,12 +214,12 @@ def test_wrong_links_are_told_and_the_page_is_that_of_the_model(browser: Browser
     assert turned.parameters == {"body.J": 2.0, "drive.tau": 3.0}
 
 
-def test_a_hub_passes_the_page_on(browser: Browser, monkeypatch):
+def test_a_hub_passes_the_page_on(browser: Browser, driven_mass: lp.Component, monkeypatch):
     """Below a path of its own, at an address that Bokeh's variables name."""
     hub = Hub()
     monkeypatch.setenv("JUPYTER_BOKEH_EXTERNAL_URL", hub.url)
     monkeypatch.setenv("JUPYTERHUB_SERVICE_PREFIX", hub.prefix)
-    page = lp.explore(Turned(), sliders={"body.J": (0.5, 8.0)}, until=2.0)
+    page = lp.explore(driven_mass, sliders={"body.J": (0.5, 8.0)}, until=2.0)
     assert page.url.startswith(f"{hub.url}{hub.prefix}proxy/")
     assert f'src="{page.url}"' in page._repr_html_()
     browser.open(page.url)

@@ -1,5 +1,7 @@
 """Order responses and Campbell diagrams that the page finds by itself, beside closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -61,8 +63,8 @@ class Spun(lp.Component):
 
 def found(model: lp.Component, *of: str) -> Study:
     """The study of a model with what is found for it."""
-    plain = Study(lp.assemble(model, keep=["a.phi"]), {}, None, {}, of, (), (), {})
-    return Study(plain.system, {}, None, {}, of, (), (), find_analyses(plain))
+    plain = Study(lp.assemble(model, keep=["a.phi"]), of=of)
+    return replace(plain, analyses=find_analyses(plain))
 
 
 def test_torques_over_the_angle_show_their_order_response():
@@ -105,7 +107,7 @@ def test_the_run_tells_the_speeds():
     """The greatest is that of the run: it slows down from another than that of the model."""
     system = lp.assemble(Bladed(), keep=["a.phi"])
     start = {"a.w": 40.0, "b.w": 40.0}
-    study = Study(system, {}, 0.01, start, ("shaft.tau",), (), (), {})
+    study = Study(system, until=0.01, start=start, of=("shaft.tau",))
     response = find_analyses(study)["Order response over a.phi"]({})
     top = np.abs(lp.simulate(system, until=0.01, start=start)["a.w"]).max()
     assert response.speeds[-1] == pytest.approx(1.1 * top, rel=1e-5)

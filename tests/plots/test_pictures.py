@@ -9,6 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from rows import in_turn
 
 import lumped as lp
 from lumped.components import Inertia, SpringDamper
@@ -18,18 +19,6 @@ from lumped.plots.numbers import tornado
 from lumped.plots.style import COLOURS
 
 RPM = 60 / (2 * np.pi)
-
-
-def long_chain(count=40):
-    return lp.compose(
-        bodies=[Inertia(J=1.0 + 0.1 * i) for i in range(count)],
-        springs=[SpringDamper(c=1e3, d=0.1) for _ in range(count - 1)],
-        connections=lambda m: [
-            joint
-            for i in range(count - 1)
-            for joint in lp.chain(m.bodies[i], m.springs[i], m.bodies[i + 1])
-        ],
-    )
 
 
 KINDS = (
@@ -233,7 +222,8 @@ def test_no_text_covers_another(results, kind, monkeypatch):
 
 
 def test_no_text_covers_another_in_pictures_of_a_long_drive(monkeypatch):
-    system = lp.assemble(long_chain())
+    bodies = [Inertia(J=1.0 + 0.1 * i) for i in range(40)]
+    system = lp.assemble(in_turn(bodies, [SpringDamper(c=1e3, d=0.1) for _ in range(39)]))
     run = lp.simulate(system, until=0.5, grid=100, start={"bodies[0].w": 1.0})
     course = run.plot()
     for figure in (course, lp.modes(system).plot(modes=range(5))):

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
+from lumped.plots.numbers import exceedance, importance_factors
 from lumped.plots.picture import label_axis
-from lumped.plots.reliability import exceedance, importance_factors
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units, display
 from lumped.support.rich_html import RichHtml
