@@ -8,11 +8,11 @@ from functools import cached_property
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.support.display_units import display
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import list_names, number, table
@@ -20,8 +20,6 @@ from lumped.vibration.inertias.drive_parts import DriveParts, drive_parts
 from lumped.vibration.inertias.holzer import Holzer
 from lumped.vibration.inertias.stations import ElasticPart, InertialPart, Part
 from lumped.vibration.natural.modes import Modes
-
-Real = NDArray[np.float64]
 
 _ROUNDING = 1e-9
 

@@ -5,16 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
-from lumped.support.display_units import frequency_unit
+from lumped.support.arrays import Real
+from lumped.support.ranking import list_largest
 from lumped.support.rich_html import RichHtml
-from lumped.support.text_table import number, table
 from lumped.vibration.natural.modes import Modes
-
-Real = NDArray[np.float64]
 
 _WORK = {("rad", "N.m"), ("m", "N")}
 """Units of potential and flow of a port whose product is work."""
@@ -76,8 +73,8 @@ class ModalEnergies(RichHtml):
         OptionError
             If there is no such mode.
         """
-        self._check(mode)
         modes, found = self.modes, []
+        modes.check_mode(mode, "energies")
         for path, share in zip(self.components, self.elastic[mode], strict=True):
             ends = _ends(modes, path) if share > 0 else []
             if len(ends) != 2:
@@ -89,10 +86,6 @@ class ModalEnergies(RichHtml):
                 found.append(Node(path, fraction, abs(a + fraction * way)))
         return tuple(found)
 
-    def _check(self, mode: int) -> None:
-        if not 0 <= mode < len(self.elastic):
-            raise OptionError(f"energies: mode {mode} of {len(self.elastic)}; modes count from 0.")
-
     @checked
     def ranked(self, mode: int) -> tuple[list[tuple[str, float]], list[tuple[str, float]]]:
         """Components and shares in the elastic, then the kinetic energy, the largest first.
@@ -102,7 +95,7 @@ class ModalEnergies(RichHtml):
         OptionError
             If there is no such mode.
         """
-        self._check(mode)
+        self.modes.check_mode(mode, "energies")
         found = []
         for shares in (self.elastic[mode], self.kinetic[mode]):
             order = [i for i in np.argsort(-shares, kind="stable").tolist() if shares[i] > 0]
@@ -110,26 +103,21 @@ class ModalEnergies(RichHtml):
         return found[0], found[1]
 
     def __repr__(self) -> str:
-        rows, frequency = [], frequency_unit()
-        for i, hertz in enumerate(self.modes.hertz[:30]):
-            texts = ["; ".join(f"{n} {100 * v:.1f} %" for n, v in x[:4]) for x in self.ranked(i)]
-            most = np.argsort(-np.abs(self.damping[i]), kind="stable")[:4].tolist()
-            shares = [(self.components[j], self.damping[i, j]) for j in most]
-            damping = "; ".join(f"{n} {v:.3g}" for n, v in shares if v) or "none"
-            rows.append((str(i + 1), number(frequency.value(hertz), 9), *texts, damping))
-        head = (
-            "mode",
-            f"natural frequency, {frequency.unit}",
-            "elastic energy",
-            "kinetic energy",
-            "damping ratio",
-        )
+        rows = []
+        for i, damping in enumerate(self.damping[:30]):
+            texts = [
+                list_largest([(name, 100 * share) for name, share in shares], "{} {:.1f} %")
+                for shares in self.ranked(i)
+            ]
+            losses = [(n, v) for n, v in zip(self.components, damping, strict=True) if v]
+            rows.append((*texts, list_largest(losses, "{} {:.3g}") or "none"))
+        head = ("elastic energy", "kinetic energy", "damping ratio")
         moves = self.kinetic.any(axis=1)
         gaps = np.abs(self.damping.sum(axis=1) - self.modes.damping)
         missed = gaps[moves].max(initial=0.0)
         text = f"{self.modes.system.name}: {self.modes.accuracy}; "
         text += f"contributions miss the damping ratio by {missed:.1e}\n"
-        return text + table(head, rows)
+        return text + self.modes.list_modes(head, rows)
 
 
 def _ends(modes: Modes, path: str) -> list[str]:

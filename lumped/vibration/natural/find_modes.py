@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError
@@ -17,10 +16,6 @@ from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.natural.modes import Modes
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-
 
 _SMALL = 200
 """States up to which all modes are computed although only some are asked for."""
@@ -97,45 +92,35 @@ def modes_of(
     matrix.eliminate_zeros()
     n = matrix.shape[0]
     label = scipy.sparse.csgraph.connected_components(matrix, directed=False)[1]
-    values: list[complex] = []
-    vectors: list[np.ndarray] = []
-    rigid: list[np.ndarray] = []
-    decays: list[float] = []
-    fading: list[np.ndarray] = []
     members = np.flatnonzero(moving(system, point))
     members = members[np.argsort(label[members], kind="stable")]
+    values, vectors = [np.zeros(0, dtype=complex)], [np.zeros((0, n), dtype=complex)]
     for own in np.split(members, np.flatnonzero(np.diff(label[members])) + 1):
         if not len(own):
             continue
         block = matrix[own][:, own]
         if near is None or count is None or len(own) <= _SMALL:
-            found = eigenpairs(block.toarray())
+            found, shapes = eigenpairs(block.toarray())
         else:
-            found = eigenpairs_near(block, 2 * np.pi * near, count)
-        for value, vector in zip(*found, strict=True):
-            full = np.zeros(n, dtype=complex)
-            full[own] = vector
-            if value == 0:
-                rigid.append(full.real)
-            elif value.imag > 0:
-                values.append(complex(value))
-                vectors.append(full)
-            elif value.imag == 0:
-                decays.append(float(value.real))
-                fading.append(full)
-    all_values = np.array(values, dtype=complex)
-    order = np.argsort(np.abs(all_values), kind="stable")
+            found, shapes = eigenpairs_near(block, 2 * np.pi * near, count)
+        kept = found.imag >= 0
+        values.append(found[kept])
+        vectors.append(np.zeros((int(kept.sum()), n), dtype=complex))
+        vectors[-1][:, own] = shapes[kept]
+    value, vector = np.concatenate(values), np.concatenate(vectors)
+    upper, real = np.flatnonzero(value.imag > 0), np.flatnonzero((value.imag == 0) & (value != 0))
+    order = upper[np.argsort(np.abs(value[upper]), kind="stable")]
     if near is not None:
-        distance = np.abs(all_values[order] - 2j * np.pi * near)
+        distance = np.abs(value[order] - 2j * np.pi * near)
         order = order[np.sort(np.argsort(distance, kind="stable")[:count])]
-    slowest = np.argsort(np.array(decays), kind="stable")
+    slowest = real[np.argsort(value[real].real, kind="stable")]
     return Modes(
         system,
-        np.array([values[i] for i in order.tolist()], dtype=complex),
-        np.column_stack([np.zeros((n, 0)), *(vectors[i] for i in order)]),
-        select_still(point, np.column_stack([np.zeros((n, 0)), *rigid])),
-        np.array(decays)[slowest],
-        np.column_stack([np.zeros((n, 0)), *(fading[i] for i in slowest)]),
+        value[order],
+        vector[order].T,
+        select_still(point, vector[value == 0].real.T),
+        value[slowest].real,
+        vector[slowest].T,
         point,
         near,
         matrix if is_mean else None,

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 
 from lumped.numerics.eigen_many import eigenvalues_of_many, vectors_of_many
 from lumped.points.vibrating_states import moving
+from lumped.support.arrays import Complex, Real
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.validity import ranges
 from lumped.vibration.natural.mode_designs import ModeDesigns
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from lumped.vibration.natural.spectrum import Spectrum
 
 _REPEATED = 1e-6
 """Relative distance below which eigenvalues count as repeated."""
@@ -28,7 +27,7 @@ _CHUNK = 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class ManyModes:
+class ManyModes(Spectrum):
     """Oscillating modes of n designs, k of each, sorted by frequency.
 
     Attributes
@@ -39,16 +38,6 @@ class ManyModes:
     """
 
     eigenvalues: Complex
-
-    @property
-    def hertz(self) -> Real:
-        """Natural frequencies, Hz, shape (n, k)."""
-        return np.abs(self.eigenvalues) / (2 * np.pi)
-
-    @property
-    def damping(self) -> Real:
-        """Damping ratios, shape (n, k)."""
-        return 0.0 - self.eigenvalues.real / np.abs(self.eigenvalues)
 
 
 class ModesOfMany:

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
-from lumped.support.display_units import frequency_unit
+from lumped.support.arrays import Complex
+from lumped.support.ranking import list_largest
 from lumped.support.rich_html import RichHtml
-from lumped.support.text_table import number, table
-from lumped.vibration.natural.left_vectors import left_vectors
 from lumped.vibration.natural.modes import Modes
 
 
@@ -29,7 +27,7 @@ class Participation(RichHtml):
     """
 
     modes: Modes
-    factors: NDArray[np.complex128]
+    factors: Complex
 
     @checked
     def ranked(self, mode: int) -> list[tuple[str, float]]:
@@ -40,22 +38,19 @@ class Participation(RichHtml):
         OptionError
             If there is no such mode.
         """
-        if not 0 <= mode < len(self.factors):
-            raise OptionError(
-                f"participation: mode {mode} of {len(self.factors)}; modes count from 0."
-            )
+        self.modes.check_mode(mode, "participation")
         size = np.abs(self.factors[mode])
         names = self.modes.system.state_names
         order = np.argsort(-size, kind="stable").tolist()
         return [(names[i], float(size[i])) for i in order if size[i] > 1e-12]
 
     def __repr__(self) -> str:
-        rows, frequency = [], frequency_unit()
-        for i, hertz in enumerate(self.modes.hertz[:30]):
-            most = "; ".join(f"{name} {value:.3f}" for name, value in self.ranked(i)[:5])
-            rows.append((str(i + 1), number(frequency.value(hertz), 9), most))
-        head = ("mode", f"natural frequency, {frequency.unit}", "participation")
-        return f"{self.modes.system.name}: {self.modes.accuracy}\n" + table(head, rows)
+        rows = [
+            (list_largest(self.ranked(i), "{} {:.3f}", 5),)
+            for i in range(min(len(self.factors), 30))
+        ]
+        head = f"{self.modes.system.name}: {self.modes.accuracy}\n"
+        return head + self.modes.list_modes(("participation",), rows)
 
 
 @checked
@@ -85,4 +80,4 @@ def participation(modes: Modes) -> Participation:
     """
     if not len(modes.eigenvalues):
         raise OptionError(f"{modes.system.name}: no oscillating mode.")
-    return Participation(modes, (left_vectors(modes).conj() * modes.vectors).T)
+    return Participation(modes, (modes.left_vectors.conj() * modes.vectors).T)

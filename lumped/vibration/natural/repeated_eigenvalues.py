@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import casadi as ca
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.errors import SolverError
 from lumped.points.linearise import sparse_state_matrix
-from lumped.points.moved_equilibrium import MovedPoint, find_moved_point, still_point
+from lumped.points.moved_equilibrium import find_moved_point, still_point
 from lumped.points.vibrating_states import moving
-from lumped.vibration.natural.left_vectors import beside, parts
+from lumped.support.arrays import Complex
+from lumped.vibration.natural.eigenpairs import factors_beside
+from lumped.vibration.natural.matrix_slopes import Along
 from lumped.vibration.natural.modes import Modes
-
-Complex = NDArray[np.complex128]
 
 _DEFECTIVE = 1e-6
 """Angle between left and right vectors below which an eigenvalue has too few shapes."""
@@ -39,13 +37,11 @@ def derive_split(modes: Modes, together: list[int], place: int) -> Complex:
         If there are fewer shapes than eigenvalues, where the derivatives are infinite.
     """
     system, point = modes.system, modes.point
-    part = parts(modes)
-    own = np.flatnonzero(
-        (part == part[np.abs(modes.vectors[:, together[0]]).argmax()]) & moving(system, point)
-    )
+    own = modes.own_part(modes.vectors[:, together[0]])
+    own = own[moving(system, point)[own]]
     block = scipy.sparse.csc_array(sparse_state_matrix(system, point))[own][:, own].astype(complex)
     value = modes.eigenvalues[together[0]]
-    factors = beside(block, value)
+    factors = factors_beside(block, value)
     left = np.random.default_rng(3).standard_normal((len(own), len(together))).astype(complex)
     for _ in range(4):
         left = scipy.linalg.qr(factors.solve(left, trans="H"), mode="economic")[0]
@@ -61,40 +57,9 @@ def derive_split(modes: Modes, together: list[int], place: int) -> Complex:
     vectors = np.zeros((len(point.x), len(together)), dtype=complex)
     vectors[own] = right[0]
     moved = find_moved_point(point, [place]) or still_point(point, [place])
-    along = Along(modes, system.rates, moved)
+    along = Along(point, system.rates, moved)
     change = np.column_stack([along(v)[own, 0] for v in vectors.T])
     small = np.linalg.solve(left.conj().T @ right[0], left.conj().T @ change)
     found = np.linalg.eigvals(small).astype(complex)
     ordered: Complex = found[np.lexsort((found.real, found.imag))]
     return ordered
-
-
-class Along:
-    """Derivatives by parameters of ``(d outputs / dx) vector``.
-
-    Parameters
-    ----------
-    outputs : SX
-        Expressions of the system.
-    moved : MovedPoint
-        How the operating point follows the parameters.
-    """
-
-    def __init__(self, modes: Modes, outputs: ca.SX, moved: MovedPoint) -> None:
-        x, theta, _, _ = modes.system.inputs
-        v = ca.SX.sym("v", x.numel())
-        slope = ca.jacobian(ca.jtimes(outputs, x, v), ca.vertcat(x, theta))
-        self._function = ca.Function("along", [*modes.system.inputs, v], [slope])
-        self._point, self._moved = modes.point, moved
-
-    def __call__(self, vector: Complex) -> Complex:
-        """For a direction of the states that is held, shape (outputs, parameters)."""
-        point = self._point
-        real, imaginary = (
-            scipy.sparse.csc_array(
-                self._function(point.x, point.theta, point.time, point.settings, part).sparse()
-            )
-            for part in (vector.real, vector.imag)
-        )
-        found: Complex = self._moved.through(real + 1j * imaginary)
-        return found

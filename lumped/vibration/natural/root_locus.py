@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import scipy
@@ -13,18 +13,17 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.situation import situation
 from lumped.points.start import point_at, start_point
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Integer, Real
 from lumped.support.display_units import Units, choose_units, frequency_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.pictures import root_locus_picture
-
-Complex = NDArray[np.complex128]
 
 _ALIKE = 0.7
 """Overlap of shapes from which two eigenvalues are the same mode."""
@@ -56,19 +55,19 @@ class RootLocus(RichHtml):
 
     system: System
     parameter: str
-    values: NDArray[np.float64]
+    values: Real
     eigenvalues: Complex
     evaluations: int
     doubtful: tuple[tuple[float, float], ...]
     situations: tuple[str, ...] = ()
 
     @property
-    def hertz(self) -> NDArray[np.float64]:
+    def hertz(self) -> Real:
         """Natural frequencies ``abs(eigenvalue) / (2 pi)``, Hz, shape (k, n)."""
         return np.abs(self.eigenvalues) / (2 * np.pi)
 
     @property
-    def damping(self) -> NDArray[np.float64]:
+    def damping(self) -> Real:
         """Damping ratios; nan for eigenvalues that are zero."""
         size = np.abs(self.eigenvalues)
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -82,13 +81,7 @@ class RootLocus(RichHtml):
         return found
 
     @checked
-    def plot(
-        self,
-        *,
-        units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
-    ) -> Any:
+    def plot(self, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:
         """Root locus in the complex plane; a circle marks the first value, a dot the last.
 
         Parameters
@@ -114,7 +107,7 @@ class RootLocus(RichHtml):
         title = f"{system.name}: {self.parameter} from {first} (circle) to {last} (dot)"
         title += f", {unit}" if unit not in ("", "1") else ""
         picture = root_locus_picture(title, self.eigenvalues, frequency_unit(choice))
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def __repr__(self) -> str:
         head = (
@@ -241,7 +234,7 @@ def root_locus(
 
 def _match_eigenvalues(
     before: tuple[Complex, Complex, Complex], after: tuple[Complex, Complex, Complex]
-) -> tuple[NDArray[np.int64], bool]:
+) -> tuple[Integer, bool]:
     """Which eigenvalue of `after` belongs to each of `before`, and whether that is sure."""
     with np.errstate(invalid="ignore", over="ignore"):
         alike = np.abs(before[1].conj().T @ after[2]) * np.abs(after[1].conj().T @ before[2]).T

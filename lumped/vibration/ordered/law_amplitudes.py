@@ -5,16 +5,13 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.settled_amplitudes import SETTLED, solve_amplitudes
+from lumped.support.arrays import Integer, Real
 from lumped.vibration.ordered.order_solution import OrderEquations
 from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.rotating.amplitude_laws import AmplitudeLaws
-
-Real = NDArray[np.float64]
-Integer = NDArray[np.int64]
 
 
 def law_measure(both: Synthesis) -> Literal["half range", "sum"]:

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError
+from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import speed_unit
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
@@ -20,9 +20,6 @@ from lumped.vibration.ordered.order_solution import OrderSolution
 from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.rotating.rotation import Rotation, find_settings
 from lumped.vibration.rotating.small_vibrations import SmallVibrations
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _POINTS = 16
 """Points for each period of the highest order."""

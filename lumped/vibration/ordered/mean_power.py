@@ -6,24 +6,21 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.system import System
+from lumped.support.arrays import Complex, Integer, Real
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.vibration.ordered.order_solution import Excitations
 from lumped.vibration.rotating.amplitude_laws import amplitude_laws
 from lumped.vibration.rotating.rotation import Rotation, samples_of
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-
 
 class _Curvature(NamedTuple):
     """Second derivatives of a quantity by states and inputs: places, numbers, what they need."""
 
-    rows: NDArray[np.int64]
-    columns: NDArray[np.int64]
+    rows: Integer
+    columns: Integer
     numbers: ManyPoints
     turns: bool
 

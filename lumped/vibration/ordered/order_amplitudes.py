@@ -4,25 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, UnknownNameError, nearest
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Real
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, choose_units, display, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.pictures import order_response_picture
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,8 +119,7 @@ class OrderAmplitudes(ByName, RichHtml):
         *,
         most: int = 6,
         units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
+        **canvas: Unpack[Canvas],
     ) -> Any:
         """Largest orders and their synthesis over the speed, a panel for each quantity.
 
@@ -164,7 +160,7 @@ class OrderAmplitudes(ByName, RichHtml):
         picture = order_response_picture(
             self.system.name, self.speeds, drawn, speed_unit(choice), note
         )
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def _names(self) -> tuple[str, ...]:
         return self.of

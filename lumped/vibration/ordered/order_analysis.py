@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.modes import Modes
 
-Real = NDArray[np.float64]
 Boolean = NDArray[np.bool_]
 
 _REPEATS = 0.02

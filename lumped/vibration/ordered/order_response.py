@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError
 from lumped.points.situation import situation
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import speed_unit
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import ranges
@@ -29,8 +30,6 @@ from lumped.vibration.rotating.find_rotation import rotation
 from lumped.vibration.rotating.rotation import Rotation
 from lumped.vibration.rotating.small_vibrations import SmallVibrations, small_vibrations
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Amplitude = complex | ArrayLike | Callable[[Real], ArrayLike]
 """Amplitude at all speeds, at each of them, or a function of the speeds, rad/s."""
 

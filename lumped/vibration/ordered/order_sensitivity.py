@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.points.moved_equilibrium import places_to
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Real
 from lumped.support.by_name import ByName
 from lumped.support.display_units import display, speed_unit
 from lumped.support.rich_html import RichHtml
@@ -23,9 +23,6 @@ from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.rotating.rotation import Rotation, samples_of
 from lumped.vibration.rotating.rotation_derivatives import derive_by_parameters
 from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)

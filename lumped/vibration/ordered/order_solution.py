@@ -6,11 +6,11 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.shifted_solutions import elimination, pivots, solve_singly
+from lumped.support.arrays import Complex, Integer, Real
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.vibration.rotating.harmonics import harmonics
@@ -18,9 +18,6 @@ from lumped.vibration.rotating.masses import mechanical_states
 from lumped.vibration.rotating.rotation import Rotation
 from lumped.vibration.rotating.small_vibrations import SmallVibrations
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Integer = NDArray[np.int64]
 Excitations: TypeAlias = dict[str, dict[float, Complex]]
 """Amplitudes of inputs, by their names and orders, each at all speeds."""
 

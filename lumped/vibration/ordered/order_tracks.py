@@ -5,25 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import Units, choose_units, display, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.ordered.order_analysis import rising_angle
 from lumped.vibration.pictures import order_tracks_picture
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _SAMPLES = 16
 """Samples for each period of the highest order."""
@@ -149,8 +146,7 @@ class OrderTracks(RichHtml):
         orders: Iterable[float] | None = None,
         *,
         units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
+        **canvas: Unpack[Canvas],
     ) -> Any:
         """Amplitudes over speed and order as a colour map, and those of some orders as curves.
 
@@ -180,7 +176,7 @@ class OrderTracks(RichHtml):
         picture = order_tracks_picture(
             title, self.speeds, self.orders, size, tracks, to_show.unit, speed
         )
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def __repr__(self) -> str:
         speed = speed_unit()

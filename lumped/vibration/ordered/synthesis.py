@@ -8,12 +8,9 @@ from functools import cached_property
 from math import lcm
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.errors import OptionError
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from lumped.support.arrays import Complex, Real
 
 _LONGEST = 1000
 """Turns after which orders must repeat."""

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.errors import OptionError
+from lumped.support.arrays import Complex, Real
 from lumped.timeloop.results.validity import ranges
 from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.rotating.rotation import Rotation
 from lumped.vibration.rotating.small_vibrations import SmallVibrations
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 def refuse_vibration_outside(

@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import Units, choose_units, frequency_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.pictures import phase_diagrams_picture
-
-Complex = NDArray[np.complex128]
-Real = NDArray[np.float64]
 
 _MOST_SHOWN = 24
 
@@ -61,14 +58,7 @@ class VectorSums(RichHtml):
         return 60 * self.modes.hertz[:, None] / self.orders
 
     @checked
-    def plot(
-        self,
-        mode: int = 0,
-        *,
-        units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
-    ) -> Any:
+    def plot(self, mode: int = 0, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:
         """Phase diagram of each order in a mode: its vectors and their sum.
 
         Parameters
@@ -99,7 +89,7 @@ class VectorSums(RichHtml):
         labels = [str(i + 1) for i in range(len(self.names))]
         captions = [f"order {order:g}" for order in self.orders]
         picture = phase_diagrams_picture(title, labels, self.vectors[mode], captions)
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def __repr__(self) -> str:
         size = np.abs(self.values)

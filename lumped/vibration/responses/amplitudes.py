@@ -5,17 +5,15 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.singular_factors import factors_of
 from lumped.points.linearise import Matrices
+from lumped.support.arrays import Complex, Real
 from lumped.support.made_once import made_once
 from lumped.timeloop.results.operating_point import OperatingPoint
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 class Held:

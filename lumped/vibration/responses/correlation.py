@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError, shown
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import Units, choose_units, display, frequency_unit
 from lumped.vibration.pictures import frequency_response_picture
 from lumped.vibration.responses.response import FrequencyResponse, frequency_response, response_unit
 
-Complex = NDArray[np.complex128]
 Amplitudes = NDArray[Any] | Sequence[Any]
 """Real or complex numbers."""
 
@@ -32,7 +32,7 @@ def _complex(function: str, given: Amplitudes) -> Complex:
 
 
 @checked
-def mac(shapes: Amplitudes, others: Amplitudes) -> NDArray[np.float64]:
+def mac(shapes: Amplitudes, others: Amplitudes) -> Real:
     """Modal assurance criterion: 1 for shapes that differ by a factor only, 0 for orthogonal ones.
 
     ``|a^H b|^2 / ((a^H a) (b^H b))``, for each of the one and each of the other shapes.
@@ -66,7 +66,7 @@ def mac(shapes: Amplitudes, others: Amplitudes) -> NDArray[np.float64]:
     if not all(np.isfinite(s).all() and (s > 0).all() for s in sizes):
         raise OptionError("mac: a shape is zero or not finite; leave it out.")
     (a, b) = (s / size for s, size in zip((a, b), sizes, strict=True))
-    found: NDArray[np.float64] = np.abs(a.conj().T @ b) ** 2
+    found: Real = np.abs(a.conj().T @ b) ** 2
     return found
 
 
@@ -136,7 +136,7 @@ class ResponseComparison:
         )
 
     @checked
-    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+    def plot(self, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:
         """Both responses over the frequency, magnitude and phase, with their FRAC.
 
         Parameters
@@ -175,7 +175,7 @@ class ResponseComparison:
             frequency_unit(choice),
             decibels=False,
         )
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
 
 @checked

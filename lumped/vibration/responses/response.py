@@ -6,22 +6,23 @@ import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.points.control_systems import control_response
 from lumped.points.linearise import Matrices, growth, linear_matrices
 from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Real
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, choose_units, display, frequency_unit
 from lumped.support.rich_html import RichHtml
@@ -30,9 +31,6 @@ from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
 from lumped.vibration.pictures import frequency_response_picture
 from lumped.vibration.responses.amplitudes import Held, refuse_rates, shift_matrix, solve_responses
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _STATIC = 1e-4
 """Fraction of the lowest frequency at which a response counts as static."""
@@ -179,8 +177,7 @@ class FrequencyResponse(ByName, RichHtml):
         *,
         decibels: bool = False,
         units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
+        **canvas: Unpack[Canvas],
     ) -> Any:
         """Magnitude and phase over the frequency, two panels for each output.
 
@@ -223,7 +220,7 @@ class FrequencyResponse(ByName, RichHtml):
         picture = frequency_response_picture(
             system.name, self.hertz, drawn, frequency_unit(choice), decibels=decibels
         )
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def to_control(self) -> Any:
         """The same response for python-control; names have a slash for each dot.

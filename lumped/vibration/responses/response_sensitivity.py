@@ -8,20 +8,17 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.points.kink_refusals import refuse_kinks
 from lumped.points.moved_equilibrium import find_moved_point, places_to, point_matters, still_point
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import frequency_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.responses.response import FrequencyResponse
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,10 +13,11 @@ from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.interpolated_rows import interpolate_rows
 from lumped.points.start import point_at, start_point
+from lumped.support.arrays import Real
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.operating_point import OperatingPoint
-from lumped.vibration.rotating.rotation import Real, Rotation, find_settings, samples_of, speed_of
+from lumped.vibration.rotating.rotation import Rotation, find_settings, samples_of, speed_of
 from lumped.vibration.rotating.small_vibrations import small_vibrations
 
 _REPEATS = 1e-9

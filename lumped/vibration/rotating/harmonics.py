@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.numerics.interpolated_rows import interpolate_rows
+from lumped.support.arrays import Complex, Real
 from lumped.vibration.rotating.rotation import Rotation, find_settings, samples_of
 from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _ROUNDING = 1e-13
 """Mean over the largest size that is nothing but rounding."""

@@ -7,15 +7,11 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.system import System
 from lumped.simulation.energy_audit import sum_stored
+from lumped.support.arrays import Complex, Integer, Real
 from lumped.support.made_once import made_once
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Integer = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

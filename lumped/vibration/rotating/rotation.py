@@ -11,12 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
+from lumped.support.arrays import Integer, Real
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.operating_point import OperatingPoint
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _SAMPLES = 1440
 """Points of a turn at which torques that follow from the angle are taken."""
@@ -68,7 +66,7 @@ class Rotation:
         """The rotation at one of the speeds."""
         return self.part(np.array([k]))
 
-    def part(self, own: NDArray[np.int64]) -> Rotation:
+    def part(self, own: Integer) -> Rotation:
         """The rotation at some of the speeds, by their numbers."""
         points = self.points
         if len(points) == len(self.speeds):

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.points.moved_equilibrium import find_moved_point
 from lumped.points.start_values import relative_positions
+from lumped.support.arrays import Real
 from lumped.vibration.rotating.rotation import Rotation, samples_of, speed_of
 from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations, small_vibrations
-
-Real = NDArray[np.float64]
 
 
 def derive_by_parameters(steady: Rotation, slope: Real) -> Real:

@@ -7,17 +7,16 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
+from lumped.support.arrays import Integer, Real
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.vibration.rotating.amplitude_laws import amplitude_laws
 from lumped.vibration.rotating.masses import masses
 
-Real = NDArray[np.float64]
-Pattern = tuple[NDArray[np.int64], NDArray[np.int64]]
+Pattern = tuple[Integer, Integer]
 
 
 class Parts(NamedTuple):

@@ -12,14 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
+from lumped.support.arrays import Real
 from lumped.vibration.rules.limits import Limit
 from lumped.vibration.speeds.campbell import BarredRange
 
-Real = NDArray[np.float64]
 _SOURCE = "IACS UR M68"
 
 

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.points.situation import situation
 from lumped.points.start import point_at
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.support.display_units import Shown, Units, choose_units, frequency_unit, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
@@ -24,7 +25,6 @@ from lumped.vibration.natural.find_modes import modes
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.speeds.campbell_picture import campbell_picture
 
-Real = NDArray[np.float64]
 Orders = Iterable[float] | Mapping[str, float]
 """Excitations for each turn of a shaft, or such by their labels."""
 Labelled = tuple[tuple[str, float], ...]
@@ -125,8 +125,7 @@ class Campbell(RichHtml):
         between: tuple[float, float] | None = None,
         barred: Iterable[BarredRange] = (),
         units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
+        **canvas: Unpack[Canvas],
     ) -> Any:
         """Natural frequencies over the speed, rays of the orders, and points where they meet.
 
@@ -160,7 +159,7 @@ class Campbell(RichHtml):
             [(each.begin, each.end) for each in barred],
             (speed_unit(choice), frequency_unit(choice)),
         )
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def __repr__(self) -> str:
         head = (

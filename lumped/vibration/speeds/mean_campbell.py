@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.natural.find_modes import modes
 from lumped.vibration.natural.modes import Modes
@@ -23,8 +23,6 @@ from lumped.vibration.speeds.campbell import (
     diagram,
 )
 from lumped.vibration.speeds.mean_modes import mean_modes
-
-Real = NDArray[np.float64]
 
 _COARSE, _FINE = 8, 16
 """Degrees of two polynomials through frequencies over a stretch of speeds."""

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.errors import SolverError
+from lumped.support.arrays import Complex, Real
 from lumped.vibration.ordered.order_sensitivity import sweep_turns
 from lumped.vibration.rotating.harmonics import mean_matrix
 from lumped.vibration.rotating.rotation import Rotation, samples_of
 from lumped.vibration.rotating.rotation_derivatives import derive_by_parameters, derive_by_speed
 from lumped.vibration.rotating.small_vibrations import SmallVibrations
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _VIBRATES = 1e-6
 """Imaginary part of an eigenvalue, relative to its size, above which it belongs to a vibration."""

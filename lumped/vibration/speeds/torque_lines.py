@@ -13,12 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
-
-Real = NDArray[np.float64]
+from lumped.support.arrays import Real
 
 
 @dataclass(frozen=True)
