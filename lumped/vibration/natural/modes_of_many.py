@@ -7,7 +7,6 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from lumped.numerics.eigen_many import eigenvalues_of_many, vectors_of_many
@@ -15,6 +14,8 @@ from lumped.points.vibrating_states import moving
 from lumped.support.arrays import Complex, Real
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.validity import ranges
+from lumped.vibration.natural.eigenpairs import label_parts
+from lumped.vibration.natural.matrix_slopes import multiply_complex
 from lumped.vibration.natural.mode_designs import ModeDesigns
 from lumped.vibration.natural.spectrum import Spectrum
 
@@ -74,11 +75,9 @@ class ModesOfMany:
 
     def modes(self, x: Real) -> ManyModes:
         """Modes for parameters of shape (n, d)."""
-        k, n = len(self._begin.hertz), len(x)
-        found = np.full((n, k), np.nan, dtype=complex)
-        for rows in self._parts_of(n):
-            every = [eigenvalues_of_many(block) for block in self._blocks(x[rows])]
-            found[rows] = self._oscillating(np.hstack(every))
+        found = np.full((len(x), len(self._begin.hertz)), np.nan, dtype=complex)
+        for rows in self._parts_of(len(x)):
+            found[rows] = self._oscillating(self._eigenvalues(self._matrices(x[rows])))
         return ManyModes(found)
 
     def slopes(self, x: Real, modes: ManyModes, wanted: list[int]) -> Complex:
@@ -86,32 +85,20 @@ class ModesOfMany:
 
         nan for modes that repeat, and where they must be looked at alone.
         """
-        n, d = len(x), x.shape[1]
-        found = np.full((n, len(wanted), d), np.nan, dtype=complex)
-        for rows in self._parts_of(n):
-            blocks = self._blocks(x[rows])
-            every = [eigenvalues_of_many(block) for block in blocks]
+        found = np.full((len(x), len(wanted), x.shape[1]), np.nan, dtype=complex)
+        for rows in self._parts_of(len(x)):
+            matrices = self._matrices(x[rows])
+            every = self._eigenvalues(matrices)
             for i, mode in enumerate(wanted):
-                value = modes.eigenvalues[rows, mode]
-                known = np.isfinite(value)
-                if not known.any():
+                values = modes.eigenvalues[rows, mode]
+                gaps = np.abs(every - values[:, None])
+                near = (gaps <= _REPEATED * np.abs(values)[:, None]).sum(axis=1)
+                alone = np.flatnonzero(near == 1)
+                try:
+                    right, left = vectors_of_many(matrices[alone], values[alone])
+                except np.linalg.LinAlgError:  # a shift is an eigenvalue to the last bit
                     continue
-                own = x[rows][known]
-                part = self._part_with(every, value, known)
-                for number in np.unique(part):
-                    mine = part == number
-                    try:
-                        right, left = vectors_of_many(
-                            blocks[number][known][mine], value[known][mine]
-                        )
-                    except np.linalg.LinAlgError:  # a shift is an eigenvalue to the last bit
-                        continue
-                    gap = np.abs(every[number][known][mine] - value[known][mine, None])
-                    alone = (gap <= _REPEATED * np.abs(value[known][mine, None])).sum(axis=1) == 1
-                    by = self._contract(own[mine], right, left, self._members[number])
-                    by[~alone] = np.nan
-                    places = np.arange(rows.start, rows.stop)[known][mine]
-                    found[places, i] = by
+                found[rows.start + alone, i] = self._contract(x[rows][alone], right, left)
         return found
 
     def curvatures(self, x: Real, mode: int) -> tuple[complex, Complex, Complex] | None:
@@ -120,39 +107,25 @@ class ModesOfMany:
         None if the mode repeats, or there is another number of modes here.
         """
         row = x[None]
-        value = self.modes(row).eigenvalues[0, mode]
-        blocks = self._blocks(row)
-        every = [eigenvalues_of_many(block) for block in blocks]
-        first = self.slopes(row, ManyModes(np.full((1, mode + 1), value)), [mode])[0, 0]
+        modes = self.modes(row)
+        value = modes.eigenvalues[0, mode]
+        first = self.slopes(row, modes, [mode])[0, 0]
         if not np.isfinite(first).all():
             return None
-        number = int(self._part_with(every, np.array([value]), np.array([True]))[0])
-        own = self._members[number]
-        right, left = vectors_of_many(blocks[number], np.array([value]))
-        v = np.zeros(len(self._system.state_names), dtype=complex)
-        w = v.copy()
-        v[own], w[own] = right[0], left[0].conj()
-        d = len(first)
-        theta = self._theta(row)[0]
+        matrices, own = self._matrices(row), self._members
+        right, left = vectors_of_many(matrices, np.array([value]))
+        v, w = self._in_states(right)[0], self._in_states(left.conj())[0]
         point = self._begin.point
-        inputs = point.x, theta, point.time, point.settings
-
-        def complexly(function: ca.Function, *vectors: Complex) -> Complex:
-            total = 0j
-            for part in np.ndindex(*(2 for _ in vectors)):
-                real = [(vec.imag if p else vec.real) for p, vec in zip(part, vectors, strict=True)]
-                total = total + 1j ** sum(part) * function(*inputs, *real).full()
-            return np.asarray(total)
-
-        along, across, twice = self._second
-        moved = complexly(along, v)[own] - right[0][:, None] * first  # (A_i - l_i) x
-        turned = complexly(across, w)[own] - w[own][:, None] * first
-        matrix = blocks[number][0] - value * np.eye(len(own))
+        inputs = point.x, self._theta(row)[0], point.time, point.settings
+        along, across, twice = (
+            lambda *vectors, part=part: part(*inputs, *vectors).full() for part in self._second
+        )
+        moved = multiply_complex(along, v)[own] - right[0][:, None] * first  # (A_i - l_i) x
+        turned = multiply_complex(across, w)[own] - w[own][:, None] * first
+        matrix = matrices[0] - value * np.eye(len(own))
         shapes = -np.linalg.lstsq(matrix, moved, rcond=1e-12)[0]
-        second = complexly(twice, w, v).reshape(d, d) + turned.T @ shapes + shapes.T @ turned
-        return complex(value), first, second
-
-    # -- matrices ------------------------------------------------------------------------------
+        second = multiply_complex(twice, w, v).reshape(len(first), -1)
+        return complex(value), first, second + turned.T @ shapes + shapes.T @ turned
 
     def _theta(self, x: Real) -> Real:
         theta: Real = np.tile(self._begin.point.theta, (len(x), 1))
@@ -175,22 +148,24 @@ class ModesOfMany:
         return function(every, np.zeros(0), np.full(n, point.time), settings)
 
     @cached_property
-    def _members(self) -> list[NDArray[np.intp]]:
-        """States of each part of the drive that can vibrate, as at the beginning."""
-        own = np.flatnonzero(moving(self._system, self._begin.point))
-        matrix = self._begin.matrix
-        matrix.eliminate_zeros()
-        label = scipy.sparse.csgraph.connected_components(matrix, directed=False)[1][own]
-        return [own[label == part] for part in np.unique(label)]
+    def _members(self) -> NDArray[np.intp]:
+        """States that can vibrate, as at the beginning."""
+        return np.flatnonzero(moving(self._system, self._begin.point))
 
-    def _blocks(self, x: Real) -> list[Real]:
-        """State matrices of all parts, shapes (n, m, m)."""
+    def _matrices(self, x: Real) -> Real:
+        """State matrices of what can vibrate, shape (n, m, m)."""
         numbers = self._evaluate(self._matrix, x)
         numbers[:, self._system.cancelling] = 0.0
         whole = np.zeros((len(x), *self._pattern.shape))
         rows, columns = (np.array(each, dtype=int) for each in self._pattern.get_triplet())
         whole[:, rows, columns] = numbers
-        return [whole[:, own][:, :, own] for own in self._members]
+        return whole[:, self._members][:, :, self._members]
+
+    def _eigenvalues(self, matrices: Real) -> Complex:
+        """Eigenvalues of all parts that do not touch, as at the beginning, shape (n, m)."""
+        label = label_parts(self._begin.matrix)[self._members]
+        own = [np.flatnonzero(label == part) for part in np.unique(label)]
+        return np.hstack([eigenvalues_of_many(matrices[:, p][:, :, p]) for p in own])
 
     def _parts_of(self, n: int) -> list[slice]:
         size = max(1, _CHUNK // max(1, self._pattern.shape[0] ** 2))
@@ -212,16 +187,6 @@ class ModesOfMany:
         found[sound] = rest[sound][above[sound]].reshape(-1, k)
         return found
 
-    def _part_with(
-        self, every: list[Complex], value: Complex, known: NDArray[np.bool_]
-    ) -> NDArray[np.intp]:
-        """Number of the part of the drive to which an eigenvalue belongs, for known designs."""
-        away = [np.abs(own[known] - value[known, None]).min(axis=1) for own in every]
-        found: NDArray[np.intp] = np.argmin(away, axis=0)
-        return found
-
-    # -- derivatives ---------------------------------------------------------------------------
-
     @cached_property
     def _contraction(self) -> ManyPoints:
         states, theta, time, settings = self._system.inputs
@@ -232,16 +197,20 @@ class ModesOfMany:
         both = ca.vertcat(states, theta, y, v)
         return ManyPoints(ca.Function("slopes", [both, ca.SX.sym("p", 0), time, settings], [slope]))
 
-    def _contract(self, x: Real, right: Complex, left: Complex, own: NDArray[np.intp]) -> Complex:
+    def _contract(self, x: Real, right: Complex, left: Complex) -> Complex:
         """``y^H (dA/dp) x`` for each design, shape (n, d)."""
-        count = len(self._system.state_names)
-        x_all, y_all = (np.zeros((len(x), count), dtype=complex) for _ in range(2))
-        x_all[:, own], y_all[:, own] = right, left.conj()
-        total = np.zeros((len(x), len(self._places)), dtype=complex)
-        for a, y in ((1, y_all.real), (1j, y_all.imag)):
-            for b, v in ((1, x_all.real), (1j, x_all.imag)):
-                total += a * b * self._evaluate(self._contraction, x, y, v)
-        return total
+        found: Complex = multiply_complex(
+            lambda y, v: self._evaluate(self._contraction, x, y, v),
+            self._in_states(left.conj()),
+            self._in_states(right),
+        )
+        return found
+
+    def _in_states(self, vectors: Complex) -> Complex:
+        """Vectors of what can vibrate among all states, shapes (n, m) to (n, states)."""
+        found = np.zeros((len(vectors), len(self._system.state_names)), dtype=complex)
+        found[:, self._members] = vectors
+        return found
 
     @cached_property
     def _second(self) -> tuple[ca.Function, ca.Function, ca.Function]:
