@@ -78,7 +78,7 @@ class MassElastic(RichHtml):
             If there is no such mode.
         """
         w, angles, roots = self._solved
-        if isinstance(mode, bool) or not 0 <= mode < len(w):
+        if not 0 <= mode < len(w):
             raise OptionError(f"{self.name}: there is no mode {mode}; {len(w)} modes count from 0.")
         found, rest, shaft = [], np.zeros(len(angles)), 0
         for part in self.parts:

@@ -11,7 +11,7 @@ from lumped.numerics.eigen import eigenpairs
 from lumped.numerics.eigen_near import eigenpairs_near
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.moved_equilibrium import select_still
-from lumped.points.start import start_point
+from lumped.points.start import point_or_start
 from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -64,13 +64,11 @@ def modes(
     """
     if (near is None) != (count is None):
         raise OptionError("modes: `near` and `count` go together, such as near=0.0, count=20.")
-    if near is not None and not (np.isfinite(near) and near >= 0):
-        raise OptionError(f"modes: near = {near:g} Hz must be finite and not negative.")
+    if near is not None and near < 0:
+        raise OptionError(f"modes: near = {near:g} Hz must not be negative.")
     if count is not None and count < 1:
         raise OptionError(f"modes: count = {count} must be at least 1.")
-    if at is not None and parameters:
-        raise OptionError("modes: give the parameters when making the operating point `at`.")
-    point = finite(at or start_point(system, parameters=parameters))
+    point = finite(point_or_start("modes", system, at, parameters))
     matrix = scipy.sparse.csr_array(sparse_state_matrix(point.system, point))
     return modes_of(point, matrix, near, count)
 

@@ -13,7 +13,7 @@ from lumped.errors import OptionError, SolverError
 from lumped.numerics.bracketed_roots import find_bracketed_roots
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.situation import situation
-from lumped.points.start import start_point
+from lumped.points.start import point_or_start
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
 from lumped.support.arrays import Integer, Real
@@ -135,17 +135,14 @@ def natural_modes(
         without damping.
     """
     if not up_to > 0:
-        raise OptionError(f"natural_modes: up_to = {up_to:g} Hz must be finite and above zero.")
-    if at is not None and parameters:
-        raise OptionError(
-            "natural_modes: give the parameters when making the operating point `at`."
-        )
+        raise OptionError(f"natural_modes: up_to = {up_to:g} Hz must be above zero.")
     if not system.structure.parameters.vibrating:
         raise OptionError(
             f"{system.name}: no law of the drive depends on the frequency, so lumped.modes gives "
             "its natural frequencies."
         )
-    point, limit = finite(at or start_point(system, parameters=parameters)), 2 * np.pi * up_to
+    point = finite(point_or_start("natural_modes", system, at, parameters))
+    limit = 2 * np.pi * up_to
     drive = _Frozen(point)
     refuse_point_outside(drive.point(limit), f"at {up_to:.6g} Hz")
     begin, end = drive.modes(0.0), drive.modes(limit)

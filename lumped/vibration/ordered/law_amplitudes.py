@@ -11,7 +11,7 @@ from lumped.numerics.settled_amplitudes import SETTLED, solve_amplitudes
 from lumped.support.arrays import Integer, Real
 from lumped.vibration.ordered.order_solution import OrderEquations
 from lumped.vibration.ordered.synthesis import Synthesis
-from lumped.vibration.rotating.amplitude_laws import AmplitudeLaws
+from lumped.vibration.rotating.small_vibrations import AmplitudeLaws
 
 
 def law_measure(both: Synthesis) -> Literal["half range", "sum"]:

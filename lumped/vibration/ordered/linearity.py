@@ -162,14 +162,14 @@ class _Along:
         self.waves = waves.conj() * (2 / samples)
         self.settings = find_settings(steady.system, self.mean, steady.theta[0], steady.settings[0])
         self.rates, self.outputs, _ = self._at(self.mean)
-        base = small(steady.x, steady.theta[0], steady.settings, steady.points[0].time)
-        turned = small(self.mean, steady.theta[0], self.settings, steady.points[0].time)
+        base = small(steady.x, steady.theta[0], steady.settings, steady.time)
+        turned = small(self.mean, steady.theta[0], self.settings, steady.time)
         self.numbers = [part.mean(axis=0) for part in (turned if steady.turns_matter else base)[2:]]
 
     def _at(self, x: Real) -> tuple[Real, Real, Real]:
         steady = self.steady
         settings = find_settings(steady.system, x, steady.theta[0], steady.settings[0])
-        found = self.small(x, steady.theta[0], settings, steady.points[0].time)
+        found = self.small(x, steady.theta[0], settings, steady.time)
         return found.rates, found.outputs, found.M
 
     def _find_left_out(self, vibration: Real, slopes: Real) -> Complex:
@@ -228,7 +228,7 @@ class _Along:
         if not switching.names:
             return []
         margins, rows = _margins(self.steady.system, self.small.inputs)
-        time = np.full(len(self.angle), self.steady.points[0].time)
+        time = np.full(len(self.angle), self.steady.time)
         theta = self.steady.theta[0]
         mean = np.hstack([self.mean, np.zeros_like(self.inputs)])
         vibration = np.hstack([self.vibration, self.inputs])

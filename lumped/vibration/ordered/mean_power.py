@@ -12,8 +12,8 @@ from lumped.support.arrays import Complex, Integer, Real
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.vibration.ordered.order_solution import Excitations
-from lumped.vibration.rotating.amplitude_laws import amplitude_laws
 from lumped.vibration.rotating.rotation import Rotation, samples_of
+from lumped.vibration.rotating.small_vibrations import amplitude_laws
 
 
 class _Curvature(NamedTuple):
@@ -54,7 +54,7 @@ def mean_power(
     known = _recent_curvatures(system).of(
         (key, inputs), lambda: _curvature(system, key, inputs, turning)
     )
-    count, time = len(orders), steady.points[0].time
+    count, time = len(orders), steady.time
     driven = np.zeros((*states.shape[:2], len(inputs)), dtype=complex)
     for i, harmonics in enumerate(excitations.values()):
         for order, amplitude in harmonics.items():
@@ -63,7 +63,7 @@ def mean_power(
     found = np.empty(states.shape[:2])
     for k, speed in enumerate(steady.speeds):
         samples = samples_of(steady) if known.turns else 1
-        _, x, settings = steady.along(k, samples)
+        x, settings = steady.along(k, samples)
         w = np.repeat(orders * speed, samples)[:, None]
         own = np.tile(amplitudes[k], (len(w), 1))
         points = np.hstack([np.tile(x, (count, 1)), w, own])

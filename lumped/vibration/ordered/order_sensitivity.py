@@ -20,8 +20,8 @@ from lumped.support.text_table import number, table
 from lumped.vibration.ordered.law_amplitudes import law_measure
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.ordered.synthesis import Synthesis
-from lumped.vibration.rotating.rotation import Rotation, samples_of
-from lumped.vibration.rotating.rotation_derivatives import derive_by_parameters
+from lumped.vibration.rotating.harmonics import derive_by_parameters, sweep_turns
+from lumped.vibration.rotating.rotation import samples_of
 from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations
 
 
@@ -266,7 +266,7 @@ class _AtSpeed:
         if small.places:
             still = [np.zeros((count, n)), np.zeros((count, len(small.outputs)))]
             again = [np.repeat(part, count, axis=0) for part in (steady.x, steady.settings)]
-            theta, time = steady.theta[0], steady.points[0].time
+            theta, time = steady.theta[0], steady.time
             at = small.at(w, np.repeat(self.amplitudes, count, axis=0))
             for sign, vibration in ((1.0, at), (-1.0, None)):
                 part = Parts(*still, *(sign * numbers for numbers in by_order))
@@ -274,29 +274,6 @@ class _AtSpeed:
                 slope_x, slope = slope_x + more[0].sum(axis=0), slope + more[1].sum(axis=0)
                 by_amplitude = by_amplitude + more[2].sum(axis=0)
         return slope + derive_by_parameters(steady, slope_x), by_amplitude
-
-
-def sweep_turns(
-    small: SmallVibrations, steady: Rotation, own: list[Real], means: list[Real]
-) -> tuple[Real, Real]:
-    """One reverse sweep over the turns: derivatives by states and by parameters.
-
-    Parameters
-    ----------
-    steady : Rotation
-        At one speed.
-    own : list of ndarray, shapes (samples, n) and (samples, q)
-        Weights of rates and outputs at each of the samples.
-    means : list of ndarray, shapes (numbers,)
-        Weights of the means of the numbers of A, B, C, D and M.
-    """
-    samples = len(own[0])
-    _, points, settings = steady.along(0, samples)
-    averaged = [np.tile(part / samples, (samples, 1)) for part in means]
-    weights = Parts(*own, *averaged)
-    time = steady.points[0].time
-    by_x, by_theta, _ = small.slopes(weights, points, steady.theta[0], settings, time)
-    return by_x.sum(axis=0), by_theta.sum(axis=0)
 
 
 def _adjoint(small: SmallVibrations, matrices: list[Real], w: Real, row: int, n: int) -> Complex:

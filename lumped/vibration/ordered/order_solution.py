@@ -84,7 +84,7 @@ class OrderEquations:
         self._stated: list[Real] = []
         if small.places:
             _refuse_unknown_masses(small, steady, orders[-1] * steady.speeds[0])
-            stated = small(steady.x, steady.theta, steady.settings, steady.points[0].time)
+            stated = small(steady.x, steady.theta, steady.settings, steady.time)
             self._stated = list(stated[2:])
 
     def solve_vibration(self, amplitudes: Real, at: Integer | None = None) -> OrderSolution:
@@ -163,7 +163,7 @@ class OrderEquations:
             for part in (steady.x, steady.theta, steady.settings, amplitudes)
         )
         vibration = self.small.at(w.ravel(), own)
-        there = self.small(x, theta, settings, steady.points[0].time, vibration)
+        there = self.small(x, theta, settings, steady.time, vibration)
         for held, part, base in zip(found, there[2:], self._stated, strict=True):
             held += part.reshape(held.shape) - base[every, None, :]
         return found
@@ -173,8 +173,8 @@ def _refuse_unknown_masses(small: SmallVibrations, steady: Rotation, w: float) -
     """Refuse laws of the frequency that change torques of the turns: a mass is not in M."""
     if not (len(small.masses.rows) and steady.turns_matter):
         return
-    _, x, settings = steady.along(0, _LOOKS)
-    theta, time = steady.theta[0], steady.points[0].time
+    x, settings = steady.along(0, _LOOKS)
+    theta, time = steady.theta[0], steady.time
     stated = np.tile(theta[small.laws.places], (_LOOKS, 1))
     held, there = (
         small(x, theta, settings, time, vibration).rates[:, small.masses.own]

@@ -242,8 +242,8 @@ def order_tracks(
     Source: Fyfe and Munck, Analysis of Computed Order Tracking, Mechanical Systems and Signal
     Processing 11 (1997), for the resampling.
     """
-    if isinstance(turns, bool) or turns < 3:
-        raise OptionError(f"order_tracks: turns = {turns!r}: at least 3 turns are needed.")
+    if turns < 3:
+        raise OptionError(f"order_tracks: turns = {turns}: at least 3 turns are needed.")
     if not 0 <= overlap < 1:
         raise OptionError(f"order_tracks: overlap = {overlap:g} must be at least 0 and below 1.")
     if not most * turns >= 2:

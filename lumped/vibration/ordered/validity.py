@@ -49,7 +49,7 @@ def refuse_vibration_outside(
                 raise held.make_error(float(values[k]), where)
     if not small.places:
         return
-    time = steady.points[0].time
+    time = steady.time
     ends = [(0, orders[0]), (len(steady.speeds) - 1, orders[-1])]
     places = [(int(k), orders[0], "with the vibration at") for k in at.argmax(axis=0)]
     places += [(k, order, f"for order {order:g} at") for k, order in ends]

@@ -143,7 +143,7 @@ def vector_sums(
     Source: Nestorides, A Handbook on Torsional Vibration (1958), phase vector sums.
     """
     chosen = np.array([float(order) for order in orders])
-    if not len(chosen) or not (np.isfinite(chosen).all() and (chosen > 0).all()):
+    if not len(chosen) or not (chosen > 0).all():
         raise OptionError("vector_sums: orders must be positive periods for each turn.")
     if not phases:
         raise OptionError(

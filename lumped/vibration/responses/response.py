@@ -19,7 +19,7 @@ from lumped.plots.draw import Canvas, draw
 from lumped.points.control_systems import control_response
 from lumped.points.linearise import Matrices, growth, linear_matrices
 from lumped.points.situation import one_sided, situation
-from lumped.points.start import start_point
+from lumped.points.start import point_or_start
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
 from lumped.support.arrays import Complex, Real
@@ -323,15 +323,10 @@ def frequency_response(
         If equations of a component do not hold at one of the frequencies, the response is
         unbounded there, or the linearisation is unstable (looked at up to 500 states).
     """
-    if at is not None and parameters:
-        raise OptionError(
-            "frequency_response: give the parameters when making the operating point `at`."
-        )
     at_hertz = np.asarray(hertz, dtype=float).ravel()
-    good = np.isfinite(at_hertz).all() and (at_hertz >= 0).all() and (np.diff(at_hertz) > 0).all()
-    if not len(at_hertz) or not good:
-        raise OptionError("frequency_response: hertz must be ascending, finite and not negative.")
-    point = finite(at or start_point(system, parameters=parameters))
+    if not len(at_hertz) or at_hertz[0] < 0 or (np.diff(at_hertz) <= 0).any():
+        raise OptionError("frequency_response: hertz must be ascending and not negative.")
+    point = finite(point_or_start("frequency_response", system, at, parameters))
     system = point.system
     matrices, given, observed = linear_matrices(system, point, inputs, outputs)
     if not given or not observed:

@@ -51,6 +51,10 @@ def rotation(
     SolverError
         If there is no such rotation.
     """
+    if at is not None and parameters:
+        raise OptionError(f"{system.name}: give parameters when making the operating point `at`.")
+    if turns < 1:
+        raise OptionError(f"{system.name}: turns = {turns}: a whole number of turns is needed.")
     key = None if shaft is None else system.key(shaft)
     if callable(at):
         points = tuple(point_at("order_response", system, at, float(w)) for w in speeds)
@@ -192,12 +196,12 @@ def balance_torques(rotation: Rotation, free: Name) -> Rotation:
         )
     name = system.key(free)
     (place,) = system.places([name])
-    speed = speed_of(system, shaft)
-    parts = small_vibrations(system, (name,), (speed,))
+    turns_with = speed_of(system, shaft)
+    parts = small_vibrations(system, (name,), (turns_with,))
     states = np.flatnonzero((rotation.turning == 0) & ~rotation.idle)
     n, samples = len(rotation.turning), samples_of(rotation)
     x, theta, settings = rotation.x.copy(), rotation.theta.copy(), rotation.settings.copy()
-    time = rotation.points[0].time
+    time = rotation.time
 
     def missing(k: int, at: Real, value: float) -> tuple[Real, Real, Real, float]:
         """Mean rates and missing speed, matrix, size of their parts, largest effect at an angle.
@@ -206,21 +210,15 @@ def balance_torques(rotation: Rotation, free: Name) -> Rotation:
         """
         own = theta[k].copy()
         own[place] = value
-        angle = 2 * np.pi * rotation.turns * np.arange(samples) / samples
-        points = at + angle[:, None] * rotation.turning
+        points = at + rotation.angles(samples)[:, None] * rotation.turning
         m = find_settings(system, points, own, settings[k])
         found = parts(points, own, m, time)
-        mean = [part.mean(axis=0) for part in found]
-        matrix = np.zeros((n + 1, n + 1))
-        for numbers, (rows, columns), (top, left) in zip(
-            mean[2:6], parts.patterns[:4], ((0, 0), (0, n), (n, 0), (n, n)), strict=True
-        ):
-            matrix[rows + top, columns + left] = numbers
-        target = rotation.speeds[k] * rotation.turning
-        residual = np.append(mean[0] - target, mean[1] - rotation.speeds[k])
+        matrix = parts.whole_matrix(found)
+        speed = rotation.speeds[k]
+        residual = np.hstack(found[:2]).mean(axis=0) - speed * np.append(rotation.turning, 1.0)
         residual[:n][rotation.idle] = 0.0
         matrix[:n][rotation.idle] = 0.0
-        size = np.append(np.abs(found.rates).max(axis=0), abs(rotation.speeds[k]))
+        size = np.append(np.abs(found.rates).max(axis=0), abs(speed))
         size = np.maximum(size, np.abs(matrix) @ np.abs(np.append(at, value)))
         acting = max(float(np.abs(part).max(initial=0.0)) for part in (found.B, found.D))
         return residual, matrix, np.maximum(size, 1e-300), acting
@@ -249,7 +247,7 @@ def balance_torques(rotation: Rotation, free: Name) -> Rotation:
             scale = np.maximum(np.abs(own).max(axis=1), 1e-300)  # parts may all be zero at first
             step = np.linalg.lstsq(own / scale[:, None], residual / scale, rcond=_SINGULAR)[0]
             found[unknown] -= step
-        names = [*system.state_names, speed]
+        names = [*system.state_names, turns_with]
         raise SolverError(
             f"{system.name}: mean torques do not balance at {rotation.speeds[k]:g} rad/s with "
             f"{name} free: {names[worst]} keeps a mean rate of {residual[worst]:.3g}. Name "

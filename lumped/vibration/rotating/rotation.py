@@ -62,6 +62,11 @@ class Rotation:
     is_given: bool
     balancing: str | None = None
 
+    @property
+    def time(self) -> float:
+        """Instant at which functions of time are taken, s."""
+        return self.points[0].time
+
     def at(self, k: int) -> Rotation:
         """The rotation at one of the speeds."""
         return self.part(np.array([k]))
@@ -92,14 +97,15 @@ class Rotation:
         found: NDArray[np.bool_] = np.isin(structure.states, list(structure.cyclic))
         return found
 
-    def along(self, k: int, samples: int) -> tuple[Real, Real, Real]:
-        """Angles of the shaft, states and settings at one speed over all turns.
+    def angles(self, samples: int) -> Real:
+        """Angles of the shaft over all turns, at equal steps, shape (samples,)."""
+        found: Real = 2 * np.pi * self.turns * np.arange(samples) / samples
+        return found
 
-        Shapes (samples,), (samples, n) and (samples, m).
-        """
-        angle = 2 * np.pi * self.turns * np.arange(samples) / samples
-        x = self.x[k] + angle[:, None] * self.turning
-        return angle, x, find_settings(self.system, x, self.theta[k], self.settings[k])
+    def along(self, k: int, samples: int) -> tuple[Real, Real]:
+        """States and settings at one speed over all turns, shapes (samples, n) and (samples, m)."""
+        x = self.x[k] + self.angles(samples)[:, None] * self.turning
+        return x, find_settings(self.system, x, self.theta[k], self.settings[k])
 
 
 def samples_of(steady: Rotation, orders: ArrayLike = 1.0) -> int:

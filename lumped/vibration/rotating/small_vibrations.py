@@ -13,8 +13,8 @@ from lumped.errors import SolverError
 from lumped.support.arrays import Integer, Real
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.vibration.rotating.amplitude_laws import amplitude_laws
 from lumped.vibration.rotating.masses import masses
+from lumped.vibration.rotating.rotation import Rotation
 
 Pattern = tuple[Integer, Integer]
 
@@ -32,6 +32,38 @@ class Parts(NamedTuple):
     C: Real
     D: Real
     M: Real
+
+
+class AmplitudeLaws(NamedTuple):
+    """Parameters that are amplitudes at which laws hold.
+
+    Attributes
+    ----------
+    places : list of int
+        Among the parameters that have a value of their own.
+    names : tuple of str
+        Of the parameters.
+    quantities : tuple of str
+        What vibrates with these amplitudes.
+    """
+
+    places: list[int]
+    names: tuple[str, ...]
+    quantities: tuple[str, ...]
+
+
+@made_once
+def amplitude_laws(system: System) -> AmplitudeLaws:
+    """Those of a system that its motion depends on."""
+    parameters = system.structure.parameters
+    known = parameters.amplitudes
+    if not known:
+        return AmplitudeLaws([], (), ())
+    places = list(known)
+    used = ca.which_depends(system.rates, system.inputs[1][places], 1, False)
+    chosen = [place for place, is_used in zip(places, used, strict=True) if is_used]
+    names = [parameters.names[parameters.free[place]] for place in chosen]
+    return AmplitudeLaws(chosen, tuple(names), tuple(known[place] for place in chosen))
 
 
 class SmallVibrations:
@@ -123,6 +155,22 @@ class SmallVibrations:
                 "steadily; change the operating point, the speeds or the parameters."
             )
         return Parts(*np.split(values, self._ends, axis=1))
+
+    def along(self, steady: Rotation, samples: int, k: int = 0) -> Parts:
+        """Everything at angles over all turns of a rotation at one of its speeds."""
+        x, settings = steady.along(k, samples)
+        return self(x, steady.theta[k], settings, steady.time)
+
+    def whole_matrix(self, parts: Parts) -> Real:
+        """Mean of ``[[A, B], [C, D]]`` over points."""
+        n, inputs = parts.rates.shape[1], len(self.inputs)
+        found = np.zeros((n + len(self.outputs), n + inputs))
+        corners = ((0, 0), (0, n), (n, 0), (n, n))
+        for numbers, (rows, columns), (top, left) in zip(
+            parts[2:6], self.patterns[:4], corners, strict=True
+        ):
+            found[rows + top, columns + left] = numbers.mean(axis=0)
+        return found
 
     def _varying(self, varied: list[int]) -> ManyPoints:
         """The numbers, of which some parameters vary from point to point."""

@@ -7,10 +7,13 @@ import scipy
 
 from lumped.errors import SolverError
 from lumped.support.arrays import Complex, Real
-from lumped.vibration.ordered.order_sensitivity import sweep_turns
-from lumped.vibration.rotating.harmonics import mean_matrix
+from lumped.vibration.rotating.harmonics import (
+    derive_by_parameters,
+    derive_by_speed,
+    mean_matrix,
+    sweep_turns,
+)
 from lumped.vibration.rotating.rotation import Rotation, samples_of
-from lumped.vibration.rotating.rotation_derivatives import derive_by_parameters, derive_by_speed
 from lumped.vibration.rotating.small_vibrations import SmallVibrations
 
 _VIBRATES = 1e-6

@@ -312,7 +312,7 @@ def test_slips_are_named():
     plain = chained(a=Inertia(J=1.0), spring=SpringDamper(c=1.0), b=Inertia(J=1.0))
     with pytest.raises(OptionError, match="no law of the drive depends on the frequency"):
         natural(plain)
-    with pytest.raises(OptionError, match="up_to = 0 Hz must be finite and above zero"):
+    with pytest.raises(OptionError, match="up_to = 0 Hz must be above zero"):
         natural(one, 0.0)
     point = lp.start_point(one)
     with pytest.raises(OptionError, match="when making the operating point"):

@@ -229,7 +229,7 @@ def test_what_drifts_freely_has_no_static_response():
 
 @pytest.mark.parametrize("hertz", [[], [2.0, 1.0], [1.0, 1.0], [-1.0, 1.0], [1.0, np.nan]])
 def test_frequencies_must_ascend(hertz):
-    with pytest.raises(OptionError, match=r"ascending, finite and not negative|finite numbers"):
+    with pytest.raises(OptionError, match=r"ascending and not negative|finite numbers"):
         lp.frequency_response(
             lp.assemble(Rig()), inputs=["motor.tau"], outputs=["b.w"], hertz=hertz
         )
