@@ -11,7 +11,6 @@ from lumped.compiler.system import System
 from lumped.support.arrays import Complex, Integer, Real
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.vibration.ordered.order_solution import Excitations
 from lumped.vibration.rotating.rotation import Rotation, samples_of
 from lumped.vibration.rotating.small_vibrations import amplitude_laws
 
@@ -29,8 +28,8 @@ def mean_power(
     steady: Rotation,
     orders: Real,
     key: str,
-    states: Complex,
-    excitations: Excitations,
+    inputs: tuple[str, ...],
+    z: Complex,
     amplitudes: Real,
 ) -> Real:
     """Mean of a quantity that is quadratic in a vibration, shape (k, o).
@@ -43,24 +42,20 @@ def mean_power(
     ----------
     key : str
         The quantity.
-    states : ndarray of complex, shape (k, o, n)
-        Amplitudes.
+    inputs : tuple of str
+        What is excited.
+    z : ndarray of complex, shape (k, o, n + inputs)
+        Amplitudes of states and inputs.
     amplitudes : ndarray, shape (k, m)
         Those at which laws hold.
     """
     system = steady.system
-    inputs = tuple(excitations)
     turning = steady.turning
     known = _recent_curvatures(system).of(
         (key, inputs), lambda: _curvature(system, key, inputs, turning)
     )
     count, time = len(orders), steady.time
-    driven = np.zeros((*states.shape[:2], len(inputs)), dtype=complex)
-    for i, harmonics in enumerate(excitations.values()):
-        for order, amplitude in harmonics.items():
-            driven[:, orders == order, i] = amplitude[:, None]
-    z = np.concatenate([states, driven], axis=2)
-    found = np.empty(states.shape[:2])
+    found = np.empty(z.shape[:2])
     for k, speed in enumerate(steady.speeds):
         samples = samples_of(steady) if known.turns else 1
         x, settings = steady.along(k, samples)

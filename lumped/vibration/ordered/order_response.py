@@ -18,12 +18,16 @@ from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import speed_unit
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import ranges
-from lumped.vibration.ordered.law_amplitudes import find_amplitudes
-from lumped.vibration.ordered.linearity import Linearity, linearity
+from lumped.vibration.ordered.linearity import Linearity, linearity, refuse_vibration_outside
 from lumped.vibration.ordered.mean_power import mean_power
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
-from lumped.vibration.ordered.order_solution import Excitations, OrderEquations, OrderSolution
-from lumped.vibration.ordered.validity import refuse_vibration_outside
+from lumped.vibration.ordered.order_solution import (
+    Excitations,
+    OrderEquations,
+    OrderSolution,
+    find_amplitudes,
+    input_amplitudes,
+)
 from lumped.vibration.responses.amplitudes import refuse_rates
 from lumped.vibration.rotating.find_rotation import rotation
 from lumped.vibration.rotating.rotation import Rotation
@@ -89,20 +93,16 @@ class OrderResponse(OrderAmplitudes):
             return None
         return linearity(self.small, self.solution_at, self.speeds, self.orders, self.values)
 
-    def solution_at(self, k: int) -> tuple[Rotation, OrderSolution, Complex]:
-        """Steady rotation, solution, and amplitudes of the inputs, (o, inputs), at one speed."""
-        steady = self.rotation.at(k)
-        wanted = {
-            name: {order: amplitude[k : k + 1] for order, amplitude in harmonics.items()}
-            for name, harmonics in self.excitations.items()
-        }
-        equations = OrderEquations(self.small, steady, self.orders, wanted, self.damping_ratio)
-        solved = equations.solve_vibration(self._laws_at[k : k + 1])
-        inputs = np.zeros((len(self.orders), len(wanted)), dtype=complex)
-        for i, harmonics in enumerate(wanted.values()):
-            for order, amplitude in harmonics.items():
-                inputs[self.orders == order, i] = amplitude
-        return steady, solved, inputs
+    @cached_property
+    def _inputs(self) -> Complex:
+        """Amplitudes of inputs, shape (k, o, inputs)."""
+        return input_amplitudes(self.excitations, self.speeds, self.orders)
+
+    def solution_at(self, k: int) -> OrderSolution:
+        """The equations and their solution at one speed."""
+        steady, u = self.rotation.at(k), self._inputs[k : k + 1]
+        equations = OrderEquations(self.small, steady, self.orders, u, self.damping_ratio)
+        return equations.solve_vibration(self._laws_at[k : k + 1])
 
     def turning(
         self, speeds: Real, parameters: Changes | None = None, at: OperatingPoint | None = None
@@ -145,9 +145,9 @@ class OrderResponse(OrderAmplitudes):
             Any quantity or formula of the system, such as ``"coupling.power"``.
         """
         key = self.system.key(quantity)
-        return mean_power(
-            self.rotation, self.orders, key, self._states, self.excitations, self._laws_at
-        )
+        z = np.concatenate([self._states, self._inputs], axis=2)
+        inputs = tuple(self.excitations)
+        return mean_power(self.rotation, self.orders, key, inputs, z, self._laws_at)
 
     def number_of(self, speed: float, caller: str) -> int:
         """Which of the speeds one is.
@@ -292,9 +292,10 @@ def _respond(
     """The vibration about a steady rotation."""
     watched, laws = tuple(held.formula for held in ranges(system)), amplitude_laws(system)
     small = small_vibrations(system, inputs, outputs + laws.quantities + watched)
-    equations = OrderEquations(small, steady, orders, wanted, damping_ratio)
+    u = input_amplitudes(wanted, steady.speeds, orders)
+    equations = OrderEquations(small, steady, orders, u, damping_ratio)
     count = len(outputs)
-    at, unsettled = find_amplitudes(equations, laws, count)
+    at, unsettled = find_amplitudes(equations, count)
     solved = equations.solve_vibration(at)
     first = count + len(laws.quantities)
     refuse_vibration_outside(

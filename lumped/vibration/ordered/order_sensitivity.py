@@ -17,12 +17,15 @@ from lumped.support.by_name import ByName
 from lumped.support.display_units import display, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
-from lumped.vibration.ordered.law_amplitudes import law_measure
 from lumped.vibration.ordered.order_response import OrderResponse
+from lumped.vibration.ordered.order_solution import OrderSolution, synthesis_of
 from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.rotating.harmonics import derive_by_parameters, sweep_turns
 from lumped.vibration.rotating.rotation import samples_of
-from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations
+from lumped.vibration.rotating.small_vibrations import Parts
+
+Measure = Literal["maximum", "half range", "sum"] | float
+"""Of a synthesis, or the order whose amplitude is meant."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +88,7 @@ def order_sensitivity(
     response: OrderResponse,
     of: Name,
     *,
-    measure: Literal["maximum", "half range", "sum"] | float = "half range",
+    measure: Measure = "half range",
     speed: float | None = None,
     by: Iterable[Name] | None = None,
 ) -> OrderSensitivity:
@@ -171,15 +174,14 @@ def refuse_ratio(response: OrderResponse, caller: str) -> None:
         )
 
 
-def sizes_of(response: OrderResponse, of: str, measure: str | float) -> Real:
+def sizes_of(response: OrderResponse, of: str, measure: Measure) -> Real:
     """The measure at each speed."""
     if isinstance(measure, str):
-        both = response.synthesis(of)
-        return {"maximum": both.maximum, "half range": both.half_range, "sum": both.sum}[measure]
+        return response.synthesis(of).measure(measure)
     return response.magnitude(of, measure)
 
 
-def _weights(both: Synthesis, k: int, measure: str | float) -> Complex:
+def _weights(both: Synthesis, k: int, measure: Measure) -> Complex:
     """Weights of the amplitudes in the measure: its change is ``Re sum(weight change)``."""
     y, orders = both.amplitudes[k], both.orders
     if isinstance(measure, str) and measure != "sum":
@@ -202,7 +204,7 @@ def _weights(both: Synthesis, k: int, measure: str | float) -> Complex:
     return found
 
 
-def slope_of(response: OrderResponse, of: str, k: int, measure: str | float) -> Real:
+def slope_of(response: OrderResponse, of: str, k: int, measure: Measure) -> Real:
     """Derivatives of the measure at a speed by all parameters, shape (p,).
 
     Where laws hold at amplitudes A that follow from the vibration, ``A = h(A, p)``, the measure
@@ -223,48 +225,47 @@ class _AtSpeed:
     """Derivatives of the vibration at one speed, with laws at amplitudes that stay."""
 
     def __init__(self, response: OrderResponse, k: int) -> None:
-        self.small, self.orders = response.small, response.orders
-        self.steady, self.solved, self.u = response.solution_at(k)
+        self.solved = response.solution_at(k)
         self.amplitudes = response._laws_at[k : k + 1]
         self.first = len(response.of)
 
     def law_slopes(self, number: int) -> tuple[Real, Real]:
         """Derivatives of the amplitude that counts for a law."""
         row = self.first + number
-        both = Synthesis("law", "1", self.steady.speeds, self.orders, self.solved.y[:, :, row])
-        return self.slopes(row, _weights(both, 0, law_measure(both)))
+        both, measure = synthesis_of(self.solved, row)
+        return self.slopes(row, _weights(both, 0, measure))
 
     def slopes(self, row: int, weights: Complex) -> tuple[Real, Real]:
         """Derivatives of a weighted sum of the amplitudes of a quantity.
 
         By all parameters, shape (p,), and by the amplitudes of laws, (m,).
         """
-        small, orders, steady, x = self.small, self.orders, self.steady, self.solved.x[0]
-        n, count, w = steady.x.shape[1], len(orders), orders * steady.speeds[0]
-        adjoint = _adjoint(small, self.solved.matrices, w, row, n)
-        left = weights[:, None] * adjoint
+        solved, small, orders = self.solved, self.solved.small, self.solved.orders
+        steady, x, u, w = solved.steady, solved.x[0], solved.u[0], solved.w[0]
+        count = len(orders)
+        left = weights[:, None] * _adjoint(solved, row)
         direct = np.zeros((count, len(small.outputs)), dtype=complex)
         direct[:, row] = weights
         by_order = [
             (side[:, rows] * given[:, columns]).real
             for side, given, (rows, columns) in zip(
                 (left, left, direct, direct, left),
-                (x, self.u, x, self.u, -1j * w[:, None] * x),
+                (x, u, x, u, -1j * w[:, None] * x),
                 small.patterns,
                 strict=True,
             )
         ]
         samples = samples_of(steady, orders)
-        angle = 2 * np.pi * steady.turns * np.arange(samples) / samples
         turning = np.zeros((samples, count), dtype=complex)
         if steady.turns_matter:
             whole = np.abs(orders * steady.turns - np.rint(orders * steady.turns)) <= 1e-9
-            turning[:, whole] = np.exp(-1j * angle[:, None] * orders[whole]) * (2 / samples)
+            waves = np.exp(-1j * steady.angles(samples)[:, None] * orders[whole])
+            turning[:, whole] = waves * (2 / samples)
         own = [(turning @ left).real, (turning @ direct).real]
         slope_x, slope = sweep_turns(small, steady, own, [part.sum(axis=0) for part in by_order])
         by_amplitude = np.zeros(self.amplitudes.shape[1])
         if small.places:
-            still = [np.zeros((count, n)), np.zeros((count, len(small.outputs)))]
+            still = [np.zeros(left.shape), np.zeros(direct.shape)]
             again = [np.repeat(part, count, axis=0) for part in (steady.x, steady.settings)]
             theta, time = steady.theta[0], steady.time
             at = small.at(w, np.repeat(self.amplitudes, count, axis=0))
@@ -276,16 +277,12 @@ class _AtSpeed:
         return slope + derive_by_parameters(steady, slope_x), by_amplitude
 
 
-def _adjoint(small: SmallVibrations, matrices: list[Real], w: Real, row: int, n: int) -> Complex:
-    """Solutions of ``(j w M - A)^T y = C[row]`` at each order, shape (o, n)."""
-    rows, columns = small.patterns[0]
-    c_rows, c_columns = small.patterns[2]
-    matrix: Complex = np.zeros((len(w), n, n), dtype=complex)
-    matrix[:, columns, rows] = -matrices[0][0]
-    matrix += 1j * w[:, None, None] * small.masses.in_states(matrices[4][0])
-    right = np.zeros((len(w), n), dtype=complex)
-    chosen = c_rows == row
-    right[:, c_columns[chosen]] = matrices[2][0][:, chosen]
-    if n:
-        right[:] = np.linalg.solve(matrix, right[..., None])[..., 0]
-    return right
+def _adjoint(solved: OrderSolution, row: int) -> Complex:
+    """Solutions of ``(j w M - A)^T y = C[row]`` at each order of one speed, shape (o, n)."""
+    rows, columns = solved.small.patterns[2]
+    chosen = rows == row
+    right = np.zeros(solved.x[0].shape, dtype=complex)
+    right[:, columns[chosen]] = solved.matrices[2][0][:, chosen]
+    matrices = solved.shifted_matrices()[0].swapaxes(1, 2)
+    found: Complex = np.linalg.solve(matrices, right[..., None])[..., 0]
+    return found

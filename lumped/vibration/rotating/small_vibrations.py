@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -230,6 +230,12 @@ class SmallVibrations:
             by_theta[:, places] += by_vibration
             by_vibration = np.zeros_like(by_vibration)
         return found[:, :n], by_theta, by_vibration[:, self._frequencies :]
+
+
+def add_products(total: Any, pattern: Pattern, numbers: Any, vectors: Any) -> None:
+    """Add ``matrix vector`` to vectors, (..., n), of matrices with one pattern, (..., numbers)."""
+    for k, (i, j) in enumerate(zip(*pattern, strict=True)):
+        total[..., i] += numbers[..., k] * vectors[..., j]
 
 
 def small_vibrations(

@@ -248,7 +248,7 @@ def measure_quantity(found: OrderAmplitudes, key: str, measure: Measure) -> Real
         (_, high), (_, low) = both.extremes
         mean = found.mean(key)
         return np.maximum(np.abs(mean + high), np.abs(mean + low))
-    return {"maximum": both.maximum, "half range": both.half_range, "sum": both.sum}[measure]
+    return both.measure(measure)
 
 
 def _beyond(speeds: Real, used: Real) -> tuple[BarredRange, ...]:
