@@ -11,7 +11,7 @@ from lumped.tolerances.evaluated import Array, Evaluated, Failures, one_by_one
 from lumped.tolerances.of_modes import slope_of_modes, value_of_modes
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.ordered.order_sensitivity import slope_of
-from lumped.vibration.speeds.critical_sensitivity import critical_sensitivity
+from lumped.vibration.speeds.mean_campbell import critical_sensitivity
 from lumped.vibration.speeds.mean_spectrum import MeanSpectrum
 from lumped.vibration.speeds.order_designs import OrderDesigns
 

@@ -17,8 +17,7 @@ from lumped.support.display_units import display
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import list_names, number, table
 from lumped.vibration.inertias.drive_parts import DriveParts, drive_parts
-from lumped.vibration.inertias.holzer import Holzer
-from lumped.vibration.inertias.stations import ElasticPart, InertialPart, Part
+from lumped.vibration.inertias.holzer import ElasticPart, Holzer, InertialPart, Part
 from lumped.vibration.natural.modes import Modes
 
 _ROUNDING = 1e-9

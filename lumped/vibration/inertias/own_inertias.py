@@ -168,8 +168,7 @@ class _Own:
             matrix = self._matrix(slopes, sign * s)
             solved = np.linalg.solve(matrix[:, :, self.others], -matrix[:, :, self.angles])
             found.append(solved[:, self.torques])
-        mean: Real = 0.5 * (found[0] + found[1])
-        return mean
+        return 0.5 * (found[0] + found[1])
 
     def _matrix(self, slopes: list[Real], s: float) -> Real:
         """Coefficients of all unknowns in all equations, shape (points, equations, unknowns)."""

@@ -56,8 +56,7 @@ class ShapeSensitivity(RichHtml):
             if key not in known:
                 raise UnknownNameError(f"'{key}' was not asked for. {nearest(key, known)}")
             places.append(known.index(key))
-        found: Complex = self.derivatives[:, places[0], places[1]]
-        return found
+        return self.derivatives[:, places[0], places[1]]
 
     def __repr__(self) -> str:
         theta = self.modes.point.parameters

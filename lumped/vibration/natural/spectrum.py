@@ -52,8 +52,7 @@ def damping_slopes(eigenvalues: Complex, slopes: Complex) -> Real:
 
 def size_slopes(values: Complex | complex, slopes: Complex) -> Real:
     """Derivatives of magnitudes."""
-    found: Real = (np.conj(values) * slopes).real / np.abs(values)
-    return found
+    return (np.conj(values) * slopes).real / np.abs(values)
 
 
 def second_derivatives(

@@ -54,8 +54,7 @@ class OrderAmplitudes(ByName, RichHtml):
 
     @checked
     def __getitem__(self, of: Name) -> Complex:
-        found: Complex = self.values[:, :, self._place(of)]
-        return found
+        return self.values[:, :, self._place(of)]
 
     @property
     def rpm(self) -> Real:
@@ -65,8 +64,7 @@ class OrderAmplitudes(ByName, RichHtml):
     @checked
     def mean(self, of: Name) -> Real:
         """Mean of a quantity over the turns, shape (k,)."""
-        found: Real = self.means[:, self._place(of)]
-        return found
+        return self.means[:, self._place(of)]
 
     @checked
     def magnitude(self, of: Name, order: float) -> Real:
@@ -77,8 +75,7 @@ class OrderAmplitudes(ByName, RichHtml):
         OptionError
             If the order was not computed.
         """
-        found: Real = np.abs(self[of][:, self._order(order)])
-        return found
+        return np.abs(self[of][:, self._order(order)])
 
     @checked
     def phase(self, of: Name, order: float) -> Real:

@@ -217,8 +217,7 @@ def slope_of(response: OrderResponse, of: str, k: int, measure: Measure) -> Real
         return slope
     rows = [at_speed.law_slopes(i) for i in range(len(by_amplitude))]
     follow, own = (np.array(part) for part in zip(*rows, strict=True))
-    total: Real = slope + by_amplitude @ np.linalg.solve(np.eye(len(own)) - own, follow)
-    return total
+    return slope + by_amplitude @ np.linalg.solve(np.eye(len(own)) - own, follow)
 
 
 class _AtSpeed:
@@ -284,5 +283,4 @@ def _adjoint(solved: OrderSolution, row: int) -> Complex:
     right = np.zeros(solved.x[0].shape, dtype=complex)
     right[:, columns[chosen]] = solved.matrices[2][0][:, chosen]
     matrices = solved.shifted_matrices()[0].swapaxes(1, 2)
-    found: Complex = np.linalg.solve(matrices, right[..., None])[..., 0]
-    return found
+    return np.linalg.solve(matrices, right[..., None])[..., 0]

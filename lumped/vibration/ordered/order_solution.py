@@ -23,6 +23,14 @@ from lumped.vibration.rotating.small_vibrations import SmallVibrations, add_prod
 
 Excitations: TypeAlias = dict[str, dict[float, Complex]]
 """Amplitudes of inputs, by their names and orders, each at all speeds."""
+_MOST_SOLVED = 250
+"""States up to which a formula is made for the solution."""
+_LOOKS = 7
+"""Angles at which torques are compared."""
+_UNKNOWN = 1e-7
+"""Share of a torque that may differ by rounding."""
+_ACCURATE = 1e-10
+"""Backward error up to which the formula is believed."""
 
 
 def input_amplitudes(excitations: Excitations, speeds: Real, orders: Real) -> Complex:
@@ -32,16 +40,6 @@ def input_amplitudes(excitations: Excitations, speeds: Real, orders: Real) -> Co
         for order, amplitudes in given.items():
             found[:, orders == order, i] = amplitudes[:, None]
     return found
-
-
-_MOST_SOLVED = 250
-"""States up to which a formula is made for the solution."""
-_LOOKS = 7
-"""Angles at which torques are compared."""
-_UNKNOWN = 1e-7
-"""Share of a torque that may differ by rounding."""
-_ACCURATE = 1e-10
-"""Backward error up to which the formula is believed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +81,7 @@ class OrderSolution:
         """``j w M - A``, shape (k, o, n, n)."""
         rows, columns = self.small.patterns[0]
         masses = self.small.masses.in_states(self.matrices[4])
-        found: Complex = 1j * self.w[..., None, None] * masses
+        found = np.asarray(1j * self.w[..., None, None] * masses, dtype=complex)
         found[..., rows, columns] -= self.matrices[0]
         return found
 

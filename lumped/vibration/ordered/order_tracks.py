@@ -100,8 +100,7 @@ class OrderTracks(RichHtml):
                 f"{self.name}: order {order:g} must lie between {2 / self.turns:g}, two periods "
                 f"in a window of {self.turns} turns, and {self.most:g}; change turns= or most=."
             )
-        found: Complex = self._at(np.array([order]))[:, 0]
-        return found
+        return self._at(np.array([order]))[:, 0]
 
     def _at(self, orders: Real) -> Complex:
         count = self.samples.shape[1]

@@ -85,8 +85,7 @@ class FrequencyResponse(ByName, RichHtml):
     @checked
     def __getitem__(self, names: tuple[Name, Name]) -> Complex:
         row, column = self._places(*names)
-        found: Complex = self.values[:, row, column]
-        return found
+        return self.values[:, row, column]
 
     @cached_property
     def residual(self) -> float:

@@ -51,8 +51,7 @@ class ResponseSensitivity(RichHtml):
         key = self.response.system.key(parameter)
         if key not in self.by:
             raise UnknownNameError(f"'{key}' was not varied. {nearest(key, self.by)}")
-        found: Complex = self.derivatives[:, row, column, self.by.index(key)]
-        return found
+        return self.derivatives[:, row, column, self.by.index(key)]
 
     @checked
     def magnitude(self, output: Name, input: Name, parameter: Name) -> Real:

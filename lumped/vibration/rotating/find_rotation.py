@@ -166,8 +166,7 @@ def _turning(point: OperatingPoint, x: Real, shaft: str, turns: int) -> Real:
 def _at(rates: ManyPoints, x: Real, point: OperatingPoint) -> Real:
     """Rates at states, shapes (points, n)."""
     m = find_settings(point.system, x, point.theta, point.settings)
-    found: Real = rates(x, point.theta, np.zeros(len(x)), m)
-    return found
+    return rates(x, point.theta, np.zeros(len(x)), m)
 
 
 @made_once

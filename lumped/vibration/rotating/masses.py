@@ -33,8 +33,7 @@ class Masses:
     @property
     def own(self) -> Integer:
         """States whose rows these are."""
-        found: Integer = np.unique(self.rows)
-        return found
+        return np.unique(self.rows)
 
     def times(self, matrix: ca.SX, rates: ca.SX) -> ca.SX:
         """Rates, those of the states in M multiplied by M."""

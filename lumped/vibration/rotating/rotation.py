@@ -94,13 +94,11 @@ class Rotation:
     def idle(self) -> NDArray[np.bool_]:
         """States on which no rate depends, such as angles that were asked for, shape (n,)."""
         structure = self.system.structure
-        found: NDArray[np.bool_] = np.isin(structure.states, list(structure.cyclic))
-        return found
+        return np.isin(structure.states, list(structure.cyclic))
 
     def angles(self, samples: int) -> Real:
         """Angles of the shaft over all turns, at equal steps, shape (samples,)."""
-        found: Real = 2 * np.pi * self.turns * np.arange(samples) / samples
-        return found
+        return 2 * np.pi * self.turns * np.arange(samples) / samples
 
     def along(self, k: int, samples: int) -> tuple[Real, Real]:
         """States and settings at one speed over all turns, shapes (samples, n) and (samples, m)."""
