@@ -8,10 +8,10 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from lumped.errors import UnknownNameError, nearest
 from lumped.plots.draw import Canvas, draw
 from lumped.support.arguments import checked
 from lumped.support.arrays import Real
+from lumped.support.by_name import find_place
 from lumped.support.display_units import Units, choose_units, display, frequency_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
@@ -156,9 +156,7 @@ class Holzer(RichHtml):
 
     def _place(self, part: str) -> int:
         names = [each.name for each in self.parts]
-        if part not in names:
-            raise UnknownNameError(f"'{part}' is no part of this table. {nearest(part, names)}")
-        return names.index(part)
+        return find_place(part, names, "is no part of this table")
 
     @checked
     def plot(self, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:

@@ -10,12 +10,13 @@ import numpy as np
 import scipy
 
 from lumped.compiler.structure import Name
-from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.errors import OptionError
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.moved_equilibrium import find_moved_point, still_point
 from lumped.points.vibrating_states import moving
 from lumped.support.arguments import checked
 from lumped.support.arrays import Complex
+from lumped.support.by_name import find_place
 from lumped.support.ranking import list_largest
 from lumped.support.rich_html import RichHtml
 from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity
@@ -50,13 +51,11 @@ class ShapeSensitivity(RichHtml):
     residual: float
 
     def __getitem__(self, pair: tuple[Name, Name]) -> Complex:
-        places = []
-        for name, known in zip(pair, (self.of, self.by), strict=True):
-            key = self.modes.system.key(name)
-            if key not in known:
-                raise UnknownNameError(f"'{key}' was not asked for. {nearest(key, known)}")
-            places.append(known.index(key))
-        return self.derivatives[:, places[0], places[1]]
+        row, column = (
+            find_place(self.modes.system.key(name), known, "was not asked for")
+            for name, known in zip(pair, (self.of, self.by), strict=True)
+        )
+        return self.derivatives[:, row, column]
 
     def __repr__(self) -> str:
         theta = self.modes.point.parameters

@@ -10,11 +10,11 @@ import numpy as np
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
-from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.errors import OptionError
 from lumped.plots.draw import Canvas, draw
 from lumped.support.arguments import checked
 from lumped.support.arrays import Complex, Real
-from lumped.support.by_name import ByName
+from lumped.support.by_name import ByName, find_place
 from lumped.support.display_units import Units, choose_units, display, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
@@ -163,12 +163,7 @@ class OrderAmplitudes(ByName, RichHtml):
         return self.of
 
     def _place(self, of: Name) -> int:
-        key = self.system.key(of)
-        if key not in self.of:
-            raise UnknownNameError(
-                f"'{key}' is not observed in this response. {nearest(key, self.of)}"
-            )
-        return self.of.index(key)
+        return find_place(self.system.key(of), self.of, "is not observed in this response")
 
     def _order(self, order: float) -> int:
         found = np.flatnonzero(np.isclose(self.orders, order, rtol=1e-12, atol=0))

@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 
 from lumped.compiler.structure import Name
-from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.errors import OptionError
 from lumped.points.moved_equilibrium import places_to
 from lumped.support.arguments import checked
 from lumped.support.arrays import Complex, Real
-from lumped.support.by_name import ByName
+from lumped.support.by_name import ByName, find_place
 from lumped.support.display_units import display, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
@@ -61,9 +61,7 @@ class OrderSensitivity(ByName, RichHtml):
 
     @checked
     def __getitem__(self, parameter: str) -> float:
-        if parameter not in self.by:
-            raise UnknownNameError(f"'{parameter}' was not varied. {nearest(parameter, self.by)}")
-        return float(self.derivatives[self.by.index(parameter)])
+        return float(self.derivatives[find_place(parameter, self.by, "was not varied")])
 
     def _names(self) -> tuple[str, ...]:
         return self.by

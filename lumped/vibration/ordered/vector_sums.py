@@ -79,10 +79,7 @@ class VectorSums(RichHtml):
         UnknownNameError
             If a name does not exist.
         """
-        if not 0 <= mode < len(self.vectors):
-            raise OptionError(
-                f"vector_sums: there is no mode {mode}; {len(self.vectors)} modes count from 0."
-            )
+        self.modes.check_mode(mode, "vector_sums")
         frequency = frequency_unit(choose_units(units, ("frequency", *self.modes.system.names())))
         told = f"{frequency.value(self.modes.hertz[mode]):.4g} {frequency.unit}"
         title = f"{self.modes.system.name}: {told}"

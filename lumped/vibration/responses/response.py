@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
-from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
+from lumped.errors import OptionError, SolverError
 from lumped.plots.draw import Canvas, draw
 from lumped.points.control_systems import control_response
 from lumped.points.linearise import Matrices, growth, linear_matrices
@@ -23,7 +23,7 @@ from lumped.points.start import point_or_start
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
 from lumped.support.arrays import Complex, Real
-from lumped.support.by_name import ByName
+from lumped.support.by_name import ByName, find_place
 from lumped.support.display_units import Units, choose_units, display, frequency_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
@@ -242,15 +242,9 @@ class FrequencyResponse(ByName, RichHtml):
         return [*itertools.product(self.outputs, self.inputs)]
 
     def _places(self, output: Name, input: Name) -> tuple[int, int]:
-        places = []
-        for name, known, what in ((output, self.outputs, "output"), (input, self.inputs, "input")):
-            key = self.system.key(name)
-            if key not in known:
-                raise UnknownNameError(
-                    f"'{key}' is no {what} of this response. {nearest(key, known)}"
-                )
-            places.append(known.index(key))
-        return places[0], places[1]
+        row = find_place(self.system.key(output), self.outputs, "is no output of this response")
+        column = find_place(self.system.key(input), self.inputs, "is no input of this response")
+        return row, column
 
     def __repr__(self) -> str:
         frequency = frequency_unit()

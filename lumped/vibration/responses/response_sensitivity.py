@@ -9,10 +9,11 @@ import numpy as np
 import scipy
 
 from lumped.compiler.structure import Name
-from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.errors import OptionError
 from lumped.points.moved_equilibrium import places_to
 from lumped.support.arguments import checked
 from lumped.support.arrays import Complex, Real
+from lumped.support.by_name import find_place
 from lumped.support.display_units import frequency_unit
 from lumped.support.ranking import list_largest
 from lumped.support.rich_html import RichHtml
@@ -48,10 +49,8 @@ class ResponseSensitivity(RichHtml):
     def __getitem__(self, names: tuple[Name, Name, Name]) -> Complex:
         output, given, parameter = names
         row, column = self.response._places(output, given)
-        key = self.response.system.key(parameter)
-        if key not in self.by:
-            raise UnknownNameError(f"'{key}' was not varied. {nearest(key, self.by)}")
-        return self.derivatives[:, row, column, self.by.index(key)]
+        place = find_place(self.response.system.key(parameter), self.by, "was not varied")
+        return self.derivatives[:, row, column, place]
 
     @checked
     def magnitude(self, output: Name, input: Name, parameter: Name) -> Real:

@@ -320,19 +320,14 @@ def diagram(system: System, grid: Real, wanted: Labelled, hertz_at: HertzOverSpe
     found = []
     for label, order in wanted:
         side = np.sign(hertz - order * grid[:, None] / (2 * np.pi))
-        for k, mode in np.argwhere((side[:-1] * side[1:] < 0) | (side[:-1] == 0)).tolist():
-            speed = (
-                grid[k]
-                if side[k, mode] == 0
-                else scipy.optimize.brentq(
-                    gap, grid[k], grid[k + 1], args=(order, mode), xtol=1e-13 * grid[k + 1]
-                )
-            )
+        places = [(float(grid[k]), mode) for k, mode in np.argwhere(side == 0).tolist()]
+        for k, mode in np.argwhere(side[:-1] * side[1:] < 0).tolist():
+            ends, near = grid[k : k + 2], 1e-13 * grid[k + 1]
+            root = scipy.optimize.brentq(gap, *ends, args=(order, mode), xtol=near)
+            places.append((float(root), mode))
+        for speed, mode in places:
             met = float(hertz_at(speed)[mode])
-            found.append(CriticalSpeed(float(speed), order, mode, met, label))
-        for mode in np.flatnonzero(side[-1] == 0).tolist():
-            met = float(hertz[-1, mode])
-            found.append(CriticalSpeed(float(grid[-1]), order, mode, met, label))
+            found.append(CriticalSpeed(speed, order, mode, met, label))
     found.sort(key=lambda c: c.speed)
     missed = [abs(c.order * c.speed / (2 * np.pi) / c.hertz - 1) for c in found]
     worst = float(max(missed, default=0.0))

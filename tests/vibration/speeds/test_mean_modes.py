@@ -226,5 +226,5 @@ def test_vector_sums_turn_the_amplitudes_of_a_mode():
         lp.vibration.vector_sums(modes, {}, orders=[1])
     with pytest.raises(UnknownNameError):
         lp.vibration.vector_sums(modes, {"engine.throw[99].phi": 0.0}, orders=[1])
-    with pytest.raises(OptionError, match="no mode 99"):
+    with pytest.raises(OptionError, match="mode 99 of 8"):
         sums.plot(99)
