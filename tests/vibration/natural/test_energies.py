@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from drive_chains import in_turn
 from rows import in_a_row
 
 import lumped as lp
@@ -46,13 +47,7 @@ class Stage(lp.Component):
 def geared(n):
     rng = np.random.default_rng(3)
     J, c = rng.uniform(0.1, 3.0, n), rng.uniform(1e3, 1e5, n - 1)
-    model = lp.compose(
-        body=[Inertia(J=float(x)) for x in J],
-        stage=[Stage(c=float(x)) for x in c],
-        connections=lambda m: [
-            x for i in range(n - 1) for x in lp.chain(m.body[i], m.stage[i], m.body[i + 1])
-        ],
-    )
+    model = in_turn(body=[Inertia(J=float(x)) for x in J], stage=[Stage(c=float(x)) for x in c])
     return J, c, lp.modes(lp.assemble(model))
 
 

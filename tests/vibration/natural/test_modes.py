@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from drive_chains import Pendulum, in_turn, uniform, uniform_hertz
 from rows import in_a_row
 
 import lumped as lp
@@ -21,22 +22,10 @@ from lumped.components import (
 )
 
 
-def chain_of(n, j, c):
-    return lp.compose(
-        body=[Inertia(J=j) for _ in range(n)],
-        shaft=[Spring(c=c) for _ in range(n - 1)],
-        connections=lambda m: [
-            x for i in range(n - 1) for x in lp.chain(m.body[i], m.shaft[i], m.body[i + 1])
-        ],
-    )
-
-
 @pytest.mark.parametrize("n", [2, 5, 40, 300])
 def test_a_uniform_free_chain_has_its_closed_form_frequencies(n):
-    received = lp.modes(lp.assemble(chain_of(n, 0.3, 2e4)))
-    k = np.arange(1, n)
-    expected = 2 * np.sqrt(2e4 / 0.3) * np.sin(k * np.pi / (2 * n)) / (2 * np.pi)
-    error = np.abs(received.hertz / expected - 1).max()
+    received, k = lp.modes(lp.assemble(uniform(n))), np.arange(1, n)
+    error = np.abs(received.hertz / uniform_hertz(n) - 1).max()
     print(f"relative error {error:.2e}")
     assert error < 1e-12
     assert received.rigid == 1
@@ -53,13 +42,8 @@ def test_a_uniform_free_chain_has_its_closed_form_frequencies(n):
 def test_extreme_stiffness_beside_soft_shafts_keeps_the_digits_of_low_modes():
     inertia = np.array([1.0, 1e-3, 1e-3, 2.0])
     soft, stiff = 1e3, 1e12
-    model = lp.compose(
-        body=[Inertia(J=j) for j in inertia],
-        shaft=[Spring(c=c) for c in (soft, stiff, soft)],
-        connections=lambda m: [
-            x for i in range(3) for x in lp.chain(m.body[i], m.shaft[i], m.body[i + 1])
-        ],
-    )
+    shafts = [Spring(c=c) for c in (soft, stiff, soft)]
+    model = in_turn(body=[Inertia(J=j) for j in inertia], shaft=shafts)
     received = lp.modes(lp.assemble(model)).hertz
     # stiff shaft as rigid: three masses 1, 0.002, 2; its correction is of order soft/stiff
     a1, a2 = soft / 1.0 + soft / 2e-3, soft / 2e-3 + soft / 2.0
@@ -145,21 +129,6 @@ def test_keeping_the_absolute_angle_changes_no_mode(two_mass):
     assert kept.rigid == plain.rigid == 1
     assert kept.shape("b.phi") == pytest.approx(plain.shape("b.phi"), rel=1e-12)
     assert kept.rigid_names == plain.rigid_names == ("a.phi, b.phi",)
-
-
-class Pendulum(lp.Component):
-    """Gravity pendulum: J a = -m g l sin(phi)."""
-
-    flange = lp.Flange(free=True)
-    J: lp.Param = lp.param("kg.m2", "inertia", 2.0, above=0)
-    weight: lp.Param = lp.param("N.m", "weight times arm", 30.0)
-    phi: lp.Var = lp.var("rad", "angle")
-    w: lp.Var = lp.var("rad/s", "speed")
-
-    def equations(self):
-        yield self.flange.phi == self.phi
-        yield self.w == lp.der(self.phi)
-        yield self.J * lp.der(self.w) == self.flange.tau - self.weight * lp.ops.sin(self.phi)
 
 
 def test_modes_hold_at_the_operating_point_asked_for():

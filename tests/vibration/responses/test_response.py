@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from differences import slope
+from drive_chains import Geared
 from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped.components import (
-    Damper,
     Fixed,
     IdealGear,
     Inertia,
@@ -93,45 +94,20 @@ def test_the_peak_of_a_damped_oscillator_has_its_closed_form(zeta):
 
 
 def test_a_long_geared_drive_answers_as_its_impedance_matrix():
-    rng = np.random.default_rng(11)
-    n = 60
-    J, c, d = rng.uniform(0.1, 2, n), rng.uniform(1e3, 1e5, n - 1), rng.uniform(0.1, 5, n - 1)
-    ratio = rng.uniform(0.5, 3.0, n - 1)
-
-    def joints(m):
-        for i in range(n - 1):
-            yield from lp.chain(m.body[i], m.shaft[i], m.gear[i], m.body[i + 1])
-        yield from lp.chain(m.body[n - 1], m.brake, m.ground)
-        yield from lp.chain(m.first, m.body[0])
-        yield lp.connect(m.second.flange, m.body[30].flange_b)
-
-    model = lp.compose(
-        body=[Inertia(J=float(x)) for x in J],
-        shaft=[SpringDamper(c=float(x), d=float(y)) for x, y in zip(c, d, strict=True)],
-        gear=[IdealGear(ratio=float(x)) for x in ratio],
-        brake=Damper(d=0.7),
-        ground=Fixed(),
-        first=Torque(tau=0.0),
-        second=Torque(tau=0.0),
-        connections=joints,
-    )
+    drive = Geared.random(60, seed=11)
+    places = {"first": 0, "second": 30}
+    model = drive.model({name: (Torque(tau=0.0), "body", i) for name, i in places.items()})
     hertz = np.linspace(0.5, 60.0, 40)
     outputs = ["body[59].w", "shaft[17].tau", "body[4].w"]
     received = lp.frequency_response(
         lp.assemble(model), inputs=["first.tau", "second.tau"], outputs=outputs, hertz=hertz
     )
-    twist = np.zeros((n - 1, n))
-    twist[np.arange(n - 1), np.arange(n - 1)] = -1.0
-    twist[np.arange(n - 1), np.arange(1, n)] = ratio
-    brake = np.zeros(n)
-    brake[-1] = 0.7
+    M, D, K = drive.matrices()
     worst = 0.0
     for k, f in enumerate(hertz):
         s = 2j * np.pi * f
-        law = np.diag(c + s * d)
-        impedance = s**2 * np.diag(J) + s * np.diag(brake) + twist.T @ law @ twist
-        angles = np.linalg.solve(impedance, np.eye(n)[:, [0, 30]])
-        torque = (law @ twist @ angles)[17]
+        angles = np.linalg.solve(s**2 * M + s * D + K, np.eye(60)[:, [0, 30]])
+        torque = (drive.c[17] + s * drive.d[17]) * (drive.twist[17] @ angles)
         expected = np.array([s * angles[59], torque, s * angles[4]])
         worst = max(worst, np.abs(received.values[k] / expected - 1).max())
     print(f"worst relative error {worst:.1e}")
@@ -283,10 +259,9 @@ def test_a_response_has_the_derivatives_of_its_closed_form():
     # complex amplitudes leave no room for a complex step: differences of sixth order
     point = np.array([0.5, 2.0, 800.0, 3.0])
     for i, name in enumerate(to):
-        h, expected = 3e-3 * point[i], 0.0
-        for k, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60)):
-            e = np.eye(4)[i] * k * h
-            expected = expected + weight / h * (closed(*(point + e)) - closed(*(point - e)))
+        step = 3e-3 * point[i] * np.eye(4)[i]
+        expected = slope(lambda share, step=step: closed(*(point + share * step)), 0.0, 1.0)
+        expected = expected / (3e-3 * point[i])
         assert found["b.w", "load.tau", name] == pytest.approx(expected[0], rel=1e-8)
         assert found["a.w", "load.tau", name] == pytest.approx(expected[1], rel=1e-8)
         size = np.abs(closed(*point)[0])
