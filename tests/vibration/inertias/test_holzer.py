@@ -274,18 +274,8 @@ def test_cylinders_count_with_the_mean_of_their_inertia(masses):
     cylinder = Cylinder(
         pressure=pressure, masses=masses, series=series, bore=0.1, r=r, L=length, m=m, phase=0.3
     )
-    system = lp.assemble(
-        lp.compose(
-            cylinder=cylinder,
-            crank=Inertia(J=0.05),
-            shaft=Spring(c=2e5),
-            wheel=Inertia(J=0.3),
-            connections=lambda m: [
-                lp.connect(m.cylinder.flange, m.crank.flange_a),
-                *lp.chain(m.crank, m.shaft, m.wheel),
-            ],
-        )
-    )
+    shaft, wheel = Spring(c=2e5), Inertia(J=0.3)
+    system = assemble_row(cylinder=cylinder, crank=Inertia(J=0.05), shaft=shaft, wheel=wheel)
     modes = lp.vibration.mean_modes(system, shaft="wheel.phi", speed=150.0, turns=2)
     found = lp.vibration.mass_elastic(modes, shaft="wheel.phi")
     a = 2 * np.pi * np.arange(4096) / 4096

@@ -7,6 +7,7 @@ import pytest
 import scipy
 from differences import slope
 from drive_chains import Geared, star
+from rows import assemble_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, Spring, SpringDamper, Torque
@@ -90,19 +91,14 @@ class Hardening(lp.Component):
 
 def test_shapes_follow_an_equilibrium_that_moves():
     """Wall, hardening shaft, body, spring, body: c_1 = 3 k^(1/3) load^(2/3) at the equilibrium."""
-    model = lp.compose(
+    system = assemble_row(
         wall=Fixed(),
         soft=Hardening(),
         a=Inertia(J=2.0),
         shaft=Spring(c=700.0),
         b=Inertia(J=1.0),
         load=Torque(tau=40.0),
-        connections=lambda m: [
-            *lp.chain(m.wall, m.soft, m.a, m.shaft, m.b),
-            lp.connect(m.load.flange, m.b.flange_b),
-        ],
     )
-    system = lp.assemble(model)
     modes = lp.modes(system, at=lp.equilibrium(system))
     found = lp.vibration.shape_sensitivity(modes, of=["a.phi", "b.phi"], by=["load.tau", "soft.k"])
     assert found.moving

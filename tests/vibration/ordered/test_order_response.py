@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import assemble_row, in_a_row
 from torsional_cases import FIRST, RPM, Excited, blades, columns, marine, peak_share
 
 import lumped as lp
@@ -122,20 +122,19 @@ def test_an_angle_that_turns_vibrates_as_its_speed():
 
 def damper(mu, z):
     """Untuned viscous damper on a spring to ground, J = K = 1."""
-    return lp.assemble(
-        lp.compose(
-            main=Inertia(J=1.0),
-            ring=Inertia(J=mu),
-            fluid=Damper(d=2 * mu * z),
-            spring=Spring(c=1.0),
-            ground=Fixed(),
-            torque=Torque(tau=0.0),
-            connections=lambda m: [
-                *lp.chain(m.ground, m.spring, m.main, m.fluid, m.ring),
-                lp.connect(m.torque.flange, m.main.flange_b),
-            ],
-        )
+    model = lp.compose(
+        torque=Torque(tau=0.0),
+        main=Inertia(J=1.0),
+        spring=Spring(c=1.0),
+        ground=Fixed(),
+        fluid=Damper(d=2 * mu * z),
+        ring=Inertia(J=mu),
+        connections=lambda m: [
+            *lp.chain(m.torque, m.main, m.spring, m.ground),
+            *lp.chain(m.main, m.fluid, m.ring),
+        ],
     )
+    return lp.assemble(model)
 
 
 def test_a_viscous_damper_has_den_hartogs_amplification():
@@ -161,17 +160,13 @@ def test_a_viscous_damper_has_den_hartogs_amplification():
 
 def test_a_linear_drive_vibrates_as_its_periodic_motion():
     speed = 40.0
-    model = lp.compose(
+    model = in_a_row(
+        torque=Torque(tau=120.0 * lp.ops.cos(3 * speed * lp.time)),
         motor=Inertia(J=2.0),
         shaft=SpringDamper(c=3e4, d=15.0),
         load=Inertia(J=5.0),
-        ground=Fixed(),
         bearing=Damper(d=3.0),
-        torque=Torque(tau=120.0 * lp.ops.cos(3 * speed * lp.time)),
-        connections=lambda m: [
-            *lp.chain(m.motor, m.shaft, m.load, m.bearing, m.ground),
-            lp.connect(m.torque.flange, m.motor.flange_a),
-        ],
+        ground=Fixed(),
     )
     orbit = lp.periodic(lp.assemble(model), period=2 * np.pi / speed, rtol=1e-11)
     still = lp.assemble(model.with_({"torque": Torque(tau=0.0)}))
@@ -187,17 +182,11 @@ def test_a_linear_drive_vibrates_as_its_periodic_motion():
 
 def test_a_loss_factor_is_a_complex_stiffness_at_every_frequency():
     J1, J2, c, eta = 2.0, 5.0, 3e4, 0.3
-    system = lp.assemble(
-        lp.compose(
-            motor=Inertia(J=J1),
-            shaft=LossSpring(c=c, eta=eta, w_loss=17.0),
-            load=Inertia(J=J2),
-            torque=Torque(tau=0.0),
-            connections=lambda m: [
-                *lp.chain(m.motor, m.shaft, m.load),
-                lp.connect(m.torque.flange, m.motor.flange_a),
-            ],
-        )
+    system = assemble_row(
+        torque=Torque(tau=0.0),
+        motor=Inertia(J=J1),
+        shaft=LossSpring(c=c, eta=eta, w_loss=17.0),
+        load=Inertia(J=J2),
     )
     speeds = np.linspace(5.0, 200.0, 50)
     orders = lp.vibration.order_response(

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
@@ -24,11 +25,7 @@ class Harmonics(lp.Component):
 
 
 def run_up(sense=1.0, grid=60000, until=20.0):
-    model = lp.compose(
-        rotor=Inertia(J=5.0, w=30.0 * sense),
-        engine=Harmonics(sense=sense),
-        connections=lambda m: [lp.connect(m.rotor.flange_b, m.engine.flange)],
-    )
+    model = in_a_row(rotor=Inertia(J=5.0, w=30.0 * sense), engine=Harmonics(sense=sense))
     system = lp.assemble(model, keep=["rotor.phi", "engine.flange.tau"])
     return lp.simulate(system, until=until, grid=grid, rtol=1e-9)
 

@@ -171,13 +171,7 @@ def test_a_prescribed_angle_is_refused_and_its_acceleration_answers():
 def test_a_prescribed_speed_varies_only_where_its_acceleration_does_not_matter():
     def driven(*parts):
         named = {f"part{i}": part for i, part in enumerate(parts)}
-        return lp.assemble(
-            lp.compose(
-                base=Speed(w=10.0),
-                **named,
-                connections=lambda m: lp.chain(m.base, *(getattr(m, n) for n in named)),
-            )
-        )
+        return assemble_row(base=Speed(w=10.0), **named)
 
     asked = {"inputs": ["base.w"], "outputs": ["part1.w"], "hertz": [1.0]}
     received = lp.frequency_response(driven(SpringDamper(c=800.0, d=3.0), Inertia(J=2.0)), **asked)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
-from rows import in_a_row
+from rows import assemble_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, Spring, SpringDamper
@@ -15,8 +15,7 @@ from lumped.vibration.speeds import campbell_picture
 
 
 def held(shaft):
-    model = in_a_row(body=Inertia(J=2.0), shaft=shaft, wall=Fixed())
-    return lp.assemble(model)
+    return assemble_row(body=Inertia(J=2.0), shaft=shaft, wall=Fixed())
 
 
 def test_constant_frequencies_meet_orders_where_the_closed_form_says(two_mass):
