@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, SpringDamper
@@ -58,6 +59,12 @@ def star(count):
             x for i in range(count) for x in lp.chain(m.hub.flange_b, m.arm[i], m.tip[i])
         ],
     )
+
+
+def damped_pair(zeta):
+    """Inertias of 2 and 1 kg.m2 and a shaft of 300 N.m/rad, with a damping ratio."""
+    damper = SpringDamper(c=300.0, d=2 * zeta * np.sqrt(300.0 * 2 / 3))
+    return in_a_row(a=Inertia(J=2.0), shaft=damper, b=Inertia(J=1.0))
 
 
 @dataclass

@@ -228,31 +228,25 @@ def test_orders_without_a_common_cycle_have_a_sum_only():
         _ = both.maximum
 
 
-def test_an_order_that_excites_nothing_is_named():
-    with pytest.raises(OptionError, match="order 3 excites nothing"):
-        lp.vibration.order_response(
-            damper(0.5, 0.2),
-            speeds=[1.0],
-            of=["main.phi"],
-            orders=[1, 3],
-            excitations={"torque.tau": {1: 1.0}},
-        )
-
-
-def test_a_resonance_without_damping_is_named():
-    system = damper(0.5, 0.0)
-    with pytest.raises(SolverError, match=r"order 2 at 0\.5 rad/s"):
-        lp.vibration.order_response(
-            system, speeds=[0.25, 0.5], of=["main.phi"], excitations={"torque.tau": {2: 1.0}}
-        )
+@pytest.mark.parametrize(
+    ("z", "excited", "orders", "error", "match"),
+    [
+        (0.2, 1, [1, 3], OptionError, "order 3 excites nothing"),
+        (0.0, 2, None, SolverError, r"order 2 at 0\.5 rad/s"),
+    ],
+)
+def test_an_order_that_excites_nothing_and_a_resonance_are_named(z, excited, orders, error, match):
+    given = {"orders": orders, "excitations": {"torque.tau": {excited: 1.0}}}
+    with pytest.raises(error, match=match):
+        lp.vibration.order_response(damper(0.5, z), speeds=[0.25, 0.5], of=["main.phi"], **given)
 
 
 def test_a_shaft_whose_angle_acts_on_nothing_is_named():
-    model = in_a_row(motor=Inertia(J=2.0), shaft=SpringDamper(c=3e4, d=15.0), load=Inertia(J=5.0))
+    system = assemble_row(
+        motor=Inertia(J=2.0), shaft=SpringDamper(c=3e4, d=15.0), load=Inertia(J=5.0)
+    )
     with pytest.raises(OptionError, match=r"no torque depends on motor\.phi"):
-        lp.vibration.order_response(
-            lp.assemble(model), speeds=[9.0], of=["shaft.tau"], shaft="motor.phi"
-        )
+        lp.vibration.order_response(system, speeds=[9.0], of=["shaft.tau"], shaft="motor.phi")
 
 
 def test_synthesis_finds_the_highest_of_lobes_that_are_nearly_alike():
