@@ -277,11 +277,7 @@ class Modes(Eigenpairs):
             raise OptionError(f"{name}: no oscillating mode to draw.")
         drawn = list(range(min(every, _MOST_DRAWN))) if modes is None else list(modes)
         for mode in drawn:
-            if not 0 <= mode < every:
-                raise OptionError(
-                    f"{name}: modes = {drawn}: there is no mode {mode}; {every} modes count "
-                    f"from 0 to {every - 1}."
-                )
+            self.check_mode(mode, name)
         if not drawn:
             raise OptionError(f"{name}: modes = []: give the number of at least one mode.")
         wanted = self.angles if names is None else [self.system.key(n) for n in names]

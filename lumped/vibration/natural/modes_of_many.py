@@ -15,7 +15,7 @@ from lumped.support.arrays import Complex, Real
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.validity import ranges
 from lumped.vibration.natural.eigenpairs import label_parts
-from lumped.vibration.natural.matrix_slopes import multiply_complex
+from lumped.vibration.natural.matrix_slopes import contraction, multiply_complex
 from lumped.vibration.natural.mode_designs import ModeDesigns
 from lumped.vibration.natural.spectrum import Spectrum
 
@@ -192,8 +192,8 @@ class ModesOfMany:
         states, theta, time, settings = self._system.inputs
         n = states.numel()
         y, v = ca.SX.sym("y", n), ca.SX.sym("v", n)
-        product = ca.dot(y, ca.jtimes(self._system.rates, states, v))
-        slope = ca.densify(ca.gradient(product, theta)[self._places])
+        slopes = contraction(self._system, (), ())(states, theta, time, settings, y, v)
+        slope = slopes[[n + place for place in self._places]]
         both = ca.vertcat(states, theta, y, v)
         return ManyPoints(ca.Function("slopes", [both, ca.SX.sym("p", 0), time, settings], [slope]))
 

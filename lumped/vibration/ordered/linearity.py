@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import lcm
-from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -78,15 +77,6 @@ class Linearity:
         return "; ".join(parts)
 
 
-class _Missing(NamedTuple):
-    """Share, quantity and order of what is missing at a speed, and what is released there."""
-
-    share: float
-    of: int
-    order: int
-    released: list[str]
-
-
 def linearity(
     small: SmallVibrations,
     solution_at: Callable[[int], OrderSolution],
@@ -117,22 +107,23 @@ def linearity(
     count = len(speeds)
     chosen = set(np.linspace(0, count - 1, min(_EVENLY, count)).astype(int).tolist())
     chosen |= set(np.abs(values).sum(axis=1).argmax(axis=0).tolist())
-    worst, released = None, dict[str, float]()
+    worst, shares, released = None, np.full((1, 1), -1.0), dict[str, float]()
     for k in sorted(chosen):
         here = _Along(solution_at(k), cycle)
-        found = here.missing()
-        for name in found.released:
+        found = here.find_missing_shares()
+        for name in here.find_released():
             released.setdefault(name, float(speeds[k]))
-        if worst is None or found.share > worst[1].share:
-            worst = here, found
+        if found.max() > shares.max():
+            worst, shares = here, found
     assert worst is not None
-    along, found = worst
+    share = float(shares.max())
+    order, output = (int(i) for i in np.unravel_index(int(shares.argmax()), shares.shape))
     return Linearity(
-        float(along.steady.speeds[0]),
-        small.outputs[found.of],
-        float(orders[found.order]),
-        found.share,
-        along.causes(found.of, found.order) if found.share > _TOLD else (),
+        float(worst.steady.speeds[0]),
+        small.outputs[output],
+        float(orders[order]),
+        share,
+        worst.causes(output, order) if share > _TOLD else (),
         released,
     )
 
@@ -178,13 +169,11 @@ class _Along:
         add_products(found, c, self.solved.matrices[2][0], moved)
         return found
 
-    def missing(self) -> _Missing:
+    def find_missing_shares(self) -> Real:
+        """What is left out over the largest amplitude of each quantity, shape (o, outputs)."""
         size = np.abs(self.solved.y[0]).max(axis=0)
-        shares = np.abs(self._find_left_out(self.vibration, self.slopes)) / np.where(
-            size > 0, size, np.inf
-        )
-        order, output = np.unravel_index(int(shares.argmax()), shares.shape)
-        return _Missing(float(shares.max()), int(output), int(order), self._find_released())
+        left_out = self._find_left_out(self.vibration, self.slopes)
+        return np.abs(left_out) / np.where(size > 0, size, np.inf)
 
     def causes(self, output: int, order: int) -> tuple[str, ...]:
         """States whose vibration, each alone, leaves out most of an amplitude."""
@@ -197,7 +186,7 @@ class _Along:
         largest = max(parts)
         return tuple(names[i] for i in np.argsort(parts)[::-1][:2] if parts[i] > 0.3 * largest)
 
-    def _find_released(self) -> list[str]:
+    def find_released(self) -> list[str]:
         """Components whose holds do not last along the vibration."""
         switching = self.steady.system.switching
         if not switching.names:

@@ -260,7 +260,12 @@ def order_response(
     Source of the method: Nestorides, A Handbook on Torsional Vibration (1958), forced vibrations by
     harmonic components.
     """
-    grid = _ascending(speeds)
+    grid = np.asarray(speeds, dtype=float).ravel()
+    if not len(grid) or grid[0] <= 0 or (np.diff(grid) <= 0).any():
+        raise OptionError(
+            "order_response: speeds must be ascending and above zero, rad/s: at standstill no "
+            "order has a frequency."
+        )
     wanted = _excitations(system, excitations or {}, grid)
     if not wanted and shaft is None:
         raise OptionError(
@@ -316,16 +321,6 @@ def _respond(
         unsettled,
         solved.x,
     )
-
-
-def _ascending(speeds: ArrayLike) -> Real:
-    grid = np.asarray(speeds, dtype=float).ravel()
-    if not len(grid) or grid[0] <= 0 or (np.diff(grid) <= 0).any():
-        raise OptionError(
-            "order_response: speeds must be ascending and above zero, rad/s: at standstill no "
-            "order has a frequency."
-        )
-    return grid
 
 
 def _excitations(

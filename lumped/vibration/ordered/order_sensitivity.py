@@ -24,7 +24,7 @@ from lumped.vibration.rotating.harmonics import derive_by_parameters, sweep_turn
 from lumped.vibration.rotating.rotation import samples_of
 from lumped.vibration.rotating.small_vibrations import Parts
 
-Measure = Literal["maximum", "half range", "sum"] | float
+OrderMeasure = Literal["maximum", "half range", "sum"] | float
 """Of a synthesis, or the order whose amplitude is meant."""
 
 
@@ -86,7 +86,7 @@ def order_sensitivity(
     response: OrderResponse,
     of: Name,
     *,
-    measure: Measure = "half range",
+    measure: OrderMeasure = "half range",
     speed: float | None = None,
     by: Iterable[Name] | None = None,
 ) -> OrderSensitivity:
@@ -172,14 +172,14 @@ def refuse_ratio(response: OrderResponse, caller: str) -> None:
         )
 
 
-def sizes_of(response: OrderResponse, of: str, measure: Measure) -> Real:
+def sizes_of(response: OrderResponse, of: str, measure: OrderMeasure) -> Real:
     """The measure at each speed."""
     if isinstance(measure, str):
         return response.synthesis(of).measure(measure)
     return response.magnitude(of, measure)
 
 
-def _weights(both: Synthesis, k: int, measure: Measure) -> Complex:
+def _weights(both: Synthesis, k: int, measure: OrderMeasure) -> Complex:
     """Weights of the amplitudes in the measure: its change is ``Re sum(weight change)``."""
     y, orders = both.amplitudes[k], both.orders
     if isinstance(measure, str) and measure != "sum":
@@ -202,7 +202,7 @@ def _weights(both: Synthesis, k: int, measure: Measure) -> Complex:
     return found
 
 
-def slope_of(response: OrderResponse, of: str, k: int, measure: Measure) -> Real:
+def slope_of(response: OrderResponse, of: str, k: int, measure: OrderMeasure) -> Real:
     """Derivatives of the measure at a speed by all parameters, shape (p,).
 
     Where laws hold at amplitudes A that follow from the vibration, ``A = h(A, p)``, the measure

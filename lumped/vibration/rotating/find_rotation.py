@@ -55,22 +55,19 @@ def rotation(
         raise OptionError(f"{system.name}: give parameters when making the operating point `at`.")
     if turns < 1:
         raise OptionError(f"{system.name}: turns = {turns}: a whole number of turns is needed.")
-    key = None if shaft is None else system.key(shaft)
+    key, count = None if shaft is None else system.key(shaft), len(speeds)
     if callable(at):
         points = tuple(point_at("order_response", system, at, float(w)) for w in speeds)
-    elif at is not None or key is None:
-        points = (at if at is not None else start_point(system, parameters=parameters),)
+        x = np.array([p.x for p in points])
+    elif at is None and key is not None:
+        points, x = _turn_together(system, key, speeds, parameters)
     else:
-        points = _together(system, key, speeds, parameters)
+        points = (at or start_point(system, parameters=parameters),)
+        x = np.tile(points[0].x, (count, 1))
     first = points[0]
     system = first.system
-    x = np.array([p.x for p in points])
-    if key is not None and not callable(at) and at is None:
-        x = _on_lines(system, speeds, points)
-    x = np.broadcast_to(x, (len(speeds), x.shape[1])).copy()
-    each = [points[0]] * len(speeds) if len(points) != len(speeds) else list(points)
-    theta = np.array([p.theta for p in each])
-    settings = np.array([p.settings for p in each])
+    each = points if len(points) == count else (first,) * count
+    theta, settings = (np.array([getattr(p, of) for p in each]) for of in ("theta", "settings"))
     turning = np.zeros(x.shape[1]) if key is None else _turning(first, x[0], key, turns)
     if turning.any() and system.structure.implicit:
         raise OptionError(
@@ -83,28 +80,24 @@ def rotation(
     return found if free is None else balance_torques(found, free)
 
 
-def _together(
+def _turn_together(
     system: System, shaft: str, speeds: Real, parameters: Changes | None
-) -> tuple[OperatingPoint, ...]:
-    """Points at three speeds at which all parts move together."""
-    name = speed_of(system, shaft)
-    wanted = np.unique([speeds[0], 0.5 * (speeds[0] + speeds[-1]), speeds[-1]])
-    return tuple(
-        start_point(system, parameters=parameters, start={name: float(w)}, together=True)
-        for w in wanted
-    )
-
-
-def _on_lines(system: System, speeds: Real, points: tuple[OperatingPoint, ...]) -> Real:
-    """States at all speeds from those at the first, the middle, and the last.
+) -> tuple[tuple[OperatingPoint, ...], Real]:
+    """Points at up to three speeds at which all parts move together, and states at all speeds.
 
     Raises
     ------
     OptionError
-        If they do not lie on straight lines over the speed.
+        If the states do not lie on straight lines over the speed.
     """
+    name = speed_of(system, shaft)
+    wanted = np.unique([speeds[0], 0.5 * (speeds[0] + speeds[-1]), speeds[-1]])
+    points = tuple(
+        start_point(system, parameters=parameters, start={name: float(w)}, together=True)
+        for w in wanted
+    )
     if len(points) < 3:
-        return np.array([points[0].x] * len(speeds))
+        return points, np.tile(points[0].x, (len(speeds), 1))
     begin, middle, end = (p.x for p in points)
     bent = np.abs(begin + end - 2 * middle)
     size = np.abs(begin) + np.abs(end)
@@ -115,8 +108,7 @@ def _on_lines(system: System, speeds: Real, points: tuple[OperatingPoint, ...]) 
             "together; give the operating point at each speed, at=lambda w: ..."
         )
     share = ((speeds - speeds[0]) / (speeds[-1] - speeds[0]))[:, None]
-    found: Real = (1 - share) * begin + share * end
-    return found
+    return points, (1 - share) * begin + share * end
 
 
 def _turning(point: OperatingPoint, x: Real, shaft: str, turns: int) -> Real:

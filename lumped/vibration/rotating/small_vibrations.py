@@ -116,10 +116,9 @@ class SmallVibrations:
         self.patterns: tuple[Pattern, ...] = tuple(
             (np.array(rows, dtype=int), np.array(columns, dtype=int)) for rows, columns in triplets
         )
-        numbers = [ca.densify(found[0]), ca.densify(found[1])]
-        numbers += [_nonzeros(m) for m in found[2:]]
+        numbers = [ca.densify(found[0]), ca.densify(found[1]), *map(_nonzeros, found[2:])]
         self._ends = np.cumsum([n.numel() for n in numbers])[:-1]
-        self._numbers = ca.cse(ca.vertcat(*numbers))
+        self._numbers = ca.vertcat(*numbers)
         self._calls: Recent[ManyPoints] = Recent(4)
 
     def __call__(
@@ -176,7 +175,7 @@ class SmallVibrations:
         """The numbers, of which some parameters vary from point to point."""
         x, theta, *others = self.system.inputs
         own = ca.SX.sym("own", len(varied))
-        numbers = self._numbers
+        numbers = ca.cse(self._numbers)
         if varied:
             numbers = ca.substitute(numbers, theta[varied], own)
         inputs = [ca.vertcat(x, self.vibration, own), theta, *others]
@@ -189,14 +188,9 @@ class SmallVibrations:
     @cached_property
     def _slopes(self) -> ManyPoints:
         x, theta, _, _ = self.system.inputs
-        numbers = ca.vertcat(
-            ca.densify(self.expressions[0]),
-            ca.densify(self.expressions[1]),
-            *(_nonzeros(m) for m in self.expressions[2:]),
-        )
-        weights = ca.SX.sym("weights", numbers.numel())
+        weights = ca.SX.sym("weights", self._numbers.numel())
         by = ca.vertcat(x, self.vibration, theta)
-        slope = ca.gradient(ca.dot(numbers, weights), by)
+        slope = ca.gradient(ca.dot(self._numbers, weights), by)
         inputs = [ca.vertcat(x, self.vibration, weights), *self.system.inputs[1:]]
         return ManyPoints(ca.Function("slopes", inputs, [ca.cse(ca.densify(slope))]))
 

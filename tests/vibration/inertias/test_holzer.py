@@ -236,6 +236,21 @@ def test_slips_are_named(two_mass):
         found.holzer(0).torque("shaff")
     with pytest.raises(UnknownNameError):
         referred(system, "propeler.phi")
+    gears = IdealGear(ratio=2.0), IdealGear(ratio=-3.0)
+    loop = lp.compose(
+        a=Inertia(J=1.0),
+        shaft=Spring(c=9.0),
+        one=gears[0],
+        other=gears[1],
+        b=Inertia(J=2.0),
+        soft=Spring(c=1.0),
+        connections=lambda m: [
+            *lp.chain(m.a, m.shaft, m.one, m.b),
+            *lp.chain(m.a, m.soft, m.other, m.b),
+        ],
+    )
+    with pytest.raises(OptionError, match="closes a loop of shafts whose ratios do not agree"):
+        referred(lp.assemble(loop), "a.phi")
     lone = Inertia(J=1.0)
     for model in (
         lp.compose(lone=lone),
