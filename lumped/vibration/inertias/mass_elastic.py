@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-import networkx as nx
 import numpy as np
 import scipy
 
@@ -225,6 +224,8 @@ def mass_elastic(modes: Modes, *, shaft: Name) -> MassElastic:
 
 def _ratios(modes: Modes, found: DriveParts, shaft: Name) -> dict[int, float]:
     """Ratio of each angle to the reference, by its node; those that are not joined are missing."""
+    import networkx as nx
+
     tree, reduced = modes.system.structure.tree, modes.system.structure.reduced
     unknown = tree.unknown(shaft)
     begin = reduced.node(unknown)
@@ -256,6 +257,8 @@ def _ratios(modes: Modes, found: DriveParts, shaft: Name) -> dict[int, float]:
 
 def _stations(found: DriveParts, ratios: dict[int, float]) -> dict[int, int]:
     """Number of the station of each node; gears join nodes."""
+    import networkx as nx
+
     rigid = nx.Graph([(a, b) for _, a, b, _ in found.gears if a in ratios])
     rigid.add_nodes_from(ratios)
     groups = enumerate(nx.connected_components(rigid))
@@ -264,6 +267,8 @@ def _stations(found: DriveParts, ratios: dict[int, float]) -> dict[int, int]:
 
 def _in_order(inertias: list[InertialPart], shafts: list[ElasticPart]) -> Iterator[Part]:
     """Parts from the free ends to the last inertia, a branch before the inertia that it joins."""
+    import networkx as nx
+
     at: dict[int, list[InertialPart]] = {}
     for each in inertias:
         at.setdefault(each.station, []).append(each)
