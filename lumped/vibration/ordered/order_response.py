@@ -146,8 +146,7 @@ class OrderResponse(OrderAmplitudes):
         """
         key = self.system.key(quantity)
         z = np.concatenate([self._states, self._inputs], axis=2)
-        inputs = tuple(self.excitations)
-        return mean_power(self.rotation, self.orders, key, inputs, z, self._laws_at)
+        return mean_power(self.small, self.rotation, self.orders, key, z, self._laws_at)
 
     def number_of(self, speed: float, caller: str) -> int:
         """Which of the speeds one is.

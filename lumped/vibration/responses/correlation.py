@@ -14,9 +14,13 @@ from lumped.errors import OptionError, shown
 from lumped.plots.draw import Canvas, draw
 from lumped.support.arguments import checked
 from lumped.support.arrays import Complex, Real
-from lumped.support.display_units import Units, choose_units, display, frequency_unit
+from lumped.support.display_units import Units, choose_units, frequency_unit
 from lumped.vibration.pictures import frequency_response_picture
-from lumped.vibration.responses.response import FrequencyResponse, frequency_response, response_unit
+from lumped.vibration.responses.response import (
+    FrequencyResponse,
+    frequency_response,
+    shown_response,
+)
 
 Amplitudes = NDArray[Any] | Sequence[Any]
 """Real or complex numbers."""
@@ -163,15 +167,13 @@ class ResponseComparison:
         """
         system = self.computed.system
         choice = choose_units(units, ("frequency", *system.names()))
-        to_show = display(self.output, system.quantity(self.output).unit, choice, is_change=True)
-        by = display(self.input, system.parameter_unit(self.input), choice, is_change=True)
-        factor = to_show.factor / by.factor
+        unit, factor = shown_response(system, self.output, self.input, choice)
         curves = {"measured": self.measured, "computed": self.computed[self.output, self.input]}
         drawn = {label: (factor * np.abs(y), np.unwrap(np.angle(y))) for label, y in curves.items()}
         picture = frequency_response_picture(
             f"{system.name}: {self.output} / {self.input}, FRAC {self.frac:.4f}",
             self.computed.hertz,
-            {(self.output, response_unit(to_show.unit, by.unit)): drawn},
+            {(self.output, unit): drawn},
             frequency_unit(choice),
             decibels=False,
         )

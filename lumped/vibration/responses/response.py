@@ -210,12 +210,10 @@ class FrequencyResponse(ByName, RichHtml):
         choice = choose_units(units, ("frequency", *system.names()))
         drawn: dict[tuple[str, str], dict[str, tuple[Real, Real]]] = {}
         for output in wanted:
-            to_show = display(output, system.quantity(output).unit, choice, is_change=True)
             for given in self.inputs:
-                by = display(given, system.parameter_unit(given), choice, is_change=True)
-                size = self.magnitude(output, given) * (to_show.factor / by.factor)
-                key = output, response_unit(to_show.unit, by.unit)
-                drawn.setdefault(key, {})[given] = size, self.phase(output, given)
+                unit, factor = shown_response(system, output, given, choice)
+                size = self.magnitude(output, given) * factor
+                drawn.setdefault((output, unit), {})[given] = size, self.phase(output, given)
         picture = frequency_response_picture(
             system.name, self.hertz, drawn, frequency_unit(choice), decibels=decibels
         )
@@ -339,9 +337,12 @@ def frequency_response(
     return FrequencyResponse(system, at_hertz, values, given, observed, point)
 
 
-def response_unit(unit: str, by: str) -> str:
-    """Unit of a response: that of the output over that of the input."""
+def shown_response(system: System, output: str, given: str, units: Units) -> tuple[str, float]:
+    """Unit in which a response is shown, that of the output over that of the input, and factor."""
+    to_show = display(output, system.quantity(output).unit, units, is_change=True)
+    by_input = display(given, system.parameter_unit(given), units, is_change=True)
+    unit, by, factor = to_show.unit, by_input.unit, to_show.factor / by_input.factor
     if unit == by:
-        return ""
+        return "", factor
     upper, lower = (f"({u})" if "/" in u or "." in u else u or "1" for u in (unit, by))
-    return unit if lower == "1" else f"{upper}/{lower}"
+    return unit if lower == "1" else f"{upper}/{lower}", factor
