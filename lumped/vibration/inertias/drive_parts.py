@@ -11,6 +11,7 @@ import scipy
 from lumped.points.linearise import sparse_state_matrix
 from lumped.support.arrays import Real
 from lumped.vibration.inertias.own_inertias import HeavyShaft, heavy_shafts, mean_inertias
+from lumped.vibration.natural.energies import mechanical_ports
 from lumped.vibration.natural.modes import Modes
 
 _FITS = 1e-6
@@ -94,14 +95,12 @@ def drive_parts(modes: Modes) -> DriveParts:
 def _find_loaded_parts(modes: Modes) -> Iterator[tuple[str, _Flanges]]:
     """Components without parts of their own that transmit torque."""
     tree, reduced = modes.system.structure.tree, modes.system.structure.reduced
-    unknowns: list[int] = []
-    owners: list[int] = []
-    for number, node in enumerate(tree.instances):
-        quantities = node.layout.quantities
-        for k in range(0, 0 if node.children else 2 * len(node.layout.ports), 2):
-            if (quantities[k].unit, quantities[k + 1].unit) == ("rad", "N.m"):
-                unknowns.append(node.first_unknown + k)
-                owners.append(number)
+    ports = [
+        (owner, unknown)
+        for owner, unknown in mechanical_ports(modes.system, {("rad", "N.m")})
+        if not tree.instances[owner].children
+    ]
+    owners, unknowns = [owner for owner, _ in ports], [unknown for _, unknown in ports]
     A = scipy.sparse.csr_array(sparse_state_matrix(modes.system, modes.point))
     angles, depths = modes._slopes_of(unknowns)
     once = angles @ A

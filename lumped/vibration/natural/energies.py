@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 
+from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
 from lumped.support.arrays import Complex, Real
@@ -73,13 +75,15 @@ class ModalEnergies(RichHtml):
         OptionError
             If there is no such mode.
         """
-        modes, found = self.modes, []
+        modes, found, ends = self.modes, [], dict[str, list[str]]()
         modes.check_mode(mode, "energies")
+        tree = modes.system.structure.tree
+        for owner, unknown in mechanical_ports(modes.system, _WORK):
+            ends.setdefault(tree.instances[owner].path, []).append(tree.unknown_name(unknown))
         for path, share in zip(self.components, self.elastic[mode], strict=True):
-            ends = _ends(modes, path) if share > 0 else []
-            if len(ends) != 2:
+            if not share > 0 or len(ends[path]) != 2:
                 continue
-            a, b = (complex(modes.shape(end)[mode]) for end in ends)
+            a, b = (complex(modes.shape(end)[mode]) for end in ends[path])
             way = b - a
             fraction = -(way.conjugate() * a).real / abs(way) ** 2 if way else -1.0
             if 0 < fraction < 1:
@@ -120,16 +124,21 @@ class ModalEnergies(RichHtml):
         return text + self.modes.list_modes(head, rows)
 
 
-def _ends(modes: Modes, path: str) -> list[str]:
-    """Names of the angles or positions at the ports of a component."""
-    tree = modes.system.structure.tree
-    node = next(node for node in tree.instances if node.path == path)
-    quantities = node.layout.quantities
-    return [
-        tree.unknown_name(node.first_unknown + i)
-        for i in range(0, 2 * len(node.layout.ports), 2)
-        if (quantities[i].unit, quantities[i + 1].unit) in _WORK
-    ]
+def mechanical_ports(system: System, units: Collection[tuple[str, str]]) -> list[tuple[int, int]]:
+    """Numbers of components, and of the angles or positions at their ports.
+
+    Parameters
+    ----------
+    units : collection of (str, str)
+        Those of potential and flow.
+    """
+    found = []
+    for number, node in enumerate(system.structure.tree.instances):
+        quantities = node.layout.quantities
+        for i in range(0, 2 * len(node.layout.ports), 2):
+            if (quantities[i].unit, quantities[i + 1].unit) in units:
+                found.append((number, node.first_unknown + i))
+    return found
 
 
 @checked
@@ -166,14 +175,8 @@ def modal_energies(modes: Modes) -> ModalEnergies:
     if not len(modes.eigenvalues):
         raise OptionError(f"{system.name}: no oscillating mode has energy.")
     tree = system.structure.tree
-    owners: list[int] = []
-    unknowns: list[int] = []
-    for number_, node in enumerate(tree.instances):
-        quantities = node.layout.quantities
-        for i in range(0, 2 * len(node.layout.ports), 2):
-            if (quantities[i].unit, quantities[i + 1].unit) in _WORK:
-                owners.append(number_)
-                unknowns.append(node.first_unknown + i)
+    ports = mechanical_ports(system, _WORK)
+    owners, unknowns = [number for number, _ in ports], [unknown for _, unknown in ports]
     potentials, flows = (
         modes._of_unknowns([u + k for u in unknowns], modes.vectors, modes.eigenvalues)
         for k in (0, 1)

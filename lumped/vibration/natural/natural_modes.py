@@ -185,7 +185,8 @@ class _Frozen:
     def __init__(self, point: OperatingPoint) -> None:
         self._point = point
         self._positions, self._speeds = (
-            np.isin(np.arange(len(point.x)), own) for own in mechanical_states(point.system)
+            scipy.sparse.diags_array(np.isin(np.arange(len(point.x)), own).astype(float))
+            for own in mechanical_states(point.system)
         )
 
     def point(self, w: float) -> OperatingPoint:
@@ -219,15 +220,7 @@ class _Frozen:
         self, point: OperatingPoint
     ) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
         """State matrix without damping, and what damping adds to it."""
-        full = scipy.sparse.coo_array(sparse_state_matrix(point.system, point))
-        (at, moves), (by, pushes) = (
-            (own[full.row], own[full.col]) for own in (self._positions, self._speeds)
-        )
-        parts = (
-            scipy.sparse.coo_array(
-                (full.data[chosen], (full.row[chosen], full.col[chosen])), shape=full.shape
-            )
-            for chosen in (at & pushes | by & moves, by & pushes)
-        )
+        A, P, S = sparse_state_matrix(point.system, point), self._positions, self._speeds
+        parts = (P @ A @ S + S @ A @ P, S @ A @ S)
         first, second = (scipy.sparse.csr_array(part) for part in parts)
         return first, second
