@@ -138,9 +138,9 @@ def damper(mu, z):
 
 
 def test_a_viscous_damper_has_den_hartogs_amplification():
-    g = np.linspace(0.2, 2.0, 91)
     for mu in (0.05, 0.25, 1.0):
-        z = 1 / np.sqrt(2 * (1 + mu) * (2 + mu))
+        z, top = 1 / np.sqrt(2 * (1 + mu) * (2 + mu)), np.sqrt(2 / (2 + mu))
+        g = np.union1d(np.linspace(0.2, 2.0, 91), top)
         response = lp.vibration.order_response(
             damper(mu, z), speeds=g, of=["main.phi"], excitations={"torque.tau": {1: 1.0}}
         )
@@ -149,13 +149,8 @@ def test_a_viscous_damper_has_den_hartogs_amplification():
         error = worst(response.magnitude("main.phi", 1), wanted)
         print(f"mu = {mu}: {error:.1e}")
         assert error < 1e-12
-        top = lp.vibration.order_response(
-            damper(mu, z),
-            speeds=[np.sqrt(2 / (2 + mu))],
-            of=["main.phi"],
-            excitations={"torque.tau": {1: 1.0}},
-        )
-        assert top.magnitude("main.phi", 1)[0] == pytest.approx(1 + 2 / mu, rel=1e-12)
+        highest = response.magnitude("main.phi", 1)[g == top]
+        assert highest == pytest.approx([1 + 2 / mu], rel=1e-12)
 
 
 def test_a_linear_drive_vibrates_as_its_periodic_motion():
