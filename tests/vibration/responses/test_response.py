@@ -229,16 +229,10 @@ def test_the_picture_shows_magnitude_and_phase():
     assert "shaft.tau / motor.tau" in repr(received)
 
 
-def two_masses():
-    return assemble_row(
-        load=Torque(tau=0.0), a=Inertia(J=0.5), shaft=SpringDamper(c=800.0, d=3.0), b=Inertia(J=2.0)
-    )
-
-
 def test_a_response_has_the_derivatives_of_its_closed_form():
-    system, hertz = two_masses(), np.array([0.5, 3.0, 6.9, 20.0])
+    hertz = np.array([0.5, 2.0, 4.5, 20.0])
     response = lp.frequency_response(
-        system, inputs=["load.tau"], outputs=["b.w", "a.w"], hertz=hertz
+        lp.assemble(Rig()), inputs=["motor.tau"], outputs=["b.w", "a.w"], hertz=hertz
     )
     to = ["a.J", "b.J", "shaft.c", "shaft.d"]
     found = lp.vibration.response_sensitivity(response, by=to)
@@ -251,18 +245,18 @@ def test_a_response_has_the_derivatives_of_its_closed_form():
         return np.array([k / under, (J_b * s + k) / under])
 
     # complex amplitudes leave no room for a complex step: differences of sixth order
-    point = np.array([0.5, 2.0, 800.0, 3.0])
+    point = np.array([2.0, 1.0, 300.0, 1.5])
     for i, name in enumerate(to):
         step = 3e-3 * point[i] * np.eye(4)[i]
         expected = slope(lambda share, step=step: closed(*(point + share * step)), 0.0, 1.0)
         expected = expected / (3e-3 * point[i])
-        assert found["b.w", "load.tau", name] == pytest.approx(expected[0], rel=1e-8)
-        assert found["a.w", "load.tau", name] == pytest.approx(expected[1], rel=1e-8)
+        assert found["b.w", "motor.tau", name] == pytest.approx(expected[0], rel=1e-8)
+        assert found["a.w", "motor.tau", name] == pytest.approx(expected[1], rel=1e-8)
         size = np.abs(closed(*point)[0])
         along = (closed(*point)[0].conj() * expected[0]).real / size
-        assert found.magnitude("b.w", "load.tau", name) == pytest.approx(along, rel=1e-7)
+        assert found.magnitude("b.w", "motor.tau", name) == pytest.approx(along, rel=1e-7)
     with pytest.raises(UnknownNameError):
-        found["b.w", "load.tau", "load.tau"]
+        found["b.w", "motor.tau", "motor.tau"]
     with pytest.raises(OptionError):
         lp.vibration.response_sensitivity(response, by=[])
 
