@@ -26,10 +26,8 @@ from lumped.support.rich_html import RichHtml
 from lumped.vibration.natural.eigenpairs import factors_beside
 from lumped.vibration.natural.matrix_slopes import Along, contract, contraction, derive_at_point
 from lumped.vibration.natural.modes import Modes
-from lumped.vibration.natural.spectrum import damping_slopes, hertz_slopes
+from lumped.vibration.natural.spectrum import REPEATED, damping_slopes, hertz_slopes
 
-_REPEATED = 1e-6
-"""Relative distance below which eigenvalues count as repeated."""
 _ROUNDING = 1e-12
 _DEFECTIVE = 1e-6
 """Angle between left and right vectors below which an eigenvalue has too few shapes."""
@@ -120,7 +118,7 @@ class EigenSensitivity(RichHtml):
         if mode not in self.repeated:
             raise OptionError(f"{self.modes.system.name}: mode {mode} does not repeat.")
         values = self.modes.eigenvalues
-        near = np.abs(values - values[mode]) <= _REPEATED * np.abs(values[mode])
+        near = np.abs(values - values[mode]) <= REPEATED * np.abs(values[mode])
         part = self.modes.parts[np.abs(self.modes.vectors).argmax(axis=0)]
         together = np.flatnonzero(near & (part == part[mode])).tolist()
         (place,) = self.modes.system.places([self.modes.system.key(parameter)])
@@ -242,9 +240,9 @@ def eigen_sensitivity(modes: Modes, *, by: Iterable[Name] | None = None) -> Eige
 def _find_repeated(modes: Modes, values: Complex, vectors: Complex) -> NDArray[np.intp]:
     """Eigenvalues that are those of others in the same part of the drive."""
     part = modes.parts[np.abs(vectors).argmax(axis=0)]
-    close = np.abs(values[:, None] - values[None, :]) <= _REPEATED * np.abs(values)[:, None]
+    close = np.abs(values[:, None] - values[None, :]) <= REPEATED * np.abs(values)[:, None]
     close &= (part[:, None] == part[None, :]) & ~np.eye(len(values), dtype=bool)
-    critical = (2 * np.abs(values.imag) <= _REPEATED * np.abs(values)) & (values.imag != 0)
+    critical = (2 * np.abs(values.imag) <= REPEATED * np.abs(values)) & (values.imag != 0)
     return np.flatnonzero(close.any(axis=1) | critical)
 
 

@@ -17,10 +17,8 @@ from lumped.timeloop.results.validity import ranges
 from lumped.vibration.natural.eigenpairs import label_parts
 from lumped.vibration.natural.matrix_slopes import contraction, multiply_complex
 from lumped.vibration.natural.mode_designs import ModeDesigns
-from lumped.vibration.natural.spectrum import Spectrum
+from lumped.vibration.natural.spectrum import REPEATED, Spectrum
 
-_REPEATED = 1e-6
-"""Relative distance below which eigenvalues count as repeated."""
 _APART = 1e-3
 """Largest of what should be zero, over the least of what should not, that tells them apart."""
 _CHUNK = 4_000_000
@@ -92,7 +90,7 @@ class ModesOfMany:
             for i, mode in enumerate(wanted):
                 values = modes.eigenvalues[rows, mode]
                 gaps = np.abs(every - values[:, None])
-                near = (gaps <= _REPEATED * np.abs(values)[:, None]).sum(axis=1)
+                near = (gaps <= REPEATED * np.abs(values)[:, None]).sum(axis=1)
                 alone = np.flatnonzero(near == 1)
                 try:
                     right, left = vectors_of_many(matrices[alone], values[alone])

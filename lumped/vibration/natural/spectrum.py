@@ -6,6 +6,9 @@ import numpy as np
 
 from lumped.support.arrays import Complex, Real
 
+REPEATED = 1e-6
+"""Relative distance below which eigenvalues repeat, and have no derivatives of their own."""
+
 
 class Spectrum:
     """Eigenvalues of oscillating modes.

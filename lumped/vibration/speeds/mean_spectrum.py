@@ -17,6 +17,7 @@ from lumped.support.arrays import Complex, Real
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.natural.find_modes import modes_of
 from lumped.vibration.natural.modes import Modes
+from lumped.vibration.natural.spectrum import REPEATED, Spectrum
 from lumped.vibration.rotating.find_rotation import rotation
 from lumped.vibration.rotating.harmonics import (
     derive_by_parameters,
@@ -31,8 +32,6 @@ _VIBRATES = 1e-6
 """Imaginary part of an eigenvalue, relative to its size, above which it belongs to a vibration."""
 _SLOWEST = 1e-6
 """Size of an eigenvalue, relative to the largest, below which it is a zero with rounding."""
-_REPEATED = 1e-6
-"""Relative distance of eigenvalues below which they have no derivatives of their own."""
 
 
 @checked
@@ -94,7 +93,7 @@ def mean_modes(
     return modes_of(finite(point), scipy.sparse.csr_array(matrix), is_mean=True)
 
 
-class MeanSpectrum:
+class MeanSpectrum(Spectrum):
     """Vibrations of the mean equations of a drive that turns steadily, at one speed.
 
     Laws of the frequency hold at the frequencies that parameters state.
@@ -126,16 +125,6 @@ class MeanSpectrum:
         self.eigenvalues: Complex = values[chosen]
         self._all, self._chosen = values, chosen
 
-    @property
-    def hertz(self) -> Real:
-        """Natural frequencies, Hz, shape (m,)."""
-        return np.abs(self.eigenvalues) / (2 * np.pi)
-
-    @property
-    def damping(self) -> Real:
-        """Damping ratios, shape (m,)."""
-        return 0.0 - self.eigenvalues.real / np.abs(self.eigenvalues)
-
     def hertz_by(self, mode: int) -> Real:
         """Derivatives of a natural frequency by all parameters, shape (p,)."""
         return self._slope(mode, self._of_hertz(mode))
@@ -166,7 +155,7 @@ class MeanSpectrum:
         place = self._chosen[mode]
         value, small = self._all[place], self._small
         near = np.abs(np.delete(self._all, place) - value).min(initial=np.inf)
-        if near <= _REPEATED * np.abs(value):
+        if near <= REPEATED * np.abs(value):
             raise SolverError(
                 f"{small.system.name}: mode {mode} ({np.abs(value) / (2 * np.pi):.6g} Hz) "
                 "coincides with another and has no derivative. Change a parameter a little."
