@@ -117,10 +117,8 @@ class EigenSensitivity(RichHtml):
         """
         if mode not in self.repeated:
             raise OptionError(f"{self.modes.system.name}: mode {mode} does not repeat.")
-        values = self.modes.eigenvalues
-        near = np.abs(values - values[mode]) <= REPEATED * np.abs(values[mode])
-        part = self.modes.parts[np.abs(self.modes.vectors).argmax(axis=0)]
-        together = np.flatnonzero(near & (part == part[mode])).tolist()
+        alike = _compare(self.modes, self.modes.eigenvalues, self.modes.vectors)
+        together = np.flatnonzero(alike[mode]).tolist()
         (place,) = self.modes.system.places([self.modes.system.key(parameter)])
         return derive_split(self.modes, together, place)
 
@@ -239,11 +237,17 @@ def eigen_sensitivity(modes: Modes, *, by: Iterable[Name] | None = None) -> Eige
 
 def _find_repeated(modes: Modes, values: Complex, vectors: Complex) -> NDArray[np.intp]:
     """Eigenvalues that are those of others in the same part of the drive."""
+    alike = _compare(modes, values, vectors).sum(axis=1) > 1
+    critical = (2 * np.abs(values.imag) <= REPEATED * np.abs(values)) & (values.imag != 0)
+    return np.flatnonzero(alike | critical)
+
+
+def _compare(modes: Modes, values: Complex, vectors: Complex) -> NDArray[np.bool_]:
+    """Which eigenvalues are the same in the same part of the drive, shape (k, k)."""
     part = modes.parts[np.abs(vectors).argmax(axis=0)]
     close = np.abs(values[:, None] - values[None, :]) <= REPEATED * np.abs(values)[:, None]
-    close &= (part[:, None] == part[None, :]) & ~np.eye(len(values), dtype=bool)
-    critical = (2 * np.abs(values.imag) <= REPEATED * np.abs(values)) & (values.imag != 0)
-    return np.flatnonzero(close.any(axis=1) | critical)
+    found: NDArray[np.bool_] = close & (part[:, None] == part[None, :])
+    return found
 
 
 def derive_split(modes: Modes, together: list[int], place: int) -> Complex:

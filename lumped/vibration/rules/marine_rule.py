@@ -122,11 +122,7 @@ class MarineShaft:
         stress : name
             Torsional stress of the shaft, Pa.
         """
-        names = ("continuous operation", "transient passage")
-        clauses = ("tau_C", "tau_T")
-        laws = (self.continuous, self.transient)
-        first, second = (
-            Limit(stress, law, name, "maximum", clause, _SOURCE)
-            for law, name, clause in zip(laws, names, clauses, strict=True)
+        return (
+            Limit(stress, self.continuous, "continuous operation", "maximum", "tau_C", _SOURCE),
+            Limit(stress, self.transient, "transient passage", "maximum", "tau_T", _SOURCE),
         )
-        return first, second
