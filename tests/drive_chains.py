@@ -20,19 +20,10 @@ def in_turn(end=None, aside=None, **lists):
     parts after which they are named: ``{"load": (Torque(tau=0.0), "body", 30)}``.
     """
     end, aside = end or {}, aside or {}
-
-    def joints(m):
-        most = max(len(parts) for parts in lists.values())
-        row = [
-            getattr(m, name)[i]
-            for i in range(most)
-            for name, parts in lists.items()
-            if i < len(parts)
-        ]
-        yield from lp.chain(*row, *(getattr(m, name) for name in end))
-        for name, (_, kind, i) in aside.items():
-            yield lp.connect(getattr(m, name).flange, getattr(m, kind)[i].flange_a)
-
+    most = max(len(parts) for parts in lists.values())
+    row = [parts[i] for i in range(most) for parts in lists.values() if i < len(parts)]
+    joints = list(lp.chain(*row, *end.values()))
+    joints += [lp.connect(part.flange, lists[kind][i].flange_a) for part, kind, i in aside.values()]
     others = {name: part for name, (part, *_) in aside.items()}
     return lp.compose(**lists, **end, **others, connections=joints)
 

@@ -1,7 +1,5 @@
 """The modes of large drives nearest to a frequency: closed forms and all modes of smaller ones."""
 
-import time
-
 import numpy as np
 import pytest
 from drive_chains import in_turn, uniform, uniform_hertz
@@ -18,15 +16,10 @@ def nearest(hertz, near, count):
 
 @pytest.mark.parametrize(("n", "near"), [(300, 0.0), (300, 40.0), (3000, 0.0)])
 def test_a_uniform_chain_has_its_closed_form_frequencies(n, near):
-    system = lp.assemble(uniform(n))
-    lp.start_point(system)
-    _ = system.jacobian
-    begin = time.perf_counter()
-    received = lp.modes(system, near=near, count=20)
-    seconds = time.perf_counter() - begin
+    received = lp.modes(lp.assemble(uniform(n)), near=near, count=20)
     expected = nearest(uniform_hertz(n), near, 20)
     error = np.abs(received.hertz / expected - 1).max()
-    print(f"{n} inertias near {near} Hz: {seconds:.2f} s, relative error {error:.1e}")
+    print(f"{n} inertias near {near} Hz: relative error {error:.1e}")
     assert error < 1e-12
     assert (received.damping == 0).all()
     assert received.rigid == (near == 0)

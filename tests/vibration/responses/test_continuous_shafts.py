@@ -256,7 +256,6 @@ def test_the_stress_at_the_ends_and_in_the_middle_is_that_of_the_wave():
     names = [f"shaft.sections[0].elements[0].stress{end}" for end in ("_a", "", "_b")]
     response = lp.frequency_response(system, inputs=["load.tau"], outputs=names, hertz=[hertz])
     x = 2 * np.pi * hertz * TRANSIT
-    torques = np.cos(x * (1 - np.array([0, 0.5, 1]))) / np.cos(x)
     # clamped at a: the angle is a sine, the torque a cosine of the way from a
     torques = np.cos(x * np.array([0, 0.5, 1])) / np.cos(x)
     received = [response[name, "load.tau"][0].real for name in names]
