@@ -12,9 +12,8 @@ from lumped.functionals.readings import Clearance, Damping, Frequency, Reading
 from lumped.tolerances.evaluated import Array, Evaluated, Failures, one_by_one
 from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity
 from lumped.vibration.natural.find_modes import modes
-from lumped.vibration.natural.mode_designs import ModeDesigns
+from lumped.vibration.natural.mode_designs import ManyModes, ModeDesigns, ModesOfMany
 from lumped.vibration.natural.modes import Modes
-from lumped.vibration.natural.modes_of_many import ManyModes, ModesOfMany
 from lumped.vibration.natural.spectrum import damping_slopes, hertz_slopes, second_derivatives
 
 
