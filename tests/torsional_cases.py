@@ -29,6 +29,12 @@ def columns(case: str, name: str, texts: tuple[str, ...] = ()) -> dict[str, np.n
     }
 
 
+def rows(case: str, name: str) -> list[dict[str, str]]:
+    """Rows of a table as texts by the heads of their columns."""
+    with (DATA / case / name).open(encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
 def marine(*, damped: bool) -> lp.System:
     """Marine steam turbine (Gunter and Chen, 2001) with a torque in place of its blades."""
     model = MarineTurbine().with_({"blades": Torque(tau=0.0)})

@@ -12,7 +12,7 @@ from lumped.points.situation import one_sided, situation
 from lumped.support.display_units import Shown
 from lumped.support.text_table import list_names, number
 from lumped.vibration.ordered.order_response import OrderResponse
-from lumped.vibration.rotating.amplitude_laws import amplitude_laws
+from lumped.vibration.rotating.small_vibrations import amplitude_laws
 
 
 def assumptions(study: Study, stated: Iterable[str]) -> str:

@@ -9,9 +9,8 @@ from lumped.drawing.page_frame import prose, table
 from lumped.drawing.torsional_study import Study
 from lumped.support.display_units import Shown, display
 from lumped.support.text_table import list_names, number
-from lumped.vibration.inertias.holzer import Holzer
+from lumped.vibration.inertias.holzer import Holzer, InertialPart, Part
 from lumped.vibration.inertias.mass_elastic import MassElastic
-from lumped.vibration.inertias.stations import InertialPart, Part
 
 _SHAPES = 6
 """Mode shapes of a figure."""

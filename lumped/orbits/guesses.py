@@ -172,7 +172,8 @@ def after_time(
 
 def after_response(problem: OrbitProblem, response: OrderResponse, k: int) -> Guess:
     """What an order response says of the motion at one of its speeds."""
-    steady, solved, _ = response.solution_at(k)
+    solved = response.solution_at(k)
+    steady = solved.steady
     x = steady.x[0] + solved.x[0].real.sum(axis=0)
     point = OperatingPoint(problem.system, 0.0, x, steady.theta[0], steady.settings[0])
     leading = int(np.flatnonzero(problem.advance)[0])

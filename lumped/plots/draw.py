@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, TypedDict
 
 from lumped.errors import OptionError
 from lumped.plots.picture import Picture
 from lumped.support.optional_packages import extra
 
 Backend = Literal["matplotlib", "plotly"]
+
+
+class Canvas(TypedDict, total=False):
+    """What draws a picture, and where; each `plot` takes them by name.
+
+    Attributes
+    ----------
+    backend : {"matplotlib", "plotly"}
+        What draws it; plotly makes an interactive figure.
+    ax : matplotlib Axes, or an array of as many as there are panels, optional
+        Where matplotlib draws; default is a new figure, which needs no display.
+    """
+
+    backend: Annotated[Backend, "matplotlib"]
+    ax: Annotated[Any, None]
 
 
 def draw(picture: Picture, backend: Backend = "matplotlib", ax: Any = None) -> Any:

@@ -15,7 +15,7 @@ from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.points.control_systems import Four, control_state_space, scipy_state_space
 from lumped.points.situation import one_sided, situation
-from lumped.points.start import start_point
+from lumped.points.start import point_or_start
 from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
 from lumped.support.made_once import made_once
@@ -144,9 +144,7 @@ def linearise(
     SolverError
         If a derivative is not finite at the point.
     """
-    if at is not None and parameters:
-        raise OptionError("linearise: give the parameters when making the operating point `at`.")
-    point = finite(at or start_point(system, parameters=parameters))
+    point = finite(point_or_start("linearise", system, at, parameters))
     system = point.system
     matrices, given, observed = linear_matrices(system, point, inputs, outputs)
     A, B, C, D = (m.toarray() for m in matrices.at())

@@ -219,6 +219,21 @@ def point_at(
     return point
 
 
+def point_or_start(
+    analysis: str, system: System, at: OperatingPoint | None, parameters: Changes | None
+) -> OperatingPoint:
+    """Operating point that is given, or the start point of parameters.
+
+    Raises
+    ------
+    OptionError
+        If both are given.
+    """
+    if at is not None and parameters:
+        raise OptionError(f"{analysis}: give the parameters when making the operating point `at`.")
+    return at or start_point(system, parameters=parameters)
+
+
 def by_name(start: object) -> Changes:
     """Start values by name; none if nothing is given.
 

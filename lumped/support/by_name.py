@@ -5,6 +5,26 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from lumped.errors import UnknownNameError, nearest
+
+
+def find_place(name: str, known: Sequence[str], fault: str) -> int:
+    """Place of a name among those of a result.
+
+    Parameters
+    ----------
+    fault : str
+        What is said of a name that is none of them, such as ``"was not asked for"``.
+
+    Raises
+    ------
+    UnknownNameError
+        With the nearest name.
+    """
+    if name not in known:
+        raise UnknownNameError(f"'{name}' {fault}. {nearest(name, known)}")
+    return known.index(name)
+
 
 class ByName:
     """Names what ``found[name]`` takes: ``name in found``, ``list(found)``, ``len(found)``.

@@ -1,8 +1,8 @@
-"""Order of relative sensitivities, ranks and quantiles of values."""
+"""Order of sensitivities and shares by their size, ranks and quantiles of values."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,20 @@ def rank_by_size(
         raise OptionError(f"{what} is zero; a change relative to it has no meaning.")
     order = np.argsort(-np.abs(relative), kind="stable")
     return [(names[i], float(relative[i])) for i in order]
+
+
+def list_largest(pairs: Iterable[tuple[str, Any]], form: str = "{} {:+.4f}", most: int = 4) -> str:
+    """Names and values, those of the largest size first, with semicolons.
+
+    Parameters
+    ----------
+    form : str
+        How a name and its value are written.
+    most : int
+        How many are named.
+    """
+    ranked = sorted(pairs, key=lambda pair: -abs(pair[1]))
+    return "; ".join(form.format(*pair) for pair in ranked[:most])
 
 
 def ranks(values: np.ndarray) -> np.ndarray:

@@ -23,14 +23,13 @@ from lumped.gradients.gradient_ensemble import gradients_at
 from lumped.timeloop.run_options import RunPlan
 from lumped.tolerances.evaluated import Array, Evaluated, Evaluation, OfReadings
 from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity
-from lumped.vibration.natural.eigen_slopes import damping_slopes, hertz_slopes, second_derivatives
 from lumped.vibration.natural.find_modes import modes
-from lumped.vibration.natural.mode_designs import ModeDesigns
+from lumped.vibration.natural.mode_designs import ManyModes, ModeDesigns, ModesOfMany
 from lumped.vibration.natural.modes import Modes
-from lumped.vibration.natural.modes_of_many import ManyModes, ModesOfMany
+from lumped.vibration.natural.spectrum import damping_slopes, hertz_slopes, second_derivatives
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.ordered.order_sensitivity import slope_of
-from lumped.vibration.speeds.critical_sensitivity import critical_sensitivity
+from lumped.vibration.speeds.mean_campbell import critical_sensitivity
 from lumped.vibration.speeds.mean_spectrum import MeanSpectrum
 from lumped.vibration.speeds.order_designs import OrderDesigns
 

@@ -1,19 +1,19 @@
+from lumped.vibration.inertias.holzer import ElasticPart as ElasticPart
 from lumped.vibration.inertias.holzer import Holzer as Holzer
+from lumped.vibration.inertias.holzer import InertialPart as InertialPart
 from lumped.vibration.inertias.mass_elastic import MassElastic as MassElastic
 from lumped.vibration.inertias.mass_elastic import mass_elastic as mass_elastic
-from lumped.vibration.inertias.stations import ElasticPart as ElasticPart
-from lumped.vibration.inertias.stations import InertialPart as InertialPart
 from lumped.vibration.natural.eigen_sensitivity import EigenSensitivity as EigenSensitivity
 from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity as eigen_sensitivity
 from lumped.vibration.natural.energies import ModalEnergies as ModalEnergies
 from lumped.vibration.natural.energies import Node as Node
+from lumped.vibration.natural.energies import Participation as Participation
 from lumped.vibration.natural.energies import modal_energies as modal_energies
+from lumped.vibration.natural.energies import participation as participation
 from lumped.vibration.natural.find_modes import modes as modes
 from lumped.vibration.natural.modes import Modes as Modes
 from lumped.vibration.natural.natural_modes import NaturalModes as NaturalModes
 from lumped.vibration.natural.natural_modes import natural_modes as natural_modes
-from lumped.vibration.natural.participation import Participation as Participation
-from lumped.vibration.natural.participation import participation as participation
 from lumped.vibration.natural.root_locus import RootLocus as RootLocus
 from lumped.vibration.natural.root_locus import root_locus as root_locus
 from lumped.vibration.natural.shape_sensitivity import ShapeSensitivity as ShapeSensitivity
@@ -59,11 +59,11 @@ from lumped.vibration.speeds.campbell import Campbell as Campbell
 from lumped.vibration.speeds.campbell import CriticalSpeed as CriticalSpeed
 from lumped.vibration.speeds.campbell import campbell as campbell
 from lumped.vibration.speeds.campbell import critical_speeds as critical_speeds
-from lumped.vibration.speeds.critical_sensitivity import (
+from lumped.vibration.speeds.mean_campbell import (
     critical_sensitivity as critical_sensitivity,
 )
 from lumped.vibration.speeds.mean_campbell import mean_campbell as mean_campbell
-from lumped.vibration.speeds.mean_modes import mean_modes as mean_modes
+from lumped.vibration.speeds.mean_spectrum import mean_modes as mean_modes
 from lumped.vibration.speeds.torque_lines import LineCrossing as LineCrossing
 from lumped.vibration.speeds.torque_lines import TorqueLine as TorqueLine
 from lumped.vibration.speeds.torque_lines import line_crossings as line_crossings

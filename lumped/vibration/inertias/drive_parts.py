@@ -7,14 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
-from lumped.errors import UnknownNameError
 from lumped.points.linearise import sparse_state_matrix
+from lumped.support.arrays import Real
 from lumped.vibration.inertias.own_inertias import HeavyShaft, heavy_shafts, mean_inertias
+from lumped.vibration.natural.energies import mechanical_ports
 from lumped.vibration.natural.modes import Modes
-
-Real = NDArray[np.float64]
 
 _FITS = 1e-6
 """Share of a torque that may remain unexplained, and below which a share is none."""
@@ -97,20 +95,18 @@ def drive_parts(modes: Modes) -> DriveParts:
 def _find_loaded_parts(modes: Modes) -> Iterator[tuple[str, _Flanges]]:
     """Components without parts of their own that transmit torque."""
     tree, reduced = modes.system.structure.tree, modes.system.structure.reduced
-    unknowns: list[int] = []
-    owners: list[int] = []
-    for number, node in enumerate(tree.instances):
-        quantities = node.layout.quantities
-        for k in range(0, 0 if node.children else 2 * len(node.layout.ports), 2):
-            if (quantities[k].unit, quantities[k + 1].unit) == ("rad", "N.m"):
-                unknowns.append(node.first_unknown + k)
-                owners.append(number)
+    ports = [
+        (owner, unknown)
+        for owner, unknown in mechanical_ports(modes.system, {("rad", "N.m")})
+        if not tree.instances[owner].children
+    ]
+    owners, unknowns = [owner for owner, _ in ports], [unknown for _, unknown in ports]
     A = scipy.sparse.csr_array(sparse_state_matrix(modes.system, modes.point))
-    angles, depths = _slopes(modes, unknowns)
+    angles, depths = modes._slopes_of(unknowns)
     once = angles @ A
     rising = scipy.sparse.diags_array((depths > 0).astype(float))
     speeds = rising @ angles + (once - rising @ once)
-    torques = _slopes(modes, [unknown + 1 for unknown in unknowns])[0]
+    torques = modes._slopes_of([unknown + 1 for unknown in unknowns])[0]
     signs = scipy.sparse.diags_array(reduced.aliases.signs[unknowns].astype(float))
     every = [
         scipy.sparse.csr_array(signs @ each) for each in (speeds, speeds @ A, torques, torques @ A)
@@ -126,28 +122,6 @@ def _find_loaded_parts(modes: Modes) -> Iterator[tuple[str, _Flanges]]:
             for row, speed in zip(rows.tolist(), numbers[0], strict=True)
         ]
         yield tree.instances[owners[rows[0]]].path, _Flanges(nodes, *numbers)
-
-
-def _slopes(modes: Modes, unknowns: list[int]) -> tuple[scipy.sparse.csr_array, Real]:
-    """Slopes of unknowns by the states, or of their lowest derivatives, and the order of these."""
-    system = modes.system
-    nodes = [system.structure.reduced.node(unknown) for unknown in unknowns]
-    alive = [i for i, node in enumerate(nodes) if node is not None]
-    wanted = [node for node in nodes if node is not None]
-    rows = modes._lowest(wanted)
-    for i, row in zip(alive, rows, strict=True):
-        if row is None:
-            name = system.structure.tree.unknown_name(unknowns[i])
-            raise UnknownNameError(f"'{name}' was left out of the system.")
-    place = np.array(alive, dtype=int)
-    depths = np.zeros(len(unknowns))
-    depths[place] = [row - node for row, node in zip(rows, wanted, strict=True) if row is not None]
-    spread = scipy.sparse.csr_array(
-        (np.ones(len(place)), (place, np.arange(len(place)))), shape=(len(unknowns), len(place))
-    )
-    signs = scipy.sparse.diags_array(system.structure.reduced.aliases.signs[unknowns].astype(float))
-    found = spread @ modes._by_states([row for row in rows if row is not None])
-    return scipy.sparse.csr_array(signs @ found), depths
 
 
 def _on_one_shaft(found: DriveParts, path: str, node: int, flanges: _Flanges) -> None:

@@ -4,21 +4,75 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lumped.errors import UnknownNameError, nearest
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
+from lumped.support.by_name import find_place
 from lumped.support.display_units import Units, choose_units, display, frequency_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
-from lumped.vibration.inertias.stations import InertialPart, Part
 from lumped.vibration.pictures import holzer_picture
 
-Real = NDArray[np.float64]
+
+@dataclass(frozen=True)
+class InertialPart:
+    """An inertia of a drive.
+
+    Attributes
+    ----------
+    name : str
+        Path of the component.
+    ratio : float
+        Turns of its shaft for each turn of the reference shaft; negative for the other sense.
+    J : float
+        Moment of inertia on its own shaft, kg.m2.
+    station : int
+        Place in the referred drive; parts that are joined rigidly, by gears too, share one.
+    """
+
+    name: str
+    ratio: float
+    J: float
+    station: int
+
+    @property
+    def referred(self) -> float:
+        """Moment of inertia on the reference shaft, ``J ratio^2``, kg.m2."""
+        return self.J * self.ratio**2
+
+
+@dataclass(frozen=True)
+class ElasticPart:
+    """A stiffness of a drive.
+
+    Attributes
+    ----------
+    name : str
+        Path of the component.
+    ratio : float
+        Turns of the shaft for each turn of the reference shaft.
+    c : float
+        Stiffness on its own shaft, N.m/rad.
+    stations : tuple of int
+        What it joins; -1 stands for the ground.
+    """
+
+    name: str
+    ratio: float
+    c: float
+    stations: tuple[int, int]
+
+    @property
+    def referred(self) -> float:
+        """Stiffness on the reference shaft, ``c ratio^2``, N.m/rad."""
+        return self.c * self.ratio**2
+
+
+Part = InertialPart | ElasticPart
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,18 +156,10 @@ class Holzer(RichHtml):
 
     def _place(self, part: str) -> int:
         names = [each.name for each in self.parts]
-        if part not in names:
-            raise UnknownNameError(f"'{part}' is no part of this table. {nearest(part, names)}")
-        return names.index(part)
+        return find_place(part, names, "is no part of this table")
 
     @checked
-    def plot(
-        self,
-        *,
-        units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
-    ) -> Any:
+    def plot(self, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:
         """Angles of the inertias, joined by the shafts, and torques in the shafts, all referred.
 
         Of inertias that are joined rigidly the heaviest gives the name.
@@ -133,7 +179,7 @@ class Holzer(RichHtml):
             If a name does not exist.
         """
         if not self.is_referred:
-            return self.referred.plot(units=units, backend=backend, ax=ax)
+            return self.referred.plot(units=units, **canvas)
         choice = choose_units(units, ("frequency", "tau"))
         frequency, to_show = frequency_unit(choice), display("tau", "N.m", choice)
         title = f"{self.name}: mode {self.mode + 1}, {number(frequency.value(self.hertz))} "
@@ -147,7 +193,7 @@ class Holzer(RichHtml):
                 heaviest[part.station] = part.referred, part.name, float(angle)
         inertias = [(name, station, angle) for station, (_, name, angle) in heaviest.items()]
         picture = holzer_picture(title, inertias, shafts, self.ends, to_show.unit)
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def __repr__(self) -> str:
         where = f"referred to {self.shaft}" if self.is_referred else "each part on its own shaft"

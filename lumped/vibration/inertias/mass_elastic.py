@@ -8,20 +8,17 @@ from functools import cached_property
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.support.display_units import display
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import list_names, number, table
 from lumped.vibration.inertias.drive_parts import DriveParts, drive_parts
-from lumped.vibration.inertias.holzer import Holzer
-from lumped.vibration.inertias.stations import ElasticPart, InertialPart, Part
+from lumped.vibration.inertias.holzer import ElasticPart, Holzer, InertialPart, Part
 from lumped.vibration.natural.modes import Modes
-
-Real = NDArray[np.float64]
 
 _ROUNDING = 1e-9
 
@@ -80,7 +77,7 @@ class MassElastic(RichHtml):
             If there is no such mode.
         """
         w, angles, roots = self._solved
-        if isinstance(mode, bool) or not 0 <= mode < len(w):
+        if not 0 <= mode < len(w):
             raise OptionError(f"{self.name}: there is no mode {mode}; {len(w)} modes count from 0.")
         found, rest, shaft = [], np.zeros(len(angles)), 0
         for part in self.parts:
@@ -227,81 +224,57 @@ def mass_elastic(modes: Modes, *, shaft: Name) -> MassElastic:
 
 def _ratios(modes: Modes, found: DriveParts, shaft: Name) -> dict[int, float]:
     """Ratio of each angle to the reference, by its node; those that are not joined are missing."""
+    import networkx as nx
+
     tree, reduced = modes.system.structure.tree, modes.system.structure.reduced
     unknown = tree.unknown(shaft)
     begin = reduced.node(unknown)
     if begin is None:
         raise OptionError(f"{modes.system.name}: {shaft} was left out of the system.")
-    links: dict[int, list[tuple[int, float, str]]] = {}
-    joints = [(a, b, ratio, path) for path, a, b, ratio in found.gears]
-    joints += [
+    joints = nx.MultiDiGraph()
+    joints.add_node(begin)
+    links = [(a, b, ratio, path) for path, a, b, ratio in found.gears]
+    links += [
         (a, b, 1.0, path)
         for path, (a, b, _) in found.shafts.items()
         if a is not None and b is not None
     ]
-    for a, b, ratio, path in joints:
-        links.setdefault(a, []).append((b, ratio, path))
-        links.setdefault(b, []).append((a, 1 / ratio, path))
-    ratios, waiting = {begin: float(reduced.aliases.signs[unknown])}, [begin]
-    while waiting:
-        node = waiting.pop()
-        for other, ratio, path in links.get(node, ()):
-            value = ratios[node] * ratio
-            if other not in ratios:
-                ratios[other] = value
-                waiting.append(other)
-            elif abs(ratios[other] - value) > _ROUNDING * abs(value):
-                raise OptionError(
-                    f"{modes.system.name}: {path} closes a loop of shafts whose ratios do not "
-                    f"agree ({ratios[other]:.9g} and {value:.9g}), so that nothing can be referred "
-                    f"to {shaft}."
-                )
+    for a, b, ratio, path in links:
+        joints.add_edge(a, b, path, ratio=ratio)
+        joints.add_edge(b, a, path, ratio=1 / ratio)
+    ratios = {begin: float(reduced.aliases.signs[unknown])}
+    for a, b in nx.dfs_edges(joints, begin):
+        ratios[b] = ratios[a] * next(iter(joints[a][b].values()))["ratio"]
+    for a, b, path, ratio in joints.edges(keys=True, data="ratio"):
+        if a in ratios and abs(ratios[b] - ratios[a] * ratio) > _ROUNDING * abs(ratios[b]):
+            raise OptionError(
+                f"{modes.system.name}: {path} closes a loop of shafts whose ratios do not agree "
+                f"({ratios[b]:.9g} and {ratios[a] * ratio:.9g}), so that nothing can be referred "
+                f"to {shaft}."
+            )
     return ratios
 
 
 def _stations(found: DriveParts, ratios: dict[int, float]) -> dict[int, int]:
     """Number of the station of each node; gears join nodes."""
-    nodes = list(ratios)
-    place = {node: i for i, node in enumerate(nodes)}
-    pairs = [(place[a], place[b]) for _, a, b, _ in found.gears if a in place and b in place]
-    rows, columns = np.array(pairs, dtype=int).reshape(-1, 2).T
-    graph = scipy.sparse.coo_array((np.ones(len(pairs)), (rows, columns)), shape=(len(nodes),) * 2)
-    labels = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
-    return dict(zip(nodes, labels.tolist(), strict=True))
+    import networkx as nx
+
+    rigid = nx.Graph([(a, b) for _, a, b, _ in found.gears if a in ratios])
+    rigid.add_nodes_from(ratios)
+    groups = enumerate(nx.connected_components(rigid))
+    return {node: number for number, group in groups for node in group}
 
 
 def _in_order(inertias: list[InertialPart], shafts: list[ElasticPart]) -> Iterator[Part]:
     """Parts from the free ends to the last inertia, a branch before the inertia that it joins."""
+    import networkx as nx
+
     at: dict[int, list[InertialPart]] = {}
     for each in inertias:
         at.setdefault(each.station, []).append(each)
-    beside: dict[int, list[ElasticPart]] = {}
+    root, joined = inertias[-1].station, nx.Graph()
+    joined.add_node(root)
     for shaft in shafts:
-        for end in shaft.stations:
-            beside.setdefault(end, []).append(shaft)
-    # a path of (station, shaft towards the root), walked without recursion
-    used: set[str] = set()
-    seen = {-1}
-    root = inertias[-1].station
-    seen.add(root)
-    stack: list[tuple[int, ElasticPart | None, Iterator[ElasticPart]]]
-    stack = [(root, None, iter(beside.get(root, ())))]
-    while stack:
-        station, onward, others = stack[-1]
-        for shaft in others:
-            if shaft.name in used:
-                continue
-            used.add(shaft.name)
-            a, b = shaft.stations
-            other = b if a == station else a
-            if other in seen:  # to the ground, or closes a loop
-                yield shaft
-                continue
-            seen.add(other)
-            stack.append((other, shaft, iter(beside[other])))
-            break
-        else:
-            stack.pop()
-            yield from at.get(station, ())
-            if onward is not None:
-                yield onward
+        joined.add_edges_from((end, shaft) for end in shaft.stations if end >= 0)
+    for node in nx.dfs_postorder_nodes(joined, root):
+        yield from [node] if isinstance(node, ElasticPart) else at.get(node, ())

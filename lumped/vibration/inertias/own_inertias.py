@@ -6,14 +6,12 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.system import System
 from lumped.flattening.flat_model import Group
 from lumped.flattening.residual import VARYING, Residual
+from lumped.support.arrays import Real
 from lumped.timeloop.results.operating_point import OperatingPoint
-
-Real = NDArray[np.float64]
 
 _FITS = 1e-9
 """Share of a dynamic stiffness that may remain unexplained."""
@@ -170,8 +168,7 @@ class _Own:
             matrix = self._matrix(slopes, sign * s)
             solved = np.linalg.solve(matrix[:, :, self.others], -matrix[:, :, self.angles])
             found.append(solved[:, self.torques])
-        mean: Real = 0.5 * (found[0] + found[1])
-        return mean
+        return 0.5 * (found[0] + found[1])
 
     def _matrix(self, slopes: list[Real], s: float) -> Real:
         """Coefficients of all unknowns in all equations, shape (points, equations, unknowns)."""

@@ -4,37 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
-import casadi as ca
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
-from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import tornado
-from lumped.points.kink_refusals import refuse_kinks
-from lumped.points.moved_equilibrium import find_moved_point, places_to, point_matters, still_point
+from lumped.points.linearise import sparse_state_matrix
+from lumped.points.moved_equilibrium import find_moved_point, places_to, still_point
 from lumped.points.situation import situation
+from lumped.points.vibrating_states import moving
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import Units, choose_units, frequency_unit
-from lumped.support.made_once import made_once
-from lumped.support.ranking import rank_by_size
+from lumped.support.ranking import list_largest, rank_by_size
 from lumped.support.rich_html import RichHtml
-from lumped.support.text_table import number, table
-from lumped.vibration.natural.eigen_slopes import damping_slopes, hertz_slopes
-from lumped.vibration.natural.left_vectors import left_vectors, parts
+from lumped.vibration.natural.eigenpairs import factors_beside
+from lumped.vibration.natural.matrix_slopes import Along, contract, contraction, derive_at_point
 from lumped.vibration.natural.modes import Modes
-from lumped.vibration.natural.repeated_eigenvalues import derive_split
+from lumped.vibration.natural.spectrum import REPEATED, damping_slopes, hertz_slopes
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-
-_REPEATED = 1e-6
-"""Relative distance below which eigenvalues count as repeated."""
 _ROUNDING = 1e-12
+_DEFECTIVE = 1e-6
+"""Angle between left and right vectors below which an eigenvalue has too few shapes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,14 +76,12 @@ class EigenSensitivity(RichHtml):
     @property
     def relative(self) -> Real:
         """Relative change of frequencies for each relative change of a parameter, shape (k, p)."""
-        found: Real = self.hertz * self._values / self.modes.hertz[:, None]
-        return found
+        return self.hertz * self._values / self.modes.hertz[:, None]
 
     @property
     def _values(self) -> Real:
         known = self.modes.point.parameters
-        found: Real = np.array([known[name] for name in self.by])
-        return found
+        return np.array([known[name] for name in self.by])
 
     @checked
     def ranked(self, mode: int) -> list[tuple[str, float]]:
@@ -98,9 +92,7 @@ class EigenSensitivity(RichHtml):
         OptionError
             If there is no such mode, or its eigenvalue repeats.
         """
-        count = len(self.modes.hertz)
-        if not 0 <= mode < count:
-            raise OptionError(f"sensitivity: mode {mode} of {count}; modes count from 0.")
+        self.modes.check_mode(mode, "sensitivity")
         if mode in self.repeated:
             raise OptionError(
                 f"{self.modes.system.name}: the eigenvalue of mode {mode} "
@@ -125,22 +117,13 @@ class EigenSensitivity(RichHtml):
         """
         if mode not in self.repeated:
             raise OptionError(f"{self.modes.system.name}: mode {mode} does not repeat.")
-        values = self.modes.eigenvalues
-        near = np.abs(values - values[mode]) <= _REPEATED * np.abs(values[mode])
-        part = parts(self.modes)[np.abs(self.modes.vectors).argmax(axis=0)]
-        together = np.flatnonzero(near & (part == part[mode])).tolist()
+        alike = _compare(self.modes, self.modes.eigenvalues, self.modes.vectors)
+        together = np.flatnonzero(alike[mode]).tolist()
         (place,) = self.modes.system.places([self.modes.system.key(parameter)])
         return derive_split(self.modes, together, place)
 
     @checked
-    def plot(
-        self,
-        mode: int = 0,
-        *,
-        units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
-    ) -> Any:
+    def plot(self, mode: int = 0, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:
         """Tornado of the parameters that matter most to a natural frequency.
 
         Parameters
@@ -164,41 +147,26 @@ class EigenSensitivity(RichHtml):
         frequency = frequency_unit(choose_units(units, ("frequency", *modes.system.names())))
         told = f"{frequency.value(modes.hertz[mode]):.4g} {frequency.unit}"
         picture = tornado(found, f"{modes.system.name}: {told}", "the frequency")
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def __repr__(self) -> str:
-        rows, frequency = [], frequency_unit()
-        for i, hertz in enumerate(self.modes.hertz[:12]):
+        modes, rows = self.modes, list[tuple[str]]()
+        for i in range(min(len(modes.hertz), 12)):
             text = "repeated: no derivatives of its own, see split"
             if i not in self.repeated:
-                most = [(n, v) for n, v in self.ranked(i)[:4] if v]
-                text = "; ".join(f"{name} {value:+.4f}" for name, value in most)
-            rows.append((str(i + 1), number(frequency.value(hertz), 9), text))
+                text = list_largest((n, v) for n, v in self.ranked(i) if v)
+            rows.append((text,))
         point = "moves with the parameters" if self.moving else "held, or without effect"
-        head = f"{self.modes.system.name}: relative sensitivities; operating point: {point}"
-        head += situation(self.modes.point)
-        head += f"\n{self.modes.accuracy}"
-        known = self._values
-        for i, decay in enumerate(self.modes.decays[: 12 - len(rows)]):
-            shares = self.decays[i] * known / decay
+        head = f"{modes.system.name}: relative sensitivities; operating point: {point}"
+        head += f"{situation(modes.point)}\n{modes.accuracy}"
+        more = []
+        for decay, slopes in zip(modes.decays[: 12 - len(rows)], self.decays, strict=False):
+            shares = slopes * self._values / decay
             text = "repeated: no derivatives of its own"
             if np.isfinite(shares).all():
-                order = np.argsort(-np.abs(shares))[:4].tolist()
-                text = "; ".join(f"{self.by[j]} {shares[j]:+.4f}" for j in order)
-            rows.append(("decay", f"{decay:.6g} 1/s", text))
-        return f"{head}\n" + table(
-            ("mode", f"natural frequency, {frequency.unit}", "largest"), rows
-        )
-
-
-@made_once
-def _contraction(system: System) -> ca.Function:
-    """Derivatives of ``y^T (df/dx) v`` by states and parameters."""
-    x, theta, _, _ = system.inputs
-    y, v = (ca.SX.sym(name, len(system.state_names)) for name in "yv")
-    product = ca.dot(y, ca.jtimes(system.rates, x, v))
-    slopes = ca.densify(ca.gradient(product, ca.vertcat(x, theta)))
-    return ca.Function("contraction", [*system.inputs, y, v], [slopes])
+                text = list_largest(zip(self.by, shares, strict=True))
+            more.append(("decay", f"{decay:.6g} 1/s", text))
+        return f"{head}\n" + modes.list_modes(("largest",), rows, more)
 
 
 @checked
@@ -242,30 +210,10 @@ def eigen_sensitivity(modes: Modes, *, by: Iterable[Name] | None = None) -> Eige
         raise OptionError(f"{system.name}: no oscillating mode and no decay to derive.")
     names, places = places_to(point, by)
     right = np.hstack([modes.vectors, modes.decay_vectors])
-    left = np.hstack([left_vectors(modes), left_vectors(modes, decays=True)])
-    function = _contraction(system)
-
-    def contract(a: Real, b: Real, settings: Real) -> Real:
-        both = [np.repeat(np.c_[part], a.shape[1], axis=1) for part in (point.theta, settings)]
-        states = np.repeat(np.c_[point.x], a.shape[1], axis=1)
-        times = np.full((1, a.shape[1]), point.time)
-        return np.asarray(function(states, both[0], times, both[1], a, b)).T
-
-    def slopes(settings: Real) -> Complex:
-        """Derivatives of the eigenvalues by states and parameters."""
-        real = contract(left.real, right.real, settings)
-        real = real + contract(left.imag, right.imag, settings)
-        imaginary = contract(left.real, right.imag, settings)
-        imaginary = imaginary - contract(left.imag, right.real, settings)
-        return real + 1j * imaginary
-
-    both = slopes(point.settings)
-    matters = point_matters(point, both / np.abs(values)[:, None], _ROUNDING)
-    moved = find_moved_point(point, places) if matters else None
-    moving = moved is not None
-    moved = moved or still_point(point, places)
-    refuse_kinks(point, moved, names, slopes)
-    found: Complex = moved.through(both)
+    left = np.hstack([modes.left_vectors, modes.left_decay_vectors])
+    thetas = np.repeat(np.c_[point.theta], len(values), axis=1)
+    slopes = contract(contraction(system, (), ()), point, thetas, left.conj(), right)
+    found, moving = derive_at_point(point, names, places, slopes, np.abs(values), _ROUNDING)
     repeated = _find_repeated(modes, values, right)
     found[repeated] = np.nan
     alone = np.setdiff1d(np.arange(len(found)), repeated)
@@ -289,8 +237,60 @@ def eigen_sensitivity(modes: Modes, *, by: Iterable[Name] | None = None) -> Eige
 
 def _find_repeated(modes: Modes, values: Complex, vectors: Complex) -> NDArray[np.intp]:
     """Eigenvalues that are those of others in the same part of the drive."""
-    part = parts(modes)[np.abs(vectors).argmax(axis=0)]
-    close = np.abs(values[:, None] - values[None, :]) <= _REPEATED * np.abs(values)[:, None]
-    close &= (part[:, None] == part[None, :]) & ~np.eye(len(values), dtype=bool)
-    critical = (2 * np.abs(values.imag) <= _REPEATED * np.abs(values)) & (values.imag != 0)
-    return np.flatnonzero(close.any(axis=1) | critical)
+    alike = _compare(modes, values, vectors).sum(axis=1) > 1
+    critical = (2 * np.abs(values.imag) <= REPEATED * np.abs(values)) & (values.imag != 0)
+    return np.flatnonzero(alike | critical)
+
+
+def _compare(modes: Modes, values: Complex, vectors: Complex) -> NDArray[np.bool_]:
+    """Which eigenvalues are the same in the same part of the drive, shape (k, k)."""
+    part = modes.parts[np.abs(vectors).argmax(axis=0)]
+    close = np.abs(values[:, None] - values[None, :]) <= REPEATED * np.abs(values)[:, None]
+    found: NDArray[np.bool_] = close & (part[:, None] == part[None, :])
+    return found
+
+
+def derive_split(modes: Modes, together: list[int], place: int) -> Complex:
+    """Derivatives of the eigenvalues into which one that repeats parts, 1/s, shape (m,).
+
+    With bases X and Y of the right and left eigenvectors they are the eigenvalues of
+    ``(Y^H X)^-1 Y^H (dA/dp) X`` (Lancaster, Numerische Mathematik 6, 1964).
+
+    Parameters
+    ----------
+    together : list of int
+        The modes whose eigenvalue is the same.
+    place : int
+        Place of the parameter.
+
+    Raises
+    ------
+    SolverError
+        If there are fewer shapes than eigenvalues, where the derivatives are infinite.
+    """
+    system, point = modes.system, modes.point
+    own = modes.own_part(modes.vectors[:, together[0]])
+    own = own[moving(system, point)[own]]
+    block = scipy.sparse.csc_array(sparse_state_matrix(system, point))[own][:, own].astype(complex)
+    value = modes.eigenvalues[together[0]]
+    factors = factors_beside(block, value)
+    left = np.random.default_rng(3).standard_normal((len(own), len(together))).astype(complex)
+    for _ in range(4):
+        left = scipy.linalg.qr(factors.solve(left, trans="H"), mode="economic")[0]
+    right = scipy.linalg.qr(modes.vectors[own][:, together], mode="economic")
+    angles = np.linalg.svd(left.conj().T @ right[0], compute_uv=False)
+    sizes = np.abs(np.diag(right[1]))
+    if min(angles.min(), sizes.min() / sizes.max()) < _DEFECTIVE:
+        raise SolverError(
+            f"{system.name}: the eigenvalue of mode {together[0]} ({value:.6g} 1/s) repeats with "
+            "fewer shapes than eigenvalues: its derivatives are infinite. Change a parameter a "
+            "little."
+        )
+    vectors = np.zeros((len(point.x), len(together)), dtype=complex)
+    vectors[own] = right[0]
+    moved = find_moved_point(point, [place]) or still_point(point, [place])
+    along = Along(point, system.rates, moved)
+    change = np.column_stack([along(v)[own, 0] for v in vectors.T])
+    small = np.linalg.solve(left.conj().T @ right[0], left.conj().T @ change)
+    found = np.linalg.eigvals(small).astype(complex)
+    return found[np.lexsort((found.real, found.imag))]

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
-from lumped.support.display_units import frequency_unit
+from lumped.support.arrays import Complex, Real
+from lumped.support.ranking import list_largest
 from lumped.support.rich_html import RichHtml
-from lumped.support.text_table import number, table
 from lumped.vibration.natural.modes import Modes
-
-Real = NDArray[np.float64]
 
 _WORK = {("rad", "N.m"), ("m", "N")}
 """Units of potential and flow of a port whose product is work."""
@@ -76,22 +75,20 @@ class ModalEnergies(RichHtml):
         OptionError
             If there is no such mode.
         """
-        self._check(mode)
-        modes, found = self.modes, []
+        modes, found, ends = self.modes, [], dict[str, list[str]]()
+        modes.check_mode(mode, "energies")
+        tree = modes.system.structure.tree
+        for owner, unknown in mechanical_ports(modes.system, _WORK):
+            ends.setdefault(tree.instances[owner].path, []).append(tree.unknown_name(unknown))
         for path, share in zip(self.components, self.elastic[mode], strict=True):
-            ends = _ends(modes, path) if share > 0 else []
-            if len(ends) != 2:
+            if not share > 0 or len(ends[path]) != 2:
                 continue
-            a, b = (complex(modes.shape(end)[mode]) for end in ends)
+            a, b = (complex(modes.shape(end)[mode]) for end in ends[path])
             way = b - a
             fraction = -(way.conjugate() * a).real / abs(way) ** 2 if way else -1.0
             if 0 < fraction < 1:
                 found.append(Node(path, fraction, abs(a + fraction * way)))
         return tuple(found)
-
-    def _check(self, mode: int) -> None:
-        if not 0 <= mode < len(self.elastic):
-            raise OptionError(f"energies: mode {mode} of {len(self.elastic)}; modes count from 0.")
 
     @checked
     def ranked(self, mode: int) -> tuple[list[tuple[str, float]], list[tuple[str, float]]]:
@@ -102,7 +99,7 @@ class ModalEnergies(RichHtml):
         OptionError
             If there is no such mode.
         """
-        self._check(mode)
+        self.modes.check_mode(mode, "energies")
         found = []
         for shares in (self.elastic[mode], self.kinetic[mode]):
             order = [i for i in np.argsort(-shares, kind="stable").tolist() if shares[i] > 0]
@@ -110,38 +107,38 @@ class ModalEnergies(RichHtml):
         return found[0], found[1]
 
     def __repr__(self) -> str:
-        rows, frequency = [], frequency_unit()
-        for i, hertz in enumerate(self.modes.hertz[:30]):
-            texts = ["; ".join(f"{n} {100 * v:.1f} %" for n, v in x[:4]) for x in self.ranked(i)]
-            most = np.argsort(-np.abs(self.damping[i]), kind="stable")[:4].tolist()
-            shares = [(self.components[j], self.damping[i, j]) for j in most]
-            damping = "; ".join(f"{n} {v:.3g}" for n, v in shares if v) or "none"
-            rows.append((str(i + 1), number(frequency.value(hertz), 9), *texts, damping))
-        head = (
-            "mode",
-            f"natural frequency, {frequency.unit}",
-            "elastic energy",
-            "kinetic energy",
-            "damping ratio",
-        )
+        rows = []
+        for i, damping in enumerate(self.damping[:30]):
+            texts = [
+                list_largest([(name, 100 * share) for name, share in shares], "{} {:.1f} %")
+                for shares in self.ranked(i)
+            ]
+            losses = [(n, v) for n, v in zip(self.components, damping, strict=True) if v]
+            rows.append((*texts, list_largest(losses, "{} {:.3g}") or "none"))
+        head = ("elastic energy", "kinetic energy", "damping ratio")
         moves = self.kinetic.any(axis=1)
         gaps = np.abs(self.damping.sum(axis=1) - self.modes.damping)
         missed = gaps[moves].max(initial=0.0)
         text = f"{self.modes.system.name}: {self.modes.accuracy}; "
         text += f"contributions miss the damping ratio by {missed:.1e}\n"
-        return text + table(head, rows)
+        return text + self.modes.list_modes(head, rows)
 
 
-def _ends(modes: Modes, path: str) -> list[str]:
-    """Names of the angles or positions at the ports of a component."""
-    tree = modes.system.structure.tree
-    node = next(node for node in tree.instances if node.path == path)
-    quantities = node.layout.quantities
-    return [
-        tree.unknown_name(node.first_unknown + i)
-        for i in range(0, 2 * len(node.layout.ports), 2)
-        if (quantities[i].unit, quantities[i + 1].unit) in _WORK
-    ]
+def mechanical_ports(system: System, units: Collection[tuple[str, str]]) -> list[tuple[int, int]]:
+    """Numbers of components, and of the angles or positions at their ports.
+
+    Parameters
+    ----------
+    units : collection of (str, str)
+        Those of potential and flow.
+    """
+    found = []
+    for number, node in enumerate(system.structure.tree.instances):
+        quantities = node.layout.quantities
+        for i in range(0, 2 * len(node.layout.ports), 2):
+            if (quantities[i].unit, quantities[i + 1].unit) in units:
+                found.append((number, node.first_unknown + i))
+    return found
 
 
 @checked
@@ -178,14 +175,8 @@ def modal_energies(modes: Modes) -> ModalEnergies:
     if not len(modes.eigenvalues):
         raise OptionError(f"{system.name}: no oscillating mode has energy.")
     tree = system.structure.tree
-    owners: list[int] = []
-    unknowns: list[int] = []
-    for number_, node in enumerate(tree.instances):
-        quantities = node.layout.quantities
-        for i in range(0, 2 * len(node.layout.ports), 2):
-            if (quantities[i].unit, quantities[i + 1].unit) in _WORK:
-                owners.append(number_)
-                unknowns.append(node.first_unknown + i)
+    ports = mechanical_ports(system, _WORK)
+    owners, unknowns = [number for number, _ in ports], [unknown for _, unknown in ports]
     potentials, flows = (
         modes._of_unknowns([u + k for u in unknowns], modes.vectors, modes.eigenvalues)
         for k in (0, 1)
@@ -217,3 +208,72 @@ def modal_energies(modes: Modes) -> ModalEnergies:
         (kinetic[used] / all_kinetic).T,
         (loss[used] * angular / (2 * all_kinetic)).T,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Participation(RichHtml):
+    """Participation factors of the oscillating modes.
+
+    Attributes
+    ----------
+    modes : Modes
+        Whose factors they are.
+    factors : ndarray of complex, shape (k, n)
+        In the order of ``modes.system.state_names``; each row sums to 1.
+    """
+
+    modes: Modes
+    factors: Complex
+
+    @checked
+    def ranked(self, mode: int) -> list[tuple[str, float]]:
+        """States and magnitudes of their factors in a mode, the largest first.
+
+        Raises
+        ------
+        OptionError
+            If there is no such mode.
+        """
+        self.modes.check_mode(mode, "participation")
+        size = np.abs(self.factors[mode])
+        names = self.modes.system.state_names
+        order = np.argsort(-size, kind="stable").tolist()
+        return [(names[i], float(size[i])) for i in order if size[i] > 1e-12]
+
+    def __repr__(self) -> str:
+        rows = [
+            (list_largest(self.ranked(i), "{} {:.3f}", 5),)
+            for i in range(min(len(self.factors), 30))
+        ]
+        head = f"{self.modes.system.name}: {self.modes.accuracy}\n"
+        return head + self.modes.list_modes(("participation",), rows)
+
+
+@checked
+def participation(modes: Modes) -> Participation:
+    """Participation factors ``conj(y_i) x_i`` of states in modes.
+
+    ``x`` and ``y`` are right and left eigenvectors with ``y^H x == 1``; the factors do not depend
+    on units (Perez-Arriaga, Verghese and Schweppe, IEEE Trans. Power Apparatus and Systems 101,
+    1982). They say where a mode is seen and acted upon at once: which states of motor and control
+    belong to it as well as which torsions and speeds. A factor is also the derivative of the
+    eigenvalue by the diagonal entry of the state matrix.
+
+    Parameters
+    ----------
+    modes : Modes
+        From `lumped.modes`; eigenvalues that repeat in one connected drive have no factors of
+        their own (nan or large numbers).
+
+    Returns
+    -------
+    Participation
+
+    Raises
+    ------
+    OptionError
+        If there is no oscillating mode.
+    """
+    if not len(modes.eigenvalues):
+        raise OptionError(f"{modes.system.name}: no oscillating mode.")
+    return Participation(modes, (modes.left_vectors.conj() * modes.vectors).T)

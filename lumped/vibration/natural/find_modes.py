@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError
@@ -12,15 +11,11 @@ from lumped.numerics.eigen import eigenpairs
 from lumped.numerics.eigen_near import eigenpairs_near
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.moved_equilibrium import select_still
-from lumped.points.start import start_point
+from lumped.points.start import point_or_start
 from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.natural.modes import Modes
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-
 
 _SMALL = 200
 """States up to which all modes are computed although only some are asked for."""
@@ -69,13 +64,11 @@ def modes(
     """
     if (near is None) != (count is None):
         raise OptionError("modes: `near` and `count` go together, such as near=0.0, count=20.")
-    if near is not None and not (np.isfinite(near) and near >= 0):
-        raise OptionError(f"modes: near = {near:g} Hz must be finite and not negative.")
+    if near is not None and near < 0:
+        raise OptionError(f"modes: near = {near:g} Hz must not be negative.")
     if count is not None and count < 1:
         raise OptionError(f"modes: count = {count} must be at least 1.")
-    if at is not None and parameters:
-        raise OptionError("modes: give the parameters when making the operating point `at`.")
-    point = finite(at or start_point(system, parameters=parameters))
+    point = finite(point_or_start("modes", system, at, parameters))
     matrix = scipy.sparse.csr_array(sparse_state_matrix(point.system, point))
     return modes_of(point, matrix, near, count)
 
@@ -97,45 +90,35 @@ def modes_of(
     matrix.eliminate_zeros()
     n = matrix.shape[0]
     label = scipy.sparse.csgraph.connected_components(matrix, directed=False)[1]
-    values: list[complex] = []
-    vectors: list[np.ndarray] = []
-    rigid: list[np.ndarray] = []
-    decays: list[float] = []
-    fading: list[np.ndarray] = []
     members = np.flatnonzero(moving(system, point))
     members = members[np.argsort(label[members], kind="stable")]
+    values, vectors = [np.zeros(0, dtype=complex)], [np.zeros((0, n), dtype=complex)]
     for own in np.split(members, np.flatnonzero(np.diff(label[members])) + 1):
         if not len(own):
             continue
         block = matrix[own][:, own]
         if near is None or count is None or len(own) <= _SMALL:
-            found = eigenpairs(block.toarray())
+            found, shapes = eigenpairs(block.toarray())
         else:
-            found = eigenpairs_near(block, 2 * np.pi * near, count)
-        for value, vector in zip(*found, strict=True):
-            full = np.zeros(n, dtype=complex)
-            full[own] = vector
-            if value == 0:
-                rigid.append(full.real)
-            elif value.imag > 0:
-                values.append(complex(value))
-                vectors.append(full)
-            elif value.imag == 0:
-                decays.append(float(value.real))
-                fading.append(full)
-    all_values = np.array(values, dtype=complex)
-    order = np.argsort(np.abs(all_values), kind="stable")
+            found, shapes = eigenpairs_near(block, 2 * np.pi * near, count)
+        kept = found.imag >= 0
+        values.append(found[kept])
+        vectors.append(np.zeros((int(kept.sum()), n), dtype=complex))
+        vectors[-1][:, own] = shapes[kept]
+    value, vector = np.concatenate(values), np.concatenate(vectors)
+    upper, real = np.flatnonzero(value.imag > 0), np.flatnonzero((value.imag == 0) & (value != 0))
+    order = upper[np.argsort(np.abs(value[upper]), kind="stable")]
     if near is not None:
-        distance = np.abs(all_values[order] - 2j * np.pi * near)
+        distance = np.abs(value[order] - 2j * np.pi * near)
         order = order[np.sort(np.argsort(distance, kind="stable")[:count])]
-    slowest = np.argsort(np.array(decays), kind="stable")
+    slowest = real[np.argsort(value[real].real, kind="stable")]
     return Modes(
         system,
-        np.array([values[i] for i in order.tolist()], dtype=complex),
-        np.column_stack([np.zeros((n, 0)), *(vectors[i] for i in order)]),
-        select_still(point, np.column_stack([np.zeros((n, 0)), *rigid])),
-        np.array(decays)[slowest],
-        np.column_stack([np.zeros((n, 0)), *(fading[i] for i in slowest)]),
+        value[order],
+        vector[order].T,
+        select_still(point, vector[value == 0].real.T),
+        value[slowest].real,
+        vector[slowest].T,
         point,
         near,
         matrix if is_mean else None,

@@ -5,28 +5,29 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Unpack
 
 import casadi as ca
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, UnknownNameError
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.points.situation import one_sided, situation
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Integer, Real
 from lumped.support.display_units import Units, choose_units, frequency_unit
 from lumped.support.made_once import made_once
-from lumped.support.text_table import number, table
-from lumped.vibration.natural.eigen_accuracy import Accuracy, accuracy, count_lost_eigenvalues
-from lumped.vibration.natural.eigenpairs import Eigenpairs
+from lumped.support.text_table import number
+from lumped.vibration.natural.eigenpairs import (
+    Accuracy,
+    Eigenpairs,
+    count_lost_eigenvalues,
+    find_accuracy,
+)
 from lumped.vibration.pictures import mode_shapes_picture
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _MOST_DRAWN = 16
 
@@ -54,8 +55,8 @@ class Modes(Eigenpairs):
     @property
     def rigid_names(self) -> tuple[str, ...]:
         """What turns or moves together in each rigid-body mode."""
-        names = self._positions[0]
-        shapes = self._rigid_positions / self._rigid_scale
+        names = self.angles
+        shapes = self._rigid_positions / _find_scale(self._rigid_positions)
         found = []
         for column, raw in zip(shapes.T, self.rigid_vectors.T, strict=True):
             together = [n for n, v in zip(names, column, strict=True) if abs(v) > 1e-6]
@@ -70,7 +71,7 @@ class Modes(Eigenpairs):
     @cached_property
     def accuracy(self) -> Accuracy:
         """Residuals and conditions of the oscillating modes."""
-        return accuracy(self)
+        return find_accuracy(self)
 
     @cached_property
     def lost(self) -> int:
@@ -84,7 +85,7 @@ class Modes(Eigenpairs):
     @property
     def angles(self) -> list[str]:
         """Names of all angles and positions that move by themselves, in order of declaration."""
-        return self._positions[0]
+        return [self.system.structure.node_name(node) for node in self._position_nodes]
 
     @checked
     def shape(self, name: Name) -> Real | Complex:
@@ -98,15 +99,17 @@ class Modes(Eigenpairs):
         UnknownNameError
             If there is no such quantity.
         """
-        values = self._amplitudes(name, self.vectors, self.eigenvalues) / self._scale
+        values = self._amplitudes(name, self.vectors, self.eigenvalues) / _find_scale(
+            self._positions
+        )
         real = np.abs(values.imag) <= 1e-9 * np.maximum(np.abs(values), 1e-12)
         return values.real if (self.damping == 0).all() and real.all() else values
 
     @checked
     def rigid_shape(self, name: Name) -> Real:
         """Relative speeds (or angles) of a quantity in all rigid-body modes."""
-        raw = self._amplitudes(name, self.rigid_vectors, np.zeros(self.rigid)).real
-        return raw / self._rigid_scale
+        raw = self._amplitudes(name, self.rigid_vectors, np.zeros(self.rigid))
+        return (raw / _find_scale(self._rigid_positions)).real
 
     def _amplitudes(self, name: Name, vectors: Complex | Real, values: Complex | Real) -> Complex:
         unknown = self.system.structure.tree.unknown(name)
@@ -117,35 +120,49 @@ class Modes(Eigenpairs):
         self, unknowns: list[int], vectors: Complex | Real, values: Complex | Real
     ) -> Complex:
         """Unscaled amplitudes of unknowns, by number, shape (len(unknowns), len(values))."""
-        reduced = self.system.structure.reduced
-        nodes = [reduced.node(unknown) for unknown in unknowns]
-        alive = [i for i, node in enumerate(nodes) if node is not None]
-        result = np.zeros((len(nodes), vectors.shape[1]), dtype=complex)
-        wanted = [node for node in nodes if node is not None]
-        lost = [i for i, n in zip(alive, self._lowest(wanted), strict=True) if n is None]
-        if lost:
-            name = self.system.structure.tree.unknown_name(unknowns[lost[0]])
-            raise UnknownNameError(f"'{name}' was left out of the system.")
-        if wanted:
-            result[alive] = self._require_amplitudes(wanted, vectors, values)
-            result[alive] *= reduced.aliases.signs[np.array(unknowns)[alive]][:, None]
-        return result
+        slopes, depths = self._slopes_of(unknowns, speeds_first=bool(np.any(values)))
+        return _integrate(slopes @ vectors, depths, values)
 
-    def _of_nodes(
-        self, nodes: list[int], vectors: Complex | Real, values: Complex | Real
-    ) -> Complex | None:
-        """Amplitudes of nodes; an angle left out comes from its speed."""
+    def _of_positions(self, vectors: Complex | Real, values: Complex | Real) -> Complex:
+        """Amplitudes of all angles and positions of ports; where there are none, of the states."""
+        nodes = self._position_nodes
+        if not nodes:
+            return np.abs(vectors).astype(complex)
         # an angle that the states give has no speed in a rigid-body mode
         found = self._lowest(nodes, speeds_first=bool(np.any(values)))
-        rows = [n for n in found if n is not None]
-        if len(rows) < len(nodes):
-            return None
-        power = [row - node for row, node in zip(rows, nodes, strict=True)]
-        amplitudes = np.asarray(self._by_states(rows) @ vectors, dtype=complex)
-        for i, depth in enumerate(power):
-            if depth:
-                amplitudes[i] /= np.where(values == 0, 1.0, values) ** depth
-        return amplitudes
+        rows = [row for row in found if row is not None]
+        return _integrate(self._by_states(rows) @ vectors, np.subtract(rows, nodes), values)
+
+    def _slopes_of(
+        self, unknowns: list[int], *, speeds_first: bool = True
+    ) -> tuple[scipy.sparse.csr_array, Integer]:
+        """Slopes of unknowns by the states, or of their lowest derivatives, and orders of these."""
+        alive, rows, found = self._find_rows(unknowns, speeds_first=speeds_first)
+        depths = np.zeros(len(unknowns), dtype=int)
+        depths[alive] = found
+        signs = self.system.structure.reduced.aliases.signs[np.array(unknowns)[alive]]
+        spread = scipy.sparse.csr_array(
+            (signs.astype(float), (alive, np.arange(len(alive)))),
+            shape=(len(unknowns), len(alive)),
+        )
+        return scipy.sparse.csr_array(spread @ self._by_states(rows)), depths
+
+    def _find_rows(
+        self, unknowns: list[int], *, speeds_first: bool = True
+    ) -> tuple[list[int], list[int], list[int]]:
+        """Places of unknowns that move, nodes that the system computes, orders of derivatives."""
+        structure = self.system.structure
+        nodes = [structure.reduced.node(unknown) for unknown in unknowns]
+        alive = [i for i, node in enumerate(nodes) if node is not None]
+        wanted = [node for node in nodes if node is not None]
+        rows, depths = list[int](), list[int]()
+        for i, node, row in zip(alive, wanted, self._lowest(wanted, speeds_first), strict=True):
+            if row is None:
+                name = structure.tree.unknown_name(unknowns[i])
+                raise UnknownNameError(f"'{name}' was left out of the system.")
+            rows.append(row)
+            depths.append(row - node)
+        return alive, rows, depths
 
     def _by_states(self, nodes: list[int]) -> scipy.sparse.csr_array:
         """Derivatives of nodes by the states, shape (len(nodes), n)."""
@@ -185,11 +202,9 @@ class Modes(Eigenpairs):
         return result
 
     @cached_property
-    def _positions(self) -> tuple[list[str], Complex]:
-        """Names and amplitudes of all angles and positions of ports in the oscillating modes."""
-        nodes = self._position_nodes
-        names = [self.system.structure.node_name(n) for n in nodes]
-        return names, self._require_amplitudes(nodes, self.vectors, self.eigenvalues)
+    def _positions(self) -> Complex:
+        """Amplitudes of all angles and positions of ports in the oscillating modes."""
+        return self._of_positions(self.vectors, self.eigenvalues)
 
     @cached_property
     def _position_nodes(self) -> list[int]:
@@ -214,37 +229,14 @@ class Modes(Eigenpairs):
                     (found if quantity.unit in ("rad", "m") else others).add(n)
         return found or others
 
-    def _require_amplitudes(
-        self, nodes: list[int], vectors: Complex | Real, values: Complex | Real
-    ) -> Complex:
-        if not nodes:
-            return np.abs(vectors).astype(complex)
-        found = self._of_nodes(nodes, vectors, values)
-        assert found is not None
-        return found
-
     @cached_property
     def _scale(self) -> Complex:
-        amplitudes = self._positions[1]
-        if not amplitudes.size:
-            return np.ones(amplitudes.shape[1], dtype=complex)
-        largest = np.abs(amplitudes).argmax(axis=0)
-        scale = amplitudes[largest, np.arange(amplitudes.shape[1])]
-        return np.where(np.abs(scale) > 0, scale, 1.0)
+        return _find_scale(self._positions)
 
     @cached_property
-    def _rigid_positions(self) -> Real:
+    def _rigid_positions(self) -> Complex:
         """Amplitudes of all angles and positions of ports in the rigid-body modes."""
-        return self._require_amplitudes(
-            self._position_nodes, self.rigid_vectors, np.zeros(self.rigid)
-        ).real
-
-    @cached_property
-    def _rigid_scale(self) -> Real:
-        raw = self._rigid_positions
-        largest = np.abs(raw).argmax(axis=0) if raw.size else np.zeros(self.rigid, dtype=int)
-        scale = raw[largest, np.arange(self.rigid)]
-        return np.where(np.abs(scale) > 0, scale, 1.0)
+        return self._of_positions(self.rigid_vectors, np.zeros(self.rigid))
 
     @checked
     def plot(
@@ -253,8 +245,7 @@ class Modes(Eigenpairs):
         *,
         modes: Iterable[int] | None = None,
         units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
+        **canvas: Unpack[Canvas],
     ) -> Any:
         """Amplitudes along the drive, one panel for each mode.
 
@@ -286,11 +277,7 @@ class Modes(Eigenpairs):
             raise OptionError(f"{name}: no oscillating mode to draw.")
         drawn = list(range(min(every, _MOST_DRAWN))) if modes is None else list(modes)
         for mode in drawn:
-            if not 0 <= mode < every:
-                raise OptionError(
-                    f"{name}: modes = {drawn}: there is no mode {mode}; {every} modes count "
-                    f"from 0 to {every - 1}."
-                )
+            self.check_mode(mode, name)
         if not drawn:
             raise OptionError(f"{name}: modes = []: give the number of at least one mode.")
         wanted = self.angles if names is None else [self.system.key(n) for n in names]
@@ -306,12 +293,11 @@ class Modes(Eigenpairs):
             for k in drawn
         ]
         shapes = np.array([self.shape(name)[drawn] for name in wanted])
-        return draw(mode_shapes_picture(name, wanted, shapes, captions, note), backend, ax)
+        return draw(mode_shapes_picture(name, wanted, shapes, captions, note), **canvas)
 
     def __repr__(self) -> str:
         frequency = frequency_unit()
-        names, amplitudes = self._positions
-        scaled = amplitudes / self._scale
+        names, scaled = self.angles, self._positions / self._scale
         head = (
             f"{self.system.name}: {len(self.hertz)} oscillating and {self.rigid} rigid-body modes"
             f", {len(self.decays)} decays{situation(self.point)}"
@@ -328,19 +314,33 @@ class Modes(Eigenpairs):
                 "highest, and count among the rigid-body modes; analyse the soft parts alone"
             )
         rows = []
-        for i, (f, z) in enumerate(zip(self.hertz[:30], self.damping, strict=False)):
-            order = np.argsort(-np.abs(scaled[:, i]))[:3].tolist() if names else []
-            parts = [f"{names[j]} {_format_amplitude(scaled[j, i])}" for j in order]
-            rows.append((str(i + 1), number(frequency.value(f), 9), number(z, 4), "; ".join(parts)))
+        for z, shape in zip(self.damping[:30], scaled.T, strict=False):
+            order = np.argsort(-np.abs(shape))[:3].tolist() if names else []
+            parts = [f"{names[j]} {_format_amplitude(shape[j])}" for j in order]
+            rows.append((number(z, 4), "; ".join(parts)))
         lines = [head]
         if rows:
-            told = f"natural frequency, {frequency.unit}"
-            lines.append(table(("mode", told, "damping ratio", "shape"), rows))
+            lines.append(self.list_modes(("damping ratio", "shape"), rows))
         if len(self.decays):
             listed = ", ".join(number(value, 4) for value in self.decays[:10])
             lines.append(f"decays, 1/s: {listed}{', ...' if len(self.decays) > 10 else ''}")
         lines += [f"rigid body: {name}" for name in self.rigid_names]
         return "\n".join(lines)
+
+
+def _integrate(rates: Any, depths: Any, values: Complex | Real) -> Complex:
+    """Amplitudes of quantities from those of derivatives of some order; a rate stays at zero."""
+    found: Complex = rates / np.where(values == 0, 1.0, values) ** np.asarray(depths)[:, None]
+    return found
+
+
+def _find_scale(amplitudes: Complex) -> Complex:
+    """The largest amplitude of each mode, shape (k,); 1 where there is none."""
+    count = amplitudes.shape[1]
+    if not amplitudes.size:
+        return np.ones(count, dtype=complex)
+    scale = amplitudes[np.abs(amplitudes).argmax(axis=0), np.arange(count)]
+    return np.where(np.abs(scale) > 0, scale, 1.0)
 
 
 def _format_amplitude(value: complex) -> str:

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
@@ -14,19 +13,18 @@ from lumped.errors import OptionError, SolverError
 from lumped.numerics.bracketed_roots import find_bracketed_roots
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.situation import situation
-from lumped.points.start import start_point
+from lumped.points.start import point_or_start
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
+from lumped.support.arrays import Integer, Real
+from lumped.support.ranking import list_largest
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
 from lumped.vibration.natural.find_modes import modes_of
-from lumped.vibration.natural.left_vectors import left_vectors
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.rotating.masses import mechanical_states
-
-Real = NDArray[np.float64]
 
 _WIDTH = 1e-14
 """Relative width of the bracket of a natural frequency."""
@@ -83,9 +81,8 @@ class NaturalModes(RichHtml):
         )
         rows = []
         for i, mode in enumerate(self.modes):
-            shapes = {name: float(np.real(mode.shape(name)[0])) for name in mode.angles}
-            largest = sorted(shapes, key=lambda name: -abs(shapes[name]))[:3]
-            text = "; ".join(f"{name} {shapes[name]:+.3f}" for name in largest)
+            shapes = ((name, float(np.real(mode.shape(name)[0]))) for name in mode.angles)
+            text = list_largest(shapes, "{} {:+.3f}", 3)
             rows.append((str(i + 1), number(self.hertz[i], 9), number(self.damping[i], 4), text))
         columns = ("mode", "natural frequency, Hz", "damping ratio", "shape")
         return f"{head}\n" + (table(columns, rows) if rows else "none")
@@ -137,18 +134,15 @@ def natural_modes(
         If equations of a component do not hold up to this frequency, or the point is unstable
         without damping.
     """
-    if not (np.isfinite(up_to) and up_to > 0):
-        raise OptionError(f"natural_modes: up_to = {up_to:g} Hz must be finite and above zero.")
-    if at is not None and parameters:
-        raise OptionError(
-            "natural_modes: give the parameters when making the operating point `at`."
-        )
+    if not up_to > 0:
+        raise OptionError(f"natural_modes: up_to = {up_to:g} Hz must be above zero.")
     if not system.structure.parameters.vibrating:
         raise OptionError(
             f"{system.name}: no law of the drive depends on the frequency, so lumped.modes gives "
             "its natural frequencies."
         )
-    point, limit = finite(at or start_point(system, parameters=parameters)), 2 * np.pi * up_to
+    point = finite(point_or_start("natural_modes", system, at, parameters))
+    limit = 2 * np.pi * up_to
     drive = _Frozen(point)
     refuse_point_outside(drive.point(limit), f"at {up_to:.6g} Hz")
     begin, end = drive.modes(0.0), drive.modes(limit)
@@ -157,21 +151,21 @@ def natural_modes(
             f"{system.name}: without damping a disturbance grows as exp({begin.decays[-1]:.4g} t), "
             "so the operating point is unstable. Take a stable one."
         )
-    below = _angular(end)
+    below = np.abs(end.eigenvalues)
     count = int((below <= limit).sum())
     known: dict[float, Real] = {}
 
-    def missing(which: NDArray[np.int64], w: Real) -> Real:
+    def missing(which: Integer, w: Real) -> Real:
         for value in w:
             if value not in known:
-                known[value] = _angular(drive.modes(value))
+                known[value] = np.abs(drive.modes(value).eigenvalues)
         return np.array([known[value][k] - value for k, value in zip(which, w, strict=True)])
 
     w = find_bracketed_roots(
         missing,
         np.zeros(count),
         np.full(count, limit),
-        _angular(begin)[:count],
+        np.abs(begin.eigenvalues)[:count],
         np.minimum(below[:count] - limit, 0.0),
         _WIDTH * below[:count],
     )
@@ -185,19 +179,14 @@ def natural_modes(
     return NaturalModes(point.system, up_to, found, hertz, damping, begin.rigid, point)
 
 
-def _angular(modes: Modes) -> Real:
-    """Natural frequencies, rad/s."""
-    found: Real = np.abs(modes.eigenvalues)
-    return found
-
-
 class _Frozen:
     """A drive about a point, with laws held at a frequency."""
 
     def __init__(self, point: OperatingPoint) -> None:
         self._point = point
         self._positions, self._speeds = (
-            np.isin(np.arange(len(point.x)), own) for own in mechanical_states(point.system)
+            scipy.sparse.diags_array(np.isin(np.arange(len(point.x)), own).astype(float))
+            for own in mechanical_states(point.system)
         )
 
     def point(self, w: float) -> OperatingPoint:
@@ -218,7 +207,7 @@ class _Frozen:
         With ``A(w) x = j w x`` and the left eigenvector y a small change D of A moves w by
         ``y^H D x / (j - y^H A'(w) x)``, ``y^H x = 1``; its imaginary part is the decay.
         """
-        x, y = mode.vectors[:, 0], left_vectors(mode)[:, 0].conj()
+        x, y = mode.vectors[:, 0], mode.left_vectors[:, 0].conj()
         slope = 0.0j
         for shares, weight in ((1, 2 / 3), (2, -1 / 12)):
             for sign in (1, -1):
@@ -231,15 +220,7 @@ class _Frozen:
         self, point: OperatingPoint
     ) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
         """State matrix without damping, and what damping adds to it."""
-        full = scipy.sparse.coo_array(sparse_state_matrix(point.system, point))
-        (at, moves), (by, pushes) = (
-            (own[full.row], own[full.col]) for own in (self._positions, self._speeds)
-        )
-        parts = (
-            scipy.sparse.coo_array(
-                (full.data[chosen], (full.row[chosen], full.col[chosen])), shape=full.shape
-            )
-            for chosen in (at & pushes | by & moves, by & pushes)
-        )
+        A, P, S = sparse_state_matrix(point.system, point), self._positions, self._speeds
+        parts = (P @ A @ S + S @ A @ P, S @ A @ S)
         first, second = (scipy.sparse.csr_array(part) for part in parts)
         return first, second

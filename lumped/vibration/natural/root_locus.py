@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import scipy
@@ -13,26 +13,28 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.situation import situation
 from lumped.points.start import point_at, start_point
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Integer, Real
 from lumped.support.display_units import Units, choose_units, frequency_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.vibration.natural.spectrum import Spectrum
 from lumped.vibration.pictures import root_locus_picture
-
-Complex = NDArray[np.complex128]
 
 _ALIKE = 0.7
 """Overlap of shapes from which two eigenvalues are the same mode."""
 _HALVINGS = 12
+_Spectra = tuple[Complex, Complex, Complex]
+"""Eigenvalues, left and right eigenvectors."""
 
 
 @dataclass(frozen=True, eq=False)
-class RootLocus(RichHtml):
+class RootLocus(Spectrum, RichHtml):
     """Eigenvalues over a parameter.
 
     Attributes
@@ -56,23 +58,11 @@ class RootLocus(RichHtml):
 
     system: System
     parameter: str
-    values: NDArray[np.float64]
+    values: Real
     eigenvalues: Complex
     evaluations: int
     doubtful: tuple[tuple[float, float], ...]
     situations: tuple[str, ...] = ()
-
-    @property
-    def hertz(self) -> NDArray[np.float64]:
-        """Natural frequencies ``abs(eigenvalue) / (2 pi)``, Hz, shape (k, n)."""
-        return np.abs(self.eigenvalues) / (2 * np.pi)
-
-    @property
-    def damping(self) -> NDArray[np.float64]:
-        """Damping ratios; nan for eigenvalues that are zero."""
-        size = np.abs(self.eigenvalues)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where(size > 0, -self.eigenvalues.real / size, np.nan)
 
     @property
     def unstable(self) -> NDArray[np.bool_]:
@@ -82,13 +72,7 @@ class RootLocus(RichHtml):
         return found
 
     @checked
-    def plot(
-        self,
-        *,
-        units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
-    ) -> Any:
+    def plot(self, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:
         """Root locus in the complex plane; a circle marks the first value, a dot the last.
 
         Parameters
@@ -114,7 +98,7 @@ class RootLocus(RichHtml):
         title = f"{system.name}: {self.parameter} from {first} (circle) to {last} (dot)"
         title += f", {unit}" if unit not in ("", "1") else ""
         picture = root_locus_picture(title, self.eigenvalues, frequency_unit(choice))
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def __repr__(self) -> str:
         head = (
@@ -127,13 +111,10 @@ class RootLocus(RichHtml):
         first, last = self.eigenvalues[0], self.eigenvalues[-1]
         upper = np.flatnonzero((first.imag > 0) | (last.imag > 0))
         frequency = frequency_unit()
+        hertz, damping = frequency.value(self.hertz), self.damping
+        cells = ((hertz[0], 6), (damping[0], 4), (hertz[-1], 6), (damping[-1], 4))
         rows = [
-            (
-                number(frequency.value(self.hertz[0, i])),
-                number(self.damping[0, i], 4),
-                number(frequency.value(self.hertz[-1, i])),
-                number(self.damping[-1, i], 4),
-            )
+            [number(values[i], digits) for values, digits in cells]
             for i in upper[np.argsort(np.abs(first[upper]))][:20]
         ]
         columns = (f"{end}, {frequency.unit}" for end in ("first", "last"))
@@ -191,7 +172,7 @@ def root_locus(
     used = ~np.isin(system.structure.states, list(system.structure.cyclic))
     count = 0
 
-    def spectrum(value: float) -> tuple[Complex, Complex, Complex]:
+    def spectrum(value: float) -> _Spectra:
         nonlocal count
         count += 1
         if at:
@@ -212,36 +193,32 @@ def root_locus(
 
     doubtful: list[tuple[float, float]] = []
 
+    def in_order(found: _Spectra, order: Integer) -> _Spectra:
+        return found[0][order], found[1][:, order], found[2][:, order]
+
     def follow_order(
-        a: float,
-        before: tuple[Complex, Complex, Complex],
-        b: float,
-        after: tuple[Complex, Complex, Complex],
-        depth: int,
-    ) -> tuple[Complex, Complex, Complex]:
+        a: float, before: _Spectra, b: float, after: _Spectra, depth: int = 0
+    ) -> _Spectra:
         """`after` in the order of `before`."""
         order, sure = _match_eigenvalues(before, after)
         middle = (a + b) / 2
         if sure or depth == _HALVINGS:
             if not sure:
                 doubtful.append((a, b))
-            return after[0][order], after[1][:, order], after[2][:, order]
+            return in_order(after, order)
         between = follow_order(a, before, middle, spectrum(middle), depth + 1)
         return follow_order(middle, between, b, after, depth + 1)
 
     present = spectrum(float(grid[0]))
-    order = np.lexsort((present[0].imag, np.abs(present[0])))
-    present = present[0][order], present[1][:, order], present[2][:, order]
+    present = in_order(present, np.lexsort((present[0].imag, np.abs(present[0]))))
     rows = [present[0]]
     for a, b in zip(grid[:-1].tolist(), grid[1:].tolist(), strict=True):
-        present = follow_order(a, present, b, spectrum(b), 0)
+        present = follow_order(a, present, b, spectrum(b))
         rows.append(present[0])
     return RootLocus(system, name, grid, np.array(rows), count, tuple(doubtful), tuple(situations))
 
 
-def _match_eigenvalues(
-    before: tuple[Complex, Complex, Complex], after: tuple[Complex, Complex, Complex]
-) -> tuple[NDArray[np.int64], bool]:
+def _match_eigenvalues(before: _Spectra, after: _Spectra) -> tuple[Integer, bool]:
     """Which eigenvalue of `after` belongs to each of `before`, and whether that is sure."""
     with np.errstate(invalid="ignore", over="ignore"):
         alike = np.abs(before[1].conj().T @ after[2]) * np.abs(after[1].conj().T @ before[2]).T

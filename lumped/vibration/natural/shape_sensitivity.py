@@ -8,23 +8,20 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
-from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.errors import OptionError
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.moved_equilibrium import find_moved_point, still_point
 from lumped.points.vibrating_states import moving
 from lumped.support.arguments import checked
-from lumped.support.display_units import frequency_unit
+from lumped.support.arrays import Complex
+from lumped.support.by_name import find_place
+from lumped.support.ranking import list_largest
 from lumped.support.rich_html import RichHtml
-from lumped.support.text_table import number, table
 from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity
-from lumped.vibration.natural.left_vectors import left_vectors, parts
+from lumped.vibration.natural.matrix_slopes import Along
 from lumped.vibration.natural.modes import Modes
-from lumped.vibration.natural.repeated_eigenvalues import Along
-
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,35 +51,27 @@ class ShapeSensitivity(RichHtml):
     residual: float
 
     def __getitem__(self, pair: tuple[Name, Name]) -> Complex:
-        places = []
-        for name, known in zip(pair, (self.of, self.by), strict=True):
-            key = self.modes.system.key(name)
-            if key not in known:
-                raise UnknownNameError(f"'{key}' was not asked for. {nearest(key, known)}")
-            places.append(known.index(key))
-        found: Complex = self.derivatives[:, places[0], places[1]]
-        return found
+        row, column = (
+            find_place(self.modes.system.key(name), known, "was not asked for")
+            for name, known in zip(pair, (self.of, self.by), strict=True)
+        )
+        return self.derivatives[:, row, column]
 
     def __repr__(self) -> str:
         theta = self.modes.point.parameters
-        rows, frequency = [], frequency_unit()
-        for k, hertz in enumerate(self.modes.hertz[:12]):
-            change = self.derivatives[k] * [theta[name] for name in self.by]
-            order = np.argsort(-np.abs(change), axis=None)[:4]
+        names = [f"{of} by {by}" for of in self.of for by in self.by]
+        rows = []
+        for slopes in self.derivatives[:12]:
+            change = slopes * [theta[name] for name in self.by]
             text = "repeated: no derivatives"
             if np.isfinite(change).all():
-                pairs = [np.unravel_index(i, change.shape) for i in order]
-                text = "; ".join(
-                    f"{self.of[i]} by {self.by[j]} {abs(change[i, j]):.4f}" for i, j in pairs
-                )
-            rows.append((str(k + 1), number(frequency.value(hertz), 9), text))
+                text = list_largest(zip(names, np.abs(change).flat, strict=True), "{} {:.4f}")
+            rows.append((text,))
         head = (
             f"{self.modes.system.name}: size of the change of amplitudes for a relative change of "
             f"parameters; residual {self.residual:.1e}"
         )
-        return f"{head}\n" + table(
-            ("mode", f"natural frequency, {frequency.unit}", "largest"), rows
-        )
+        return f"{head}\n" + self.modes.list_modes(("largest",), rows)
 
 
 @checked
@@ -128,28 +117,23 @@ def shape_sensitivity(
     places = system.places(slopes.by)
     moved = find_moved_point(point, places) if slopes.moving else None
     moved = moved or still_point(point, places)
-    reduced, unknowns = (
-        system.structure.reduced,
-        [system.structure.tree.unknown(name) for name in wanted],
-    )
-    largest = np.abs(modes._positions[1]).argmax(axis=0)
+    unknowns = [system.structure.tree.unknown(name) for name in wanted]
+    alive, rows, orders = modes._find_rows(unknowns)
+    largest = np.abs(modes._positions).argmax(axis=0)
     references = [modes._position_nodes[i] for i in largest]
-    nodes = [reduced.node(u) for u in unknowns]
-    alive = [i for i, node in enumerate(nodes) if node is not None]
-    both = [*(node for node in nodes if node is not None), *references]
-    lowest = modes._lowest(both)
-    rows = [row for row in lowest if row is not None]
-    if len(rows) < len(both):
-        name = wanted[alive[lowest.index(None)]]
-        raise UnknownNameError(f"'{name}' was left out of the system.")
-    depth = np.array(rows) - np.array(both)
+    for reference, row in zip(references, modes._lowest(references), strict=True):
+        assert row is not None  # as for all positions of modes
+        rows.append(row)
+        orders.append(row - reference)
+    depth = np.array(orders)
     outputs = ca.vertcat(system.rates, system.structure.values.of(rows))
     inputs = (point.x, point.theta, point.time, point.settings)
     C = ca.Function("C", system.inputs, [ca.jacobian(outputs, system.inputs[0])])(*inputs)
     C = scipy.sparse.csr_array(C.sparse())[len(point.x) :]
-    along = Along(modes, outputs, moved)
+    along = Along(point, outputs, moved)
     matrix = scipy.sparse.csc_array(sparse_state_matrix(system, point)).astype(complex)
-    left, part, mobile = left_vectors(modes), parts(modes), moving(system, point)
+    left, mobile = modes.left_vectors, moving(system, point)
+    signs = system.structure.reduced.aliases.signs[np.array(unknowns)[alive]][:, None]
     values = np.zeros((len(modes.eigenvalues), len(wanted), len(places)), dtype=complex)
     worst = 0.0
     for k, value in enumerate(modes.eigenvalues):
@@ -158,7 +142,8 @@ def shape_sensitivity(
             continue
         x = modes.vectors[:, k]
         change = along(x)
-        own = np.flatnonzero((part == part[np.abs(x).argmax()]) & mobile)
+        own = modes.own_part(x)
+        own = own[mobile[own]]
         dx = np.zeros((len(x), len(places)), dtype=complex)
         dx[own], missed = _derive_eigenvector(
             matrix[own][:, own], value, x[own], left[own, k], change[own]
@@ -169,7 +154,6 @@ def shape_sensitivity(
         da = (change[len(x) :] + C @ dx) / power
         da -= depth[:, None] * a * slopes.eigenvalues[k] / value
         s, ds = a[len(alive) + k], da[len(alive) + k]
-        signs = reduced.aliases.signs[np.array(unknowns)[alive]][:, None]
         here = slice(len(alive))
         values[k, alive] = signs * (da[here] / s - a[here] * ds / s**2)
     return ShapeSensitivity(modes, wanted, slopes.by, values, slopes.moving, worst)

@@ -1,28 +1,24 @@
-"""How far a vibration stays in the range in which its linearisation holds."""
+"""How far a vibration stays in the ranges in which its linearisation and its equations hold."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import lcm
-from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.system import System
-from lumped.errors import OptionError
+from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import speed_unit
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
+from lumped.timeloop.results.validity import ranges
 from lumped.vibration.ordered.order_solution import OrderSolution
 from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.rotating.rotation import Rotation, find_settings
-from lumped.vibration.rotating.small_vibrations import SmallVibrations
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from lumped.vibration.rotating.small_vibrations import SmallVibrations, add_products
 
 _POINTS = 16
 """Points for each period of the highest order."""
@@ -81,18 +77,9 @@ class Linearity:
         return "; ".join(parts)
 
 
-class _Missing(NamedTuple):
-    """Share, quantity and order of what is missing at a speed, and what is released there."""
-
-    share: float
-    of: int
-    order: int
-    released: list[str]
-
-
 def linearity(
     small: SmallVibrations,
-    solution_at: Callable[[int], tuple[Rotation, OrderSolution, Complex]],
+    solution_at: Callable[[int], OrderSolution],
     speeds: Real,
     orders: Real,
     values: Complex,
@@ -104,8 +91,7 @@ def linearity(
     Parameters
     ----------
     solution_at : callable
-        Gives the steady rotation, the solution, and the amplitudes of the inputs at one of the
-        speeds, by its number.
+        Gives the solution at one of the speeds, by its number.
     values : ndarray of complex, shape (k, o, outputs)
         Amplitudes of the outputs.
     """
@@ -114,30 +100,30 @@ def linearity(
     bent = any(ca.jacobian_sparsity(small.expressions[i], x).nnz() for i in (2, 4))
     if not bent and not system.switching.names:
         return None
-    turns = solution_at(0)[0].turns
-    try:
-        cycle = lcm(turns, Synthesis("", "", speeds, orders, values[:, :, 0]).turns)
-    except OptionError:
+    both = Synthesis("", "", speeds, orders, values[:, :, 0])
+    if not both.has_cycle:
         return None
+    cycle = lcm(solution_at(0).steady.turns, both.turns)
     count = len(speeds)
     chosen = set(np.linspace(0, count - 1, min(_EVENLY, count)).astype(int).tolist())
     chosen |= set(np.abs(values).sum(axis=1).argmax(axis=0).tolist())
-    worst, released = None, dict[str, float]()
+    worst, shares, released = None, np.full((1, 1), -1.0), dict[str, float]()
     for k in sorted(chosen):
-        here = _Along(small, *solution_at(k), orders, cycle)
-        found = here.missing()
-        for name in found.released:
+        here = _Along(solution_at(k), cycle)
+        found = here.find_missing_shares()
+        for name in here.find_released():
             released.setdefault(name, float(speeds[k]))
-        if worst is None or found.share > worst[1].share:
-            worst = here, found
+        if found.max() > shares.max():
+            worst, shares = here, found
     assert worst is not None
-    along, found = worst
+    share = float(shares.max())
+    order, output = (int(i) for i in np.unravel_index(int(shares.argmax()), shares.shape))
     return Linearity(
-        float(along.steady.speeds[0]),
-        small.outputs[found.of],
-        float(orders[found.order]),
-        found.share,
-        along.causes(found.of, found.order) if found.share > _TOLD else (),
+        float(worst.steady.speeds[0]),
+        small.outputs[output],
+        float(orders[order]),
+        share,
+        worst.causes(output, order) if share > _TOLD else (),
         released,
     )
 
@@ -145,74 +131,49 @@ def linearity(
 class _Along:
     """The equations along a vibration at one speed."""
 
-    def __init__(
-        self,
-        small: SmallVibrations,
-        steady: Rotation,
-        solved: OrderSolution,
-        inputs: Complex,
-        orders: Real,
-        cycle: int,
-    ) -> None:
-        self.small, self.steady, self.orders, self.solved = small, steady, orders, solved
+    def __init__(self, solved: OrderSolution, cycle: int) -> None:
+        self.small, self.steady, self.orders = solved.small, solved.steady, solved.orders
+        self.solved, steady, orders = solved, solved.steady, solved.orders
         samples = int(np.clip(_POINTS * cycle * orders.max(), _FEWEST, _MOST))
         self.angle = 2 * np.pi * cycle * np.arange(samples) / samples
         self.mean = steady.x[0] + self.angle[:, None] * steady.turning
         waves = np.exp(1j * self.angle[:, None] * orders)
         self.vibration: Real = (waves @ solved.x[0]).real
-        self.slopes: Real = (waves @ (1j * orders[:, None] * steady.speeds[0] * solved.x[0])).real
-        self.inputs: Real = (waves @ inputs).real
+        self.slopes: Real = (waves @ (1j * solved.w[0][:, None] * solved.x[0])).real
+        self.inputs: Real = (waves @ solved.u[0]).real
         self.waves = waves.conj() * (2 / samples)
         self.settings = find_settings(steady.system, self.mean, steady.theta[0], steady.settings[0])
         self.rates, self.outputs, _ = self._at(self.mean)
-        base = small(steady.x, steady.theta[0], steady.settings, steady.points[0].time)
-        turned = small(self.mean, steady.theta[0], self.settings, steady.points[0].time)
-        self.numbers = [part.mean(axis=0) for part in (turned if steady.turns_matter else base)[2:]]
+        held = self.settings if steady.turns_matter else steady.settings
+        mean = self.mean if steady.turns_matter else steady.x
+        parts = solved.small(mean, steady.theta[0], held, steady.time)
+        self.numbers = [part.mean(axis=0) for part in parts[2:]]
 
     def _at(self, x: Real) -> tuple[Real, Real, Real]:
         steady = self.steady
         settings = find_settings(steady.system, x, steady.theta[0], steady.settings[0])
-        found = self.small(x, steady.theta[0], settings, steady.points[0].time)
+        found = self.small(x, steady.theta[0], settings, steady.time)
         return found.rates, found.outputs, found.M
 
     def _find_left_out(self, vibration: Real, slopes: Real) -> Complex:
         """Amplitudes of the outputs that a vibration has beside those that were computed."""
         rates, outputs, M = self._at(self.mean + vibration)
         rates, outputs = rates - self.rates, outputs - self.outputs
-        masses = self.small.masses
-        for number, i, j in zip(
-            (M - self.numbers[4]).T, masses.rows.tolist(), masses.columns.tolist(), strict=True
-        ):
-            rates[:, i] -= number * slopes[:, j]
-        for held, number, (rows, columns) in zip(
-            (rates, outputs),
-            (self.numbers[0], self.numbers[2]),
-            (self.small.patterns[0], self.small.patterns[2]),
-            strict=True,
-        ):
-            for value, i, j in zip(number, rows.tolist(), columns.tolist(), strict=True):
-                held[:, i] -= value * vibration[:, j]
-        n = vibration.shape[1]
-        missing = self.waves.T @ rates
-        matrices = [part[0] for part in self.solved.matrices]
-        matrix = np.zeros((len(self.orders), n, n), dtype=complex)
-        rows, columns = self.small.patterns[0]
-        matrix[:, rows, columns] = -matrices[0]
-        w = self.orders[:, None, None] * self.steady.speeds[0]
-        matrix += 1j * w * masses.in_states(matrices[4])
-        moved = np.linalg.solve(matrix, missing[..., None])[..., 0]
+        a, _, c, _, m = self.small.patterns
+        add_products(rates, m, self.numbers[4] - M, slopes)
+        add_products(rates, a, -self.numbers[0], vibration)
+        add_products(outputs, c, -self.numbers[2], vibration)
+        missing = (self.waves.T @ rates)[..., None]
+        moved = np.linalg.solve(self.solved.shifted_matrices()[0], missing)[..., 0]
         found: Complex = self.waves.T @ outputs
-        for number, (i, j) in enumerate(zip(*self.small.patterns[2], strict=True)):
-            found[:, i] += matrices[2][:, number] * moved[:, j]
+        add_products(found, c, self.solved.matrices[2][0], moved)
         return found
 
-    def missing(self) -> _Missing:
+    def find_missing_shares(self) -> Real:
+        """What is left out over the largest amplitude of each quantity, shape (o, outputs)."""
         size = np.abs(self.solved.y[0]).max(axis=0)
-        shares = np.abs(self._find_left_out(self.vibration, self.slopes)) / np.where(
-            size > 0, size, np.inf
-        )
-        order, output = np.unravel_index(int(shares.argmax()), shares.shape)
-        return _Missing(float(shares.max()), int(output), int(order), self._find_released())
+        left_out = self._find_left_out(self.vibration, self.slopes)
+        return np.abs(left_out) / np.where(size > 0, size, np.inf)
 
     def causes(self, output: int, order: int) -> tuple[str, ...]:
         """States whose vibration, each alone, leaves out most of an amplitude."""
@@ -225,13 +186,13 @@ class _Along:
         largest = max(parts)
         return tuple(names[i] for i in np.argsort(parts)[::-1][:2] if parts[i] > 0.3 * largest)
 
-    def _find_released(self) -> list[str]:
+    def find_released(self) -> list[str]:
         """Components whose holds do not last along the vibration."""
         switching = self.steady.system.switching
         if not switching.names:
             return []
         margins, rows = _margins(self.steady.system, self.small.inputs)
-        time = np.full(len(self.angle), self.steady.points[0].time)
+        time = np.full(len(self.angle), self.steady.time)
         theta = self.steady.theta[0]
         mean = np.hstack([self.mean, np.zeros_like(self.inputs)])
         vibration = np.hstack([self.vibration, self.inputs])
@@ -258,3 +219,57 @@ def _margins(system: System, inputs: tuple[str, ...]) -> tuple[ManyPoints, list[
         (found,) = ca.substitute([found], [own], [own + added])
     given = [ca.vertcat(x, added), theta, *others]
     return ManyPoints(ca.Function("margins", given, [ca.densify(found)])), rows
+
+
+def refuse_vibration_outside(
+    small: SmallVibrations,
+    steady: Rotation,
+    orders: Real,
+    means: Real,
+    amplitudes: Complex,
+    at: Real,
+) -> None:
+    """Stop where equations do not hold.
+
+    At a mean, at an extreme over the cycle, at a frequency, or at an amplitude of a law.
+
+    Parameters
+    ----------
+    means : ndarray, shape (k, r)
+        Means of what must lie in the ranges of the components, the last outputs of `small`.
+    amplitudes : ndarray of complex, shape (k, o, r)
+        Its amplitudes.
+    at : ndarray, shape (k, m)
+        Amplitudes at which laws hold.
+
+    Raises
+    ------
+    SolverError
+    """
+    found = ranges(steady.system)
+    if not found:
+        return
+    for i, held in enumerate(found):
+        both = Synthesis("range", "1", steady.speeds, orders, amplitudes[:, :, i])
+        high, low = both.sum, -both.sum  # as if all orders met in phase
+        if both.has_cycle:
+            (_, high), (_, low) = both.extremes
+        for part, what in ((0.0, "in the mean"), (high, "with the vibration"), (low, "")):
+            values = means[:, i] + part
+            for k in np.flatnonzero(held.outside(values))[:1]:
+                where = f"{what or 'with the vibration'} at {steady.speeds[k]:.6g} rad/s"
+                raise held.make_error(float(values[k]), where)
+    if not small.places:
+        return
+    time = steady.time
+    ends = [(0, orders[0]), (len(steady.speeds) - 1, orders[-1])]
+    places = [(int(k), orders[0], "with the vibration at") for k in at.argmax(axis=0)]
+    places += [(k, order, f"for order {order:g} at") for k, order in ends]
+    for k, order, which in places:
+        w = small.at(order * steady.speeds[k : k + 1], at[k : k + 1])
+        point = steady.x[k : k + 1], steady.theta[k], steady.settings[k : k + 1]
+        values = small(*point, time, w).outputs[0, -len(found) :]
+        for held, value in zip(found, values, strict=True):
+            if held.outside(np.array([value]))[0]:
+                where = f"{which} {steady.speeds[k]:.6g} rad/s"
+                raise held.make_error(float(value), where)

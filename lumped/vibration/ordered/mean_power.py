@@ -6,35 +6,26 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.system import System
+from lumped.support.arrays import Complex, Integer, Real
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.vibration.ordered.order_solution import Excitations
-from lumped.vibration.rotating.amplitude_laws import amplitude_laws
 from lumped.vibration.rotating.rotation import Rotation, samples_of
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from lumped.vibration.rotating.small_vibrations import SmallVibrations
 
 
 class _Curvature(NamedTuple):
     """Second derivatives of a quantity by states and inputs: places, numbers, what they need."""
 
-    rows: NDArray[np.int64]
-    columns: NDArray[np.int64]
+    rows: Integer
+    columns: Integer
     numbers: ManyPoints
     turns: bool
 
 
 def mean_power(
-    steady: Rotation,
-    orders: Real,
-    key: str,
-    states: Complex,
-    excitations: Excitations,
-    amplitudes: Real,
+    small: SmallVibrations, steady: Rotation, orders: Real, key: str, z: Complex, amplitudes: Real
 ) -> Real:
     """Mean of a quantity that is quadratic in a vibration, shape (k, o).
 
@@ -46,32 +37,26 @@ def mean_power(
     ----------
     key : str
         The quantity.
-    states : ndarray of complex, shape (k, o, n)
-        Amplitudes.
+    z : ndarray of complex, shape (k, o, n + inputs)
+        Amplitudes of states and inputs.
     amplitudes : ndarray, shape (k, m)
         Those at which laws hold.
     """
-    system = steady.system
-    inputs = tuple(excitations)
-    turning = steady.turning
-    known = _recent_curvatures(system).of(
-        (key, inputs), lambda: _curvature(system, key, inputs, turning)
+    known = _recent_curvatures(steady.system).of(
+        (key, small.inputs), lambda: _curvature(small, key, steady.turning)
     )
-    count, time = len(orders), steady.points[0].time
-    driven = np.zeros((*states.shape[:2], len(inputs)), dtype=complex)
-    for i, harmonics in enumerate(excitations.values()):
-        for order, amplitude in harmonics.items():
-            driven[:, orders == order, i] = amplitude[:, None]
-    z = np.concatenate([states, driven], axis=2)
-    found = np.empty(states.shape[:2])
+    count = len(orders)
+    found = np.empty(z.shape[:2])
     for k, speed in enumerate(steady.speeds):
         samples = samples_of(steady) if known.turns else 1
-        _, x, settings = steady.along(k, samples)
-        w = np.repeat(orders * speed, samples)[:, None]
-        own = np.tile(amplitudes[k], (len(w), 1))
-        points = np.hstack([np.tile(x, (count, 1)), w, own])
+        x, settings = steady.along(k, samples)
+        w = np.repeat(orders * speed, samples)
+        vibration = small.at(w, np.tile(amplitudes[k], (len(w), 1)))
         numbers = known.numbers(
-            points, steady.theta[k], np.full(len(w), time), np.tile(settings, (count, 1))
+            np.hstack([np.tile(x, (count, 1)), vibration]),
+            steady.theta[k],
+            np.full(len(w), steady.time),
+            np.tile(settings, (count, 1)),
         )
         numbers = numbers.reshape(count, samples, -1).mean(axis=1)
         pairs = (z[k][:, known.rows].conj() * z[k][:, known.columns]).real
@@ -79,30 +64,19 @@ def mean_power(
     return found
 
 
-def _curvature(system: System, key: str, inputs: tuple[str, ...], turning: Real) -> _Curvature:
-    x, theta, time, settings = system.inputs
-    frequency = ca.SX.sym("vibration")
-    z = ca.vertcat(x, theta[system.places(inputs)]) if inputs else x
-    second = ca.hessian(system.expressions([key]), z)[0]
-    rows, columns = second.sparsity().get_triplet()
+def _curvature(small: SmallVibrations, key: str, turning: Real) -> _Curvature:
+    x, theta, time, settings = small.system.inputs
+    z = ca.vertcat(x, theta[small.system.places(small.inputs)]) if small.inputs else x
+    second = ca.hessian(small.system.expressions([key]), z)[0]
+    rows, columns = (np.array(part, dtype=int) for part in second.sparsity().get_triplet())
     numbers = ca.sparsity_cast(second, ca.Sparsity.dense(second.nnz(), 1))
-    places, laws = system.structure.parameters.vibrating, amplitude_laws(system)
-    amplitudes = ca.SX.sym("amplitudes", len(laws.places))
-    if places or laws.places:
-        there = ca.vertcat(ca.repmat(frequency, len(places), 1), amplitudes)
-        numbers = ca.substitute(numbers, theta[places + laws.places], there)
+    if small.places:
+        numbers = ca.substitute(numbers, theta[small.places], small.vibration)
+    given = [ca.vertcat(x, small.vibration), theta, time, settings]
+    function = ManyPoints(ca.Function("curvature", given, [ca.cse(numbers)]))
     angles = x[np.flatnonzero(turning).tolist()]
-    function = ca.Function(
-        "curvature",
-        [ca.vertcat(x, frequency, amplitudes), theta, time, settings],
-        [ca.cse(numbers)],
-    )
-    return _Curvature(
-        np.array(rows, dtype=int),
-        np.array(columns, dtype=int),
-        ManyPoints(function),
-        bool(angles.numel()) and bool(ca.depends_on(numbers, angles)),
-    )
+    turns = bool(angles.numel()) and bool(ca.depends_on(numbers, angles))
+    return _Curvature(rows, columns, function, turns)
 
 
 @made_once

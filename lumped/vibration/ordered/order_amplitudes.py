@@ -4,25 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
-from lumped.errors import OptionError, UnknownNameError, nearest
-from lumped.plots.draw import Backend, draw
+from lumped.errors import OptionError
+from lumped.plots.draw import Canvas, draw
 from lumped.support.arguments import checked
-from lumped.support.by_name import ByName
+from lumped.support.arrays import Complex, Real
+from lumped.support.by_name import ByName, find_place
 from lumped.support.display_units import Units, choose_units, display, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.pictures import order_response_picture
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +54,7 @@ class OrderAmplitudes(ByName, RichHtml):
 
     @checked
     def __getitem__(self, of: Name) -> Complex:
-        found: Complex = self.values[:, :, self._place(of)]
-        return found
+        return self.values[:, :, self._place(of)]
 
     @property
     def rpm(self) -> Real:
@@ -68,8 +64,7 @@ class OrderAmplitudes(ByName, RichHtml):
     @checked
     def mean(self, of: Name) -> Real:
         """Mean of a quantity over the turns, shape (k,)."""
-        found: Real = self.means[:, self._place(of)]
-        return found
+        return self.means[:, self._place(of)]
 
     @checked
     def magnitude(self, of: Name, order: float) -> Real:
@@ -80,8 +75,7 @@ class OrderAmplitudes(ByName, RichHtml):
         OptionError
             If the order was not computed.
         """
-        found: Real = np.abs(self[of][:, self._order(order)])
-        return found
+        return np.abs(self[of][:, self._order(order)])
 
     @checked
     def phase(self, of: Name, order: float) -> Real:
@@ -122,8 +116,7 @@ class OrderAmplitudes(ByName, RichHtml):
         *,
         most: int = 6,
         units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
+        **canvas: Unpack[Canvas],
     ) -> Any:
         """Largest orders and their synthesis over the speed, a panel for each quantity.
 
@@ -164,18 +157,13 @@ class OrderAmplitudes(ByName, RichHtml):
         picture = order_response_picture(
             self.system.name, self.speeds, drawn, speed_unit(choice), note
         )
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def _names(self) -> tuple[str, ...]:
         return self.of
 
     def _place(self, of: Name) -> int:
-        key = self.system.key(of)
-        if key not in self.of:
-            raise UnknownNameError(
-                f"'{key}' is not observed in this response. {nearest(key, self.of)}"
-            )
-        return self.of.index(key)
+        return find_place(self.system.key(of), self.of, "is not observed in this response")
 
     def _order(self, order: float) -> int:
         found = np.flatnonzero(np.isclose(self.orders, order, rtol=1e-12, atol=0))

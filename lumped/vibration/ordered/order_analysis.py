@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.modes import Modes
 
-Real = NDArray[np.float64]
 Boolean = NDArray[np.bool_]
 
 _REPEATS = 0.02
@@ -82,8 +82,8 @@ def orders(
         If the run has less than these turns, the angle does not rise or fall throughout, the grid
         is too coarse, or the quantity does not repeat after these turns.
     """
-    if isinstance(turns, bool) or not isinstance(turns, int) or turns < 1:
-        raise OptionError(f"orders: turns = {turns!r}: a whole number of turns is needed.")
+    if turns < 1:
+        raise OptionError(f"orders: turns = {turns}: a whole number of turns is needed.")
     system = run.system
     angle, value, rising = rising_angle(run, of, shaft, "orders")
     whole = "a full turn is" if turns == 1 else f"{turns} full turns are"
@@ -209,8 +209,8 @@ def mesh_orders(
     OptionError
         If teeth are no positive whole number, or a shaft does not turn in a fixed ratio.
     """
-    if isinstance(harmonics, bool) or harmonics < 1:
-        raise OptionError(f"mesh_orders: harmonics = {harmonics!r} must be at least 1.")
+    if harmonics < 1:
+        raise OptionError(f"mesh_orders: harmonics = {harmonics} must be at least 1.")
     found = {}
     for name, z in teeth.items():
         key = modes.system.key(name)

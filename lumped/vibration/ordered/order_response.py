@@ -7,30 +7,36 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError
 from lumped.points.situation import situation
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import speed_unit
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import ranges
-from lumped.vibration.ordered.law_amplitudes import find_amplitudes
-from lumped.vibration.ordered.linearity import Linearity, linearity
+from lumped.vibration.ordered.linearity import Linearity, linearity, refuse_vibration_outside
 from lumped.vibration.ordered.mean_power import mean_power
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
-from lumped.vibration.ordered.order_solution import Excitations, OrderEquations, OrderSolution
-from lumped.vibration.ordered.validity import refuse_vibration_outside
+from lumped.vibration.ordered.order_solution import (
+    Excitations,
+    OrderEquations,
+    OrderSolution,
+    find_amplitudes,
+    input_amplitudes,
+)
 from lumped.vibration.responses.amplitudes import refuse_rates
-from lumped.vibration.rotating.amplitude_laws import amplitude_laws
 from lumped.vibration.rotating.find_rotation import rotation
 from lumped.vibration.rotating.rotation import Rotation
-from lumped.vibration.rotating.small_vibrations import SmallVibrations, small_vibrations
+from lumped.vibration.rotating.small_vibrations import (
+    SmallVibrations,
+    amplitude_laws,
+    small_vibrations,
+)
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Amplitude = complex | ArrayLike | Callable[[Real], ArrayLike]
 """Amplitude at all speeds, at each of them, or a function of the speeds, rad/s."""
 
@@ -87,20 +93,16 @@ class OrderResponse(OrderAmplitudes):
             return None
         return linearity(self.small, self.solution_at, self.speeds, self.orders, self.values)
 
-    def solution_at(self, k: int) -> tuple[Rotation, OrderSolution, Complex]:
-        """Steady rotation, solution, and amplitudes of the inputs, (o, inputs), at one speed."""
-        steady = self.rotation.at(k)
-        wanted = {
-            name: {order: amplitude[k : k + 1] for order, amplitude in harmonics.items()}
-            for name, harmonics in self.excitations.items()
-        }
-        equations = OrderEquations(self.small, steady, self.orders, wanted, self.damping_ratio)
-        solved = equations.solve_vibration(self._laws_at[k : k + 1])
-        inputs = np.zeros((len(self.orders), len(wanted)), dtype=complex)
-        for i, harmonics in enumerate(wanted.values()):
-            for order, amplitude in harmonics.items():
-                inputs[self.orders == order, i] = amplitude
-        return steady, solved, inputs
+    @cached_property
+    def _inputs(self) -> Complex:
+        """Amplitudes of inputs, shape (k, o, inputs)."""
+        return input_amplitudes(self.excitations, self.speeds, self.orders)
+
+    def solution_at(self, k: int) -> OrderSolution:
+        """The equations and their solution at one speed."""
+        steady, u = self.rotation.at(k), self._inputs[k : k + 1]
+        equations = OrderEquations(self.small, steady, self.orders, u, self.damping_ratio)
+        return equations.solve_vibration(self._laws_at[k : k + 1])
 
     def turning(
         self, speeds: Real, parameters: Changes | None = None, at: OperatingPoint | None = None
@@ -143,9 +145,8 @@ class OrderResponse(OrderAmplitudes):
             Any quantity or formula of the system, such as ``"coupling.power"``.
         """
         key = self.system.key(quantity)
-        return mean_power(
-            self.rotation, self.orders, key, self._states, self.excitations, self._laws_at
-        )
+        z = np.concatenate([self._states, self._inputs], axis=2)
+        return mean_power(self.small, self.rotation, self.orders, key, z, self._laws_at)
 
     def number_of(self, speed: float, caller: str) -> int:
         """Which of the speeds one is.
@@ -258,19 +259,18 @@ def order_response(
     Source of the method: Nestorides, A Handbook on Torsional Vibration (1958), forced vibrations by
     harmonic components.
     """
-    grid = _ascending(speeds)
+    grid = np.asarray(speeds, dtype=float).ravel()
+    if not len(grid) or grid[0] <= 0 or (np.diff(grid) <= 0).any():
+        raise OptionError(
+            "order_response: speeds must be ascending and above zero, rad/s: at standstill no "
+            "order has a frequency."
+        )
     wanted = _excitations(system, excitations or {}, grid)
     if not wanted and shaft is None:
         raise OptionError(
             "order_response: nothing excites; name the angle of the shaft whose torques excite, "
             "shaft=, or give excitations={'load.tau': {2: 100.0}}."
         )
-    if at is not None and parameters:
-        raise OptionError(
-            "order_response: give the parameters when making the operating point `at`."
-        )
-    if isinstance(turns, bool) or not isinstance(turns, int) or turns < 1:
-        raise OptionError(f"order_response: turns = {turns!r}: a whole number of turns is needed.")
     if not 0 <= damping_ratio < 1:
         raise OptionError(
             f"order_response: damping_ratio = {damping_ratio:g} must be at least 0 and below 1."
@@ -296,9 +296,10 @@ def _respond(
     """The vibration about a steady rotation."""
     watched, laws = tuple(held.formula for held in ranges(system)), amplitude_laws(system)
     small = small_vibrations(system, inputs, outputs + laws.quantities + watched)
-    equations = OrderEquations(small, steady, orders, wanted, damping_ratio)
+    u = input_amplitudes(wanted, steady.speeds, orders)
+    equations = OrderEquations(small, steady, orders, u, damping_ratio)
     count = len(outputs)
-    at, unsettled = find_amplitudes(equations, laws, count)
+    at, unsettled = find_amplitudes(equations, count)
     solved = equations.solve_vibration(at)
     first = count + len(laws.quantities)
     refuse_vibration_outside(
@@ -319,17 +320,6 @@ def _respond(
         unsettled,
         solved.x,
     )
-
-
-def _ascending(speeds: ArrayLike) -> Real:
-    grid = np.asarray(speeds, dtype=float).ravel()
-    good = np.isfinite(grid).all() and (grid > 0).all() and (np.diff(grid) > 0).all()
-    if not len(grid) or not good:
-        raise OptionError(
-            "order_response: speeds must be ascending, finite and above zero, rad/s: at standstill "
-            "no order has a frequency."
-        )
-    return grid
 
 
 def _excitations(
@@ -380,7 +370,7 @@ def _orders(orders: Iterable[float] | None, wanted: Excitations, steady: Rotatio
             )
         return np.array(sorted(given))
     chosen = np.array(sorted({float(order) for order in orders}))
-    if not len(chosen) or not (np.isfinite(chosen).all() and (chosen > 0).all()):
+    if not len(chosen) or chosen[0] <= 0:
         raise OptionError("order_response: orders must be positive periods for each turn.")
     if steady.turns_matter:
         cycles = chosen * steady.turns

@@ -7,25 +7,25 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
-from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.errors import OptionError
 from lumped.points.moved_equilibrium import places_to
 from lumped.support.arguments import checked
-from lumped.support.by_name import ByName
+from lumped.support.arrays import Complex, Real
+from lumped.support.by_name import ByName, find_place
 from lumped.support.display_units import display, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
-from lumped.vibration.ordered.law_amplitudes import law_measure
 from lumped.vibration.ordered.order_response import OrderResponse
+from lumped.vibration.ordered.order_solution import OrderSolution, synthesis_of
 from lumped.vibration.ordered.synthesis import Synthesis
-from lumped.vibration.rotating.rotation import Rotation, samples_of
-from lumped.vibration.rotating.rotation_derivatives import derive_by_parameters
-from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations
+from lumped.vibration.rotating.harmonics import derive_by_parameters, sweep_turns
+from lumped.vibration.rotating.rotation import samples_of
+from lumped.vibration.rotating.small_vibrations import Parts
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+OrderMeasure = Literal["maximum", "half range", "sum"] | float
+"""Of a synthesis, or the order whose amplitude is meant."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +61,7 @@ class OrderSensitivity(ByName, RichHtml):
 
     @checked
     def __getitem__(self, parameter: str) -> float:
-        if parameter not in self.by:
-            raise UnknownNameError(f"'{parameter}' was not varied. {nearest(parameter, self.by)}")
-        return float(self.derivatives[self.by.index(parameter)])
+        return float(self.derivatives[find_place(parameter, self.by, "was not varied")])
 
     def _names(self) -> tuple[str, ...]:
         return self.by
@@ -88,7 +86,7 @@ def order_sensitivity(
     response: OrderResponse,
     of: Name,
     *,
-    measure: Literal["maximum", "half range", "sum"] | float = "half range",
+    measure: OrderMeasure = "half range",
     speed: float | None = None,
     by: Iterable[Name] | None = None,
 ) -> OrderSensitivity:
@@ -174,15 +172,14 @@ def refuse_ratio(response: OrderResponse, caller: str) -> None:
         )
 
 
-def sizes_of(response: OrderResponse, of: str, measure: str | float) -> Real:
+def sizes_of(response: OrderResponse, of: str, measure: OrderMeasure) -> Real:
     """The measure at each speed."""
     if isinstance(measure, str):
-        both = response.synthesis(of)
-        return {"maximum": both.maximum, "half range": both.half_range, "sum": both.sum}[measure]
+        return response.synthesis(of).measure(measure)
     return response.magnitude(of, measure)
 
 
-def _weights(both: Synthesis, k: int, measure: str | float) -> Complex:
+def _weights(both: Synthesis, k: int, measure: OrderMeasure) -> Complex:
     """Weights of the amplitudes in the measure: its change is ``Re sum(weight change)``."""
     y, orders = both.amplitudes[k], both.orders
     if isinstance(measure, str) and measure != "sum":
@@ -205,7 +202,7 @@ def _weights(both: Synthesis, k: int, measure: str | float) -> Complex:
     return found
 
 
-def slope_of(response: OrderResponse, of: str, k: int, measure: str | float) -> Real:
+def slope_of(response: OrderResponse, of: str, k: int, measure: OrderMeasure) -> Real:
     """Derivatives of the measure at a speed by all parameters, shape (p,).
 
     Where laws hold at amplitudes A that follow from the vibration, ``A = h(A, p)``, the measure
@@ -218,58 +215,56 @@ def slope_of(response: OrderResponse, of: str, k: int, measure: str | float) -> 
         return slope
     rows = [at_speed.law_slopes(i) for i in range(len(by_amplitude))]
     follow, own = (np.array(part) for part in zip(*rows, strict=True))
-    total: Real = slope + by_amplitude @ np.linalg.solve(np.eye(len(own)) - own, follow)
-    return total
+    return slope + by_amplitude @ np.linalg.solve(np.eye(len(own)) - own, follow)
 
 
 class _AtSpeed:
     """Derivatives of the vibration at one speed, with laws at amplitudes that stay."""
 
     def __init__(self, response: OrderResponse, k: int) -> None:
-        self.small, self.orders = response.small, response.orders
-        self.steady, self.solved, self.u = response.solution_at(k)
+        self.solved = response.solution_at(k)
         self.amplitudes = response._laws_at[k : k + 1]
         self.first = len(response.of)
 
     def law_slopes(self, number: int) -> tuple[Real, Real]:
         """Derivatives of the amplitude that counts for a law."""
         row = self.first + number
-        both = Synthesis("law", "1", self.steady.speeds, self.orders, self.solved.y[:, :, row])
-        return self.slopes(row, _weights(both, 0, law_measure(both)))
+        both, measure = synthesis_of(self.solved, row)
+        return self.slopes(row, _weights(both, 0, measure))
 
     def slopes(self, row: int, weights: Complex) -> tuple[Real, Real]:
         """Derivatives of a weighted sum of the amplitudes of a quantity.
 
         By all parameters, shape (p,), and by the amplitudes of laws, (m,).
         """
-        small, orders, steady, x = self.small, self.orders, self.steady, self.solved.x[0]
-        n, count, w = steady.x.shape[1], len(orders), orders * steady.speeds[0]
-        adjoint = _adjoint(small, self.solved.matrices, w, row, n)
-        left = weights[:, None] * adjoint
+        solved, small, orders = self.solved, self.solved.small, self.solved.orders
+        steady, x, u, w = solved.steady, solved.x[0], solved.u[0], solved.w[0]
+        count = len(orders)
+        left = weights[:, None] * _adjoint(solved, row)
         direct = np.zeros((count, len(small.outputs)), dtype=complex)
         direct[:, row] = weights
         by_order = [
             (side[:, rows] * given[:, columns]).real
             for side, given, (rows, columns) in zip(
                 (left, left, direct, direct, left),
-                (x, self.u, x, self.u, -1j * w[:, None] * x),
+                (x, u, x, u, -1j * w[:, None] * x),
                 small.patterns,
                 strict=True,
             )
         ]
         samples = samples_of(steady, orders)
-        angle = 2 * np.pi * steady.turns * np.arange(samples) / samples
         turning = np.zeros((samples, count), dtype=complex)
         if steady.turns_matter:
             whole = np.abs(orders * steady.turns - np.rint(orders * steady.turns)) <= 1e-9
-            turning[:, whole] = np.exp(-1j * angle[:, None] * orders[whole]) * (2 / samples)
+            waves = np.exp(-1j * steady.angles(samples)[:, None] * orders[whole])
+            turning[:, whole] = waves * (2 / samples)
         own = [(turning @ left).real, (turning @ direct).real]
         slope_x, slope = sweep_turns(small, steady, own, [part.sum(axis=0) for part in by_order])
         by_amplitude = np.zeros(self.amplitudes.shape[1])
         if small.places:
-            still = [np.zeros((count, n)), np.zeros((count, len(small.outputs)))]
+            still = [np.zeros(left.shape), np.zeros(direct.shape)]
             again = [np.repeat(part, count, axis=0) for part in (steady.x, steady.settings)]
-            theta, time = steady.theta[0], steady.points[0].time
+            theta, time = steady.theta[0], steady.time
             at = small.at(w, np.repeat(self.amplitudes, count, axis=0))
             for sign, vibration in ((1.0, at), (-1.0, None)):
                 part = Parts(*still, *(sign * numbers for numbers in by_order))
@@ -279,39 +274,11 @@ class _AtSpeed:
         return slope + derive_by_parameters(steady, slope_x), by_amplitude
 
 
-def sweep_turns(
-    small: SmallVibrations, steady: Rotation, own: list[Real], means: list[Real]
-) -> tuple[Real, Real]:
-    """One reverse sweep over the turns: derivatives by states and by parameters.
-
-    Parameters
-    ----------
-    steady : Rotation
-        At one speed.
-    own : list of ndarray, shapes (samples, n) and (samples, q)
-        Weights of rates and outputs at each of the samples.
-    means : list of ndarray, shapes (numbers,)
-        Weights of the means of the numbers of A, B, C, D and M.
-    """
-    samples = len(own[0])
-    _, points, settings = steady.along(0, samples)
-    averaged = [np.tile(part / samples, (samples, 1)) for part in means]
-    weights = Parts(*own, *averaged)
-    time = steady.points[0].time
-    by_x, by_theta, _ = small.slopes(weights, points, steady.theta[0], settings, time)
-    return by_x.sum(axis=0), by_theta.sum(axis=0)
-
-
-def _adjoint(small: SmallVibrations, matrices: list[Real], w: Real, row: int, n: int) -> Complex:
-    """Solutions of ``(j w M - A)^T y = C[row]`` at each order, shape (o, n)."""
-    rows, columns = small.patterns[0]
-    c_rows, c_columns = small.patterns[2]
-    matrix: Complex = np.zeros((len(w), n, n), dtype=complex)
-    matrix[:, columns, rows] = -matrices[0][0]
-    matrix += 1j * w[:, None, None] * small.masses.in_states(matrices[4][0])
-    right = np.zeros((len(w), n), dtype=complex)
-    chosen = c_rows == row
-    right[:, c_columns[chosen]] = matrices[2][0][:, chosen]
-    if n:
-        right[:] = np.linalg.solve(matrix, right[..., None])[..., 0]
-    return right
+def _adjoint(solved: OrderSolution, row: int) -> Complex:
+    """Solutions of ``(j w M - A)^T y = C[row]`` at each order of one speed, shape (o, n)."""
+    rows, columns = solved.small.patterns[2]
+    chosen = rows == row
+    right = np.zeros(solved.x[0].shape, dtype=complex)
+    right[:, columns[chosen]] = solved.matrices[2][0][:, chosen]
+    matrices = solved.shifted_matrices()[0].swapaxes(1, 2)
+    return np.linalg.solve(matrices, right[..., None])[..., 0]

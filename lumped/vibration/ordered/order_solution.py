@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, TypeAlias
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
+from lumped.numerics.settled_amplitudes import SETTLED, solve_amplitudes
 from lumped.numerics.shifted_solutions import elimination, pivots, solve_singly
+from lumped.support.arrays import Complex, Integer, Real
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.plants.many_points import ManyPoints
+from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.rotating.harmonics import harmonics
 from lumped.vibration.rotating.masses import mechanical_states
 from lumped.vibration.rotating.rotation import Rotation
-from lumped.vibration.rotating.small_vibrations import SmallVibrations
+from lumped.vibration.rotating.small_vibrations import SmallVibrations, add_products
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Integer = NDArray[np.int64]
 Excitations: TypeAlias = dict[str, dict[float, Complex]]
 """Amplitudes of inputs, by their names and orders, each at all speeds."""
-
 _MOST_SOLVED = 250
 """States up to which a formula is made for the solution."""
 _LOOKS = 7
@@ -34,11 +33,25 @@ _ACCURATE = 1e-10
 """Backward error up to which the formula is believed."""
 
 
-class OrderSolution(NamedTuple):
+def input_amplitudes(excitations: Excitations, speeds: Real, orders: Real) -> Complex:
+    """Amplitudes of all inputs at speeds and orders, shape (k, o, inputs)."""
+    found = np.zeros((len(speeds), len(orders), len(excitations)), dtype=complex)
+    for i, given in enumerate(excitations.values()):
+        for order, amplitudes in given.items():
+            found[:, orders == order, i] = amplitudes[:, None]
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class OrderSolution:
     """Amplitudes, and the equations they solve.
 
     Attributes
     ----------
+    small, steady, orders : SmallVibrations, Rotation, ndarray
+        Of the equations.
+    u : ndarray of complex, shape (k, o, inputs)
+        Amplitudes of inputs.
     y, x : ndarray of complex, shapes (k, o, outputs) and (k, o, n)
         Amplitudes of outputs and of states.
     means : ndarray, shape (k, outputs)
@@ -49,11 +62,28 @@ class OrderSolution(NamedTuple):
         Largest backward error.
     """
 
+    small: SmallVibrations
+    steady: Rotation
+    orders: Real
+    u: Complex
     y: Complex
     x: Complex
     means: Real
     matrices: list[Real]
     residual: float
+
+    @property
+    def w(self) -> Real:
+        """Frequencies, rad/s, shape (k, o)."""
+        return self.orders * self.steady.speeds[:, None]
+
+    def shifted_matrices(self) -> Complex:
+        """``j w M - A``, shape (k, o, n, n)."""
+        rows, columns = self.small.patterns[0]
+        masses = self.small.masses.in_states(self.matrices[4])
+        found = np.asarray(1j * self.w[..., None, None] * masses, dtype=complex)
+        found[..., rows, columns] -= self.matrices[0]
+        return found
 
 
 class OrderEquations:
@@ -67,8 +97,8 @@ class OrderEquations:
         The rotation.
     orders : ndarray, shape (o,)
         Periods for each turn.
-    wanted : Excitations
-        What is excited from outside.
+    u : ndarray of complex, shape (k, o, inputs)
+        Amplitudes of inputs.
     damping_ratio : float
         Of every elastic mode, beside what the model has.
     """
@@ -78,16 +108,16 @@ class OrderEquations:
         small: SmallVibrations,
         steady: Rotation,
         orders: Real,
-        wanted: Excitations,
+        u: Complex,
         damping_ratio: float = 0.0,
     ) -> None:
         self.small, self.steady, self.orders = small, steady, orders
-        self._wanted, self._damping_ratio = wanted, damping_ratio
+        self._u, self._damping_ratio = u, damping_ratio
         self._rates, self._outputs, self._means, self._matrices = harmonics(small, steady, orders)
         self._stated: list[Real] = []
         if small.places:
             _refuse_unknown_masses(small, steady, orders[-1] * steady.speeds[0])
-            stated = small(steady.x, steady.theta, steady.settings, steady.points[0].time)
+            stated = small(steady.x, steady.theta, steady.settings, steady.time)
             self._stated = list(stated[2:])
 
     def solve_vibration(self, amplitudes: Real, at: Integer | None = None) -> OrderSolution:
@@ -109,21 +139,14 @@ class OrderEquations:
         """
         every = np.arange(len(self.steady.speeds)) if at is None else at
         small, steady, orders = self.small, self.steady.part(every), self.orders
-        system, speeds = steady.system, steady.speeds
+        system, speeds, u = steady.system, steady.speeds, self._u[every]
         rates, outputs = self._rates[every], self._outputs[every]
         n, shape = rates.shape[2], (len(speeds), len(orders))
-        (b_rows, b_columns), (d_rows, d_columns) = small.patterns[1], small.patterns[3]
         w = orders[None, :] * speeds[:, None]
         matrices = self._by_laws(steady, every, w, amplitudes)
         A, B, C, D, M = matrices
-        for i, given in enumerate(self._wanted.values()):
-            for order, wanted in given.items():
-                amplitude = wanted[every]
-                for o in np.flatnonzero(orders == order):
-                    for k in np.flatnonzero(b_columns == i):
-                        rates[:, o, b_rows[k]] += B[:, o, k] * amplitude
-                    for k in np.flatnonzero(d_columns == i):
-                        outputs[:, o, d_rows[k]] += D[:, o, k] * amplitude
+        add_products(rates, small.patterns[1], B, u)
+        add_products(outputs, small.patterns[3], D, u)
         still = ~(rates.any(axis=(0, 2)) | outputs.any(axis=(0, 2)))
         for o in np.flatnonzero(still) if at is None else ():
             raise OptionError(
@@ -150,10 +173,9 @@ class OrderEquations:
                 "out, or add damping."
             )
         found = found.reshape(*shape, n)
-        rows, columns = small.patterns[2]
-        for number, (i, j) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
-            outputs[:, :, i] += C[:, :, number] * found[:, :, j]
-        return OrderSolution(outputs, found, self._means[every], matrices, worst)
+        add_products(outputs, small.patterns[2], C, found)
+        means = self._means[every]
+        return OrderSolution(small, steady, orders, u, outputs, found, means, matrices, worst)
 
     def _by_laws(self, steady: Rotation, every: Integer, w: Real, amplitudes: Real) -> list[Real]:
         """Numbers of the matrices at frequencies and amplitudes, shapes (k, o, numbers)."""
@@ -166,18 +188,76 @@ class OrderEquations:
             for part in (steady.x, steady.theta, steady.settings, amplitudes)
         )
         vibration = self.small.at(w.ravel(), own)
-        there = self.small(x, theta, settings, steady.points[0].time, vibration)
+        there = self.small(x, theta, settings, steady.time, vibration)
         for held, part, base in zip(found, there[2:], self._stated, strict=True):
             held += part.reshape(held.shape) - base[every, None, :]
         return found
+
+
+def find_amplitudes(equations: OrderEquations, first: int) -> tuple[Real, float]:
+    """Amplitudes at which laws agree with the vibration that follows from them.
+
+    Parameters
+    ----------
+    first : int
+        Place of the first of the quantities among the outputs of the equations.
+
+    Returns
+    -------
+    ndarray, float, shape (k, m)
+        Amplitudes, and the largest relative difference.
+
+    Raises
+    ------
+    SolverError
+        If none are found.
+    """
+    steady, laws = equations.steady, equations.small.laws
+    last = first + len(laws.places)
+    begin = np.zeros((len(steady.speeds), last - first))
+    if not begin.size:
+        return begin, 0.0
+
+    def follows(amplitudes: Real, at: Integer) -> Real:
+        solved = equations.solve_vibration(amplitudes, at)
+        return np.column_stack([_size_for_law(solved, row) for row in range(first, last)])
+
+    found, missed = solve_amplitudes(follows, begin)
+    worst = int(missed.argmax())
+    if missed[worst] > SETTLED:
+        told = ", ".join(
+            f"{name} = {value:.6g}" for name, value in zip(laws.names, found[worst], strict=True)
+        )
+        raise SolverError(
+            f"{steady.system.name}: at {steady.speeds[worst]:.9g} rad/s no amplitude was found at "
+            f"which laws agree with the vibration: after {told} they still differ by "
+            f"{missed[worst]:.1e} of it. Let the rows over the amplitude change less steeply, or "
+            "leave this speed out."
+        )
+    return found, float(missed.max())
+
+
+def synthesis_of(solved: OrderSolution, row: int) -> tuple[Synthesis, Literal["half range", "sum"]]:
+    """One of the outputs over a cycle, and what of it is the amplitude at which a law holds.
+
+    It is the sum of amplitudes, if the orders have no common cycle.
+    """
+    speeds, orders = solved.steady.speeds, solved.orders
+    both = Synthesis(solved.small.outputs[row], "", speeds, orders, solved.y[:, :, row])
+    return both, "half range" if both.has_cycle else "sum"
+
+
+def _size_for_law(solved: OrderSolution, row: int) -> Real:
+    both, measure = synthesis_of(solved, row)
+    return both.measure(measure)
 
 
 def _refuse_unknown_masses(small: SmallVibrations, steady: Rotation, w: float) -> None:
     """Refuse laws of the frequency that change torques of the turns: a mass is not in M."""
     if not (len(small.masses.rows) and steady.turns_matter):
         return
-    _, x, settings = steady.along(0, _LOOKS)
-    theta, time = steady.theta[0], steady.points[0].time
+    x, settings = steady.along(0, _LOOKS)
+    theta, time = steady.theta[0], steady.time
     stated = np.tile(theta[small.laws.places], (_LOOKS, 1))
     held, there = (
         small(x, theta, settings, time, vibration).rates[:, small.masses.own]

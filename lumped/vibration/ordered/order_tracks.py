@@ -5,25 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import Units, choose_units, display, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.ordered.order_analysis import rising_angle
 from lumped.vibration.pictures import order_tracks_picture
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _SAMPLES = 16
 """Samples for each period of the highest order."""
@@ -103,8 +100,7 @@ class OrderTracks(RichHtml):
                 f"{self.name}: order {order:g} must lie between {2 / self.turns:g}, two periods "
                 f"in a window of {self.turns} turns, and {self.most:g}; change turns= or most=."
             )
-        found: Complex = self._at(np.array([order]))[:, 0]
-        return found
+        return self._at(np.array([order]))[:, 0]
 
     def _at(self, orders: Real) -> Complex:
         count = self.samples.shape[1]
@@ -149,8 +145,7 @@ class OrderTracks(RichHtml):
         orders: Iterable[float] | None = None,
         *,
         units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
+        **canvas: Unpack[Canvas],
     ) -> Any:
         """Amplitudes over speed and order as a colour map, and those of some orders as curves.
 
@@ -180,7 +175,7 @@ class OrderTracks(RichHtml):
         picture = order_tracks_picture(
             title, self.speeds, self.orders, size, tracks, to_show.unit, speed
         )
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def __repr__(self) -> str:
         speed = speed_unit()
@@ -246,8 +241,8 @@ def order_tracks(
     Source: Fyfe and Munck, Analysis of Computed Order Tracking, Mechanical Systems and Signal
     Processing 11 (1997), for the resampling.
     """
-    if isinstance(turns, bool) or turns < 3:
-        raise OptionError(f"order_tracks: turns = {turns!r}: at least 3 turns are needed.")
+    if turns < 3:
+        raise OptionError(f"order_tracks: turns = {turns}: at least 3 turns are needed.")
     if not 0 <= overlap < 1:
         raise OptionError(f"order_tracks: overlap = {overlap:g} must be at least 0 and below 1.")
     if not most * turns >= 2:

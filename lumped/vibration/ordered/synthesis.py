@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from math import lcm
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.errors import OptionError
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from lumped.support.arrays import Complex, Real
 
 _LONGEST = 1000
 """Turns after which orders must repeat."""
@@ -61,6 +59,19 @@ class Synthesis:
         """Sum of the amplitudes, as if all orders met in phase, shape (k,)."""
         found: Real = np.abs(self.amplitudes).sum(axis=1)
         return found
+
+    def measure(self, name: Literal["maximum", "half range", "sum"]) -> Real:
+        """One of these by its name, shape (k,)."""
+        found: Real = getattr(self, name.replace(" ", "_"))
+        return found
+
+    @property
+    def has_cycle(self) -> bool:
+        """Whether the orders repeat together after some turns."""
+        try:
+            return self.turns > 0
+        except OptionError:
+            return False
 
     def at(self, angle: Real) -> Real:
         """Values at angles of the shaft, rad, shape (k, angles)."""

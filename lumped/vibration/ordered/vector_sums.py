@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import Units, choose_units, frequency_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.pictures import phase_diagrams_picture
-
-Complex = NDArray[np.complex128]
-Real = NDArray[np.float64]
 
 _MOST_SHOWN = 24
 
@@ -61,14 +58,7 @@ class VectorSums(RichHtml):
         return 60 * self.modes.hertz[:, None] / self.orders
 
     @checked
-    def plot(
-        self,
-        mode: int = 0,
-        *,
-        units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
-    ) -> Any:
+    def plot(self, mode: int = 0, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:
         """Phase diagram of each order in a mode: its vectors and their sum.
 
         Parameters
@@ -89,17 +79,14 @@ class VectorSums(RichHtml):
         UnknownNameError
             If a name does not exist.
         """
-        if not 0 <= mode < len(self.vectors):
-            raise OptionError(
-                f"vector_sums: there is no mode {mode}; {len(self.vectors)} modes count from 0."
-            )
+        self.modes.check_mode(mode, "vector_sums")
         frequency = frequency_unit(choose_units(units, ("frequency", *self.modes.system.names())))
         told = f"{frequency.value(self.modes.hertz[mode]):.4g} {frequency.unit}"
         title = f"{self.modes.system.name}: {told}"
         labels = [str(i + 1) for i in range(len(self.names))]
         captions = [f"order {order:g}" for order in self.orders]
         picture = phase_diagrams_picture(title, labels, self.vectors[mode], captions)
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def __repr__(self) -> str:
         size = np.abs(self.values)
@@ -153,7 +140,7 @@ def vector_sums(
     Source: Nestorides, A Handbook on Torsional Vibration (1958), phase vector sums.
     """
     chosen = np.array([float(order) for order in orders])
-    if not len(chosen) or not (np.isfinite(chosen).all() and (chosen > 0).all()):
+    if not len(chosen) or not (chosen > 0).all():
         raise OptionError("vector_sums: orders must be positive periods for each turn.")
     if not phases:
         raise OptionError(

@@ -5,17 +5,15 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.singular_factors import factors_of
 from lumped.points.linearise import Matrices
+from lumped.support.arrays import Complex, Real
 from lumped.support.made_once import made_once
 from lumped.timeloop.results.operating_point import OperatingPoint
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 class Held:
@@ -31,10 +29,7 @@ class Held:
 
     def __init__(self, point: OperatingPoint, matrices: Matrices) -> None:
         self._point, self._made = point, matrices
-        self._latest: tuple[list[scipy.sparse.csc_array] | None, list[scipy.sparse.csc_array]] = (
-            None,
-            [],
-        )
+        self._latest: tuple[object, list[scipy.sparse.csc_array]] = None, []
 
     def theta(self, hertz: float) -> Real:
         """Parameters at a frequency, Hz."""
@@ -70,23 +65,19 @@ def _hold_sticking(
 def solve_responses(matrices: Held, hertz: ArrayLike, system: System) -> Complex:
     """Responses, shape (frequencies, outputs, inputs)."""
     found = []
-    latest = None
     for f in np.asarray(hertz, dtype=float):
-        if (held := matrices.at(f)) is not latest:
-            latest, (A, _, C, _) = held, held
-            B, D = (part.toarray().astype(complex) for part in held[1::2])
-            unit, A = scipy.sparse.eye_array(A.shape[0], format="csc"), A.astype(complex)
-        direct = D
+        A, B, C, D = matrices.at(f)
+        response = D.toarray().astype(complex)
         if A.shape[0]:
-            factors = factors_of(2j * np.pi * f * unit - A)
-            direct = D + (np.inf if factors is None else C @ factors.solve(B))
-        if not np.isfinite(direct).all():
+            factors = factors_of(shift_matrix(A, f))
+            response += np.inf if factors is None else C @ factors.solve(B.toarray() + 0j)
+        if not np.isfinite(response).all():
             why = "what moves freely drifts away" if f == 0 else "an undamped mode resonates there"
             raise SolverError(
                 f"{system.name}: no finite response at {f:.9g} Hz: {why}. "
                 "Leave this frequency out, or add damping."
             )
-        found.append(direct)
+        found.append(response)
     return np.array(found)
 
 

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError, shown
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, choose_units, display, frequency_unit
+from lumped.support.arrays import Complex, Real
+from lumped.support.display_units import Units, choose_units, frequency_unit
 from lumped.vibration.pictures import frequency_response_picture
-from lumped.vibration.responses.response import FrequencyResponse, frequency_response, response_unit
+from lumped.vibration.responses.response import (
+    FrequencyResponse,
+    frequency_response,
+    shown_response,
+)
 
-Complex = NDArray[np.complex128]
 Amplitudes = NDArray[Any] | Sequence[Any]
 """Real or complex numbers."""
 
@@ -32,7 +36,7 @@ def _complex(function: str, given: Amplitudes) -> Complex:
 
 
 @checked
-def mac(shapes: Amplitudes, others: Amplitudes) -> NDArray[np.float64]:
+def mac(shapes: Amplitudes, others: Amplitudes) -> Real:
     """Modal assurance criterion: 1 for shapes that differ by a factor only, 0 for orthogonal ones.
 
     ``|a^H b|^2 / ((a^H a) (b^H b))``, for each of the one and each of the other shapes.
@@ -66,7 +70,7 @@ def mac(shapes: Amplitudes, others: Amplitudes) -> NDArray[np.float64]:
     if not all(np.isfinite(s).all() and (s > 0).all() for s in sizes):
         raise OptionError("mac: a shape is zero or not finite; leave it out.")
     (a, b) = (s / size for s, size in zip((a, b), sizes, strict=True))
-    found: NDArray[np.float64] = np.abs(a.conj().T @ b) ** 2
+    found: Real = np.abs(a.conj().T @ b) ** 2
     return found
 
 
@@ -136,7 +140,7 @@ class ResponseComparison:
         )
 
     @checked
-    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+    def plot(self, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:
         """Both responses over the frequency, magnitude and phase, with their FRAC.
 
         Parameters
@@ -163,19 +167,17 @@ class ResponseComparison:
         """
         system = self.computed.system
         choice = choose_units(units, ("frequency", *system.names()))
-        to_show = display(self.output, system.quantity(self.output).unit, choice, is_change=True)
-        by = display(self.input, system.parameter_unit(self.input), choice, is_change=True)
-        factor = to_show.factor / by.factor
+        unit, factor = shown_response(system, self.output, self.input, choice)
         curves = {"measured": self.measured, "computed": self.computed[self.output, self.input]}
         drawn = {label: (factor * np.abs(y), np.unwrap(np.angle(y))) for label, y in curves.items()}
         picture = frequency_response_picture(
             f"{system.name}: {self.output} / {self.input}, FRAC {self.frac:.4f}",
             self.computed.hertz,
-            {(self.output, response_unit(to_show.unit, by.unit)): drawn},
+            {(self.output, unit): drawn},
             frequency_unit(choice),
             decibels=False,
         )
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
 
 @checked

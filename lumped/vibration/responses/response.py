@@ -6,23 +6,24 @@ import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
-from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
-from lumped.plots.draw import Backend, draw
+from lumped.errors import OptionError, SolverError
+from lumped.plots.draw import Canvas, draw
 from lumped.points.control_systems import control_response
 from lumped.points.linearise import Matrices, growth, linear_matrices
 from lumped.points.situation import one_sided, situation
-from lumped.points.start import start_point
+from lumped.points.start import point_or_start
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
-from lumped.support.by_name import ByName
+from lumped.support.arrays import Complex, Real
+from lumped.support.by_name import ByName, find_place
 from lumped.support.display_units import Units, choose_units, display, frequency_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
@@ -30,9 +31,6 @@ from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
 from lumped.vibration.pictures import frequency_response_picture
 from lumped.vibration.responses.amplitudes import Held, refuse_rates, shift_matrix, solve_responses
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _STATIC = 1e-4
 """Fraction of the lowest frequency at which a response counts as static."""
@@ -87,8 +85,7 @@ class FrequencyResponse(ByName, RichHtml):
     @checked
     def __getitem__(self, names: tuple[Name, Name]) -> Complex:
         row, column = self._places(*names)
-        found: Complex = self.values[:, row, column]
-        return found
+        return self.values[:, row, column]
 
     @cached_property
     def residual(self) -> float:
@@ -179,8 +176,7 @@ class FrequencyResponse(ByName, RichHtml):
         *,
         decibels: bool = False,
         units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
+        **canvas: Unpack[Canvas],
     ) -> Any:
         """Magnitude and phase over the frequency, two panels for each output.
 
@@ -214,16 +210,14 @@ class FrequencyResponse(ByName, RichHtml):
         choice = choose_units(units, ("frequency", *system.names()))
         drawn: dict[tuple[str, str], dict[str, tuple[Real, Real]]] = {}
         for output in wanted:
-            to_show = display(output, system.quantity(output).unit, choice, is_change=True)
             for given in self.inputs:
-                by = display(given, system.parameter_unit(given), choice, is_change=True)
-                size = self.magnitude(output, given) * (to_show.factor / by.factor)
-                key = output, response_unit(to_show.unit, by.unit)
-                drawn.setdefault(key, {})[given] = size, self.phase(output, given)
+                unit, factor = shown_response(system, output, given, choice)
+                size = self.magnitude(output, given) * factor
+                drawn.setdefault((output, unit), {})[given] = size, self.phase(output, given)
         picture = frequency_response_picture(
             system.name, self.hertz, drawn, frequency_unit(choice), decibels=decibels
         )
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def to_control(self) -> Any:
         """The same response for python-control; names have a slash for each dot.
@@ -246,15 +240,9 @@ class FrequencyResponse(ByName, RichHtml):
         return [*itertools.product(self.outputs, self.inputs)]
 
     def _places(self, output: Name, input: Name) -> tuple[int, int]:
-        places = []
-        for name, known, what in ((output, self.outputs, "output"), (input, self.inputs, "input")):
-            key = self.system.key(name)
-            if key not in known:
-                raise UnknownNameError(
-                    f"'{key}' is no {what} of this response. {nearest(key, known)}"
-                )
-            places.append(known.index(key))
-        return places[0], places[1]
+        row = find_place(self.system.key(output), self.outputs, "is no output of this response")
+        column = find_place(self.system.key(input), self.inputs, "is no input of this response")
+        return row, column
 
     def __repr__(self) -> str:
         frequency = frequency_unit()
@@ -326,15 +314,10 @@ def frequency_response(
         If equations of a component do not hold at one of the frequencies, the response is
         unbounded there, or the linearisation is unstable (looked at up to 500 states).
     """
-    if at is not None and parameters:
-        raise OptionError(
-            "frequency_response: give the parameters when making the operating point `at`."
-        )
     at_hertz = np.asarray(hertz, dtype=float).ravel()
-    good = np.isfinite(at_hertz).all() and (at_hertz >= 0).all() and (np.diff(at_hertz) > 0).all()
-    if not len(at_hertz) or not good:
-        raise OptionError("frequency_response: hertz must be ascending, finite and not negative.")
-    point = finite(at or start_point(system, parameters=parameters))
+    if not len(at_hertz) or at_hertz[0] < 0 or (np.diff(at_hertz) <= 0).any():
+        raise OptionError("frequency_response: hertz must be ascending and not negative.")
+    point = finite(point_or_start("frequency_response", system, at, parameters))
     system = point.system
     matrices, given, observed = linear_matrices(system, point, inputs, outputs)
     if not given or not observed:
@@ -354,9 +337,12 @@ def frequency_response(
     return FrequencyResponse(system, at_hertz, values, given, observed, point)
 
 
-def response_unit(unit: str, by: str) -> str:
-    """Unit of a response: that of the output over that of the input."""
+def shown_response(system: System, output: str, given: str, units: Units) -> tuple[str, float]:
+    """Unit in which a response is shown, that of the output over that of the input, and factor."""
+    to_show = display(output, system.quantity(output).unit, units, is_change=True)
+    by_input = display(given, system.parameter_unit(given), units, is_change=True)
+    unit, by, factor = to_show.unit, by_input.unit, to_show.factor / by_input.factor
     if unit == by:
-        return ""
+        return "", factor
     upper, lower = (f"({u})" if "/" in u or "." in u else u or "1" for u in (unit, by))
-    return unit if lower == "1" else f"{upper}/{lower}"
+    return unit if lower == "1" else f"{upper}/{lower}", factor

@@ -5,23 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
-from lumped.errors import OptionError, UnknownNameError, nearest
-from lumped.points.kink_refusals import refuse_kinks
-from lumped.points.moved_equilibrium import find_moved_point, places_to, point_matters, still_point
+from lumped.errors import OptionError
+from lumped.points.moved_equilibrium import places_to
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Real
+from lumped.support.by_name import find_place
 from lumped.support.display_units import frequency_unit
+from lumped.support.ranking import list_largest
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
+from lumped.vibration.natural.matrix_slopes import contract, contraction, derive_at_point
+from lumped.vibration.natural.spectrum import size_slopes
+from lumped.vibration.responses.amplitudes import shift_matrix
 from lumped.vibration.responses.response import FrequencyResponse
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,24 +49,13 @@ class ResponseSensitivity(RichHtml):
     def __getitem__(self, names: tuple[Name, Name, Name]) -> Complex:
         output, given, parameter = names
         row, column = self.response._places(output, given)
-        key = self.response.system.key(parameter)
-        if key not in self.by:
-            raise UnknownNameError(f"'{key}' was not varied. {nearest(key, self.by)}")
-        found: Complex = self.derivatives[:, row, column, self.by.index(key)]
-        return found
+        place = find_place(self.response.system.key(parameter), self.by, "was not varied")
+        return self.derivatives[:, row, column, place]
 
     @checked
     def magnitude(self, output: Name, input: Name, parameter: Name) -> Real:
         """Derivative of the magnitude, shape (k,)."""
-        amplitude = self.response[output, input]
-        along: Real = (amplitude.conj() * self[output, input, parameter]).real / np.abs(amplitude)
-        return along
-
-    def _magnitudes(self, k: int, row: int, column: int) -> Real:
-        """Derivatives of a magnitude at one frequency, shape (p,)."""
-        amplitude = self.response.values[k, row, column]
-        along: Real = (np.conj(amplitude) * self.derivatives[k, row, column]).real / abs(amplitude)
-        return along
+        return size_slopes(self.response[output, input], self[output, input, parameter])
 
     def __repr__(self) -> str:
         point, known = self.response.point, self.response.point.parameters
@@ -74,14 +63,13 @@ class ResponseSensitivity(RichHtml):
         rows, frequency = [], frequency_unit()
         for i, output in enumerate(self.response.outputs):
             for j, given in enumerate(self.response.inputs):
-                curve = np.abs(self.response.values[:, i, j])
-                k = int(curve.argmax())
-                shares = self._magnitudes(k, i, j) * theta / curve[k] if curve[k] else theta * 0
-                order = np.argsort(-np.abs(shares))[:4].tolist()
-                text = "; ".join(f"{self.by[n]} {shares[n]:+.4f}" for n in order)
-                rows.append(
-                    (f"{output} / {given}", number(frequency.value(self.response.hertz[k])), text)
-                )
+                amplitudes, hertz = self.response.values[:, i, j], self.response.hertz
+                k = int(np.abs(amplitudes).argmax())
+                most, shares = amplitudes[k], theta * 0
+                if most:
+                    shares = size_slopes(most, self.derivatives[k, i, j]) * theta / abs(most)
+                text = list_largest(zip(self.by, shares, strict=True))
+                rows.append((f"{output} / {given}", number(frequency.value(hertz[k])), text))
         where = "moves with the parameters" if self.moving else "held, or without effect"
         head = (
             f"{point.system.name}: response by {len(self.by)} parameters, relative; "
@@ -127,42 +115,22 @@ def response_sensitivity(
     names, places = places_to(point, by)
     if not names:
         raise OptionError("response_sensitivity: nothing to vary; name parameters in `by`.")
-    n, m, q = len(system.state_names), len(response.inputs), len(response.outputs)
-    left, right = _vectors(response, n, m, q)
-    x, theta, _, _ = system.inputs
-    u = theta[system.places(response.inputs)]
-    observed = ca.vertcat(system.rates, system.expressions(response.outputs))
-    y, v, e = ca.SX.sym("y", n + q), ca.SX.sym("v", n), ca.SX.sym("e", m)
-    along = ca.jtimes(observed, x, v) + ca.jtimes(observed, u, e)
-    slope = ca.densify(ca.gradient(ca.dot(y, along), ca.vertcat(x, theta)))
-    function = ca.Function("contraction", [*system.inputs, y, ca.vertcat(v, e)], [slope])
-    count = left.shape[1]
-    thetas = [response.matrices.theta(f) for f in response.hertz]
-    at = [np.repeat(np.c_[point.x], count, axis=1), np.repeat(np.c_[*thetas], q * m, axis=1)]
-    call = function.map(count)
-
-    def contract(a: Real, b: Real, settings: Real) -> Real:
-        modes = np.repeat(np.c_[settings], count, axis=1)
-        return np.asarray(call(*at, np.full((1, count), point.time), modes, a, b)).T
+    m, q = len(response.inputs), len(response.outputs)
+    left, right = _vectors(response, len(point.x), m, q)
+    held = np.repeat(response.hertz > 0, q * m)
+    thetas = np.repeat(np.c_[*map(response.matrices.theta, response.hertz)], q * m, axis=1)
+    function = contraction(system, response.inputs, response.outputs)
+    of_matrices = contract(function, point, thetas, left, right)
 
     def slopes(settings: Real) -> Complex:
-        """Derivatives of the amplitudes by states and parameters."""
-        real = contract(left.real, right.real, settings)
-        real = real - contract(left.imag, right.imag, settings)
-        imaginary = contract(left.real, right.imag, settings)
-        imaginary = imaginary + contract(left.imag, right.real, settings)
-        found = real + 1j * imaginary
-        vibrating = [n + place for place in system.structure.parameters.vibrating]
-        for place in vibrating:
-            found[np.repeat(response.hertz > 0, q * m), place] = 0
+        """Derivatives of the amplitudes; laws hold at the frequency, whatever parameters state."""
+        found = of_matrices(settings)
+        for place in system.structure.parameters.vibrating:
+            found[held, len(point.x) + place] = 0
         return found
 
-    both = slopes(point.settings)
-    moved = find_moved_point(point, places) if point_matters(point, both) else None
-    moving = moved is not None
-    moved = moved or still_point(point, places)
-    refuse_kinks(point, moved, names, slopes)
-    values = moved.through(both).reshape(len(response.hertz), q, m, len(places))
+    found, moving = derive_at_point(point, names, places, slopes, np.ones(len(held)))
+    values = found.reshape(len(response.hertz), q, m, len(places))
     return ResponseSensitivity(response, tuple(names), values, moving)
 
 
@@ -174,9 +142,7 @@ def _vectors(response: FrequencyResponse, n: int, m: int, q: int) -> tuple[Compl
     left[..., n:], right[..., n:] = np.eye(q)[:, None, :], np.eye(m)[None, :, :]
     for k, f in enumerate(hertz if n else ()):
         A, B, C, _ = response.matrices.at(f)
-        factors = scipy.sparse.linalg.splu(
-            scipy.sparse.csc_array(2j * np.pi * f * scipy.sparse.eye_array(n, format="csc") - A)
-        )
+        factors = scipy.sparse.linalg.splu(shift_matrix(A, f))
         left[k, :, :, :n] = factors.solve(C.toarray().T.astype(complex), trans="T").T[:, None, :]
         right[k, :, :, :n] = factors.solve(B.toarray().astype(complex)).T[None, :, :]
     return left.reshape(-1, n + q).T, right.reshape(-1, n + m).T

@@ -13,10 +13,11 @@ from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.interpolated_rows import interpolate_rows
 from lumped.points.start import point_at, start_point
+from lumped.support.arrays import Real
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.operating_point import OperatingPoint
-from lumped.vibration.rotating.rotation import Real, Rotation, find_settings, samples_of, speed_of
+from lumped.vibration.rotating.rotation import Rotation, find_settings, samples_of, speed_of
 from lumped.vibration.rotating.small_vibrations import small_vibrations
 
 _REPEATS = 1e-9
@@ -50,22 +51,23 @@ def rotation(
     SolverError
         If there is no such rotation.
     """
-    key = None if shaft is None else system.key(shaft)
+    if at is not None and parameters:
+        raise OptionError(f"{system.name}: give parameters when making the operating point `at`.")
+    if turns < 1:
+        raise OptionError(f"{system.name}: turns = {turns}: a whole number of turns is needed.")
+    key, count = None if shaft is None else system.key(shaft), len(speeds)
     if callable(at):
         points = tuple(point_at("order_response", system, at, float(w)) for w in speeds)
-    elif at is not None or key is None:
-        points = (at if at is not None else start_point(system, parameters=parameters),)
+        x = np.array([p.x for p in points])
+    elif at is None and key is not None:
+        points, x = _turn_together(system, key, speeds, parameters)
     else:
-        points = _together(system, key, speeds, parameters)
+        points = (at or start_point(system, parameters=parameters),)
+        x = np.tile(points[0].x, (count, 1))
     first = points[0]
     system = first.system
-    x = np.array([p.x for p in points])
-    if key is not None and not callable(at) and at is None:
-        x = _on_lines(system, speeds, points)
-    x = np.broadcast_to(x, (len(speeds), x.shape[1])).copy()
-    each = [points[0]] * len(speeds) if len(points) != len(speeds) else list(points)
-    theta = np.array([p.theta for p in each])
-    settings = np.array([p.settings for p in each])
+    each = points if len(points) == count else (first,) * count
+    theta, settings = (np.array([getattr(p, of) for p in each]) for of in ("theta", "settings"))
     turning = np.zeros(x.shape[1]) if key is None else _turning(first, x[0], key, turns)
     if turning.any() and system.structure.implicit:
         raise OptionError(
@@ -78,28 +80,24 @@ def rotation(
     return found if free is None else balance_torques(found, free)
 
 
-def _together(
+def _turn_together(
     system: System, shaft: str, speeds: Real, parameters: Changes | None
-) -> tuple[OperatingPoint, ...]:
-    """Points at three speeds at which all parts move together."""
-    name = speed_of(system, shaft)
-    wanted = np.unique([speeds[0], 0.5 * (speeds[0] + speeds[-1]), speeds[-1]])
-    return tuple(
-        start_point(system, parameters=parameters, start={name: float(w)}, together=True)
-        for w in wanted
-    )
-
-
-def _on_lines(system: System, speeds: Real, points: tuple[OperatingPoint, ...]) -> Real:
-    """States at all speeds from those at the first, the middle, and the last.
+) -> tuple[tuple[OperatingPoint, ...], Real]:
+    """Points at up to three speeds at which all parts move together, and states at all speeds.
 
     Raises
     ------
     OptionError
-        If they do not lie on straight lines over the speed.
+        If the states do not lie on straight lines over the speed.
     """
+    name = speed_of(system, shaft)
+    wanted = np.unique([speeds[0], 0.5 * (speeds[0] + speeds[-1]), speeds[-1]])
+    points = tuple(
+        start_point(system, parameters=parameters, start={name: float(w)}, together=True)
+        for w in wanted
+    )
     if len(points) < 3:
-        return np.array([points[0].x] * len(speeds))
+        return points, np.tile(points[0].x, (len(speeds), 1))
     begin, middle, end = (p.x for p in points)
     bent = np.abs(begin + end - 2 * middle)
     size = np.abs(begin) + np.abs(end)
@@ -110,8 +108,7 @@ def _on_lines(system: System, speeds: Real, points: tuple[OperatingPoint, ...]) 
             "together; give the operating point at each speed, at=lambda w: ..."
         )
     share = ((speeds - speeds[0]) / (speeds[-1] - speeds[0]))[:, None]
-    found: Real = (1 - share) * begin + share * end
-    return found
+    return points, (1 - share) * begin + share * end
 
 
 def _turning(point: OperatingPoint, x: Real, shaft: str, turns: int) -> Real:
@@ -161,8 +158,7 @@ def _turning(point: OperatingPoint, x: Real, shaft: str, turns: int) -> Real:
 def _at(rates: ManyPoints, x: Real, point: OperatingPoint) -> Real:
     """Rates at states, shapes (points, n)."""
     m = find_settings(point.system, x, point.theta, point.settings)
-    found: Real = rates(x, point.theta, np.zeros(len(x)), m)
-    return found
+    return rates(x, point.theta, np.zeros(len(x)), m)
 
 
 @made_once
@@ -191,12 +187,12 @@ def balance_torques(rotation: Rotation, free: Name) -> Rotation:
         )
     name = system.key(free)
     (place,) = system.places([name])
-    speed = speed_of(system, shaft)
-    parts = small_vibrations(system, (name,), (speed,))
+    turns_with = speed_of(system, shaft)
+    parts = small_vibrations(system, (name,), (turns_with,))
     states = np.flatnonzero((rotation.turning == 0) & ~rotation.idle)
     n, samples = len(rotation.turning), samples_of(rotation)
     x, theta, settings = rotation.x.copy(), rotation.theta.copy(), rotation.settings.copy()
-    time = rotation.points[0].time
+    time = rotation.time
 
     def missing(k: int, at: Real, value: float) -> tuple[Real, Real, Real, float]:
         """Mean rates and missing speed, matrix, size of their parts, largest effect at an angle.
@@ -205,21 +201,15 @@ def balance_torques(rotation: Rotation, free: Name) -> Rotation:
         """
         own = theta[k].copy()
         own[place] = value
-        angle = 2 * np.pi * rotation.turns * np.arange(samples) / samples
-        points = at + angle[:, None] * rotation.turning
+        points = at + rotation.angles(samples)[:, None] * rotation.turning
         m = find_settings(system, points, own, settings[k])
         found = parts(points, own, m, time)
-        mean = [part.mean(axis=0) for part in found]
-        matrix = np.zeros((n + 1, n + 1))
-        for numbers, (rows, columns), (top, left) in zip(
-            mean[2:6], parts.patterns[:4], ((0, 0), (0, n), (n, 0), (n, n)), strict=True
-        ):
-            matrix[rows + top, columns + left] = numbers
-        target = rotation.speeds[k] * rotation.turning
-        residual = np.append(mean[0] - target, mean[1] - rotation.speeds[k])
+        matrix = parts.whole_matrix(found)
+        speed = rotation.speeds[k]
+        residual = np.hstack(found[:2]).mean(axis=0) - speed * np.append(rotation.turning, 1.0)
         residual[:n][rotation.idle] = 0.0
         matrix[:n][rotation.idle] = 0.0
-        size = np.append(np.abs(found.rates).max(axis=0), abs(rotation.speeds[k]))
+        size = np.append(np.abs(found.rates).max(axis=0), abs(speed))
         size = np.maximum(size, np.abs(matrix) @ np.abs(np.append(at, value)))
         acting = max(float(np.abs(part).max(initial=0.0)) for part in (found.B, found.D))
         return residual, matrix, np.maximum(size, 1e-300), acting
@@ -248,7 +238,7 @@ def balance_torques(rotation: Rotation, free: Name) -> Rotation:
             scale = np.maximum(np.abs(own).max(axis=1), 1e-300)  # parts may all be zero at first
             step = np.linalg.lstsq(own / scale[:, None], residual / scale, rcond=_SINGULAR)[0]
             found[unknown] -= step
-        names = [*system.state_names, speed]
+        names = [*system.state_names, turns_with]
         raise SolverError(
             f"{system.name}: mean torques do not balance at {rotation.speeds[k]:g} rad/s with "
             f"{name} free: {names[worst]} keeps a mean rate of {residual[worst]:.3g}. Name "

@@ -1,16 +1,15 @@
-"""Harmonics over the turns of what a steady rotation excites, and means over the turns."""
+"""Harmonics and means over the turns of a steady rotation, and how these follow parameters."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.numerics.interpolated_rows import interpolate_rows
-from lumped.vibration.rotating.rotation import Rotation, find_settings, samples_of
-from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from lumped.points.moved_equilibrium import find_moved_point
+from lumped.points.start_values import relative_positions
+from lumped.support.arrays import Complex, Real
+from lumped.vibration.rotating.rotation import Rotation, find_settings, samples_of, speed_of
+from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations, small_vibrations
 
 _ROUNDING = 1e-13
 """Mean over the largest size that is nothing but rounding."""
@@ -30,11 +29,10 @@ def harmonics(
     means : ndarray, shape (k, q)
     matrices : list of ndarray, shapes (k, numbers)
     """
-    count, time = len(steady.speeds), steady.points[0].time
-    n, q = steady.x.shape[1], len(small.outputs)
+    count, n, q = len(steady.speeds), steady.x.shape[1], len(small.outputs)
     if not steady.turns_matter:
         none = np.zeros((count, len(orders), n + q), dtype=complex)
-        parts = _all_at_once(small, steady)
+        parts = small(steady.x, steady.theta, steady.settings, steady.time)
         return none[..., :n], none[..., n:], parts.outputs, list(parts[2:])
     cycles = orders * steady.turns
     numbers = np.rint(cycles).astype(int)
@@ -43,9 +41,9 @@ def harmonics(
 
     def row(k: int) -> tuple[Real, Real]:
         """Harmonics of rates and outputs, and all means; and the sizes of the parts of each."""
-        angle, x, settings = steady.along(k, samples)
-        parts = small(x, steady.theta[k], settings, time)
-        growth = angle[:, None] * _growth(small, steady, k, parts.outputs[0])
+        parts = small.along(steady, samples, k)
+        angle = steady.angles(samples)[:, None]
+        growth = angle * _growth(small, steady, k, parts.outputs[0])
         parts = parts._replace(outputs=parts.outputs - growth)
         moving = np.hstack(parts[:2])
         size = np.abs(moving).max(axis=0, initial=0.0)
@@ -72,14 +70,13 @@ def mean_matrix(small: SmallVibrations, steady: Rotation, orders: Real) -> tuple
 
     It is ``mean(M)^-1 mean(A)``, A in torques: shape (n, n).
     """
-    _, x, settings = steady.along(0, samples_of(steady, orders))
-    parts = small(x, steady.theta[0], settings, steady.points[0].time)
+    parts = small.along(steady, samples_of(steady, orders))
     numbers = parts.A
     mean = numbers.mean(axis=0)
     mean[np.abs(mean) <= _ROUNDING * np.abs(numbers).max(axis=0, initial=0.0)] = 0.0
     M = parts.M.mean(axis=0)
     pattern, mean = small.masses.divide_matrix(M, small.patterns[0], mean)
-    matrix: Real = np.zeros((x.shape[1], x.shape[1]))
+    matrix: Real = np.zeros((steady.x.shape[1],) * 2)
     matrix[pattern] = mean
     if steady.turns_matter:
         # rates are the same after the turns; a mean over some angles misses that at kinks
@@ -88,15 +85,102 @@ def mean_matrix(small: SmallVibrations, steady: Rotation, orders: Real) -> tuple
     return matrix, M
 
 
+def sweep_turns(
+    small: SmallVibrations, steady: Rotation, own: list[Real], means: list[Real]
+) -> tuple[Real, Real]:
+    """One reverse sweep over the turns: derivatives by states and by parameters.
+
+    Parameters
+    ----------
+    steady : Rotation
+        At one speed.
+    own : list of ndarray, shapes (samples, n) and (samples, q)
+        Weights of rates and outputs at each of the samples.
+    means : list of ndarray, shapes (numbers,)
+        Weights of the means of the numbers of A, B, C, D and M.
+    """
+    samples = len(own[0])
+    points, settings = steady.along(0, samples)
+    averaged = [np.tile(part / samples, (samples, 1)) for part in means]
+    weights = Parts(*own, *averaged)
+    by_x, by_theta, _ = small.slopes(weights, points, steady.theta[0], settings, steady.time)
+    return by_x.sum(axis=0), by_theta.sum(axis=0)
+
+
+def derive_by_parameters(steady: Rotation, slope: Real) -> Real:
+    """Derivatives by all parameters of what has a slope by the states, shape (p,).
+
+    The adjoint of what determines the states: the balance of mean torques, or that all parts turn
+    together with the shaft. Given operating points move with the parameters if they are equilibria.
+
+    Parameters
+    ----------
+    steady : Rotation
+        At one speed.
+    slope : ndarray, shape (n,)
+        Derivatives by the states where the shaft's angle is that of the operating point.
+    """
+    count = steady.theta.shape[1]
+    if not slope.any():
+        return np.zeros(count)
+    if steady.shaft is None or steady.is_given:
+        moved = find_moved_point(steady.points[0], list(range(count)))
+        return np.zeros(count) if moved is None else slope @ moved.states
+    small, samples, adjoint = _adjoint(steady, slope)
+    weights = np.split(np.tile(adjoint / samples, (samples, 1)), [len(slope)], axis=1)
+    zeros = [np.zeros(len(rows)) for rows, _ in small.patterns]
+    return -sweep_turns(small, steady, weights, zeros)[1]
+
+
+def derive_by_speed(steady: Rotation, slope: Real) -> float:
+    """Derivative by the speed of the shaft of what has a slope by the states, s/rad.
+
+    Given operating points hold at all speeds.
+
+    Parameters
+    ----------
+    steady, slope
+        As in `derive_by_parameters`.
+    """
+    if steady.shaft is None or steady.is_given or not slope.any():
+        return 0.0
+    _, _, adjoint = _adjoint(steady, slope)
+    return float(adjoint[:-1] @ steady.turning + adjoint[-1])
+
+
+def _adjoint(steady: Rotation, slope: Real) -> tuple[SmallVibrations, int, Real]:
+    """Equations, samples over the turns, and a multiplier of each mean equation.
+
+    The equations are the mean rates, less those of steady rotation, and the speed of the shaft,
+    less the speed that is given; shape (n + 1,).
+    """
+    assert steady.shaft is not None
+    system, free = steady.system, steady.balancing
+    small = small_vibrations(
+        system, () if free is None else (free,), (speed_of(system, steady.shaft),)
+    )
+    samples, n = 1 if free is None else samples_of(steady), len(slope)
+    matrix = small.whole_matrix(small.along(steady, samples))
+    relative = np.isin(system.structure.states, relative_positions(system))
+    turning = steady.turning != 0
+    if free is None:
+        equations = np.append(np.flatnonzero(relative), n)
+        unknown = np.flatnonzero(~relative & ~turning)
+    else:
+        equations = np.append(np.flatnonzero(~steady.idle), n)
+        unknown = np.append(np.flatnonzero(~turning & ~steady.idle), n)
+    wanted = np.append(slope, np.zeros(len(small.inputs)))[unknown]
+    own = matrix[np.ix_(equations, unknown)]
+    size = np.maximum(np.abs(own).max(axis=1), 1e-300)
+    adjoint = np.zeros(n + 1)
+    adjoint[equations] = np.linalg.lstsq((own / size[:, None]).T, wanted)[0] / size
+    return small, samples, adjoint
+
+
 def _growth(small: SmallVibrations, steady: Rotation, k: int, begin: Real) -> Real:
     """By what outputs, such as angles, grow with the angle of the shaft, shape (q,)."""
     cycle = 2 * np.pi * steady.turns
     x = steady.x[k : k + 1] + cycle * steady.turning
     m = find_settings(steady.system, x, steady.theta[k], steady.settings[k])
-    found: Real = (small(x, steady.theta[k], m, steady.points[0].time).outputs[0] - begin) / cycle
+    found: Real = (small(x, steady.theta[k], m, steady.time).outputs[0] - begin) / cycle
     return found
-
-
-def _all_at_once(small: SmallVibrations, steady: Rotation) -> Parts:
-    """Everything at all speeds where nothing depends on the angle."""
-    return small(steady.x, steady.theta, steady.settings, steady.points[0].time)

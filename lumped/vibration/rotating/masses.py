@@ -7,15 +7,11 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.system import System
 from lumped.simulation.energy_audit import sum_stored
+from lumped.support.arrays import Complex, Integer, Real
 from lumped.support.made_once import made_once
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Integer = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +33,7 @@ class Masses:
     @property
     def own(self) -> Integer:
         """States whose rows these are."""
-        found: Integer = np.unique(self.rows)
-        return found
+        return np.unique(self.rows)
 
     def times(self, matrix: ca.SX, rates: ca.SX) -> ca.SX:
         """Rates, those of the states in M multiplied by M."""
@@ -48,10 +43,16 @@ class Masses:
         found[own] = ca.mtimes(matrix[own, own], rates[own])
         return found
 
+    @property
+    def place(self) -> Integer:
+        """Place of each state among these, shape (n,); zero for others."""
+        found = np.zeros(self.count, dtype=int)
+        found[self.own] = np.arange(len(self.own))
+        return found
+
     def whole(self, numbers: Real) -> Real:
         """M from its numbers, shapes (..., m) to (..., own, own)."""
-        place = np.zeros(self.count, dtype=int)
-        place[self.own] = np.arange(len(self.own))
+        place = self.place
         found: Real = np.zeros((*numbers.shape[:-1], len(self.own), len(self.own)))
         found[..., place[self.rows], place[self.columns]] = numbers
         return found
@@ -80,10 +81,8 @@ class Masses:
         if not len(self.rows):
             return pattern, A
         rows, columns = pattern
-        own = self.own
+        own, place = self.own, self.place
         mine = np.isin(rows, own)
-        place = np.zeros(self.count, dtype=int)
-        place[own] = np.arange(len(own))
         dense: Real = np.zeros((*A.shape[:-1], len(own), self.count))
         dense[..., place[rows[mine]], columns[mine]] = A[..., mine]
         dense = np.asarray(np.linalg.solve(self.whole(numbers), dense), dtype=float)

@@ -11,12 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
+from lumped.support.arrays import Integer, Real
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.operating_point import OperatingPoint
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _SAMPLES = 1440
 """Points of a turn at which torques that follow from the angle are taken."""
@@ -64,11 +62,16 @@ class Rotation:
     is_given: bool
     balancing: str | None = None
 
+    @property
+    def time(self) -> float:
+        """Instant at which functions of time are taken, s."""
+        return self.points[0].time
+
     def at(self, k: int) -> Rotation:
         """The rotation at one of the speeds."""
         return self.part(np.array([k]))
 
-    def part(self, own: NDArray[np.int64]) -> Rotation:
+    def part(self, own: Integer) -> Rotation:
         """The rotation at some of the speeds, by their numbers."""
         points = self.points
         if len(points) == len(self.speeds):
@@ -91,17 +94,16 @@ class Rotation:
     def idle(self) -> NDArray[np.bool_]:
         """States on which no rate depends, such as angles that were asked for, shape (n,)."""
         structure = self.system.structure
-        found: NDArray[np.bool_] = np.isin(structure.states, list(structure.cyclic))
-        return found
+        return np.isin(structure.states, list(structure.cyclic))
 
-    def along(self, k: int, samples: int) -> tuple[Real, Real, Real]:
-        """Angles of the shaft, states and settings at one speed over all turns.
+    def angles(self, samples: int) -> Real:
+        """Angles of the shaft over all turns, at equal steps, shape (samples,)."""
+        return 2 * np.pi * self.turns * np.arange(samples) / samples
 
-        Shapes (samples,), (samples, n) and (samples, m).
-        """
-        angle = 2 * np.pi * self.turns * np.arange(samples) / samples
-        x = self.x[k] + angle[:, None] * self.turning
-        return angle, x, find_settings(self.system, x, self.theta[k], self.settings[k])
+    def along(self, k: int, samples: int) -> tuple[Real, Real]:
+        """States and settings at one speed over all turns, shapes (samples, n) and (samples, m)."""
+        x = self.x[k] + self.angles(samples)[:, None] * self.turning
+        return x, find_settings(self.system, x, self.theta[k], self.settings[k])
 
 
 def samples_of(steady: Rotation, orders: ArrayLike = 1.0) -> int:

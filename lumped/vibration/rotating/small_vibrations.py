@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
+from lumped.support.arrays import Integer, Real
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.vibration.rotating.amplitude_laws import amplitude_laws
 from lumped.vibration.rotating.masses import masses
+from lumped.vibration.rotating.rotation import Rotation
 
-Real = NDArray[np.float64]
-Pattern = tuple[NDArray[np.int64], NDArray[np.int64]]
+Pattern = tuple[Integer, Integer]
 
 
 class Parts(NamedTuple):
@@ -33,6 +32,38 @@ class Parts(NamedTuple):
     C: Real
     D: Real
     M: Real
+
+
+class AmplitudeLaws(NamedTuple):
+    """Parameters that are amplitudes at which laws hold.
+
+    Attributes
+    ----------
+    places : list of int
+        Among the parameters that have a value of their own.
+    names : tuple of str
+        Of the parameters.
+    quantities : tuple of str
+        What vibrates with these amplitudes.
+    """
+
+    places: list[int]
+    names: tuple[str, ...]
+    quantities: tuple[str, ...]
+
+
+@made_once
+def amplitude_laws(system: System) -> AmplitudeLaws:
+    """Those of a system that its motion depends on."""
+    parameters = system.structure.parameters
+    known = parameters.amplitudes
+    if not known:
+        return AmplitudeLaws([], (), ())
+    places = list(known)
+    used = ca.which_depends(system.rates, system.inputs[1][places], 1, False)
+    chosen = [place for place, is_used in zip(places, used, strict=True) if is_used]
+    names = [parameters.names[parameters.free[place]] for place in chosen]
+    return AmplitudeLaws(chosen, tuple(names), tuple(known[place] for place in chosen))
 
 
 class SmallVibrations:
@@ -85,10 +116,9 @@ class SmallVibrations:
         self.patterns: tuple[Pattern, ...] = tuple(
             (np.array(rows, dtype=int), np.array(columns, dtype=int)) for rows, columns in triplets
         )
-        numbers = [ca.densify(found[0]), ca.densify(found[1])]
-        numbers += [_nonzeros(m) for m in found[2:]]
+        numbers = [ca.densify(found[0]), ca.densify(found[1]), *map(_nonzeros, found[2:])]
         self._ends = np.cumsum([n.numel() for n in numbers])[:-1]
-        self._numbers = ca.cse(ca.vertcat(*numbers))
+        self._numbers = ca.vertcat(*numbers)
         self._calls: Recent[ManyPoints] = Recent(4)
 
     def __call__(
@@ -125,11 +155,27 @@ class SmallVibrations:
             )
         return Parts(*np.split(values, self._ends, axis=1))
 
+    def along(self, steady: Rotation, samples: int, k: int = 0) -> Parts:
+        """Everything at angles over all turns of a rotation at one of its speeds."""
+        x, settings = steady.along(k, samples)
+        return self(x, steady.theta[k], settings, steady.time)
+
+    def whole_matrix(self, parts: Parts) -> Real:
+        """Mean of ``[[A, B], [C, D]]`` over points."""
+        n, inputs = parts.rates.shape[1], len(self.inputs)
+        found = np.zeros((n + len(self.outputs), n + inputs))
+        corners = ((0, 0), (0, n), (n, 0), (n, n))
+        for numbers, (rows, columns), (top, left) in zip(
+            parts[2:6], self.patterns[:4], corners, strict=True
+        ):
+            found[rows + top, columns + left] = numbers.mean(axis=0)
+        return found
+
     def _varying(self, varied: list[int]) -> ManyPoints:
         """The numbers, of which some parameters vary from point to point."""
         x, theta, *others = self.system.inputs
         own = ca.SX.sym("own", len(varied))
-        numbers = self._numbers
+        numbers = ca.cse(self._numbers)
         if varied:
             numbers = ca.substitute(numbers, theta[varied], own)
         inputs = [ca.vertcat(x, self.vibration, own), theta, *others]
@@ -142,14 +188,9 @@ class SmallVibrations:
     @cached_property
     def _slopes(self) -> ManyPoints:
         x, theta, _, _ = self.system.inputs
-        numbers = ca.vertcat(
-            ca.densify(self.expressions[0]),
-            ca.densify(self.expressions[1]),
-            *(_nonzeros(m) for m in self.expressions[2:]),
-        )
-        weights = ca.SX.sym("weights", numbers.numel())
+        weights = ca.SX.sym("weights", self._numbers.numel())
         by = ca.vertcat(x, self.vibration, theta)
-        slope = ca.gradient(ca.dot(numbers, weights), by)
+        slope = ca.gradient(ca.dot(self._numbers, weights), by)
         inputs = [ca.vertcat(x, self.vibration, weights), *self.system.inputs[1:]]
         return ManyPoints(ca.Function("slopes", inputs, [ca.cse(ca.densify(slope))]))
 
@@ -183,6 +224,12 @@ class SmallVibrations:
             by_theta[:, places] += by_vibration
             by_vibration = np.zeros_like(by_vibration)
         return found[:, :n], by_theta, by_vibration[:, self._frequencies :]
+
+
+def add_products(total: Any, pattern: Pattern, numbers: Any, vectors: Any) -> None:
+    """Add ``matrix vector`` to vectors, (..., n), of matrices with one pattern, (..., numbers)."""
+    for k, (i, j) in enumerate(zip(*pattern, strict=True)):
+        total[..., i] += numbers[..., k] * vectors[..., j]
 
 
 def small_vibrations(

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.support.units import convert_value, has_unit
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 
-Real = NDArray[np.float64]
 Measure = Literal["maximum", "half range", "sum", "with mean", "mean power"]
 Permitted = float | str | Sequence[Sequence[float]] | Callable[[Real], ArrayLike]
 """A number, a value with a unit, rows of speed (rad/s) and value, or a function of the speeds."""

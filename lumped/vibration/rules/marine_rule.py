@@ -12,14 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
+from lumped.support.arrays import Real
 from lumped.vibration.rules.limits import Limit
 from lumped.vibration.speeds.campbell import BarredRange
 
-Real = NDArray[np.float64]
 _SOURCE = "IACS UR M68"
 
 
@@ -122,11 +122,7 @@ class MarineShaft:
         stress : name
             Torsional stress of the shaft, Pa.
         """
-        names = ("continuous operation", "transient passage")
-        clauses = ("tau_C", "tau_T")
-        laws = (self.continuous, self.transient)
-        first, second = (
-            Limit(stress, law, name, "maximum", clause, _SOURCE)
-            for law, name, clause in zip(laws, names, clauses, strict=True)
+        return (
+            Limit(stress, self.continuous, "continuous operation", "maximum", "tau_C", _SOURCE),
+            Limit(stress, self.transient, "transient passage", "maximum", "tau_T", _SOURCE),
         )
-        return first, second

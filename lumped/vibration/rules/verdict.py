@@ -4,23 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
 from lumped.errors import OptionError
 from lumped.functionals import Condition, mean, peak
 from lumped.functionals.functional import refuse_other
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import utilisation
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.support.display_units import Units, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.ordered.order_response import OrderResponse
-from lumped.vibration.rules.limits import Limit, Measure, Real
+from lumped.vibration.rules.limits import Limit, Measure
 from lumped.vibration.speeds.campbell import BarredRange, Campbell, CriticalSpeed
 
 
@@ -94,7 +95,7 @@ class Verdict(RichHtml):
         return tuple(found)
 
     @checked
-    def plot(self, *, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+    def plot(self, **canvas: Unpack[Canvas]) -> Any:
         """How far the limits are used, a bar for each.
 
         Parameters
@@ -105,7 +106,7 @@ class Verdict(RichHtml):
         shares = [(f"{r.name}: {r.quantity} ({r.measure})", r.utilisation) for r in self.results]
         kept = sum(result.passed for result in self.results)
         title = f"{kept} of {len(shares)} limits kept"
-        return draw(utilisation(title, shares), backend, ax)
+        return draw(utilisation(title, shares), **canvas)
 
     def __repr__(self) -> str:
         kept = sum(result.passed for result in self.results)
@@ -247,7 +248,7 @@ def measure_quantity(found: OrderAmplitudes, key: str, measure: Measure) -> Real
         (_, high), (_, low) = both.extremes
         mean = found.mean(key)
         return np.maximum(np.abs(mean + high), np.abs(mean + low))
-    return {"maximum": both.maximum, "half range": both.half_range, "sum": both.sum}[measure]
+    return both.measure(measure)
 
 
 def _beyond(speeds: Real, used: Real) -> tuple[BarredRange, ...]:

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.points.situation import situation
 from lumped.points.start import point_at
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.support.display_units import Shown, Units, choose_units, frequency_unit, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
@@ -24,7 +25,6 @@ from lumped.vibration.natural.find_modes import modes
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.speeds.campbell_picture import campbell_picture
 
-Real = NDArray[np.float64]
 Orders = Iterable[float] | Mapping[str, float]
 """Excitations for each turn of a shaft, or such by their labels."""
 Labelled = tuple[tuple[str, float], ...]
@@ -125,8 +125,7 @@ class Campbell(RichHtml):
         between: tuple[float, float] | None = None,
         barred: Iterable[BarredRange] = (),
         units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
+        **canvas: Unpack[Canvas],
     ) -> Any:
         """Natural frequencies over the speed, rays of the orders, and points where they meet.
 
@@ -160,7 +159,7 @@ class Campbell(RichHtml):
             [(each.begin, each.end) for each in barred],
             (speed_unit(choice), frequency_unit(choice)),
         )
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def __repr__(self) -> str:
         head = (
@@ -256,12 +255,8 @@ def campbell(
     two of the same mode and order between the same two speeds are not seen.
     """
     grid = np.asarray(speeds, dtype=float).ravel()
-    good = np.isfinite(grid).all() and (grid >= 0).all() and (np.diff(grid) > 0).all()
-    if len(grid) < 2 or not good:
-        raise OptionError(
-            "campbell: give at least two speeds, rad/s, ascending, finite and not negative."
-        )
-
+    if len(grid) < 2 or grid[0] < 0 or (np.diff(grid) <= 0).any():
+        raise OptionError("campbell: give at least two speeds, rad/s, ascending and not negative.")
     wanted = check_labels(orders)
 
     def modes_at(speed: float) -> Modes:
@@ -325,19 +320,14 @@ def diagram(system: System, grid: Real, wanted: Labelled, hertz_at: HertzOverSpe
     found = []
     for label, order in wanted:
         side = np.sign(hertz - order * grid[:, None] / (2 * np.pi))
-        for k, mode in np.argwhere((side[:-1] * side[1:] < 0) | (side[:-1] == 0)).tolist():
-            speed = (
-                grid[k]
-                if side[k, mode] == 0
-                else scipy.optimize.brentq(
-                    gap, grid[k], grid[k + 1], args=(order, mode), xtol=1e-13 * grid[k + 1]
-                )
-            )
+        places = [(float(grid[k]), mode) for k, mode in np.argwhere(side == 0).tolist()]
+        for k, mode in np.argwhere(side[:-1] * side[1:] < 0).tolist():
+            ends, near = grid[k : k + 2], 1e-13 * grid[k + 1]
+            root = scipy.optimize.brentq(gap, *ends, args=(order, mode), xtol=near)
+            places.append((float(root), mode))
+        for speed, mode in places:
             met = float(hertz_at(speed)[mode])
-            found.append(CriticalSpeed(float(speed), order, mode, met, label))
-        for mode in np.flatnonzero(side[-1] == 0).tolist():
-            met = float(hertz[-1, mode])
-            found.append(CriticalSpeed(float(grid[-1]), order, mode, met, label))
+            found.append(CriticalSpeed(speed, order, mode, met, label))
     found.sort(key=lambda c: c.speed)
     missed = [abs(c.order * c.speed / (2 * np.pi) / c.hertz - 1) for c in found]
     worst = float(max(missed, default=0.0))

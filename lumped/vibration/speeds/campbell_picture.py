@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import scipy
 
 from lumped.plots.picture import Axis, Band, Curve, Item, Panel, Picture, Tag, label_axis
 from lumped.plots.style import COLOURS, GREY, LETTER, SMALL, WIDTH, Look
@@ -110,17 +111,12 @@ def _tags(ends: Mapping[str, tuple[float, float]], height: float) -> list[Tag]:
 def _apart(wanted: Sequence[float], gaps: Sequence[float]) -> np.ndarray:
     """Ascending places nearest to the wanted ones, within 0 and 1, without touching.
 
-    Least squares under a least distance between neighbours: isotonic regression, by pooling.
+    Least squares under a least distance between neighbours, which is isotonic regression.
     """
     width = np.asarray(gaps)
     offset = np.cumsum(width) - width / 2
-    pools: list[tuple[float, int]] = []
-    for value in (np.asarray(wanted) - offset).tolist():
-        mean, count = value, 1
-        while pools and pools[-1][0] > mean:
-            other, members = pools.pop()
-            mean, count = (mean * count + other * members) / (count + members), count + members
-        pools.append((mean, count))
-    level = np.repeat([mean for mean, _ in pools], [count for _, count in pools])
+    level = np.asarray(wanted) - offset
+    if len(level):
+        level = scipy.optimize.isotonic_regression(level).x
     found: np.ndarray = np.clip(level, 0.0, max(1.0 - width.sum(), 0.0)) + offset
     return found

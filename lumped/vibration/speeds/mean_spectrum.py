@@ -2,29 +2,98 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
-from lumped.errors import SolverError
-from lumped.vibration.ordered.order_sensitivity import sweep_turns
-from lumped.vibration.rotating.harmonics import mean_matrix
+from lumped.compiler.structure import Name
+from lumped.compiler.system import Changes, System
+from lumped.errors import OptionError, SolverError
+from lumped.points.vibrating_states import finite
+from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Real
+from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.vibration.natural.find_modes import modes_of
+from lumped.vibration.natural.modes import Modes
+from lumped.vibration.natural.spectrum import REPEATED, Spectrum
+from lumped.vibration.rotating.find_rotation import rotation
+from lumped.vibration.rotating.harmonics import (
+    derive_by_parameters,
+    derive_by_speed,
+    mean_matrix,
+    sweep_turns,
+)
 from lumped.vibration.rotating.rotation import Rotation, samples_of
-from lumped.vibration.rotating.rotation_derivatives import derive_by_parameters, derive_by_speed
-from lumped.vibration.rotating.small_vibrations import SmallVibrations
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from lumped.vibration.rotating.small_vibrations import SmallVibrations, small_vibrations
 
 _VIBRATES = 1e-6
 """Imaginary part of an eigenvalue, relative to its size, above which it belongs to a vibration."""
 _SLOWEST = 1e-6
 """Size of an eigenvalue, relative to the largest, below which it is a zero with rounding."""
-_REPEATED = 1e-6
-"""Relative distance of eigenvalues below which they have no derivatives of their own."""
 
 
-class MeanSpectrum:
+@checked
+def mean_modes(
+    system: System,
+    *,
+    shaft: Name,
+    speed: float,
+    turns: int = 1,
+    at: OperatingPoint | Callable[[float], OperatingPoint] | None = None,
+    free: Name | None = None,
+    parameters: Changes | None = None,
+) -> Modes:
+    """Modes of the equivalent with constant inertias, of an engine with cranks for example.
+
+    Inertias, stiffness and damping are their means over the turns of a shaft that turns steadily,
+    as in `order_response`. What gas pressures add to the stiffness at single angles has no mean.
+    Of an inertia that varies its mean counts, by the kinetic energy at equal speed: for a crank
+    that of what rotates and about half of the mass that moves to and fro, at the crank radius. The
+    true frequency (Floquet's exponent) is higher by the square of the variation.
+
+    A component whose inertia varies must say its kinetic energy by a method `stored`, as all of the
+    library do; otherwise the mean of one over its inertia counts.
+
+    Source: Pasricha, ASEAN Journal on Science and Technology for Development 23 (2006) 1, abstract
+    (conventional theory takes the mean values of the varying inertias); Nestorides, A Handbook on
+    Torsional Vibration (1958), ch. 1 (not read).
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    shaft : name
+        Angle of the shaft, rad.
+    speed : float
+        Its speed, rad/s.
+    turns : int
+        Turns of it after which everything repeats: 2 for a four-stroke engine.
+    at, free, parameters : optional
+        As in `order_response`.
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    OptionError
+        If the speed is not positive, or the drive is another after the turns.
+    SolverError
+        If there is no steady rotation.
+    """
+    if not speed > 0:
+        raise OptionError(f"mean_modes: speed = {speed:g} rad/s must be above zero.")
+    turning = rotation(system, shaft, np.array([speed]), turns, at, parameters, free)
+    first = turning.points[0]
+    point = replace(first, x=turning.x[0], theta=turning.theta[0], settings=turning.settings[0])
+    matrix, _ = mean_matrix(small_vibrations(turning.system, (), ()), turning, np.ones(1))
+    return modes_of(finite(point), scipy.sparse.csr_array(matrix), is_mean=True)
+
+
+class MeanSpectrum(Spectrum):
     """Vibrations of the mean equations of a drive that turns steadily, at one speed.
 
     Laws of the frequency hold at the frequencies that parameters state.
@@ -56,16 +125,6 @@ class MeanSpectrum:
         self.eigenvalues: Complex = values[chosen]
         self._all, self._chosen = values, chosen
 
-    @property
-    def hertz(self) -> Real:
-        """Natural frequencies, Hz, shape (m,)."""
-        return np.abs(self.eigenvalues) / (2 * np.pi)
-
-    @property
-    def damping(self) -> Real:
-        """Damping ratios, shape (m,)."""
-        return 0.0 - self.eigenvalues.real / np.abs(self.eigenvalues)
-
     def hertz_by(self, mode: int) -> Real:
         """Derivatives of a natural frequency by all parameters, shape (p,)."""
         return self._slope(mode, self._of_hertz(mode))
@@ -89,15 +148,14 @@ class MeanSpectrum:
     def _slope(self, mode: int, weight: complex) -> Real:
         """Derivatives of the real part of an eigenvalue times a weight."""
         by_x, slope = self._sweep(mode, weight)
-        total: Real = slope + derive_by_parameters(self._steady, by_x)
-        return total
+        return slope + derive_by_parameters(self._steady, by_x)
 
     def _sweep(self, mode: int, weight: complex) -> tuple[Real, Real]:
         """The same by the states, and by parameters while the states stay."""
         place = self._chosen[mode]
         value, small = self._all[place], self._small
         near = np.abs(np.delete(self._all, place) - value).min(initial=np.inf)
-        if near <= _REPEATED * np.abs(value):
+        if near <= REPEATED * np.abs(value):
             raise SolverError(
                 f"{small.system.name}: mode {mode} ({np.abs(value) / (2 * np.pi):.6g} Hz) "
                 "coincides with another and has no derivative. Change a parameter a little."

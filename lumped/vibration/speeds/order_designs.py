@@ -91,14 +91,9 @@ class OrderDesigns:
             orders=key.orders,
             between=(min(low, float(speeds[0])), max(high, float(speeds[-1]))),
         ).critical
-        away = [apart_of(key, each.speed) for each in critical]
+        # distance from the speeds of operation, relative to the nearest of these
+        away = [max(1 - c.speed / low, c.speed / high - 1, 0.0) for c in critical]
         if not away:
             return np.inf, None
         least = int(np.argmin(away))
         return away[least], critical[least]
-
-
-def apart_of(key: Separation, speed: float) -> float:
-    """Distance of a critical speed from those of operation, relative to the nearest of these."""
-    low, high = key.between
-    return max(1 - speed / low, speed / high - 1, 0.0)

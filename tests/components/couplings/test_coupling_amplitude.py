@@ -7,7 +7,7 @@ import scipy
 import lumped as lp
 from lumped.components import Damper, ElasticCoupling, Fixed, Inertia, QuadraticTorque, Torque
 from lumped.errors import EquationError, OptionError, SolverError
-from lumped.vibration.ordered import law_amplitudes
+from lumped.vibration.ordered import order_solution
 
 J = 12.0, 30.0, 9.0
 C = 8e4, 5e4
@@ -245,7 +245,7 @@ def test_an_amplitude_beyond_the_rows_is_refused():
 
 def test_amplitudes_that_do_not_settle_are_told(monkeypatch):
     monkeypatch.setattr(
-        law_amplitudes, "solve_amplitudes", lambda _, begin: (begin + 7.0, np.array([0.0, 0.3]))
+        order_solution, "solve_amplitudes", lambda _, begin: (begin + 7.0, np.array([0.0, 0.3]))
     )
     with pytest.raises(
         SolverError, match=r"at 85 rad/s no amplitude.*coupling\.amplitude = 7 .* 3\.0e-01"

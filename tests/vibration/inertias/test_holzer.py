@@ -227,7 +227,7 @@ def test_the_picture_shows_every_inertia_and_shaft():
     assert bars == pytest.approx(holzer.referred.torques[shafts])
 
 
-def test_slips_are_named():
+def test_slips_are_named(two_mass):
     system = marine(damped=False)
     found = referred(system)
     with pytest.raises(OptionError, match="there is no mode 5; 5 modes count from 0"):
@@ -236,18 +236,28 @@ def test_slips_are_named():
         found.holzer(0).torque("shaff")
     with pytest.raises(UnknownNameError):
         referred(system, "propeler.phi")
-    free = lp.assemble(lp.compose(a=Inertia(J=1.0), connections=lambda m: []))
-    with pytest.raises(OptionError, match=r"vibrate together with a\.phi"):
-        referred(free, "a.phi")
-    alone = lp.compose(
-        a=Inertia(J=2.0),
-        shaft=Spring(c=100.0),
-        b=Inertia(J=3.0),
-        lone=Inertia(J=3.0),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
+    gears = IdealGear(ratio=2.0), IdealGear(ratio=-3.0)
+    loop = lp.compose(
+        a=Inertia(J=1.0),
+        shaft=Spring(c=9.0),
+        one=gears[0],
+        other=gears[1],
+        b=Inertia(J=2.0),
+        soft=Spring(c=1.0),
+        connections=lambda m: [
+            *lp.chain(m.a, m.shaft, m.one, m.b),
+            *lp.chain(m.a, m.soft, m.other, m.b),
+        ],
     )
-    with pytest.raises(OptionError, match=r"vibrate together with lone\.phi"):
-        referred(lp.assemble(alone), "lone.phi")
+    with pytest.raises(OptionError, match="closes a loop of shafts whose ratios do not agree"):
+        referred(lp.assemble(loop), "a.phi")
+    lone = Inertia(J=1.0)
+    for model in (
+        lp.compose(lone=lone),
+        lp.compose(lone=lone, drive=two_mass, connections=lambda m: []),
+    ):
+        with pytest.raises(OptionError, match=r"vibrate together with lone\.phi"):
+            referred(lp.assemble(model), "lone.phi")
 
 
 def test_a_shaft_with_inertia_counts_with_its_ends():
@@ -274,18 +284,8 @@ def test_cylinders_count_with_the_mean_of_their_inertia(masses):
     cylinder = Cylinder(
         pressure=pressure, masses=masses, series=series, bore=0.1, r=r, L=length, m=m, phase=0.3
     )
-    system = lp.assemble(
-        lp.compose(
-            cylinder=cylinder,
-            crank=Inertia(J=0.05),
-            shaft=Spring(c=2e5),
-            wheel=Inertia(J=0.3),
-            connections=lambda m: [
-                lp.connect(m.cylinder.flange, m.crank.flange_a),
-                *lp.chain(m.crank, m.shaft, m.wheel),
-            ],
-        )
-    )
+    shaft, wheel = Spring(c=2e5), Inertia(J=0.3)
+    system = assemble_row(cylinder=cylinder, crank=Inertia(J=0.05), shaft=shaft, wheel=wheel)
     modes = lp.vibration.mean_modes(system, shaft="wheel.phi", speed=150.0, turns=2)
     found = lp.vibration.mass_elastic(modes, shaft="wheel.phi")
     a = 2 * np.pi * np.arange(4096) / 4096

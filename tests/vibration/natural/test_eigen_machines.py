@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from differences import slope
 
 import lumped as lp
 from lumped.models.carrousel_coiler import scenes as coiler
@@ -49,16 +50,15 @@ def eigenvalues(point):
 
 def by_differences(point, name, values):
     place = point.system.places([name])[0]
-    h = 1e-3 * abs(point.theta[place])
-    total = np.zeros(len(values), dtype=complex)
-    for k, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60)):
-        for sign in (1, -1):
-            theta = point.theta.copy()
-            theta[place] += sign * k * h
-            near = eigenvalues(replace(point, theta=theta))
-            found = near[np.abs(near[None, :] - values[:, None]).argmin(axis=1)]
-            total += sign * weight * (found - values) / h
-    return total * point.theta[place]
+
+    def moved(value):
+        theta = point.theta.copy()
+        theta[place] = value
+        near = eigenvalues(replace(point, theta=theta))
+        return near[np.abs(near[None, :] - values[:, None]).argmin(axis=1)]
+
+    own = point.theta[place]
+    return slope(moved, own, 1e-3 * abs(own)) * own
 
 
 @pytest.mark.parametrize(

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from drive_chains import Geared, Pendulum, damped_pair, in_turn, star
 from rows import in_a_row
 
 import lumped as lp
-from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, SpringDamper
+from lumped.components import Fixed, Inertia, Spring, SpringDamper
 from lumped.errors import OptionError, UnknownNameError
 
 
@@ -33,11 +34,9 @@ def test_two_inertias_have_the_derivatives_of_the_closed_form(two_mass):
 
 
 @pytest.mark.parametrize("zeta", [0.0, 0.02, 0.8])
-def test_damping_ratios_have_the_derivatives_of_the_closed_form(two_mass, zeta):
+def test_damping_ratios_have_the_derivatives_of_the_closed_form(zeta):
     c, reduced = 300.0, 2.0 / 3.0
-    d = 2 * zeta * np.sqrt(c * reduced)
-    model = two_mass.with_({"shaft": SpringDamper(c=c, d=d)})
-    received = derived(model, to=["shaft.c", "shaft.d"])
+    received = derived(damped_pair(zeta), to=["shaft.c", "shaft.d"])
     f = np.sqrt(c / reduced) / (2 * np.pi)
     expected = [-zeta / (2 * c), 1 / (2 * np.sqrt(c * reduced))]
     assert received.damping[0] == pytest.approx(expected, rel=1e-9, abs=1e-15)
@@ -46,30 +45,9 @@ def test_damping_ratios_have_the_derivatives_of_the_closed_form(two_mass, zeta):
 
 def test_a_damped_geared_drive_agrees_with_the_theorem_on_mass_and_stiffness():
     """``dl = -v'(l^2 dM + l dD + dK)v / v'(2 l M + D)v`` in absolute angles."""
-    rng = np.random.default_rng(8)
-    n = 12
-    J, c = rng.uniform(0.1, 2, n), rng.uniform(1e3, 1e5, n - 1)
-    d, ratio = rng.uniform(0.1, 5, n - 1), rng.uniform(0.5, 3.0, n - 1)
-
-    def joints(m):
-        for i in range(n - 1):
-            yield from lp.chain(m.body[i], m.shaft[i], m.gear[i], m.body[i + 1])
-        yield from lp.chain(m.body[n - 1], m.brake, m.ground)
-
-    model = lp.compose(
-        body=[Inertia(J=float(x)) for x in J],
-        shaft=[SpringDamper(c=float(x), d=float(y)) for x, y in zip(c, d, strict=True)],
-        gear=[IdealGear(ratio=float(x)) for x in ratio],
-        brake=Damper(d=0.7),
-        ground=Fixed(),
-        connections=joints,
-    )
-    received = derived(model)
-    twist = np.zeros((n - 1, n))
-    twist[np.arange(n - 1), np.arange(n - 1)] = -1.0
-    twist[np.arange(n - 1), np.arange(1, n)] = ratio
-    M, K, D = np.diag(J), twist.T @ np.diag(c) @ twist, twist.T @ np.diag(d) @ twist
-    D[-1, -1] += 0.7
+    drive, n = Geared.random(12, seed=8), 12
+    received = derived(drive.model())
+    M, D, K = drive.matrices()
     column = {name: i for i, name in enumerate(received.by)}
     worst = 0.0
     for k, value in enumerate(received.modes.eigenvalues):
@@ -79,10 +57,10 @@ def test_a_damped_geared_drive_agrees_with_the_theorem_on_mass_and_stiffness():
         for i in range(n):
             expected[f"body[{i}].J"] = -(value**2) * v[i] ** 2 / under
         for i in range(n - 1):
-            angle = twist[i] @ v
+            angle = drive.twist[i] @ v
             expected[f"shaft[{i}].c"] = -(angle**2) / under
             expected[f"shaft[{i}].d"] = -value * angle**2 / under
-            law = c[i] + value * d[i]
+            law = drive.c[i] + value * drive.d[i]
             expected[f"gear[{i}].ratio"] = -2 * law * angle * v[i + 1] / under
         row = received.eigenvalues[k]
         size = max(abs(e) for e in expected.values())
@@ -96,12 +74,9 @@ def test_stiffnesses_share_a_half_and_inertias_a_half_taken_away():
     """Frequencies are homogeneous: Euler's theorem; here of some modes of a large drive."""
     rng = np.random.default_rng(9)
     n = 400
-    model = lp.compose(
+    model = in_turn(
         body=[Inertia(J=float(x)) for x in rng.uniform(0.1, 3, n)],
         shaft=[Spring(c=float(x)) for x in rng.uniform(1e3, 1e6, n - 1)],
-        connections=lambda m: [
-            x for i in range(n - 1) for x in lp.chain(m.body[i], m.shaft[i], m.body[i + 1])
-        ],
     )
     received = derived(model, near=0.0, count=6)
     stiff = np.array([name.endswith(".c") for name in received.by])
@@ -111,26 +86,9 @@ def test_stiffnesses_share_a_half_and_inertias_a_half_taken_away():
     assert (received.relative[:, stiff] >= 0).all()
 
 
-class Pendulum(lp.Component):
-    """Gravity pendulum under a torque: J a = torque - weight sin(phi)."""
-
-    flange = lp.Flange(free=True)
-    J: lp.Param = lp.param("kg.m2", "inertia", 2.0, above=0)
-    weight: lp.Param = lp.param("N.m", "weight times arm", 30.0)
-    torque: lp.Param = lp.param("N.m", "torque", 18.0)
-    phi: lp.Var = lp.var("rad", "angle", start=0.5)
-    w: lp.Var = lp.var("rad/s", "speed")
-
-    def equations(self):
-        yield self.flange.phi == self.phi
-        yield self.w == lp.der(self.phi)
-        push = self.torque - self.weight * lp.ops.sin(self.phi)
-        yield self.J * lp.der(self.w) == self.flange.tau + push
-
-
 def test_an_equilibrium_moves_with_the_parameters():
     """J w^2 = sqrt(weight^2 - torque^2)."""
-    system = lp.assemble(lp.compose(p=Pendulum()))
+    system = lp.assemble(lp.compose(p=Pendulum(torque=18.0, phi=0.5)))
     modes = lp.modes(system, at=lp.equilibrium(system))
     received = lp.vibration.eigen_sensitivity(modes, by=["p.J", "p.weight", "p.torque"])
     lever = np.sqrt(30.0**2 - 18.0**2)
@@ -150,17 +108,6 @@ def test_a_point_that_is_no_equilibrium_is_held():
     assert not received.moving
 
 
-def star(count, **more):
-    return lp.compose(
-        hub=Inertia(J=1.0),
-        arm=[Spring(c=100.0) for _ in range(count)],
-        tip=[Inertia(J=1.0) for _ in range(count)],
-        connections=lambda m: [
-            *[x for i in range(count) for x in lp.chain(m.hub.flange_b, m.arm[i], m.tip[i])]
-        ],
-    )
-
-
 def test_modes_that_repeat_in_one_drive_have_no_derivatives():
     received = derived(star(3))
     assert received.repeated == (0, 1)
@@ -174,14 +121,9 @@ def test_modes_that_repeat_in_one_drive_have_no_derivatives():
         received.ranked(1)
 
 
-def test_equal_separate_drives_do_not_repeat():
-    model = lp.compose(
-        **{f"a{i}": Inertia(J=2.0) for i in range(2)},
-        **{f"s{i}": Spring(c=300.0) for i in range(2)},
-        **{f"b{i}": Inertia(J=1.0) for i in range(2)},
-        connections=lambda m: [*lp.chain(m.a0, m.s0, m.b0), *lp.chain(m.a1, m.s1, m.b1)],
-    )
-    received = derived(model, to=["s0.c", "s1.c"])
+def test_equal_separate_drives_do_not_repeat(two_mass):
+    model = lp.compose(one=two_mass, other=type(two_mass)(), connections=lambda m: [])
+    received = derived(model, to=["one.shaft.c", "other.shaft.c"])
     assert received.repeated == ()
     assert np.sort(received.relative, axis=1) == pytest.approx(
         np.array([[0.0, 0.5], [0.0, 0.5]]), rel=1e-11, abs=1e-14

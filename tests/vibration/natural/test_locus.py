@@ -27,20 +27,14 @@ def test_a_damped_oscillator_follows_its_circle_and_splits_on_the_axis():
 
 def two_drives():
     """Two drives whose frequencies cross where one stiffness changes."""
-    return lp.assemble(
-        lp.compose(
-            ground=Fixed(),
-            one=Spring(c=100.0),
-            a=Inertia(J=1.0),
-            two=Spring(c=400.0),
-            b=Inertia(J=1.0),
-            coupling=Spring(c=1e-3),
-            connections=lambda m: [
-                *lp.chain(m.ground, m.one, m.a),
-                *lp.chain(m.ground, m.two, m.b),
-                *lp.chain(m.a, m.coupling, m.b),
-            ],
-        )
+    return assemble_row(
+        ground=Fixed(),
+        one=Spring(c=100.0),
+        a=Inertia(J=1.0),
+        coupling=Spring(c=1e-3),
+        b=Inertia(J=1.0),
+        two=Spring(c=400.0),
+        wall=Fixed(),
     )
 
 
@@ -75,14 +69,11 @@ def test_veering_modes_exchange_their_shapes_without_crossing():
 
 
 def test_an_unstable_side_is_told():
-    system = lp.assemble(
-        lp.compose(
-            ground=Fixed(),
-            load=LinearTorque(tau_nominal=1.0, w_nominal=1.0),
-            shaft=Spring(c=200.0),
-            body=Inertia(J=2.0),
-            connections=lambda m: lp.chain(m.ground, m.shaft, m.body, m.load),
-        )
+    system = assemble_row(
+        ground=Fixed(),
+        shaft=Spring(c=200.0),
+        body=Inertia(J=2.0),
+        load=LinearTorque(tau_nominal=1.0, w_nominal=1.0),
     )
     locus = lp.vibration.root_locus(system, along={"load.tau_nominal": [1.0, 0.5, -0.5, -1.0]})
     assert locus.unstable.tolist() == [True, True, False, False]

@@ -1,11 +1,16 @@
 """Derivatives of mode shapes, and of eigenvalues that repeat, by closed forms and matrices."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy
+from differences import slope
+from drive_chains import Geared, damped_pair, star
+from rows import assemble_row
 
 import lumped as lp
-from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, SpringDamper, Torque
+from lumped.components import Fixed, Inertia, Spring, Torque
 from lumped.errors import OptionError, SolverError, UnknownNameError
 
 
@@ -32,63 +37,39 @@ def test_two_inertias_have_the_shape_derivatives_of_the_closed_form(two_mass):
     assert "residual" in repr(found)
 
 
-def geared(J, c, d, ratio):
-    n = len(J)
-
-    def joints(m):
-        for i in range(n - 1):
-            yield from lp.chain(m.body[i], m.shaft[i], m.gear[i], m.body[i + 1])
-        yield from lp.chain(m.body[n - 1], m.brake, m.ground)
-
-    return lp.compose(
-        body=[Inertia(J=float(x)) for x in J],
-        shaft=[SpringDamper(c=float(x), d=float(y)) for x, y in zip(c, d, strict=True)],
-        gear=[IdealGear(ratio=float(x)) for x in ratio],
-        brake=Damper(d=0.7),
-        ground=Fixed(),
-        connections=joints,
-    )
-
-
-def shape_by_matrices(J, c, d, ratio, value):
+def shape_by_matrices(drive, value):
     """Angles of the mode near an eigenvalue, from mass, damping and stiffness, to be scaled."""
-    n = len(J)
-    twist = np.zeros((n - 1, n))
-    twist[np.arange(n - 1), np.arange(n - 1)] = -1.0
-    twist[np.arange(n - 1), np.arange(1, n)] = ratio
-    K, D = twist.T @ np.diag(c) @ twist, twist.T @ np.diag(d) @ twist
-    D[-1, -1] += 0.7
-    M = np.diag(J)
+    n = len(drive.J)
+    M, D, K = drive.matrices()
     A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, D)]])
     values, vectors = scipy.linalg.eig(A)
     return vectors[:n, np.abs(values - value).argmin()]
 
 
 def test_a_damped_geared_drive_agrees_with_differences_of_matrices():
-    rng = np.random.default_rng(8)
-    n = 6
-    J, c = rng.uniform(0.1, 2, n), rng.uniform(1e3, 1e5, n - 1)
-    d, ratio = rng.uniform(0.1, 5, n - 1), rng.uniform(0.5, 3.0, n - 1)
-    modes = lp.modes(lp.assemble(geared(J, c, d, ratio)))
-    to = {"body[2].J": (0, 2), "shaft[1].c": (1, 1), "shaft[3].d": (2, 3), "gear[4].ratio": (3, 4)}
-    of = [f"body[{i}].phi" for i in range(n)]
+    drive = Geared.random(6, seed=8)
+    modes = lp.modes(lp.assemble(drive.model()))
+    to = {"body[2].J": ("J", 2), "shaft[1].c": ("c", 1), "shaft[3].d": ("d", 3)}
+    to["gear[4].ratio"] = "ratio", 4
+    of = [f"body[{i}].phi" for i in range(6)]
     found = lp.vibration.shape_sensitivity(modes, of=of, by=list(to))
     worst = 0.0
     for k, value in enumerate(modes.eigenvalues):
         shape = np.array([modes.shape(name)[k] for name in of])
         # the largest angle may be one between gears; bodies relative to their largest are compared
         top = np.abs(shape).argmax()
-        for name, (which, place) in to.items():
-            total = np.zeros(n, dtype=complex)
-            h = 1e-3 * (J, c, d, ratio)[which][place]
-            for step, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60)):
-                for sign in (1, -1):
-                    given = [x.copy() for x in (J, c, d, ratio)]
-                    given[which][place] += sign * step * h
-                    near = shape_by_matrices(*given, value)
-                    total += sign * weight * near / near[top] / h
-            slope = np.array([found[n, name][k] for n in of])
-            received = slope / shape[top] - shape * slope[top] / shape[top] ** 2
+        for name, (kind, place) in to.items():
+
+            def near(x, kind=kind, place=place, value=value, top=top):
+                given = getattr(drive, kind).copy()
+                given[place] = x
+                found = shape_by_matrices(replace(drive, **{kind: given}), value)
+                return found / found[top]
+
+            h = 1e-3 * getattr(drive, kind)[place]
+            total = slope(near, getattr(drive, kind)[place], h)
+            change = np.array([found[n, name][k] for n in of])
+            received = change / shape[top] - shape * change[top] / shape[top] ** 2
             size = np.abs(total).max() + 1e-9 / h
             worst = max(worst, np.abs(received - total).max() / size)
     print(f"largest error {worst:.1e}")
@@ -110,19 +91,14 @@ class Hardening(lp.Component):
 
 def test_shapes_follow_an_equilibrium_that_moves():
     """Wall, hardening shaft, body, spring, body: c_1 = 3 k^(1/3) load^(2/3) at the equilibrium."""
-    model = lp.compose(
+    system = assemble_row(
         wall=Fixed(),
         soft=Hardening(),
         a=Inertia(J=2.0),
         shaft=Spring(c=700.0),
         b=Inertia(J=1.0),
         load=Torque(tau=40.0),
-        connections=lambda m: [
-            *lp.chain(m.wall, m.soft, m.a, m.shaft, m.b),
-            lp.connect(m.load.flange, m.b.flange_b),
-        ],
     )
-    system = lp.assemble(model)
     modes = lp.modes(system, at=lp.equilibrium(system))
     found = lp.vibration.shape_sensitivity(modes, of=["a.phi", "b.phi"], by=["load.tau", "soft.k"])
     assert found.moving
@@ -136,26 +112,14 @@ def test_shapes_follow_an_equilibrium_that_moves():
 
     point = {"soft.k": 5e4, "load.tau": 40.0}
     for name in point:
-        h, total = 1e-3 * point[name], 0.0
-        for step, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60)):
-            up, down = (
-                ratio(*(point | {name: point[name] + s * step * h}).values()) for s in (1, -1)
-            )
-            total = total + weight * (up - down) / h
+        total = slope(
+            lambda x, name=name: ratio(*(point | {name: x}).values()),
+            point[name],
+            1e-3 * point[name],
+        )
         a, b = modes.shape("a.phi"), modes.shape("b.phi")
         received = found["b.phi", name] / a - b * found["a.phi", name] / a**2
         assert received == pytest.approx(total, rel=1e-8)
-
-
-def star(count):
-    return lp.compose(
-        hub=Inertia(J=1.0),
-        arm=[Spring(c=100.0) for _ in range(count)],
-        tip=[Inertia(J=1.0) for _ in range(count)],
-        connections=lambda m: [
-            x for i in range(count) for x in lp.chain(m.hub.flange_b, m.arm[i], m.tip[i])
-        ],
-    )
 
 
 def test_eigenvalues_that_repeat_part_as_perturbation_theory_says():
@@ -192,10 +156,9 @@ def test_bad_input_is_refused(two_mass):
         lp.vibration.shape_sensitivity(free, of=["body.phi"])
 
 
-def test_an_eigenvalue_with_too_few_shapes_has_infinite_derivatives(two_mass):
+def test_an_eigenvalue_with_too_few_shapes_has_infinite_derivatives():
     """Critical damping, but for rounding: two equal eigenvalues, one shape."""
-    d = 2 * (1 - 1e-14) * np.sqrt(300.0 * 2 / 3)
-    modes = lp.modes(lp.assemble(two_mass.with_({"shaft": SpringDamper(c=300.0, d=d)})))
+    modes = lp.modes(lp.assemble(damped_pair(1 - 1e-14)))
     found = lp.vibration.eigen_sensitivity(modes)
     assert found.repeated == (0,)
     assert np.isnan(found.hertz[0]).all()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import assemble_row
 
 import lumped as lp
 from lumped.components import Clutch, Damper, Fixed, Inertia, NonlinearSpring, Spring, Torque
@@ -11,20 +12,18 @@ J, C, D, K3, P = 2.0, 8e3, 12.0, 4e6, 60.0
 
 def swing(cubic=K3):
     """Disc on a progressive spring."""
-    return lp.assemble(
-        lp.compose(
-            disc=Inertia(J=J),
-            spring=NonlinearSpring(characteristic=lambda x: C * x + cubic * x**3),
-            air=Damper(d=D),
-            torque=Torque(tau=0.0),
-            ground=Fixed(),
-            connections=lambda m: [
-                *lp.chain(m.disc, m.spring, m.ground),
-                *lp.chain(m.disc, m.air, m.ground),
-                lp.connect(m.torque.flange, m.disc.flange_a),
-            ],
-        )
+    model = lp.compose(
+        torque=Torque(tau=0.0),
+        disc=Inertia(J=J),
+        spring=NonlinearSpring(characteristic=lambda x: C * x + cubic * x**3),
+        air=Damper(d=D),
+        ground=Fixed(),
+        connections=lambda m: [
+            *lp.chain(m.torque, m.disc, m.spring, m.ground),
+            *lp.chain(m.disc, m.air, m.ground),
+        ],
     )
+    return lp.assemble(model)
 
 
 def test_what_a_cubic_spring_leaves_out_is_its_first_harmonic():
@@ -58,19 +57,13 @@ def test_what_is_small_or_linear_is_not_told():
 @pytest.mark.parametrize(("amplitude", "slips"), [(29.5, False), (30.5, True)])
 def test_a_clutch_that_slips_along_the_vibration_is_named(amplitude, slips):
     """It sticks up to 20 N.m; far below the elastic mode two thirds of the torque pass it."""
-    system = lp.assemble(
-        lp.compose(
-            engine=Inertia(J=1.0),
-            clutch=Clutch(f_max=40.0, u=1.0),
-            drum=Inertia(J=1.0),
-            shaft=Spring(c=1e5),
-            load=Inertia(J=1.0),
-            torque=Torque(tau=0.0),
-            connections=lambda m: [
-                *lp.chain(m.engine, m.clutch, m.drum, m.shaft, m.load),
-                lp.connect(m.torque.flange, m.engine.flange_a),
-            ],
-        )
+    system = assemble_row(
+        torque=Torque(tau=0.0),
+        engine=Inertia(J=1.0),
+        clutch=Clutch(f_max=40.0, u=1.0),
+        drum=Inertia(J=1.0),
+        shaft=Spring(c=1e5),
+        load=Inertia(J=1.0),
     )
     response = lp.vibration.order_response(
         system, speeds=[5.0, 10.0], of=["clutch.tau"], excitations={"torque.tau": {1: amplitude}}

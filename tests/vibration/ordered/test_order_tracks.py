@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
@@ -24,11 +25,7 @@ class Harmonics(lp.Component):
 
 
 def run_up(sense=1.0, grid=60000, until=20.0):
-    model = lp.compose(
-        rotor=Inertia(J=5.0, w=30.0 * sense),
-        engine=Harmonics(sense=sense),
-        connections=lambda m: [lp.connect(m.rotor.flange_b, m.engine.flange)],
-    )
+    model = in_a_row(rotor=Inertia(J=5.0, w=30.0 * sense), engine=Harmonics(sense=sense))
     system = lp.assemble(model, keep=["rotor.phi", "engine.flange.tau"])
     return lp.simulate(system, until=until, grid=grid, rtol=1e-9)
 
@@ -122,26 +119,19 @@ def test_a_slow_passage_through_a_resonance_has_the_steady_amplitudes():
 
 
 def test_what_cannot_be_tracked_is_named():
-    def tracks(**options):
-        return lp.vibration.order_tracks(
-            options.pop("run", run), options.pop("of", "engine.flange.tau"), **options
-        )
-
     run = run_up(until=4.0, grid=8000)
-    angle = {"shaft": "rotor.phi"}
-    with pytest.raises(OptionError, match=r"makes 2\d\.\d+ turns; a window has 50"):
-        tracks(turns=50, **angle)
-    with pytest.raises(OptionError, match="at least 3 turns"):
-        tracks(turns=2, **angle)
-    with pytest.raises(OptionError, match="overlap = 1 must"):
-        tracks(overlap=1.0, **angle)
-    with pytest.raises(OptionError, match=r"too few for the order 400; .* at least 4000 points"):
-        tracks(most=400.0, **angle)
-    with pytest.raises(OptionError, match="highest order"):
-        tracks(most=0.2, **angle)
-    with pytest.raises(OptionError, match="turns back"):
-        tracks(shaft="engine.flange.tau")
-    found = tracks(**angle)
+    usual = {"of": "engine.flange.tau", "shaft": "rotor.phi"}
+    for options, match in (
+        ({"turns": 50}, r"makes 2\d\.\d+ turns; a window has 50"),
+        ({"turns": 2}, "at least 3 turns"),
+        ({"overlap": 1.0}, "overlap = 1 must"),
+        ({"most": 400.0}, r"too few for the order 400; .* at least 4000 points"),
+        ({"most": 0.2}, "highest order"),
+        ({"shaft": "engine.flange.tau"}, "turns back"),
+    ):
+        with pytest.raises(OptionError, match=match):
+            lp.vibration.order_tracks(run, **usual | options)
+    found = lp.vibration.order_tracks(run, **usual)
     for order in (0.1, 13.0):
         with pytest.raises(OptionError, match=r"must lie between 0\.25, two periods"):
             found.track(order)

@@ -10,14 +10,8 @@ from lumped.errors import OptionError
 
 
 def crank(speed=-7.0):
-    return lp.assemble(
-        lp.compose(
-            drive=Speed(w=speed),
-            crank=CrankSlider(r=0.1, L=0.4, m=2.0),
-            connections=lambda m: [lp.connect(m.drive.flange, m.crank.flange)],
-        ),
-        keep=["crank.flange.phi"],
-    )
+    model = in_a_row(drive=Speed(w=speed), crank=CrankSlider(r=0.1, L=0.4, m=2.0))
+    return lp.assemble(model, keep=["crank.flange.phi"])
 
 
 @pytest.mark.parametrize("speed", [7.0, -7.0])
@@ -61,11 +55,7 @@ class HalfOrders(lp.Component):
 @pytest.mark.parametrize("turns", [2, 4])
 def test_half_orders_count_over_two_turns(w, turns):
     """Their sines are cosines a quarter of a period later; backwards they are negative."""
-    model = lp.compose(
-        a=Inertia(J=5.0, w=w),
-        h=HalfOrders(),
-        connections=lambda m: [lp.connect(m.a.flange_b, m.h.flange)],
-    )
+    model = in_a_row(a=Inertia(J=5.0, w=w), h=HalfOrders())
     system = lp.assemble(model, keep=["a.phi", "h.flange.tau"])
     for until in (0.6, 5.0):
         run = lp.simulate(system, until=until, grid=int(6000 * until), rtol=1e-9)
@@ -80,19 +70,13 @@ def test_half_orders_count_over_two_turns(w, turns):
 
 
 def test_bad_input_is_refused():
-    run = lp.simulate(crank(), until=0.5, grid=2000)
-    with pytest.raises(OptionError, match="full turn"):
-        lp.vibration.orders(run, "crank.flange.tau", shaft="crank.flange.phi")
-    run = lp.simulate(crank(), until=1.0, grid=100)
-    for turns in (0, 1.5, True):
-        with pytest.raises(OptionError, match="whole number"):
-            lp.vibration.orders(run, "crank.flange.tau", shaft="crank.flange.phi", turns=turns)
-    with pytest.raises(OptionError, match="2 full turns are needed"):
-        lp.vibration.orders(run, "crank.flange.tau", shaft="crank.flange.phi", turns=2)
-    with pytest.raises(OptionError, match="too few"):
-        lp.vibration.orders(run, "crank.flange.tau", shaft="crank.flange.phi")
-    with pytest.raises(OptionError, match="turns back"):
-        lp.vibration.orders(lp.simulate(crank(), until=1.0), "crank.flange.tau", shaft="crank.s")
+    short, run = (lp.simulate(crank(), until=t, grid=n) for t, n in ((0.5, 2000), (1.0, 100)))
+    rows = [(short, "flange.phi", 1, "full turn"), (run, "flange.phi", 1, "too few")]
+    rows += [(run, "flange.phi", turns, "whole number") for turns in (0, 1.5, True)]
+    rows += [(run, "flange.phi", 2, "2 full turns are needed"), (run, "s", 1, "turns back")]
+    for given, angle, turns, match in rows:
+        with pytest.raises(OptionError, match=match):
+            lp.vibration.orders(given, "crank.flange.tau", shaft=f"crank.{angle}", turns=turns)
 
 
 def test_turns_are_the_product_of_the_ratios():
@@ -107,13 +91,12 @@ def test_turns_are_the_product_of_the_ratios():
         connections=lambda m: lp.chain(m.motor, m.shaft, m.first, m.second, m.belt, m.drum),
     )
     modes = lp.modes(lp.assemble(model))
-    assert lp.vibration.turns(modes, "drum.phi", shaft="motor.phi") == pytest.approx(0.1, rel=1e-12)
-    assert lp.vibration.turns(modes, "motor.phi", shaft="drum.phi") == pytest.approx(
-        10.0, rel=1e-12
-    )
-    assert lp.vibration.turns(modes, "first.flange_b.phi", shaft="motor.phi") == pytest.approx(
-        0.4, rel=1e-12
-    )
+    for of, shaft, expected in (
+        ("drum.phi", "motor.phi", 0.1),
+        ("motor.phi", "drum.phi", 10.0),
+        ("first.flange_b.phi", "motor.phi", 0.4),
+    ):
+        assert lp.vibration.turns(modes, of, shaft=shaft) == pytest.approx(expected, rel=1e-12)
     # 21 teeth on the motor: 210 for each turn of the drum
     order = 21 * lp.vibration.turns(modes, "motor.phi", shaft="drum.phi")
     (critical,) = lp.vibration.critical_speeds(modes, [order])[:1]

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from differences import slope
+from drive_chains import Geared
 from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped.components import (
-    Damper,
     Fixed,
     IdealGear,
     Inertia,
@@ -93,45 +94,20 @@ def test_the_peak_of_a_damped_oscillator_has_its_closed_form(zeta):
 
 
 def test_a_long_geared_drive_answers_as_its_impedance_matrix():
-    rng = np.random.default_rng(11)
-    n = 60
-    J, c, d = rng.uniform(0.1, 2, n), rng.uniform(1e3, 1e5, n - 1), rng.uniform(0.1, 5, n - 1)
-    ratio = rng.uniform(0.5, 3.0, n - 1)
-
-    def joints(m):
-        for i in range(n - 1):
-            yield from lp.chain(m.body[i], m.shaft[i], m.gear[i], m.body[i + 1])
-        yield from lp.chain(m.body[n - 1], m.brake, m.ground)
-        yield from lp.chain(m.first, m.body[0])
-        yield lp.connect(m.second.flange, m.body[30].flange_b)
-
-    model = lp.compose(
-        body=[Inertia(J=float(x)) for x in J],
-        shaft=[SpringDamper(c=float(x), d=float(y)) for x, y in zip(c, d, strict=True)],
-        gear=[IdealGear(ratio=float(x)) for x in ratio],
-        brake=Damper(d=0.7),
-        ground=Fixed(),
-        first=Torque(tau=0.0),
-        second=Torque(tau=0.0),
-        connections=joints,
-    )
+    drive = Geared.random(60, seed=11)
+    places = {"first": 0, "second": 30}
+    model = drive.model({name: (Torque(tau=0.0), "body", i) for name, i in places.items()})
     hertz = np.linspace(0.5, 60.0, 40)
     outputs = ["body[59].w", "shaft[17].tau", "body[4].w"]
     received = lp.frequency_response(
         lp.assemble(model), inputs=["first.tau", "second.tau"], outputs=outputs, hertz=hertz
     )
-    twist = np.zeros((n - 1, n))
-    twist[np.arange(n - 1), np.arange(n - 1)] = -1.0
-    twist[np.arange(n - 1), np.arange(1, n)] = ratio
-    brake = np.zeros(n)
-    brake[-1] = 0.7
+    M, D, K = drive.matrices()
     worst = 0.0
     for k, f in enumerate(hertz):
         s = 2j * np.pi * f
-        law = np.diag(c + s * d)
-        impedance = s**2 * np.diag(J) + s * np.diag(brake) + twist.T @ law @ twist
-        angles = np.linalg.solve(impedance, np.eye(n)[:, [0, 30]])
-        torque = (law @ twist @ angles)[17]
+        angles = np.linalg.solve(s**2 * M + s * D + K, np.eye(60)[:, [0, 30]])
+        torque = (drive.c[17] + s * drive.d[17]) * (drive.twist[17] @ angles)
         expected = np.array([s * angles[59], torque, s * angles[4]])
         worst = max(worst, np.abs(received.values[k] / expected - 1).max())
     print(f"worst relative error {worst:.1e}")
@@ -195,13 +171,7 @@ def test_a_prescribed_angle_is_refused_and_its_acceleration_answers():
 def test_a_prescribed_speed_varies_only_where_its_acceleration_does_not_matter():
     def driven(*parts):
         named = {f"part{i}": part for i, part in enumerate(parts)}
-        return lp.assemble(
-            lp.compose(
-                base=Speed(w=10.0),
-                **named,
-                connections=lambda m: lp.chain(m.base, *(getattr(m, n) for n in named)),
-            )
-        )
+        return assemble_row(base=Speed(w=10.0), **named)
 
     asked = {"inputs": ["base.w"], "outputs": ["part1.w"], "hertz": [1.0]}
     received = lp.frequency_response(driven(SpringDamper(c=800.0, d=3.0), Inertia(J=2.0)), **asked)
@@ -229,7 +199,7 @@ def test_what_drifts_freely_has_no_static_response():
 
 @pytest.mark.parametrize("hertz", [[], [2.0, 1.0], [1.0, 1.0], [-1.0, 1.0], [1.0, np.nan]])
 def test_frequencies_must_ascend(hertz):
-    with pytest.raises(OptionError, match=r"ascending, finite and not negative|finite numbers"):
+    with pytest.raises(OptionError, match=r"ascending and not negative|finite numbers"):
         lp.frequency_response(
             lp.assemble(Rig()), inputs=["motor.tau"], outputs=["b.w"], hertz=hertz
         )
@@ -259,16 +229,10 @@ def test_the_picture_shows_magnitude_and_phase():
     assert "shaft.tau / motor.tau" in repr(received)
 
 
-def two_masses():
-    return assemble_row(
-        load=Torque(tau=0.0), a=Inertia(J=0.5), shaft=SpringDamper(c=800.0, d=3.0), b=Inertia(J=2.0)
-    )
-
-
 def test_a_response_has_the_derivatives_of_its_closed_form():
-    system, hertz = two_masses(), np.array([0.5, 3.0, 6.9, 20.0])
+    hertz = np.array([0.5, 2.0, 4.5, 20.0])
     response = lp.frequency_response(
-        system, inputs=["load.tau"], outputs=["b.w", "a.w"], hertz=hertz
+        lp.assemble(Rig()), inputs=["motor.tau"], outputs=["b.w", "a.w"], hertz=hertz
     )
     to = ["a.J", "b.J", "shaft.c", "shaft.d"]
     found = lp.vibration.response_sensitivity(response, by=to)
@@ -281,19 +245,18 @@ def test_a_response_has_the_derivatives_of_its_closed_form():
         return np.array([k / under, (J_b * s + k) / under])
 
     # complex amplitudes leave no room for a complex step: differences of sixth order
-    point = np.array([0.5, 2.0, 800.0, 3.0])
+    point = np.array([2.0, 1.0, 300.0, 1.5])
     for i, name in enumerate(to):
-        h, expected = 3e-3 * point[i], 0.0
-        for k, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60)):
-            e = np.eye(4)[i] * k * h
-            expected = expected + weight / h * (closed(*(point + e)) - closed(*(point - e)))
-        assert found["b.w", "load.tau", name] == pytest.approx(expected[0], rel=1e-8)
-        assert found["a.w", "load.tau", name] == pytest.approx(expected[1], rel=1e-8)
+        step = 3e-3 * point[i] * np.eye(4)[i]
+        expected = slope(lambda share, step=step: closed(*(point + share * step)), 0.0, 1.0)
+        expected = expected / (3e-3 * point[i])
+        assert found["b.w", "motor.tau", name] == pytest.approx(expected[0], rel=1e-8)
+        assert found["a.w", "motor.tau", name] == pytest.approx(expected[1], rel=1e-8)
         size = np.abs(closed(*point)[0])
         along = (closed(*point)[0].conj() * expected[0]).real / size
-        assert found.magnitude("b.w", "load.tau", name) == pytest.approx(along, rel=1e-7)
+        assert found.magnitude("b.w", "motor.tau", name) == pytest.approx(along, rel=1e-7)
     with pytest.raises(UnknownNameError):
-        found["b.w", "load.tau", "load.tau"]
+        found["b.w", "motor.tau", "motor.tau"]
     with pytest.raises(OptionError):
         lp.vibration.response_sensitivity(response, by=[])
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from rows import in_a_row
-from torsional_cases import DATA, RPM, blades, columns, marine
+from rows import assemble_row
+from torsional_cases import RPM, blades, columns, marine, rows
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, Spring, Torque
@@ -9,22 +9,9 @@ from lumped.errors import LumpedError, OptionError
 from lumped.vibration import BarredRange, Limit, MarineShaft
 
 
-def rows(name):
-    head, *found = (DATA / "07_iacs_m68" / name).read_text().splitlines()
-    return [dict(zip(head.split(","), _split(line), strict=True)) for line in found]
-
-
-def _split(line):
-    """Fields of a line, one of which is quoted."""
-    if '"' not in line:
-        return line.split(",")
-    before, quoted, after = line.split('"')
-    return [*before.rstrip(",").split(","), quoted, *after.lstrip(",").split(",")]
-
-
 def test_marine_limits_are_those_of_the_table():
     worst = 0.0
-    for row in rows("limits.csv"):
+    for row in rows("07_iacs_m68", "limits.csv"):
         share = float(row["lambda"])
         shaft = MarineShaft(
             d=float(row["d_mm"]) / 1e3,
@@ -42,7 +29,7 @@ def test_marine_limits_are_those_of_the_table():
 
 
 def test_barred_ranges_are_those_of_the_table():
-    for row in rows("barred_range.csv"):
+    for row in rows("07_iacs_m68", "barred_range.csv"):
         shaft = MarineShaft(d=0.3, tensile=5e8, rated=float(row["rated_rpm"]) * RPM)
         found = shaft.barred(float(row["critical_rpm"]) * RPM)
         assert found.begin / RPM == pytest.approx(float(row["barred_from_rpm"]), rel=1e-9)
@@ -121,13 +108,9 @@ def test_a_diagram_must_reach_as_far_as_the_operation_and_its_margin():
 @pytest.mark.parametrize("grid", [3, 40, None])
 def test_a_run_is_judged_between_its_output_times(grid):
     """``tau = 20 sin(38.7 t)`` on a fixed spring: its greatest is 20, its mean square 200."""
-    drive = lp.compose(
-        spring=Spring(c=1e3),
-        torque=Torque(tau=20 * lp.ops.sin(38.7 * lp.time)),
-        ground=Fixed(),
-        connections=lambda m: lp.chain(m.torque, m.spring, m.ground),
-    )
-    run = lp.simulate(lp.assemble(drive), until=20 * np.pi / 38.7, grid=grid)
+    torque = Torque(tau=20 * lp.ops.sin(38.7 * lp.time))
+    drive = assemble_row(torque=torque, spring=Spring(c=1e3), ground=Fixed())
+    run = lp.simulate(drive, until=20 * np.pi / 38.7, grid=grid)
     found = lp.vibration.verdict(run, [Limit("spring.tau", 19.999)])
     assert found.results[0].value == pytest.approx(20.0, rel=1e-6)
     assert not found.passed
@@ -135,8 +118,7 @@ def test_a_run_is_judged_between_its_output_times(grid):
 
 def test_a_run_is_judged_by_conditions_of_functionals():
     """``w = 2 t``, so its mean square over 3 s is ``4 * 3**2 / 3``."""
-    drive = in_a_row(motor=Torque(tau=4.0), body=Inertia(J=2.0))
-    run = lp.simulate(lp.assemble(drive), until=3.0)
+    run = lp.simulate(assemble_row(motor=Torque(tau=4.0), body=Inertia(J=2.0)), until=3.0)
     w, fun = "body.w", lp.functionals
     conditions = [fun.rms(w) <= 4.0, fun.final(w) >= "60 rpm", fun.lowest(w) <= -1.0]
     found = {(r.quantity, r.measure): r for r in lp.vibration.verdict(run, conditions).results}

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from differences import slope
 from progressive_drive import (
     CUBIC,
     J_B,
@@ -73,13 +74,6 @@ def test_a_narrow_pair_of_intersections_is_seen():
     assert len(speeds) < 40
 
 
-def differences(value, x):
-    """Slope by central differences of the fourth order."""
-    h = 1e-3 * x
-    near, far = value(x + h) - value(x - h), value(x + 2 * h) - value(x - 2 * h)
-    return (8 * near - far) / (12 * h)
-
-
 def test_derivatives_of_a_critical_speed_equal_differences_of_independent_ones(response):
     found = lp.vibration.mean_campbell(response, orders=[1.5])
     slopes = lp.vibration.critical_sensitivity(response, found.critical[0])
@@ -89,15 +83,16 @@ def test_derivatives_of_a_critical_speed_equal_differences_of_independent_ones(r
         stiffness = {key: more.pop(key) for key in ("soft", "cubic") if key in more}
         return critical(1.5, lambda torque: cubic_stiffness(torque, **stiffness), *near, **more)[0]
 
-    wanted = {
-        "coupling.soft": differences(lambda x: speed(soft=x), SOFT),
-        "coupling.cubic": differences(lambda x: speed(cubic=x), CUBIC),
-        "b.J": differences(lambda x: speed(j_b=x), J_B),
-        "water.tau_nominal": -differences(lambda x: speed(rated=x), 900.0),
+    varied = {
+        "coupling.soft": ("soft", SOFT, 1),
+        "coupling.cubic": ("cubic", CUBIC, 1),
+        "b.J": ("j_b", J_B, 1),
+        "water.tau_nominal": ("rated", 900.0, -1),
     }
-    for name, slope in wanted.items():
-        print(f"{name}: {slopes[name] / slope - 1:.1e}")
-        assert slopes[name] == pytest.approx(slope, rel=1e-7)
+    for name, (option, size, sign) in varied.items():
+        wanted = sign * slope(lambda x, option=option: speed(**{option: x}), size, 1e-3 * size, 4)
+        print(f"{name}: {slopes[name] / wanted - 1:.1e}")
+        assert slopes[name] == pytest.approx(wanted, rel=1e-7)
     # a stiffness that grows with the speed makes them larger than at a constant state
     assert slopes["coupling.cubic"] > 0
     assert "critical speed of mode 1, order 1.5" in repr(slopes)
@@ -135,8 +130,8 @@ def test_derivatives_by_the_speed_equal_differences(free):
     def spectrum(speed):
         return MeanSpectrum(found.small, found.turning(np.array([speed])), found.orders)
 
-    slope = spectrum(90.0).hertz_by_speed(0)
-    wanted = differences(lambda speed: spectrum(speed).hertz[0], 90.0)
-    print(f"{slope / wanted - 1 if wanted else slope:.1e}")
-    assert slope == pytest.approx(wanted, rel=1e-7, abs=1e-10)
-    assert (abs(slope) > 1e-10) == (free is not None)
+    received = spectrum(90.0).hertz_by_speed(0)
+    wanted = slope(lambda speed: spectrum(speed).hertz[0], 90.0, 0.09, 4)
+    print(f"{received / wanted - 1 if wanted else received:.1e}")
+    assert received == pytest.approx(wanted, rel=1e-7, abs=1e-10)
+    assert (abs(received) > 1e-10) == (free is not None)

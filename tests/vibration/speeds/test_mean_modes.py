@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import scipy
+from rows import assemble_row
 from torsional_cases import FIRST, INERTIAS, SERIES, STIFFNESSES
 
 import lumped as lp
@@ -12,19 +13,9 @@ TABLE = ((0.0, 0.0), (3.0, 1e5), (5.5, 1e6), (6.4, 8e6), (7.5, 2e6), (9.5, 1e5))
 SIZE = {"bore": 0.1, "r": 0.05, "L": 0.18, "m": 4.0}
 
 
-def chain(part, J=0.3):
-    return lp.assemble(
-        lp.compose(
-            part=part,
-            crank=Inertia(J=0.05),
-            shaft=SpringDamper(c=2e5, d=10.0),
-            wheel=Inertia(J=J),
-            connections=lambda m: [
-                lp.connect(m.part.flange, m.crank.flange_a),
-                *lp.chain(m.crank, m.shaft, m.wheel),
-            ],
-        )
-    )
+def chain(part, J=0.3, d=10.0):
+    shaft = SpringDamper(c=2e5, d=d)
+    return assemble_row(part=part, crank=Inertia(J=0.05), shaft=shaft, wheel=Inertia(J=J))
 
 
 def lever(a):
@@ -121,17 +112,8 @@ def test_the_mean_inertia_stands_in_for_the_true_one_to_second_order_of_its_vari
 
     errors = []
     for m in (1.6, 0.8):
-        wall = lp.compose(
-            part=Cylinder(**{**SIZE, "m": m}),
-            crank=Inertia(J=0.05),
-            shaft=SpringDamper(c=c),
-            wheel=Inertia(J=1e9),
-            connections=lambda x: [
-                lp.connect(x.part.flange, x.crank.flange_a),
-                *lp.chain(x.crank, x.shaft, x.wheel),
-            ],
-        )
-        modes = lp.vibration.mean_modes(lp.assemble(wall), shaft="wheel.phi", speed=speed)
+        wall = chain(Cylinder(**{**SIZE, "m": m}), J=1e9, d=0.0)
+        modes = lp.vibration.mean_modes(wall, shaft="wheel.phi", speed=speed)
         errors.append(true(m) / (2 * np.pi * modes.hertz[0]) - 1)
     print(errors)
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
@@ -218,13 +200,13 @@ def test_vector_sums_turn_the_amplitudes_of_a_mode():
                 sum(a * np.exp(-1j * order * p) for a, p in zip(amplitudes, phases, strict=True))
             )
             assert abs(sums.values[k, o]) == pytest.approx(expected, rel=1e-12)
-    with pytest.raises(OptionError, match="positive"):
-        lp.vibration.vector_sums(modes, {"engine.throw[0].phi": 0.0}, orders=[0.0])
-    with pytest.raises(OptionError, match="finite"):
-        lp.vibration.vector_sums(modes, {"engine.throw[0].phi": np.inf}, orders=[1])
-    with pytest.raises(OptionError, match="name the angles"):
-        lp.vibration.vector_sums(modes, {}, orders=[1])
-    with pytest.raises(UnknownNameError):
-        lp.vibration.vector_sums(modes, {"engine.throw[99].phi": 0.0}, orders=[1])
-    with pytest.raises(OptionError, match="no mode 99"):
+    for given, order, error, match in (
+        ({names[0]: 0.0}, 0.0, OptionError, "positive"),
+        ({names[0]: np.inf}, 1.0, OptionError, "finite"),
+        ({}, 1.0, OptionError, "name the angles"),
+        ({"engine.throw[99].phi": 0.0}, 1.0, UnknownNameError, "throw"),
+    ):
+        with pytest.raises(error, match=match):
+            lp.vibration.vector_sums(modes, given, orders=[order])
+    with pytest.raises(OptionError, match="mode 99 of 8"):
         sums.plot(99)

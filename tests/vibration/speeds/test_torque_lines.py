@@ -3,24 +3,17 @@
 `tests/data/torsional/08_inverter_interharmonics`: closed form ``f = (m f_0 +- hertz) / n``.
 """
 
-import csv
-from pathlib import Path
-
 import numpy as np
 import pytest
+from torsional_cases import rows
 
 import lumped as lp
 from lumped.components import Inertia, Spring
 from lumped.errors import OptionError
 from lumped.vibration import TorqueLine, line_crossings, sine_triangle_lines, six_pulse_lines
 
-DATA = Path(__file__).parents[2] / "data" / "torsional" / "08_inverter_interharmonics"
+CASE = "08_inverter_interharmonics"
 SPEEDS = np.array([300.0, 1800.0]) * np.pi / 30
-
-
-def rows(name):
-    with (DATA / f"{name}.csv").open(encoding="utf-8") as file:
-        return list(csv.DictReader(file))
 
 
 def natural():
@@ -31,7 +24,9 @@ def natural():
 
 
 def test_natural_frequencies_are_those_of_the_table():
-    assert natural() == pytest.approx([float(row["Hz"]) for row in rows("modes")], rel=1e-9)
+    assert natural() == pytest.approx(
+        [float(row["Hz"]) for row in rows(CASE, "modes.csv")], rel=1e-9
+    )
 
 
 @pytest.mark.parametrize(
@@ -42,7 +37,7 @@ def test_natural_frequencies_are_those_of_the_table():
     ],
 )
 def test_crossings_are_those_of_the_table(lines, name, step, columns):
-    expected = rows(name)
+    expected = rows(CASE, f"{name}.csv")
     found = line_crossings(lines, natural(), speeds=SPEEDS, pairs=2)
     received = [c for c in found if c.mode == 0]
     assert len(received) == len(expected)

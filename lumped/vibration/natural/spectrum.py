@@ -1,12 +1,36 @@
-"""Derivatives of natural frequencies and damping ratios from those of eigenvalues."""
+"""Natural frequencies and damping ratios of eigenvalues, and their derivatives."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from lumped.support.arrays import Complex, Real
+
+REPEATED = 1e-6
+"""Relative distance below which eigenvalues repeat, and have no derivatives of their own."""
+
+
+class Spectrum:
+    """Eigenvalues of oscillating modes.
+
+    Attributes
+    ----------
+    eigenvalues : ndarray of complex
+        One of each conjugate pair, 1/s.
+    """
+
+    eigenvalues: Complex
+
+    @property
+    def hertz(self) -> Real:
+        """Natural frequencies ``abs(eigenvalue) / (2 pi)``, Hz."""
+        return np.abs(self.eigenvalues) / (2 * np.pi)
+
+    @property
+    def damping(self) -> Real:
+        """Damping ratios ``-real(eigenvalue) / abs(eigenvalue)``; nan where it is zero."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return 0.0 - self.eigenvalues.real / np.abs(self.eigenvalues)
 
 
 def hertz_slopes(eigenvalues: Complex, slopes: Complex) -> Real:
@@ -18,18 +42,20 @@ def hertz_slopes(eigenvalues: Complex, slopes: Complex) -> Real:
     slopes : ndarray of complex, shape (..., k, d)
         Their derivatives.
     """
-    values = eigenvalues[..., None]
-    found: Real = (values.conj() * slopes).real / np.abs(values) / (2 * np.pi)
-    return found
+    return size_slopes(eigenvalues[..., None], slopes) / (2 * np.pi)
 
 
 def damping_slopes(eigenvalues: Complex, slopes: Complex) -> Real:
     """Derivatives of damping ratios, of the same arguments."""
     values = eigenvalues[..., None]
     size = np.abs(values)
-    along: Real = (values.conj() * slopes).real / size
-    found: Real = -slopes.real / size + values.real * along / size**2
+    found: Real = -slopes.real / size + values.real * size_slopes(values, slopes) / size**2
     return found
+
+
+def size_slopes(values: Complex | complex, slopes: Complex) -> Real:
+    """Derivatives of magnitudes."""
+    return (np.conj(values) * slopes).real / np.abs(values)
 
 
 def second_derivatives(
@@ -47,7 +73,7 @@ def second_derivatives(
         Which of both.
     """
     size, real, slope = abs(value), value.real, first.real
-    by = (np.conj(value) * first).real / size
+    by = size_slopes(value, first)
     squares = np.outer(first.conj(), first).real + (np.conj(value) * second).real
     twice: Real = (squares - np.outer(by, by)) / size
     if not of_damping:
