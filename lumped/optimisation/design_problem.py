@@ -13,14 +13,16 @@ from lumped.errors import OptionError
 from lumped.functionals import Functional
 from lumped.functionals.functional import watching
 from lumped.numerics.nlp import Programme, Rows, Solution
-from lumped.optimisation.collocated_course import Repeating, collocate, simulate_from
 from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, find_varied
 from lumped.optimisation.discretisation import (
     Discretisation,
+    Repeating,
     along,
+    collocate,
     dt_of,
     refuse_moving_instants,
     run_at,
+    simulate_from,
     smooth,
 )
 from lumped.optimisation.terms import Term, measure_functional, number_of, refuse_side, term

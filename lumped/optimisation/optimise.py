@@ -9,13 +9,12 @@ from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.functionals import Condition, Functional
-from lumped.optimisation.collocated_course import of_orbit, repeating
-from lumped.optimisation.design import Bounds, Optimum, Task
+from lumped.optimisation.design import Bounds, Objective, Optimum, Task, task_of
 from lumped.optimisation.design_problem import DesignProblem
-from lumped.optimisation.optimise_modes import best_modes
-from lumped.optimisation.optimise_orders import best_orders
+from lumped.optimisation.discretisation import of_orbit, repeating
+from lumped.optimisation.optimise_orders import OrderSearch
 from lumped.optimisation.optimise_runs import best_runs
-from lumped.optimisation.tasks import Objective, task_of
+from lumped.optimisation.spectral_search import ModeSearch
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.support.arguments import checked
 from lumped.timeloop.results.trajectory import Trajectory
@@ -156,9 +155,9 @@ def optimise(
 def best(what: Scattered, task: Task, plan: RunPlan | None, searches: int = 1) -> Optimum:
     """The part of `optimise` for what is found anew for each design."""
     if isinstance(what, Modes):
-        return best_modes(what, task)
+        return ModeSearch(what, task).find_best()
     if isinstance(what, OrderResponse):
-        return best_orders(what, task)
+        return OrderSearch(what, task).find_best()
     assert plan is not None
     return best_runs(what, task, plan, searches)
 

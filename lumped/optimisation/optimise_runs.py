@@ -46,7 +46,7 @@ class RunSearch(DesignSearch):
             self.last, self.count = (u.tobytes(), found), self.count + 1
         return self.last[1]
 
-    def run(self, w: np.ndarray) -> Trajectory:
+    def result(self, w: np.ndarray) -> Trajectory:
         """The run of a design."""
         if self.of:
             return self.at(w).run
@@ -86,6 +86,6 @@ def best_runs(system: System, task: Task, plan: RunPlan, searches: int) -> Optim
             if begin is begins[-1] and not found:
                 raise
     found.sort(key=lambda each: each[0].objective)
-    best = search.optimum(search.run(found[0][0].w), *found[0])
+    best = search.optimum(*found[0])
     others = tuple((other.objective, search.design(other.w)) for other, *_ in found[1:])
     return replace(best, others=others)

@@ -13,12 +13,11 @@ from lumped.compiler.system import System
 from lumped.errors import OptimisationError, OptionError
 from lumped.functionals import Condition, Functional
 from lumped.optimisation.aims import Aims, AimsOfProgramme, AimsOfSearch, Weights, aim_value
-from lumped.optimisation.collocated_course import repeating
-from lumped.optimisation.design import Bounds, Optimum, key_unit
+from lumped.optimisation.design import Bounds, Objective, Optimum, key_unit, task_of
 from lumped.optimisation.design_problem import DesignProblem
+from lumped.optimisation.discretisation import repeating
 from lumped.optimisation.front_picture import front_picture
 from lumped.optimisation.optimise import best
-from lumped.optimisation.tasks import Objective, task_of
 from lumped.plots.draw import Backend, draw
 from lumped.plots.picture import label_axis
 from lumped.support.arguments import checked

@@ -22,6 +22,9 @@ from lumped.tolerances.probability import Probability
 from lumped.tolerances.robust_aims import RobustAim
 from lumped.tolerances.scene import Scattered
 
+Row = tuple[float, np.ndarray, str]
+"""What must not be negative, its gradient by the scaled unknowns, and its name."""
+
 _PRESSES = 1e-4
 """Distance of a reliability index from its bound below which the bound holds the design."""
 _SEARCHES = 8
@@ -88,6 +91,10 @@ class DesignSearch:
 
     # -- numbers of a design -------------------------------------------------------------------
 
+    def result(self, w: np.ndarray) -> Any:
+        """Run, modes or response of a design."""
+        raise NotImplementedError
+
     def functional(self, key: Functional, w: np.ndarray) -> tuple[float, np.ndarray]:
         """A functional and its gradient by the scaled unknowns."""
         raise NotImplementedError
@@ -138,7 +145,7 @@ class DesignSearch:
 
     # -- the programme -------------------------------------------------------------------------
 
-    def bound_rows(self, key: Any, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
+    def bound_rows(self, key: Any, w: np.ndarray) -> list[Row]:
         """What must not be negative for the bounds of a key."""
         return list_bound_rows(
             str(key), *self.value(key, w), *bounds_of(str(key), self.bounds[key])
@@ -156,8 +163,13 @@ class DesignSearch:
         for weights, most in self.at_most:
             label = " + ".join(f"{weight:g} {key}" for key, weight in weights.items())
             every += list_bound_rows(label, *self.total(weights, w), -np.inf, most)
+        every += self.more_rows(w)
         values, slopes, labels = map(list, zip(*every, strict=True)) if every else ([], [], [])
         return np.array(values), np.array(slopes).reshape(-1, len(w)), labels
+
+    def more_rows(self, w: np.ndarray) -> list[Row]:
+        """What else must not be negative."""
+        return []
 
     def total(self, weights: Mapping[Any, float], w: np.ndarray) -> tuple[float, np.ndarray]:
         """A weighted sum and its gradient."""
@@ -215,6 +227,10 @@ class DesignSearch:
             "not confirmed",
         )
 
+    def find_best(self) -> Optimum:
+        """The best design, confirmed."""
+        return self.optimum(*self.confirm())
+
     def _check_probability(
         self, key: Probability, w: np.ndarray, searches: int
     ) -> CheckedProbability:
@@ -237,12 +253,11 @@ class DesignSearch:
 
     def optimum(
         self,
-        run: Any,
         solution: Solution,
         active: tuple[str, ...],
         checks: tuple[CheckedProbability, ...],
     ) -> Optimum:
-        """What was found, with the run, modes or response of the best design."""
+        """What was found, with the analysis of the best design."""
         design = self.design(solution.w)
         numbers: dict[Key, float] = {
             k: self.convert_value(k, self.value(k, solution.w)[0])
@@ -251,7 +266,7 @@ class DesignSearch:
         }
         (first, *_) = self.weights
         return Optimum(
-            run,
+            self.result(solution.w),
             design,
             dict(zip(self.names, self.start.tolist(), strict=True)),
             self.convert_value(first, solution.objective),
