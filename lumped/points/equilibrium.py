@@ -16,7 +16,7 @@ from lumped.errors import OptionError, SolverError, StartError
 from lumped.points.equilibrium_demands import Demands, computable_rows, order_of
 from lumped.points.equilibrium_search import EquilibriumSearch
 from lumped.points.position_search import search_positions
-from lumped.points.start import free_places, start_point
+from lumped.points.start import by_key, free_places, start_point
 from lumped.points.steady_directions import unsteady_part
 from lumped.support.arguments import checked
 from lumped.support.units import amount
@@ -88,6 +88,7 @@ def equilibrium(
     if not 0 < tolerance < 1:
         raise OptionError(f"equilibrium: tolerance = {tolerance:g} must lie between 0 and 1.")
     refuse_programs(system, "an equilibrium")
+    free = tuple(free)
     places = free_places(system, free)
     begin = start_point(system, parameters=parameters, start=start, time=time)
     if rest:
@@ -96,11 +97,8 @@ def equilibrium(
     fault: SolverError | None = None
     again = None
     if system.structure.lost_states:
-        free = [*free]
-        unknown = tuple(system.key(name) for name in free)
-        given = {system.key(name): value for name, value in (start or {}).items()}
-        changed = {system.key(name): value for name, value in (parameters or {}).items()}
-        again = partial(_again, changed, given, unknown, rest, time, tolerance)
+        given = by_key(system, parameters, start, free)
+        again = partial(equilibrium, **given, rest=rest, time=time, tolerance=tolerance)
     for keep in (True, False)[: 1 if places else 2]:
         try:
             found = _Equilibrium(demands, places, rest, tolerance).find(keep=keep)
@@ -112,27 +110,6 @@ def equilibrium(
         return replace(found, again=again)
     assert fault is not None
     raise fault
-
-
-def _again(
-    parameters: Changes,
-    start: Changes,
-    free: Sequence[str],
-    rest: bool,
-    time: float,
-    tolerance: float,
-    system: System,
-) -> OperatingPoint:
-    """The same equilibrium of a system with more states."""
-    return equilibrium(
-        system,
-        parameters=parameters,
-        start=start,
-        free=free,
-        rest=rest,
-        time=time,
-        tolerance=tolerance,
-    )
 
 
 class _Equilibrium:

@@ -15,7 +15,7 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
-from lumped.points.kink_refusals import refuse_kinks
+from lumped.points.borders import refuse_kinks
 from lumped.points.moved_equilibrium import find_moved_point, places_to
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
-from lumped.points.initial_equations import initial_residuals
 from lumped.points.steady_directions import unsteady_part
+from lumped.points.target_values import initial_residuals
 from lumped.points.vibrating_states import find_stuck_holds
 from lumped.support.text_table import list_names
 from lumped.timeloop.results.operating_point import Kept, OperatingPoint

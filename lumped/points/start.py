@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -126,14 +127,12 @@ def find_start(
     together: bool = False,
 ) -> OperatingPoint:
     """States at the start (see `start_point`), of arguments that were checked."""
-    theta, values, places = system.theta(parameters), by_name(start), free_places(system, free)
+    theta, values, free = system.theta(parameters), by_name(start), tuple(free)
+    places = free_places(system, free)
     again = None
     if system.structure.lost_states:
-        free = [*free]
-        unknown = tuple(system.key(name) for name in free)
-        given = {system.key(name): value for name, value in values.items()}
-        changed = {system.key(name): value for name, value in (parameters or {}).items()}
-        again = partial(_again, changed, given, unknown, time, together)
+        given = by_key(system, parameters, values, free)
+        again = partial(find_start, **given, time=time, together=together)
     if not (places or together):
         point = _direct(system, theta, values, time)
         if point is not None:
@@ -150,16 +149,16 @@ def find_start(
     return replace(point, residual=search.residual, again=again)
 
 
-def _again(
-    parameters: Changes,
-    start: Changes,
-    free: Sequence[str],
-    time: float,
-    together: bool,
-    system: System,
-) -> OperatingPoint:
-    """The same start of a system with more states."""
-    return find_start(system, parameters, start, free, time, together)
+def by_key(
+    system: System, parameters: Changes | None, start: Changes | None, free: Iterable[Name]
+) -> dict[str, Any]:
+    """What a point was found from, by full names."""
+    changed, given = (
+        {system.key(name): value for name, value in (each or {}).items()}
+        for each in (parameters, start)
+    )
+    names = tuple(system.key(name) for name in free)
+    return {"parameters": changed, "start": given, "free": names}
 
 
 def _direct(

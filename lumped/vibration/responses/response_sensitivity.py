@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError, UnknownNameError, nearest
-from lumped.points.kink_refusals import refuse_kinks
+from lumped.points.borders import refuse_kinks
 from lumped.points.moved_equilibrium import find_moved_point, places_to, point_matters, still_point
 from lumped.support.arguments import checked
 from lumped.support.display_units import frequency_unit
