@@ -14,7 +14,7 @@ from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, ParameterError, SolverError
 from lumped.orbits.guesses import advances, after_cycles, after_response, drifting, needs_time
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.orbits.order_harmonics import angle_of, order_harmonics
+from lumped.orbits.order_check import angle_of, order_harmonics
 from lumped.orbits.periodic import at_guess, of_speed, turning_problem
 from lumped.orbits.shooting import Guess, OrbitProblem
 from lumped.points.start import search_start

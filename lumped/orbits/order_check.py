@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.errors import OptionError, SolverError
 from lumped.orbits.guesses import after_response
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.orbits.order_harmonics import angle_of, order_harmonics
 from lumped.orbits.periodic import of_speed, turning_problem
 from lumped.support.arguments import checked
 from lumped.support.display_units import speed_unit
@@ -178,3 +178,39 @@ def check_orders(
     return OrderCheck(
         response, response.speeds[places], values, differences, tuple(orbits), faults, tolerance
     )
+
+
+def order_harmonics(
+    orbit: PeriodicOrbit,
+    outputs: tuple[str, ...],
+    orders: Real,
+    turns: int,
+    shaft: tuple[str, float] | None = None,
+) -> tuple[Complex, Real]:
+    """Amplitudes of orders, shape (o, outputs), and means, shape (outputs,).
+
+    Parameters
+    ----------
+    turns : int
+        Turns in a period.
+    shaft : (name, float), optional
+        Angle of the shaft, and its value where orders have no phase. They count over what it is on
+        average, which grows steadily; without it over the time from the start of the period.
+    """
+    numbers = np.rint(orders * turns).astype(int)
+    offset = 0.0
+    if shaft is not None:
+        name, zero = shaft
+        offset = orbit.mean(name) - np.pi * turns - zero
+    turned = np.exp(-1j * orders * offset)
+    every = np.array([orbit.harmonics(output, int(numbers.max())) for output in outputs])
+    return (every[:, numbers] * turned).T, every[:, 0].real
+
+
+def angle_of(response: OrderResponse, k: int) -> tuple[str, float]:
+    """Angle of the shaft of a response, and its value where orders have no phase at a speed."""
+    own, system = response.rotation.at(k), response.system
+    assert own.shaft is not None
+    function = ca.Function("angle", system.inputs, [system.expressions([own.shaft])])
+    value = function(own.x[0], own.theta[0], own.points[0].time, own.settings[0])
+    return own.shaft, float(value)

@@ -104,9 +104,7 @@ def run_start(system: System, plan: RunPlan) -> OperatingPoint:
         return point
     settings, modes = point.settings.copy(), modes_at(system, theta, just_after(plan.begin))
     settings[: len(modes)] = modes
-    x, collisions = point.x, point.collisions
-    if system.switching:
-        x, settings, collisions = _begin_motion(system, theta, plan.begin, x, settings)
+    x, settings, collisions = _begin_motion(system, theta, plan.begin, point.x, settings)
     return replace(point, x=x, theta=theta, settings=settings, collisions=collisions)
 
 
@@ -138,13 +136,14 @@ def find_start(
         if point is not None:
             return point if again is None else replace(point, again=again)
     search = StartSearch(system, theta, values, places, time, together)
-    x, settings = search.solve()[system.structure.in_use], search.settings
-    collisions: tuple[Change, ...] = ()
-    if system.switching:
-        begun = np.concatenate(search.begin_settings())
-        x, settings, collisions = _begin_motion(system, search.theta, time, x, begun)
-        if not collisions:
-            search.check(settings)
+    x, modes = (
+        search.solve()[system.structure.in_use],
+        modes_at(system, search.theta, just_after(time)),
+    )
+    begun = np.concatenate([modes, search.settings[len(modes) :]])
+    x, settings, collisions = _begin_motion(system, search.theta, time, x, begun)
+    if not collisions:
+        search.check(settings)
     point = OperatingPoint(system, time, x, search.theta, settings, collisions)
     return replace(point, residual=search.residual, again=again)
 
@@ -172,9 +171,7 @@ def _direct(
         return None
     x, missed = found
     settings = modes_at(system, theta, just_after(time))
-    collisions: tuple[Change, ...] = ()
-    if system.switching:
-        x, settings, collisions = _begin_motion(system, theta, time, x, settings)
+    x, settings, collisions = _begin_motion(system, theta, time, x, settings)
     residual = missed if form.searches else None
     return OperatingPoint(system, time, x, theta, settings, collisions, residual=residual)
 
@@ -246,6 +243,8 @@ def _begin_motion(
     system: System, theta: np.ndarray, time: float, x: np.ndarray, settings: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, tuple[Change, ...]]:
     """States and settings after what collides at once, and what does."""
+    if not system.switching:
+        return x, settings, ()
     try:
         return begin(system, theta, time, x, settings)
     except SolverError as error:
