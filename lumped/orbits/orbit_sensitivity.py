@@ -14,7 +14,7 @@ from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.gradients.forward import Forward
 from lumped.gradients.steps import steps_of
 from lumped.orbits.shooting import Orbit, OrbitProblem, border_matrix
-from lumped.orbits.smooth_curves import Extreme
+from lumped.orbits.smooth_curves import Extreme, values_along
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
@@ -223,9 +223,4 @@ def _rates(run: Trajectory, names: tuple[str, ...]) -> np.ndarray:
     along = ca.vertcat(system.rates, 1)
     rate = ca.jtimes(system.expressions(names), ca.vertcat(x, t), along)
     function = ca.Function("rates", system.inputs, [ca.densify(rate)])
-    found = [
-        np.asarray(function(piece.x.T, run.theta, piece.t[None, :], piece.settings.T)).T
-        for piece in run.pieces
-        if len(piece.t)
-    ]
-    return np.concatenate(found)
+    return np.hstack(values_along(function, run)).T

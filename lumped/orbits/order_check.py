@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lumped.errors import OptionError, SolverError
 from lumped.orbits.guesses import after_response
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.orbits.periodic import of_speed, turning_problem
+from lumped.orbits.periodic import find_orbit, turning_problem
 from lumped.support.arguments import checked
 from lumped.support.display_units import speed_unit
 from lumped.support.rich_html import RichHtml
@@ -163,7 +163,7 @@ def check_orders(
     orbits: list[PeriodicOrbit | None] = []
     for row, k in enumerate(places):
         try:
-            orbit = of_speed(problem, after_response(problem, response, k), free, _GRID)
+            orbit = find_orbit(problem, after_response(problem, response, k), _GRID, free)
         except SolverError as fault:
             faults[float(response.speeds[k])] = str(fault)
             orbits.append(None)
