@@ -71,10 +71,11 @@ def curves_by(function: ca.Function, run: Trajectory) -> list[Curve]:
 
 def values_along(function: ca.Function, run: Trajectory) -> list[np.ndarray]:
     """Results of a function of (x, p, t, m) over each piece of a run, shape (results, points)."""
-    return [
-        np.asarray(function(piece.x.T, run.theta, piece.t[None, :], piece.settings.T))
-        for piece in run.pieces
-    ]
+    found = []
+    for piece in run.pieces:
+        rows = function(piece.x.T, run.theta, piece.t[None, :], piece.settings.T)
+        found.append(np.asarray(rows)[:, : len(piece.t)])  # for no point one is given
+    return found
 
 
 def extreme(pieces: list[Curve], sign: int) -> Extreme:
