@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import assemble_row, assemble_rows, in_a_row
 from scipy.stats import norm
 from scipy.stats import t as student
 
@@ -107,8 +107,9 @@ def test_intervals_cover_the_truth_as_often_as_they_say():
 
 def test_the_95_percent_hold_at_uneven_instants_of_a_fast_vibration():
     """``w = e^(-z w0 t) (cos - z / sqrt(1 - z^2) sin)`` at 100 Hz, 200 instants within 4 s."""
-    model = in_a_row(wall=Fixed(), shaft=SpringDamper(c=1.0, d=0.0), body=Inertia(J=1.0, w=1.0))
-    system = lp.assemble(model)
+    system = assemble_row(
+        wall=Fixed(), shaft=SpringDamper(c=1.0, d=0.0), body=Inertia(J=1.0, w=1.0)
+    )
     w0, z = 2 * np.pi * 100, 0.002
     c, d = w0**2, 2 * z * w0
     wd = w0 * np.sqrt(1 - z**2)
@@ -175,14 +176,12 @@ def test_a_damper_and_a_start_value_across_an_event():
     """A brake stops the body: derivatives jump where it sticks."""
 
     def model():
-        return lp.assemble(
-            lp.compose(
-                body=Inertia(J=2.0, w=6.0),
-                oil=Damper(d=0.5),
-                brake=Brake(f_max=8.0, u=1.0),
-                ground=Fixed(),
-                connections=lambda m: lp.chain(m.body, m.brake, m.oil, m.ground),
-            )
+        return assemble_rows(
+            "body brake oil ground",
+            body=Inertia(J=2.0, w=6.0),
+            oil=Damper(d=0.5),
+            brake=Brake(f_max=8.0, u=1.0),
+            ground=Fixed(),
         )
 
     t = np.linspace(0, 3, 121)

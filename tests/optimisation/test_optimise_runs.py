@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import scipy
-from rows import in_a_row
+from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped import functionals as fun
@@ -129,7 +129,9 @@ def test_bad_input_is_named(options, error, text):
 
 
 def two_bodies():
-    return lp.compose(
+    return in_rows(
+        "push a shaft wall",
+        "b oil ground",
         a=Inertia(J=1.0),
         push=Torque(tau=1.0),
         shaft=Spring(c=100.0),
@@ -137,10 +139,6 @@ def two_bodies():
         b=Inertia(J=3.0, w=1.0),
         oil=Damper(d=0.5),
         ground=Fixed(),
-        connections=lambda m: [
-            *lp.chain(m.push, m.a, m.shaft, m.wall),
-            *lp.chain(m.b, m.oil, m.ground),
-        ],
     )
 
 

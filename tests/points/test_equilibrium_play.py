@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from drive_with_play import geared
-from rows import in_a_row
+from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped.components import Backlash, Brake, ElastoBacklash, Fixed, Inertia, SpringDamper, Torque
@@ -25,13 +25,12 @@ def test_a_loaded_drive_with_play_turns_steadily_from_the_default_start(torque, 
 @pytest.mark.parametrize("torque", [5.0, -5.0])
 @pytest.mark.parametrize("damping", [0.0, 2.0])
 def test_a_body_comes_to_rest_on_the_flank_of_a_play(torque, damping):
-    model = in_a_row(
+    system = assemble_row(
         wall=Fixed(),
         play=ElastoBacklash(c=100.0, d=damping, b=0.2),
         body=Inertia(J=1.0),
         load=Torque(tau=torque),
     )
-    system = lp.assemble(model)
     expected = np.sign(torque) * (0.1 + 5.0 / 100.0)
     for rest in (False, True):
         point = lp.equilibrium(system, rest=rest)

@@ -59,11 +59,10 @@ def test_an_initial_equation_of_a_class_holds_for_all_its_instances():
 
 
 def test_an_initial_equation_relates_quantities_of_different_parts():
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J=1.0, w=7.0),
         shaft=Spring(c=50.0),
         b=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
         initial_equations=lambda m: [m.b.w == 2 * m.a.w + 1, m.shaft.tau == m.shaft.c * 0.3],
     )
     point = lp.start_point(lp.assemble(model))
@@ -73,11 +72,10 @@ def test_an_initial_equation_relates_quantities_of_different_parts():
 
 def test_an_initial_equation_may_ask_for_derivatives_that_the_equations_do_not_have():
     # tau = c phi_rel: der(tau) = c (w_b - w_a); its second derivative is c (a_b - a_a)
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J=2.0, w=1.0),
         shaft=Spring(c=50.0),
         b=Inertia(J=0.5),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
         initial_equations=lambda m: [
             lp.der(m.shaft.tau) == 20.0,
             lp.der(lp.der(lp.der(m.b.w))) == 600.0,
@@ -162,14 +160,13 @@ def test_an_initial_equation_takes_the_side_that_holds_at_the_start():
 
 
 def test_start_values_and_initial_equations_pass_through_gears():
-    model = lp.compose(
+    model = in_a_row(
         drive=Torque(tau=6.0),
         a=Inertia(J=1.0),
         gear=IdealGear(ratio=4.0),
         b=Inertia(J=1.0),
         brake=Damper(d=2.0),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.drive, m.a, m.gear, m.b, m.brake, m.wall),
         initial_equations=lambda m: [lp.der(m.b.w) == 0],
     )
     point = lp.start_point(lp.assemble(model))

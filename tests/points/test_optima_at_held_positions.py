@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import assemble_rows
 from scipy.optimize import brentq
 from test_held_positions import geared, pendulum, stiffness
 
@@ -27,16 +28,13 @@ def test_an_optimum_of_modes_keeps_the_brake_where_it_was_put():
 
 def test_an_optimum_of_modes_at_the_end_of_a_run_moves_with_its_equilibrium():
     """A pendulum on a spring from a wall, where it has come to rest."""
-    model = lp.compose(
+    system = assemble_rows(
+        "wall spring",
+        "spring p",
         wall=Fixed(phi0=0.6),
         spring=SpringDamper(c=50.0, d=8.0),
         p=SwingingMass(m=2.0, R=0.5, J=0.1),
-        connections=lambda m: [
-            lp.connect(m.wall.flange, m.spring.flange_a),
-            lp.connect(m.spring.flange_b, m.p.flange),
-        ],
     )
-    system = lp.assemble(model)
     at = lp.simulate(system, until=20.0, rtol=1e-11).point(20.0)
     modes = lp.modes(system, at=at)
     hertz = lambda m: np.sqrt(stiffness(m) / (0.1 + m * 0.25)) / (2 * np.pi)  # noqa: E731

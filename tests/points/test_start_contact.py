@@ -72,27 +72,25 @@ def test_several_plays_start_in_contact_one_behind_the_other(torque):
 
 def test_a_closed_stop_and_a_locked_freewheel_carry_what_is_demanded():
     # a spring presses a body against the flank of a rigid play, which takes what is left
-    model = lp.compose(
+    model = in_a_row(
         push=Torque(tau=6.0),
         a=Inertia(J=1.0, w=0.0),
         play=Backlash(b=0.2, phi_rel=-0.1),
         b=Inertia(J=2.0),
         shaft=Spring(c=50.0),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.push, m.a, m.play, m.b, m.shaft, m.wall),
         initial_equations=lambda m: [lp.der(m.b.w) == 0],
     )
     point = lp.start_point(lp.assemble(model))
     assert [point["a.a"], point["b.a"]] == pytest.approx([0.0, 0.0], abs=1e-9)
     assert point["shaft.tau"] == pytest.approx(-6.0, rel=1e-10)
-    model = lp.compose(
+    model = in_a_row(
         push=Torque(tau=6.0),
         a=Inertia(J=1.0, w=0.0),
         free=OneWayClutch(f_max=1e3, u=1.0),
         b=Inertia(J=2.0),
         shaft=Spring(c=50.0),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.push, m.a, m.free, m.b, m.shaft, m.wall),
         initial_equations=lambda m: [lp.der(m.b.w) == 0],
     )
     point = lp.start_point(lp.assemble(model))

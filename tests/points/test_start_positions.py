@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -71,13 +72,12 @@ def test_a_lag_of_friction_starts_with_what_slides(w):
 
 
 def test_a_damping_follows_from_a_steady_speed_beside_friction():
-    model = lp.compose(
+    model = in_a_row(
         push=Torque(tau=8.0),
         body=Inertia(J=1.0, w=10.0),
         bearing=BearingFriction(characteristic=((0.0, 5.0), (100.0, 15.0))),
         oil=Damper(d=0.1),
         ground=Fixed(),
-        connections=lambda m: lp.chain(m.push, m.body, m.bearing, m.oil, m.ground),
         initial_equations=lambda m: [lp.der(m.body.w) == 0],
     )
     point = lp.start_point(lp.assemble(model), free=["oil.d"])
@@ -88,13 +88,12 @@ def test_a_damping_follows_from_a_steady_speed_beside_friction():
 @pytest.mark.parametrize(("torque", "speed"), [(3.0, 0.0), (-3.0, 0.0), (8.0, 1.5), (-8.0, -1.5)])
 def test_a_body_with_friction_starts_steadily_at_rest_or_sliding(torque, speed):
     # 5 N.m of friction; what is left turns a damper of 2 N.m.s/rad
-    model = lp.compose(
+    model = in_a_row(
         push=Torque(tau=torque),
         body=Inertia(J=1.0),
         bearing=BearingFriction(characteristic=((0.0, 5.0),)),
         oil=Damper(d=2.0),
         ground=Fixed(),
-        connections=lambda m: lp.chain(m.push, m.body, m.bearing, m.oil, m.ground),
         initial_equations=lambda m: [lp.der(m.body.w) == 0],
     )
     point = lp.start_point(lp.assemble(model))
@@ -104,13 +103,12 @@ def test_a_body_with_friction_starts_steadily_at_rest_or_sliding(torque, speed):
 
 @pytest.mark.parametrize("w", [10.0, -10.0])
 def test_behind_a_slipping_clutch_a_body_starts_at_its_steady_speed(w):
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J=1.0, w=w),
         slip=Clutch(f_max=20.0, u=1.0, characteristic=((0.0, 0.5),)),
         b=Inertia(J=1.0),
         oil=Damper(d=2.0),
         ground=Fixed(),
-        connections=lambda m: lp.chain(m.a, m.slip, m.b, m.oil, m.ground),
         initial_equations=lambda m: [lp.der(m.b.w) == 0],
     )
     point = lp.start_point(lp.assemble(model))
@@ -134,13 +132,12 @@ def test_a_drive_at_its_limit_starts_with_its_limit():
 @pytest.mark.parametrize(("w", "torque"), [(10.0, 16.0), (-10.0, 25.0)])
 def test_a_lossy_gear_starts_with_the_losses_of_its_direction(w, torque):
     # forward the motor drives: tau_b = 2 * 10 * 0.8; backward the load does: 2 * 10 / 0.8
-    model = lp.compose(
+    model = in_a_row(
         push=Torque(tau=10.0),
         a=Inertia(J=1.0, w=w),
         gear=LossyGear(ratio=2.0, losses=((0.0, 0.8, 0.8, 0.0, 0.0),)),
         b=Inertia(J=1.0),
         load=Torque(tau=-1.0),
-        connections=lambda m: lp.chain(m.push, m.a, m.gear, m.b, m.load),
         initial_equations=lambda m: [lp.der(m.b.w) == 0],
     )
     point = lp.start_point(lp.assemble(model), free=["load.tau"])
