@@ -1,14 +1,25 @@
 """Models of parts in rows."""
 
+import itertools
+
 import lumped as lp
 
 
 def in_rows(*rows, **parts):
-    """A model of these parts, of which those named in each row are joined one to the next."""
+    """A model of these parts, of which those named in each row are joined one to the next.
+
+    Of lists of parts, ``shaft/wheel``, one of each follows the other.
+    """
+
+    def named(m, word):
+        if "/" not in word:
+            return [getattr(m, word)]
+        lists = (getattr(m, name) for name in word.split("/"))
+        return itertools.chain(*zip(*lists, strict=True))
 
     def connect(m):
         for row in rows:
-            yield from lp.chain(*(getattr(m, name) for name in row.split()))
+            yield from lp.chain(*(part for word in row.split() for part in named(m, word)))
 
     return lp.compose(**parts, connections=connect)
 

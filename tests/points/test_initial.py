@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import assemble_row, in_a_row
+from rows import assemble_row, in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, Torque, translation
@@ -177,14 +177,12 @@ def test_start_values_and_initial_equations_pass_through_gears():
 
 def test_a_thousand_initial_equations_of_one_class_are_lowered_once():
     count = 1000
-    model = lp.compose(
+    model = in_rows(
+        "wall spring/body drive",
         wall=Fixed(),
         spring=[Spring(c=1e3) for _ in range(count)],
         body=[SteadyInertia(J=1.0) for _ in range(count)],
         drive=Torque(tau=2.0),
-        connections=lambda m: lp.chain(
-            m.wall, *(p for pair in zip(m.spring, m.body, strict=True) for p in pair), m.drive
-        ),
     )
     system = lp.assemble(model)
     assert [len(group.nodes) for group in system.structure.flat.initial] == [count]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import Backlash, ElastoBacklash, Fixed, Inertia, OneWayClutch, Spring, Torque
@@ -55,14 +55,12 @@ class Resting(Inertia):
 @pytest.mark.parametrize("torque", [7.0, -7.0])
 def test_several_plays_start_in_contact_one_behind_the_other(torque):
     count = 4
-    model = lp.compose(
+    model = in_rows(
+        "wall play/body load",
         wall=Fixed(),
         play=[ElastoBacklash(c=100.0 * (i + 1), d=0.0, b=0.02 * (i + 1)) for i in range(count)],
         body=[Resting(J=1.0, w=0.0) for _ in range(count)],
         load=Torque(tau=torque),
-        connections=lambda m: lp.chain(
-            m.wall, *(p for pair in zip(m.play, m.body, strict=True) for p in pair), m.load
-        ),
     )
     point = lp.start_point(lp.assemble(model))
     for i in range(count):
