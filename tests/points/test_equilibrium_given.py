@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from drive_with_play import geared
+from drives_at_points import geared
 from rows import assemble_row, in_a_row
 
 import lumped as lp

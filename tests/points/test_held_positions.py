@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from drives_at_points import Fan
 from rows import assemble_row, assemble_rows, in_a_row, in_rows
 from scipy.optimize import brentq
 
@@ -311,17 +312,6 @@ def test_a_contact_without_force_and_friction_at_its_limit_are_refused():
     assert abs(point["brake.tau"]) == pytest.approx(10.0, rel=1e-12)
     with pytest.raises(SolverError, match=r"brake \(stuck, with its reaction exactly at its limit"):
         lp.points.equilibrium_sensitivity(point, of=["a.phi"], by=["spring.c"])
-
-
-class Fan(lp.Component):
-    """Torque ``k w |w|`` against the motion, in two pieces that join smoothly."""
-
-    flange = lp.Flange()
-    k: lp.Param = lp.param("N.m.s2/rad2", "factor", 2.0)
-
-    def equations(self):
-        w = lp.der(self.flange.phi)
-        yield self.flange.tau == lp.ops.where(w > 0, self.k * w**2, -self.k * w**2)
 
 
 def test_pieces_that_join_smoothly_have_a_derivative_where_they_meet():

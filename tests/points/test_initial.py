@@ -2,18 +2,12 @@
 
 import numpy as np
 import pytest
+from drives_at_points import Steady
 from rows import assemble_row, in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, Torque, translation
 from lumped.errors import OptionError, StartError
-
-
-class SteadyInertia(Inertia):
-    """Inertia that starts without acceleration."""
-
-    def initial_equations(self):
-        yield lp.der(self.w) == 0
 
 
 def hanging(**changes):
@@ -45,7 +39,7 @@ def test_an_initial_equation_of_a_class_holds_for_all_its_instances():
     model = lp.compose(
         wall=Fixed(),
         spring=[Spring(c=100.0 * (i + 1)) for i in range(3)],
-        body=[SteadyInertia(J=1.0 + i) for i in range(3)],
+        body=[Steady(J=1.0 + i) for i in range(3)],
         drive=[Torque(tau=t) for t in torques],
         connections=lambda m: [
             *lp.chain(m.wall, *(p for pair in zip(m.spring, m.body, strict=True) for p in pair)),
@@ -181,7 +175,7 @@ def test_a_thousand_initial_equations_of_one_class_are_lowered_once():
         "wall spring/body drive",
         wall=Fixed(),
         spring=[Spring(c=1e3) for _ in range(count)],
-        body=[SteadyInertia(J=1.0) for _ in range(count)],
+        body=[Steady(J=1.0) for _ in range(count)],
         drive=Torque(tau=2.0),
     )
     system = lp.assemble(model)

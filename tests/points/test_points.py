@@ -59,8 +59,8 @@ def test_a_rest_length_follows_from_the_position_in_which_it_holds_a_body():
         lp.start_point(system, start={"body.a": 50.0}, free=["body.m"])  # a negative mass
 
 
-def test_a_run_starts_from_an_equilibrium():
-    system = assemble_row(
+def braked():
+    return assemble_row(
         drive=Torque(tau=12.0),
         a=Inertia(J=1.0),
         shaft=SpringDamper(c=400.0, d=0.2),
@@ -68,6 +68,10 @@ def test_a_run_starts_from_an_equilibrium():
         load=Damper(d=0.5),
         ground=Fixed(),
     )
+
+
+def test_a_run_starts_from_an_equilibrium():
+    system = braked()
     steady = lp.equilibrium(system, parameters={"drive.tau": 10.0})
     run = lp.simulate(system, until=5.0, start=steady, grid=20)
     assert run["b.w"] == pytest.approx(np.full(21, 20.0), rel=1e-6)
@@ -97,14 +101,7 @@ def test_a_loaded_shaft_comes_to_rest_twisted():
 
 
 def test_a_driven_and_braked_shaft_turns_at_its_steady_speed():
-    system = assemble_row(
-        drive=Torque(tau=12.0),
-        a=Inertia(J=1.0),
-        shaft=SpringDamper(c=400.0, d=0.2),
-        b=Inertia(J=2.0),
-        load=Damper(d=0.5),
-        ground=Fixed(),
-    )
+    system = braked()
     point = lp.equilibrium(system)
     received = [point[n] for n in ("a.w", "b.w", "shaft.phi_rel")]
     assert received == pytest.approx([24.0, 24.0, -0.03], rel=1e-10)

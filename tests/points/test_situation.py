@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from drives_at_points import Fan
 from rows import assemble_row, in_a_row, in_rows
 
 import lumped as lp
@@ -117,17 +118,6 @@ def test_a_drive_without_contact_or_friction_has_nothing_to_say():
     model = in_a_row(a=Inertia(J=1.0), s=SpringDamper(c=1e3, d=1.0), b=Inertia(J=10.0))
     received = first_line(lp.modes(lp.assemble(model)))
     assert received == "Model: 1 oscillating and 1 rigid-body modes, 0 decays"
-
-
-class Fan(lp.Component):
-    """Torque ``k w |w|`` against the motion, in two pieces that join smoothly."""
-
-    flange = lp.Flange()
-    k: lp.Param = lp.param("N.m.s2/rad2", "factor", 2.0)
-
-    def equations(self):
-        w = lp.der(self.flange.phi)
-        yield self.flange.tau == lp.ops.where(w > 0, self.k * w**2, -self.k * w**2)
 
 
 def test_a_fan_at_rest_is_not_open_and_has_one_linearisation():
