@@ -141,12 +141,8 @@ class Optimum(RichHtml):
             for key, value in self.values.items()
         ]
         rows.append(("objective", "", number(self.objective, 9), ""))
-        s = self.solution
         lines = [
-            f"{self.system.name}: {s.status}, {s.iterations} iterations, {s.evaluations} "
-            f"evaluations, {s.seconds:.2g} s",
-            f"conditions of optimality met to {s.residual:.1e}, constraints to {s.violation:.1e}; "
-            f"condition {s.condition:.1e}",
+            *solution_lines(self.system, self.solution),
             table(("", "start", "optimum", "unit"), rows),
             "active: " + (", ".join(self.active) or "nothing"),
         ]
@@ -157,6 +153,17 @@ class Optimum(RichHtml):
         if isinstance(self.run, Trajectory):
             lines.append(f"values as in a run of their own to {self.error:.1e}")
         return "\n".join(lines)
+
+
+def solution_lines(system: System, solution: Solution) -> list[str]:
+    """What a search cost, and how well its conditions are met."""
+    s = solution
+    return [
+        f"{system.name}: {s.status}, {s.iterations} iterations, {s.evaluations} evaluations, "
+        f"{s.seconds:.2g} s",
+        f"conditions of optimality met to {s.residual:.1e}, constraints to {s.violation:.1e}; "
+        f"condition {s.condition:.1e}",
+    ]
 
 
 def find_varied(
@@ -253,19 +260,19 @@ def task_of(
         )
     conditions = (subject_to,) if isinstance(subject_to, Condition) else tuple(subject_to)
     _check_keys(run, (*weights, *(each.of for each in conditions)))
-    _check_probabilities(weights)
+    chosen = [key for key in weights if isinstance(key, Probability)]
+    if chosen and (len(weights) > 1 or weights[chosen[0]] != 1):
+        raise OptionError(
+            f"optimise: {chosen[0]} has no weight among others: it is made small alone. Bound it "
+            "by subject_to=, or take pareto for what it costs."
+        )
     system = run if isinstance(run, System) else run.system  # type: ignore[attr-defined]
-    return Task(vary, weights, _bounds(system, conditions))
-
-
-def _bounds(system: System, conditions: Iterable[Condition]) -> dict[Key, Bounds]:
-    """Bounds in SI units, those of one functional together."""
-    found: dict[Key, Bounds] = {}
+    bounds: dict[Key, Bounds] = {}  # in SI units, those of one functional together
     for condition in conditions:
         low, high = condition.bounds(key_unit(system, condition.of), "optimise")
-        least, most = found.get(condition.of, (-np.inf, np.inf))
-        found[condition.of] = max(low, least), min(high, most)  # type: ignore[type-var]
-    return found
+        least, most = bounds.get(condition.of, (-np.inf, np.inf))
+        bounds[condition.of] = max(low, least), min(high, most)  # type: ignore[type-var]
+    return Task(vary, weights, bounds)
 
 
 def _check_keys(run: object, keys: Iterable[Key | str]) -> None:
@@ -276,16 +283,6 @@ def _check_keys(run: object, keys: Iterable[Key | str]) -> None:
                 raise OptionError(f"optimise: {key}: {_NEEDED}")
         elif not isinstance(key, str):
             refuse_other([key], _KINDS[type(run)], "optimise")
-
-
-def _check_probabilities(weights: Mapping[Key | str, float]) -> None:
-    """Refuse probabilities that have weights."""
-    chosen = [key for key in weights if isinstance(key, Probability)]
-    if chosen and (len(weights) > 1 or weights[chosen[0]] != 1):
-        raise OptionError(
-            f"optimise: {chosen[0]} has no weight among others: it is made small alone. Bound it "
-            "by subject_to=, or take pareto for what it costs."
-        )
 
 
 def _weights(minimise: Objective) -> dict[Key | str, float]:

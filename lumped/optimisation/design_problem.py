@@ -15,7 +15,6 @@ from lumped.functionals.functional import watching
 from lumped.numerics.nlp import Programme, Rows, Solution
 from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, find_varied
 from lumped.optimisation.discretisation import (
-    Discretisation,
     Repeating,
     along,
     collocate,
@@ -58,16 +57,17 @@ class DesignProblem:
         self.programme = Programme(self.system.name)
         if intervals < 1:
             raise OptionError(f"intervals = {intervals}: at least one is needed.")
-        self.intervals, self.repeats = intervals, repeats
         self.names, box, scale = find_varied(self.system, vary, run.theta)
         parts = [self.programme.unknown(r[0], k, *r[1:]) for r, k in zip(box, scale, strict=True)]
         self.u = ca.vertcat(*parts)
         self.places = self.system.places(self.names)
         theta = ca.SX(ca.DM(run.theta))
         theta[self.places] = self.u
-        self.theta = theta
         refuse_moving_instants(self.system, self.places)
-        self.course = self._course()
+        if self.system.structure.states:
+            self.course = collocate(self.programme, run, theta, self.places, intervals, repeats)
+        else:
+            self.course = along(run, theta)
         self.terms: dict[Functional | str, Term] = {}
         self.value_rows: dict[Functional | str, Rows] = {}
         self.functionals = self._functionals([*weights, *bounds])
@@ -75,12 +75,15 @@ class DesignProblem:
             if isinstance(key, str):
                 place = self.system.places([key])[0]
                 size = abs(float(run.theta[place])) or 1.0
-                self.terms[key] = Term(self.theta[place], size, 0)
+                self.terms[key] = Term(theta[place], size, 0)
         for key, term_ in self.terms.items():
             given = (None, None) if isinstance(key, str) else bounds.get(key, (None, None))
             low, high = bounds_of(str(key), given)
             refuse_side(str(key), term_, weights.get(key, 0.0), low, high)
-            unit = self._unit(key)
+            if isinstance(key, str):
+                unit = self.system.parameter_unit(key)
+            else:
+                unit = key.unit(self.system)
             self.value_rows[key] = self.programme.constrain(
                 str(key), term_.value, low, high, scale=term_.scale, unit=unit, given=True
             )
@@ -89,16 +92,6 @@ class DesignProblem:
         value = ca.dot(w, ca.vertcat(*(self.terms[k].value for k in self.keys)))
         self._check_effect()
         self.programme.ready(value, w)
-
-    def _unit(self, key: Functional | str) -> str:
-        return self.system.parameter_unit(key) if isinstance(key, str) else key.unit(self.system)
-
-    def _course(self) -> Discretisation:
-        if not self.system.structure.states:
-            return along(self.run, self.theta)
-        return collocate(
-            self.programme, self.run, self.theta, self.places, self.intervals, self.repeats
-        )
 
     def _functionals(self, keys: list[Functional | str]) -> list[Functional]:
         """Terms of all functionals, their quantities evaluated together."""

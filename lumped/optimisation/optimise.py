@@ -144,7 +144,13 @@ def optimise(
     wanted = cast(dict[Functional | str, float], dict(task.weights))
     repeats = None
     if isinstance(run, PeriodicOrbit):
-        _check_free(run, vary)
+        given = {run.system.key(name) for name in vary}
+        for name in run.free:
+            if name not in given:
+                raise OptionError(
+                    f"optimise: {name} is free at this motion, which determines it; name it in "
+                    "`vary`, with the bounds in which it may be found."
+                )
         repeats, run = of_orbit(run), run.run
     elif periodic and run.system.structure.states:
         repeats = repeating(run)
@@ -160,14 +166,3 @@ def best(what: Scattered, task: Task, plan: RunPlan | None, searches: int = 1) -
         return OrderSearch(what, task).find_best()
     assert plan is not None
     return best_runs(what, task, plan, searches)
-
-
-def _check_free(orbit: PeriodicOrbit, vary: Mapping[str, Bounds] | Mapping[Name, Bounds]) -> None:
-    """Refuse to hold what a periodic motion determines."""
-    given = {orbit.system.key(name) for name in vary}
-    for name in orbit.free:
-        if name not in given:
-            raise OptionError(
-                f"optimise: {name} is free at this motion, which determines it; name it in `vary`, "
-                "with the bounds in which it may be found."
-            )

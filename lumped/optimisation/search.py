@@ -212,8 +212,10 @@ class DesignSearch:
             solution, active = self.solve_design()
             iterations, seconds = iterations + solution.iterations, seconds + solution.seconds
             solution = replace(solution, iterations=iterations, seconds=seconds)
+            design = self.design(solution.w)
             checks = [
-                self._check_probability(key, solution.w, searches) for key in self.probabilities
+                own.check(design, self.most.get(key), self.shift[key], searches)
+                for key, own in self.probabilities.items()
             ]
             moved = [self._shift_beta(check) for check in checks]
             if not any(moved):
@@ -230,12 +232,6 @@ class DesignSearch:
     def find_best(self) -> Optimum:
         """The best design, confirmed."""
         return self.optimum(*self.confirm())
-
-    def _check_probability(
-        self, key: Probability, w: np.ndarray, searches: int
-    ) -> CheckedProbability:
-        own = self.probabilities[key]
-        return own.check(self.design(w), self.most.get(key), self.shift[key], searches)
 
     def _shift_beta(self, check: CheckedProbability) -> bool:
         """Shift beta if samples do not agree; whether its bound is passed now, or is too tight."""

@@ -41,15 +41,6 @@ _PROBES = 60
 """Motions after which the search for a border ends."""
 
 
-@dataclass(frozen=True, eq=False)
-class Border:
-    """A border, and the motions next to it in the order of the branch."""
-
-    passed: Passed
-    before: Station
-    after: Station
-
-
 @dataclass(frozen=True)
 class _Margin:
     """A margin: its row, component and kind, and what it says in words.
@@ -64,8 +55,8 @@ class _Margin:
     crosses: bool = False
 
 
-def border_between(segment: Segment) -> Border:
-    """The border between two motions with different events.
+def border_between(segment: Segment) -> tuple[Passed, Station, Station]:
+    """The border between two motions with different events, and the motions next to it.
 
     It is approached from the side with fewer events, where the extreme of the margin is a smooth
     function of the length along the branch.
@@ -82,15 +73,14 @@ def border_between(segment: Segment) -> Border:
     fewer, more = Counter(clear.events), Counter(other.events)
     names = {event[0] for event in (more - fewer) | (fewer - more)}
     margin = _touching(clear, names)
-    found = _approach(segment.at, clear, ends, other, margin)
-    near, beyond = found
+    near, beyond = _approach(segment.at, clear, ends, other, margin)
     if np.linalg.norm((beyond.z - near.z) / a.scale) > _APART * segment.length:
         raise MissedError("the motions found there are of another branch")
     if margin is None or _low(near, margin) > _TOUCHES:
         passed = Passed(_name_border(more - fewer), near, ", ".join(sorted(names)))
     else:
         passed = Passed(margin.kind, near, margin.component, margin.words)
-    return Border(passed, *((near, beyond) if forth else (beyond, near)))
+    return (passed, near, beyond) if forth else (passed, beyond, near)
 
 
 def _name_border(more: Counter[tuple[str, str, str]]) -> str:

@@ -82,15 +82,17 @@ def branch(
         raise OptionError(f"branch: along = {dict(along)}: one parameter and its range.")
     ((name, between),) = along.items()
     problem = _problem(orbit, name, between, turns)
-    _check(step, most)
+    if not 0 < step <= 1:
+        raise OptionError(f"branch: step = {step!r}: a part between 0 and 1 is needed.")
+    if most < 1:
+        raise OptionError(f"branch: most = {most!r}: at least one motion.")
     guess = orbit.found.guess
     size = sizes(orbit.problem, orbit.run.x)
     more = [problem.high - problem.low]
-    if problem.extra:
+    if problem.orbits.free:
         more.insert(0, abs(problem.unknowns(guess)[-2]) or 1.0)
     scale = np.concatenate([np.sqrt(len(size)) * size, more])
-    row = np.zeros(len(scale))
-    row[-1] = 1.0
+    row = np.eye(len(scale))[-1]
     try:
         first = correct_motion(problem, guess, scale, row, None, row)
     except MissedError as fault:
@@ -188,13 +190,13 @@ def _find_passed(problem: BranchProblem, segment: Segment) -> list[Passed]:
     """What is passed between two motions, in order."""
     a, b = segment.a, segment.b
     if a.events != b.events:
-        border = border_between(segment)
-        found = [border.passed]
-        if border.before.events == a.events and _apart(a, border.before):
-            found = [*_find_passed(problem, Segment(problem, a, border.before)), *found]
-        if _apart(border.after, b):
-            rest = _find_passed(problem, Segment(problem, border.after, b))
-            found += [each for each in rest if not _is_same(each, border.passed)]
+        border, before, after = border_between(segment)
+        found = [border]
+        if before.events == a.events and _apart(a, before):
+            found = [*_find_passed(problem, Segment(problem, a, before)), *found]
+        if _apart(after, b):
+            rest = _find_passed(problem, Segment(problem, after, b))
+            found += [each for each in rest if not _is_same(each, border)]
         return found
     found = []
     for kind, test in TESTS.items():
@@ -305,13 +307,6 @@ def _refuse_other_period(problem: BranchProblem, guess: Guess, name: str) -> Non
         )
 
 
-def _check(step: float, most: int) -> None:
-    if not 0 < step <= 1:
-        raise OptionError(f"branch: step = {step!r}: a part between 0 and 1 is needed.")
-    if most < 1:
-        raise OptionError(f"branch: most = {most!r}: at least one motion.")
-
-
 def _double_period(problem: BranchProblem, station: Station) -> tuple[BranchProblem, Station]:
     """What repeats after two periods, and a motion on its branch.
 
@@ -352,7 +347,7 @@ def _aside(problem: BranchProblem, station: Station, old: Guess, aside: np.ndarr
     """A motion beside another, in a direction in unknowns over the scale."""
     aside = aside / np.linalg.norm(aside)
     z, scale = problem.unknowns(old), station.scale.copy()
-    if problem.extra and problem.follows is None:
+    if problem.orbits.free and problem.follows is None:
         scale[-2] *= old.period / station.guess.period
     fault = ""
     for length in _ASIDE:

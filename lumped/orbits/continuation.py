@@ -5,8 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache, partial
-from typing import Protocol
+from functools import partial
 
 import numpy as np
 import scipy
@@ -80,13 +79,6 @@ class Course:
     ended: str
 
 
-class Ahead(Protocol):
-    """Gives the motion so far ahead of another, after the segment before it if that is known."""
-
-    def __call__(self, last: Station, before: Segment | None, step: float) -> Station:
-        """The motion."""
-
-
 class Segment:
     """The branch between two motions, by the length along the tangent at the first."""
 
@@ -142,8 +134,7 @@ class Segment:
         place = scipy.optimize.brentq(missing, 0.0, self.length)
         z = a.z + a.scale * self.curve(place)
         z[-1] = value
-        row = np.zeros(len(z))
-        row[-1] = 1.0
+        row = np.eye(len(z))[-1]
         guess = self.problem.guess(z, a.guess, a.guess.point.settings)
         matrix = a.matrix if a.events == self.b.events else None
         found = correct_motion(self.problem, guess, a.scale, row, matrix, self.direction(place))
@@ -182,18 +173,16 @@ def _doubling(station: Station) -> float:
 
 def _torus(station: Station) -> float:
     values = station.multipliers
-    pairs = _pairs(len(values))
-    return float(np.prod(values[pairs[0]] * values[pairs[1]] - 1).real)
-
-
-@cache
-def _pairs(count: int) -> tuple[np.ndarray, ...]:
-    return np.triu_indices(count, 1)
+    one, other = np.triu_indices(len(values), 1)
+    return float(np.prod(values[one] * values[other] - 1).real)
 
 
 def _crossing(station: Station) -> float:
     return float(np.linalg.det(np.vstack([station.matrix, station.tangent])))
 
+
+Ahead = Callable[[Station, Segment | None, float], Station]
+"""Gives the motion so far ahead of another, after the segment before it if that is known."""
 
 TESTS = {
     "fold": _fold,
@@ -315,10 +304,9 @@ def _past_begin(problem: BranchProblem, last: Station, step: float) -> Station |
         begins.append((pieces[1], 0, 0.0, 1.0))
     if len(pieces) > 1 and pieces[-1].t[0] > (1 - _AT_BEGIN) * period:
         begins.append((pieces[-2], -1, 1.0, -1.0))
-    row = np.zeros(len(last.z))
-    row[-1] = 1.0
+    row = np.eye(len(last.z))[-1]
     along = row * np.copysign(1.0, last.tangent[-1])
-    if begins and problem.extra and not problem.orbits.advance.any():
+    if begins and problem.orbits.free and not problem.orbits.advance.any():
         found = _begin_elsewhere(problem, last, row, along)
         if found is not None:
             return found

@@ -134,6 +134,12 @@ class Shot:
         return found
 
 
+def in_modes(point: OperatingPoint, settings: np.ndarray) -> np.ndarray:
+    """Settings of a point with other modes; its implicit quantities, where angles did not turn."""
+    count = len(settings) - len(point.system.structure.implicit)
+    return np.concatenate([settings[:count], point.settings[count:]])
+
+
 def sizes(problem: OrbitProblem, x: np.ndarray) -> np.ndarray:
     """How large the active states become, at least what runs resolve."""
     least = max(1e-3, 1e-12 / problem.rtol) * nominals(problem.system)
@@ -249,16 +255,14 @@ def slopes_of(problem: OrbitProblem, shot: Shot, forward: Forward) -> np.ndarray
 def _move_guess(problem: OrbitProblem, shot: Shot, x: np.ndarray, change: float) -> Guess:
     """A new guess, in the modes in which the last run ended; period or parameter changed too."""
     old, period = shot.guess.point, shot.guess.period
-    count = len(old.settings) - len(old.system.structure.implicit)
-    modes = np.concatenate([shot.settings[:count], old.settings[count:]])
-    theta = old.theta
+    theta, settings = old.theta, in_modes(old, shot.settings)
     if problem.parameter is None:
         period += change
     else:
         theta = theta.copy()
         theta[problem.parameter] += change
         old.system.check_parameters(theta)
-    return Guess(OperatingPoint(old.system, 0.0, x, theta, modes), period, shot.guess.phase)
+    return Guess(OperatingPoint(old.system, 0.0, x, theta, settings), period, shot.guess.phase)
 
 
 def _try_step(

@@ -147,12 +147,10 @@ class _Equilibrium:
         if not keep or (_modes(point) != _modes(self._first)).any():
             point = self._nearer(point, *((nodes, equations) if keep else demands.find_kept(point)))
         lost = demands.list_lost(point)
-        kept = Kept(rest=self._rest) if lost else self._all_kept()
+        kept = Kept(rest=self._rest)
+        if not lost:
+            kept = Kept(tuple(self._places), tuple(sorted({*nodes})), True, self._rest)
         return replace(point, lost=lost, kept=replace(kept, start=demands.start))
-
-    def _all_kept(self) -> Kept:
-        nodes = sorted({*self._demands.asked, *self._demands.declared})
-        return Kept(tuple(self._places), tuple(nodes), True, self._rest)
 
     def _nearer(
         self, point: OperatingPoint, nodes: list[int], equations: list[int]
@@ -213,7 +211,9 @@ class _Equilibrium:
         kept = [n for n in nodes if n not in system.structure.states and n not in stuck]
         zero = [n for n in sorted(stuck) if n not in system.structure.states]
         zero = [n for n in zero if computable_rows(system, system.structure.values.of([n]))[0]]
-        closed = _find_closed_gaps(begin)
+        s = system.switching  # gaps that are closed stay so
+        gaps = np.flatnonzero(s.has_gap & (begin.settings[s.first_modes] > 0.5)).tolist()
+        closed = s.gap[gaps] if gaps else ca.SX(0, 1)
         nothing = np.zeros(len(zero) + closed.numel() + len(equations))
         wanted = [self._demands.values(kept, self._first), nothing]
         expressions = ca.vertcat(
@@ -274,13 +274,6 @@ def _key(point: OperatingPoint) -> np.ndarray:
     count = len(point.settings) - len(point.system.structure.implicit)
     positions = point.system.switching.positions(point.settings[:count])
     return np.append(positions, point.x).astype(np.float32)
-
-
-def _find_closed_gaps(point: OperatingPoint) -> ca.SX:
-    """Gaps that are closed, and stay so."""
-    s = point.system.switching
-    numbers = np.flatnonzero(s.has_gap & (point.settings[s.first_modes] > 0.5)).tolist()
-    return s.gap[numbers] if numbers else ca.SX(0, 1)
 
 
 def _settle_positions(point: OperatingPoint) -> OperatingPoint:
