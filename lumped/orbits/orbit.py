@@ -11,7 +11,7 @@ import numpy as np
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError
-from lumped.orbits.orbit_sensitivity import OrbitSensitivity, orbit_sensitivity, with_period_held
+from lumped.orbits.orbit_sensitivity import OrbitSensitivity, orbit_sensitivity
 from lumped.orbits.shooting import Orbit, OrbitProblem
 from lumped.orbits.smooth_curves import Curve, Extreme, curves, extreme, integral
 from lumped.support.arguments import checked
@@ -178,9 +178,8 @@ class PeriodicOrbit(Named):
                     "has a derivative by it. Leave it out of `by`."
                 )
         tops = [self.greatest(name) for name in names]
-        both = (*keys, *self.free)
-        found = orbit_sensitivity(self.problem, self.found, self.run, names, both, tops)
-        return with_period_held(found) if self.free else found
+        free = tuple(self.free)
+        return orbit_sensitivity(self.problem, self.found, self.run, names, keys, tops, free)
 
     def _course(self, name: Name) -> list[Curve]:
         key = self.system.key(name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -85,6 +85,7 @@ def orbit_sensitivity(
     of: tuple[Name, ...],
     by: tuple[Name, ...],
     tops: list[Extreme],
+    free: tuple[str, ...],
 ) -> OrbitSensitivity:
     """Implicit function theorem on what must vanish after a period.
 
@@ -92,6 +93,8 @@ def orbit_sensitivity(
     ----------
     tops : list of Extreme
         The greatest value of each quantity.
+    free : tuple of str
+        A parameter that follows the others, so that the period stays; empty if none does.
 
     Raises
     ------
@@ -104,7 +107,7 @@ def orbit_sensitivity(
         raise OptionError("sensitivity: name at least one quantity in `of` and parameter in `by`.")
     system, active, T = problem.system, problem.active, orbit.guess.period
     names = tuple(system.key(name) for name in of)
-    places = system.places(by)
+    places = system.places((*by, *free))
     k, n = len(active), len(system.state_names)
     scale = np.abs(run.theta[places])
     scale[scale == 0] = 1.0
@@ -123,13 +126,17 @@ def orbit_sensitivity(
     right[:k] -= np.outer(rate, given)
     found = scipy.linalg.solve(border_matrix(problem, orbit, rate), right)
     moved, stretch = found[:k], found[k] if problem.free else given
+    chosen = np.eye(len(places))
+    if free:
+        chosen = np.vstack([chosen[:-1, :-1], -stretch[:-1] / stretch[-1]])
+        moved, stretch, scale = moved @ chosen, np.zeros(len(by)), scale[:-1]
     columns = forward.along(run, courses, names)
-    values = columns[:, :, :k] @ moved + columns[:, :, k:]
+    values = columns[:, :, :k] @ moved + columns[:, :, k:] @ chosen
     rates = _rates(run, names)
     values += rates[:, :, None] * (run.t / T)[:, None, None] * stretch
     # how far each instant moves beside its fraction of the period
-    moves = [i.slopes[:k] @ moved + i.slopes[k:] - i.t / T * stretch for i in instants]
-    start = np.zeros((n, len(places)))
+    moves = [i.slopes[:k] @ moved + i.slopes[k:] @ chosen - i.t / T * stretch for i in instants]
+    start = np.zeros((n, len(by)))
     start[active] = moved / scale
     keys = tuple(system.key(name) for name in by)
     by_key = dict(zip(keys, (stretch / scale).tolist(), strict=True))
@@ -145,26 +152,6 @@ def orbit_sensitivity(
         mean / T / scale,
         greatest / scale,
         forward.evaluations,
-    )
-
-
-def with_period_held(found: OrbitSensitivity) -> OrbitSensitivity:
-    """The same if the last parameter follows the others, so that the period stays."""
-    *first, last = found.by
-    slopes = np.array([found.period[name] for name in first])
-    follows = -slopes / found.period[last]
-
-    def hold_period(values: np.ndarray) -> np.ndarray:
-        return values[..., :-1] + values[..., -1:] * follows
-
-    return replace(
-        found,
-        by=tuple(first),
-        period=dict.fromkeys(first, 0.0),
-        start=hold_period(found.start),
-        derivatives=hold_period(found.derivatives),
-        mean=hold_period(found.mean),
-        greatest=hold_period(found.greatest),
     )
 
 
