@@ -24,7 +24,7 @@ from lumped.optimisation.discretisation import (
     simulate_from,
     smooth,
 )
-from lumped.optimisation.terms import Term, measure_functional, number_of, refuse_side, term
+from lumped.optimisation.terms import Term, TermMaker, measure_functional, number_of, refuse_side
 from lumped.timeloop.results.trajectory import Trajectory
 
 _LEAST = 1e-3
@@ -107,9 +107,8 @@ class DesignProblem:
             names = tuple(dict.fromkeys(name for f in found for name in f.names))
             given = self.course.quantities(names), self.run.table(names)
             for functional in found:
-                self.terms[functional] = term(
-                    self.programme, self.course, functional, names, *given
-                )
+                maker = TermMaker(self.programme, self.course, functional, names, *given)
+                self.terms[functional] = maker.term()
         return found
 
     def _check_effect(self) -> None:

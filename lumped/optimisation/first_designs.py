@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import scipy
 
@@ -13,7 +11,8 @@ from lumped.ensembles.distributions import paired
 from lumped.ensembles.variants import variants_of
 from lumped.errors import OptionError, SolverError
 from lumped.functionals import Functional
-from lumped.optimisation.design import Bounds, bounds_of
+from lumped.optimisation.design import bounds_of
+from lumped.optimisation.search import DesignSearch
 from lumped.timeloop.run_options import RunPlan
 
 _TRIED = 128
@@ -22,25 +21,13 @@ _APART = 0.15
 """Least distance of designs from which searches begin, over the diagonal of the bounds."""
 
 
-def first_designs(
-    system: System,
-    names: list[str],
-    box: np.ndarray,
-    weights: Mapping[Functional | str, float],
-    subject_to: Mapping[Functional, Bounds],
-    count: int,
-    plan: RunPlan,
-) -> np.ndarray:
-    """Designs between bounds whose runs are best, or miss their constraints least.
+def first_designs(search: DesignSearch, count: int, plan: RunPlan) -> np.ndarray:
+    """Scaled designs between bounds whose runs are best, or miss their constraints least.
 
     Parameters
     ----------
-    names : list of str
-        What varies.
-    box : ndarray, shape (k, 3)
-        Start, lower and upper bound of each.
-    weights, subject_to
-        As for `optimise`.
+    search : DesignSearch
+        What varies, what is made small and what holds.
     count : int
         How many designs.
     plan : RunPlan
@@ -59,9 +46,10 @@ def first_designs(
     SolverError
         If the run of every design fails.
     """
-    low, high = box[:, 1], box[:, 2]
+    system, names, weights = search.system, search.names, search.weights
+    low, high = search.box[:, 1] * search.scale, search.box[:, 2] * search.scale
     points = draw_designs("optimise", names, low, high, count)[: _TRIED * count]
-    of = list(dict.fromkeys(k for k in (*weights, *subject_to) if not isinstance(k, str)))
+    of = list(dict.fromkeys(k for k in (*weights, *search.bounds) if not isinstance(k, str)))
     values, failures = run_designs("optimise", system, names, points, of, plan)
     if len(failures) == len(points) and np.isnan(values).all():
         raise SolverError(f"optimise: all {len(points)} runs fail. Run 0: {failures[0]}", None)
@@ -73,14 +61,15 @@ def first_designs(
         elif system.key(key) in names:  # another parameter is the same in all runs
             worth += weight * points[:, names.index(system.key(key))]
     missed = np.zeros(len(points))
-    for key, given in subject_to.items():
+    for key, given in search.bounds.items():
         least, most = bounds_of(str(key), given)
         value = results[key]
         size = max([abs(b) for b in (least, most) if np.isfinite(b)], default=0.0) or 1.0
         missed += np.maximum(np.maximum(least - value, value - most), 0.0) / size
     order = np.lexsort((worth, missed))
     order = order[np.isfinite(worth[order]) & np.isfinite(missed[order])]
-    return apart(points[order], low, high, count)
+    found: np.ndarray = apart(points[order], low, high, count) / search.scale
+    return found
 
 
 def draw_designs(

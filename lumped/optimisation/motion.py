@@ -18,7 +18,7 @@ from lumped.numerics.collocation import DEGREE, POINTS, fractions, lagrange, pha
 from lumped.numerics.nlp import Programme, Solution
 from lumped.optimisation.design import Bounds, bounds_of, solution_lines
 from lumped.optimisation.discretisation import Discretisation
-from lumped.optimisation.terms import number_of, term
+from lumped.optimisation.terms import TermMaker, number_of
 from lumped.support.arguments import checked
 from lumped.support.text_table import amounts, table
 from lumped.support.units import read_time
@@ -250,7 +250,7 @@ class _MotionSearch:
         names = self.minimise.names
         sizes_of = np.full((1, len(names)), drives)
         given = names, self.course.quantities(names), sizes_of
-        self.cost = term(programme, self.course, self.minimise, *given)
+        self.cost = TermMaker(programme, self.course, self.minimise, *given).term()
         weight = ca.SX.sym("weight")
         programme.ready(weight * self.cost.value, weight)
 

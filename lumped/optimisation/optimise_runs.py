@@ -73,10 +73,7 @@ def best_runs(system: System, task: Task, plan: RunPlan, searches: int) -> Optim
     begins = [search.box[:, 0].copy()]
     if searches > 1:
         loose = plan.at(max(plan.rtol, 1e-6))
-        box = search.box * search.scale[:, None]
-        wanted = task.weights, task.bounds
-        more = first_designs(system, search.names, box, *wanted, searches - 1, loose)
-        begins += [*(more / search.scale)]
+        begins += [*first_designs(search, searches - 1, loose)]
     found = []
     for begin in begins:
         search.box[:, 0] = begin

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,6 @@ from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity
 from lumped.vibration.natural.find_modes import modes
 from lumped.vibration.natural.mode_designs import ModeDesigns
 from lumped.vibration.natural.modes import Modes
-from lumped.vibration.ordered.order_response import OrderResponse
 
 _FREE = (-np.inf, np.inf)
 
@@ -48,17 +47,6 @@ class SpectralSearch(DesignSearch):
         Place and size of the unknowns that stand for readings.
     """
 
-    def __init__(
-        self,
-        what: Modes | OrderResponse,
-        theta: np.ndarray,
-        base: Mapping[str, float],
-        task: Task,
-    ) -> None:
-        super().__init__(what, theta, base, task)
-        self.unknown: dict[Reading, tuple[int, float]] = {}
-        self.sides: dict[Clearance, np.ndarray] = {}
-
     @property
     def alone(self) -> list[Reading]:
         """Readings that are functionals by themselves."""
@@ -71,6 +59,8 @@ class SpectralSearch(DesignSearch):
 
     def begin(self) -> None:
         """Check the keys against the spectrum at the start, and add the margins."""
+        self.unknown: dict[Reading, tuple[int, float]] = {}
+        self.sides: dict[Clearance, np.ndarray] = {}
         keys = [key for key in self.keys if isinstance(key, Functional)]
         readings = readings_of(keys)
         has_modes = any(reading.of == "modes" for reading in readings)

@@ -68,41 +68,6 @@ def refuse_side(label: str, term: Term, weight: float, low: float, high: float) 
         )
 
 
-def term(
-    programme: Programme,
-    course: Discretisation,
-    functional: Functional,
-    names: Sequence[str],
-    quantities: ca.SX,
-    start: np.ndarray,
-) -> Term:
-    """A functional as an expression.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Quantities that are known, among them those of the functional.
-    quantities : SX, shape (len(names), n)
-        Along the course.
-    start : ndarray, shape (k, len(names))
-        At the start.
-
-    Raises
-    ------
-    OptionError
-        If it reads what the course does not give, or extremes stand in it so that it cannot be
-        bounded.
-    """
-    for reading in functional.readings:
-        if not _is_whole(reading):
-            raise OptionError(
-                f"optimise: {functional}: {reading} is none of highest, lowest, integral, final "
-                "and span over the whole run, of which functionals consist here. Give the system "
-                "and until= for the others."
-            )
-    return _Terms(programme, course, functional, names, quantities, start).term()
-
-
 class _Rows(NamedTuple):
     """What an unknown bounds: a column of expressions of about one size."""
 
@@ -137,8 +102,23 @@ class _Part(NamedTuple):
     rows: tuple[_Rows, ...] = ()
 
 
-class _Terms:
-    """Makes the term of a functional; arguments as for `term`."""
+class TermMaker:
+    """Makes the term of a functional.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Quantities that are known, among them those of the functional.
+    quantities : SX, shape (len(names), n)
+        Along the course.
+    start : ndarray, shape (k, len(names))
+        At the start.
+
+    Raises
+    ------
+    OptionError
+        If it reads what the course does not give.
+    """
 
     def __init__(
         self,
@@ -149,6 +129,13 @@ class _Terms:
         quantities: ca.SX,
         start: np.ndarray,
     ) -> None:
+        for reading in functional.readings:
+            if not _is_whole(reading):
+                raise OptionError(
+                    f"optimise: {functional}: {reading} is none of highest, lowest, integral, "
+                    "final and span over the whole run, of which functionals consist here. Give "
+                    "the system and until= for the others."
+                )
         self.programme, self.course, self.functional = programme, course, functional
         self.system, self.names, self.y, self.start = course.system, list(names), quantities, start
         t, weights = course.t, course.weights
@@ -160,6 +147,13 @@ class _Terms:
         self.scale = float(np.abs(self.slopes) @ self.sizes) or 1.0
 
     def term(self) -> Term:
+        """The functional as an expression.
+
+        Raises
+        ------
+        OptionError
+            If extremes stand in it so that it cannot be bounded.
+        """
         part = self._make_bound(self.functional.fold(self._leaf, self._node))
         return Term(part.value, self.scale, part.side)
 

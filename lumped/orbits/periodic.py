@@ -99,6 +99,10 @@ def periodic(
     SolverError
         If no periodic motion is found, or more than one nearby; its `partial` is the last run.
     """
+    if not isinstance(grid, int) or grid < 10:
+        raise OptionError(f"periodic: grid = {grid!r}: at least 10 output intervals are needed.")
+    if not 1e-13 <= rtol <= 1e-4:
+        raise OptionError(f"periodic: rtol = {rtol}: choose it between 1e-13 and 1e-4.")
     if isinstance(start, OrderResponse):
         given = (period, near, turn, warm_up, parameters)
         if speed is None or any(v is not None for v in given) or tuple(free):
@@ -106,7 +110,6 @@ def periodic(
                 "periodic: an order response to start from goes with one of its speeds: start= and "
                 "speed=, without period, near, turn, warm_up, free and parameters, which it has."
             )
-        _check(None, 1.0, None, None, grid, rtol)
         problem, balancing = turning_problem(system, start, rtol, iterations)
         first = after_response(problem, start, start.number_of(float(speed), "periodic"))
         return find_orbit(problem, first, grid, balancing)
@@ -122,7 +125,19 @@ def periodic(
     if isinstance(period, str | Expr):
         (clock,) = system.places([system.key(period)])
         period = float(point.theta[clock])
-    _check(period, near, turn, warm_up, grid, rtol)
+    if period is None and near is None and not turn:
+        raise OptionError(
+            "periodic: give period= (prescribed by functions of time), turn= (an angle that goes "
+            "on turning) or near= (about the period of a self-excited oscillation)."
+        )
+    if period is not None and near is not None:
+        raise OptionError("periodic: give period= or near=, not both.")
+    if period is None and near is None and warm_up is None:
+        raise OptionError("periodic: the period is unknown; give warm_up=, a time to simulate, s.")
+    for name, value in (("period", period), ("near", near), ("warm_up", warm_up)):
+        least = 0 if name == "warm_up" and period is not None else 1e-300
+        if value is not None and not (np.isfinite(value) and value >= least):
+            raise OptionError(f"periodic: {name} = {value!r} s: a positive, finite time is needed.")
     names = [system.key(name) for name in free]
     if names:
         if len(names) > 1 or period is None or clock is not None:
@@ -259,30 +274,3 @@ def _seam(run: Trajectory, active: np.ndarray) -> tuple[str, ...]:
     rates = np.hstack(values_along(system.rhs, run))
     jumps = np.abs(rates[:, -1] - rates[:, 0]) > 1e-6 * np.abs(rates).max(axis=1)
     return tuple(system.state_names[i] for i in active if jumps[i])
-
-
-def _check(
-    period: float | None,
-    near: float | None,
-    turn: Mapping[Name, float] | None,
-    warm_up: float | None,
-    grid: int,
-    rtol: float,
-) -> None:
-    if period is None and near is None and not turn:
-        raise OptionError(
-            "periodic: give period= (prescribed by functions of time), turn= (an angle that goes "
-            "on turning) or near= (about the period of a self-excited oscillation)."
-        )
-    if period is not None and near is not None:
-        raise OptionError("periodic: give period= or near=, not both.")
-    if period is None and near is None and warm_up is None:
-        raise OptionError("periodic: the period is unknown; give warm_up=, a time to simulate, s.")
-    for name, value in (("period", period), ("near", near), ("warm_up", warm_up)):
-        least = 0 if name == "warm_up" and period is not None else 1e-300
-        if value is not None and not (np.isfinite(value) and value >= least):
-            raise OptionError(f"periodic: {name} = {value!r} s: a positive, finite time is needed.")
-    if not isinstance(grid, int) or grid < 10:
-        raise OptionError(f"periodic: grid = {grid!r}: at least 10 output intervals are needed.")
-    if not 1e-13 <= rtol <= 1e-4:
-        raise OptionError(f"periodic: rtol = {rtol}: choose it between 1e-13 and 1e-4.")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -200,11 +200,8 @@ def shoot(problem: OrbitProblem, guess: Guess) -> Orbit:
         if iteration == problem.iterations:
             break
         slopes = slopes_of(problem, shot, forward)
-        step, change = _newton_step(problem, shot, slopes, forward)
-        tried: list[Shot] = []
-        trial = partial(_try_step, problem, shot, step, change, tried)
-        better = damp_step(trial, float(np.linalg.norm(shot.residuals)), _SHORTEST)
-        evaluations += sum(one.run.statistics.evaluations for one in tried)
+        better, used = _shorten_step(problem, shot, *_newton_step(problem, shot, slopes, forward))
+        evaluations += used
         if better is not None:
             shot = better
         else:
@@ -265,25 +262,27 @@ def _move_guess(problem: OrbitProblem, shot: Shot, x: np.ndarray, change: float)
     return Guess(OperatingPoint(old.system, 0.0, x, theta, settings), period, shot.guess.phase)
 
 
-def _try_step(
-    problem: OrbitProblem,
-    shot: Shot,
-    step: np.ndarray,
-    change: float,
-    tried: list[Shot],
-    part: float,
-) -> tuple[Shot | None, float]:
-    """What a part of a step leads to, also noted in a list, and how far that misses."""
-    if problem.parameter is None and not 0.3 < 1 + part * change / shot.guess.period < 3:
-        return None, np.inf
-    x = shot.guess.point.x.copy()
-    x[problem.active] += part * step
-    try:
-        found = Shot(problem, _move_guess(problem, shot, x, part * change))
-    except (SolverError, ParameterError):
-        return None, np.inf
-    tried.append(found)
-    return found, float(np.linalg.norm(found.residuals))
+def _shorten_step(
+    problem: OrbitProblem, shot: Shot, step: np.ndarray, change: float
+) -> tuple[Shot | None, int]:
+    """The run after the longest part of a step that misses less, and evaluations in all tried."""
+    evaluations = 0
+
+    def trial(part: float) -> tuple[Shot | None, float]:
+        nonlocal evaluations
+        if problem.parameter is None and not 0.3 < 1 + part * change / shot.guess.period < 3:
+            return None, np.inf
+        x = shot.guess.point.x.copy()
+        x[problem.active] += part * step
+        try:
+            found = Shot(problem, _move_guess(problem, shot, x, part * change))
+        except (SolverError, ParameterError):
+            return None, np.inf
+        evaluations += found.run.statistics.evaluations
+        return found, float(np.linalg.norm(found.residuals))
+
+    better = damp_step(trial, float(np.linalg.norm(shot.residuals)), _SHORTEST)
+    return better, evaluations
 
 
 def _newton_step(

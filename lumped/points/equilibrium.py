@@ -226,7 +226,6 @@ class _Equilibrium:
         search = EquilibriumSearch(
             begin,
             self._places,
-            self._first.time,
             self._tolerance,
             change,
             system.structure.in_states(expressions),

@@ -43,7 +43,7 @@ class EquilibriumSearch:
     Parameters
     ----------
     begin : OperatingPoint
-        Whose parameters hold.
+        Whose time and parameters hold.
     places : list of int
         Places of the free parameters.
     change : csc_array, shape (states, states)
@@ -66,7 +66,6 @@ class EquilibriumSearch:
         self,
         begin: OperatingPoint,
         places: list[int],
-        time: float,
         tolerance: float,
         change: scipy.sparse.csc_array,
         kept: ca.SX,
@@ -74,7 +73,7 @@ class EquilibriumSearch:
         wishes: Sequence[tuple[ca.SX, np.ndarray]] = (),
     ) -> None:
         self.system, self.theta, self.places = begin.system, begin.theta, places
-        self.time, self.tolerance, self.change = time, tolerance, change
+        self.time, self.tolerance, self.change = begin.time, tolerance, change
         x, theta = self.system.inputs[:2]
         free = theta[places] if places else ca.SX(0, 1)
         by_parameters = ca.jacobian(self.system.rates, free)

@@ -171,8 +171,6 @@ class Matrices:
 
     Parameters
     ----------
-    system : System
-        What is linearised.
     point : OperatingPoint
         Where.
     inputs, outputs : tuple of str
@@ -180,12 +178,9 @@ class Matrices:
     """
 
     def __init__(
-        self,
-        system: System,
-        point: OperatingPoint,
-        inputs: tuple[str, ...],
-        outputs: tuple[str, ...],
+        self, point: OperatingPoint, inputs: tuple[str, ...], outputs: tuple[str, ...]
     ) -> None:
+        system = point.system
         self._point, self._vibrating = point, system.structure.parameters.vibrating
         self._call = _slopes(system, inputs, outputs)
         self._stated: list[scipy.sparse.csc_array] | None = None
@@ -249,7 +244,7 @@ def linear_matrices(
             raise UnknownNameError(
                 f"'{name}' is not a parameter that can vary. {nearest(name, place)}"
             )
-    return Matrices(system, point, given, observed), given, observed
+    return Matrices(point, given, observed), given, observed
 
 
 def growth(system: System, point: OperatingPoint) -> tuple[float, str]:
