@@ -281,9 +281,11 @@ def _problem(
                 + (", which nothing prescribes" if orbit.problem.free else "")
                 + "; that is no period of it."
             )
-    cycles = 1.0 if orbit.problem.clock == place else None
-    problem = BranchProblem(orbit.problem, place, follows, turns, cycles, low, high)
-    if turns is None and cycles is None and not orbit.problem.free:
+    law = (1.0, 1) if orbit.problem.clock == place else None
+    if turns is not None:
+        law = (2 * np.pi * turns, -1)
+    problem = BranchProblem(orbit.problem, place, follows, law, low, high)
+    if law is None and not orbit.problem.free:
         _refuse_other_period(problem, orbit.found.guess, name)
     return problem
 
@@ -322,7 +324,9 @@ def _double_period(problem: BranchProblem, station: Station) -> tuple[BranchProb
     aside = np.zeros(len(station.z))
     k = len(station.monodromy)
     aside[:k] = vectors[:, np.argmin(np.abs(values + 1))].real / station.scale[:k]
-    other = _repeat_period(problem, 2)
+    orbits = replace(problem.orbits, advance=2 * problem.orbits.advance, clock=None)
+    law = None if problem.law is None else (2 * problem.law[0], problem.law[1])
+    other = replace(problem, orbits=orbits, law=law)
     theta, old = station.guess.point.theta, station.guess
     period = other.period(float(theta[problem.place]), 2 * old.period)
     return other, _aside(other, station, Guess(old.point, period, old.phase), aside)
@@ -364,15 +368,4 @@ def _aside(problem: BranchProblem, station: Station, old: Guess, aside: np.ndarr
         f"{problem.orbits.system.name}: no motion was found on the branch that crosses there"
         f"{f' ({fault})' if fault else ''}.",
         station.run,
-    )
-
-
-def _repeat_period(problem: BranchProblem, factor: int) -> BranchProblem:
-    """What must repeat after several periods."""
-    orbits = replace(problem.orbits, advance=factor * problem.orbits.advance, clock=None)
-    return replace(
-        problem,
-        orbits=orbits,
-        turns=None if problem.turns is None else factor * problem.turns,
-        cycles=None if problem.cycles is None else factor * problem.cycles,
     )

@@ -51,10 +51,9 @@ class BranchProblem:
         Place of the parameter that changes along the branch.
     follows : int or None
         Place of the parameter that is found such that the period stays; None if there is none.
-    turns : float or None
-        The period is ``2 pi turns`` over the parameter.
-    cycles : float or None
-        The period is so many times the parameter.
+    law : (float, int) or None
+        The period is a factor times a power of the parameter, 1 or -1; None if nothing prescribes
+        it or it stays.
     low, high : float
         Range of the parameter.
     """
@@ -62,8 +61,7 @@ class BranchProblem:
     orbits: OrbitProblem
     place: int
     follows: int | None
-    turns: float | None
-    cycles: float | None
+    law: tuple[float, int] | None
     low: float
     high: float
 
@@ -74,15 +72,12 @@ class BranchProblem:
 
     def period(self, value: float, before: float) -> float:
         """Period that the parameter prescribes, s; else that before."""
-        if self.turns is not None:
-            return 2 * np.pi * self.turns / value
-        return before if self.cycles is None else self.cycles * value
+        return before if self.law is None else self.law[0] * value ** self.law[1]
 
     def stretch(self, value: float) -> float:
         """Derivative of the prescribed period by the parameter."""
-        if self.turns is not None:
-            return -2 * np.pi * self.turns / value**2
-        return self.cycles or 0.0
+        factor, power = self.law or (0.0, 1)
+        return factor * power * value ** (power - 1)
 
     def find_bound(self, value: float) -> float | None:
         """The end of the range beyond which a value lies; None if it lies within."""

@@ -212,16 +212,9 @@ def periodic_range(
             break
         found.append(march.orbit)
     each = [order_harmonics(orbit, outputs, chosen, turns, angle) for orbit in found]
-    return OrbitRange(
-        system,
-        grid[: len(found)],
-        chosen,
-        outputs,
-        np.array([values for values, _ in each]),
-        np.array([means for _, means in each]),
-        tuple(found),
-        march.ended,
-    )
+    values, means = (np.array(part) for part in zip(*each, strict=True))
+    speeds = grid[: len(found)]
+    return OrbitRange(system, speeds, chosen, outputs, values, means, tuple(found), march.ended)
 
 
 class _March:

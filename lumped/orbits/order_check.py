@@ -82,20 +82,15 @@ class OrderCheck(RichHtml):
         )
         rows, speed = [], speed_unit()
         for k in found:
+            place = self.response.number_of(float(self.speeds[k]), "check_orders")
             for i, output in enumerate(self.response.of):
                 own, unit = self.differences[k, :, i], self.response.system.quantity(output).unit
                 o = int(own.argmax())
-                both = self.response.values[self._place(k), o, i], self.values[k, o, i]
-                rows.append(
-                    (
-                        number(speed.value(self.speeds[k])),
-                        output,
-                        f"{self.response.orders[o]:g}",
-                        *amounts(output, unit, *np.abs(both), is_change=True),
-                        f"{own[o]:.2%}",
-                        "NO" if own[o] > self.tolerance else "yes",
-                    )
-                )
+                both = self.response.values[place, o, i], self.values[k, o, i]
+                at, order = number(speed.value(self.speeds[k])), f"{self.response.orders[o]:g}"
+                sizes = amounts(output, unit, *np.abs(both), is_change=True)
+                holds = "NO" if own[o] > self.tolerance else "yes"
+                rows.append((at, output, order, *sizes, f"{own[o]:.2%}", holds))
         columns = (
             *(f"at, {speed.unit}", "quantity", "order", "response", "motion", "unit"),
             *("difference", "holds"),
@@ -105,9 +100,6 @@ class OrderCheck(RichHtml):
             f"at {speed.value(w):.6g} {speed.unit}: {text}" for w, text in self.faults.items()
         ]
         return "\n".join(lines)
-
-    def _place(self, k: int) -> int:
-        return self.response.number_of(float(self.speeds[k]), "check_orders")
 
 
 @checked
