@@ -21,12 +21,15 @@ from lumped.optimisation.discretisation import (
     dt_of,
     refuse_moving_instants,
     run_at,
-    simulate_from,
     smooth,
 )
 from lumped.optimisation.terms import Term, TermMaker, measure_functional, number_of, refuse_side
+from lumped.simulation.simulate import simulate
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 
+_RTOL = 1e-10
+"""Of the run of a solution."""
 _LEAST = 1e-3
 """Size of a functional, over that at the start, below which its error is relative to the start."""
 
@@ -112,7 +115,7 @@ class DesignProblem:
         return found
 
     def _check_effect(self) -> None:
-        """Refuse parameters on which neither objective nor constraints depend."""
+        """Refuse parameters on which nothing depends, and an objective that none reaches."""
         g = ca.vertcat(*self.programme.constraints)
         symbols = ca.vertcat(*(ca.symvar(self.u[i])[0] for i in range(self.u.numel())))
         columns = set(ca.jacobian_sparsity(g, symbols).get_triplet()[1])
@@ -123,14 +126,10 @@ class DesignProblem:
                 f"optimise: {', '.join(idle)} has no effect on {meant}. Leave it out of `vary`, "
                 "or name a quantity that depends on it."
             )
-        self._check_objective()
-
-    def _check_objective(self) -> None:
-        """Refuse an objective that no parameter reaches through the equations."""
         w = ca.vertcat(*self.programme.unknowns)
         own = [row for row in self.programme.rows if not row.given]
         kept = [i for row in own for i in range(row.first, row.first + row.count)]
-        g = ca.vertcat(*self.programme.constraints)[kept] if kept else ca.SX(0, 1)
+        g = g[kept] if kept else ca.SX(0, 1)
         links = scipy.sparse.csr_array(ca.DM(ca.jacobian_sparsity(g, w), 1).sparse())
         label = scipy.sparse.csgraph.connected_components(links.T @ links)[1]
         reached = set(label[: self.u.numel()].tolist())
@@ -168,7 +167,11 @@ class DesignProblem:
         parameters = dict(zip(self.names, u.tolist(), strict=True))
         settings = self.course.settings
         if self.system.structure.states:
-            run = simulate_from(self.run, theta, t, np.asarray(found[2]), settings)
+            # an ordinary run from the states found, with as many output times as there are nodes
+            x = np.asarray(found[2])[:, 0]
+            point = OperatingPoint(self.system, 0.0, x, theta, settings[0])
+            grid = len(t) - 1
+            run = simulate(self.system, until=float(t[-1]), start=point, grid=grid, rtol=_RTOL)
             true = [run.value(functional) for functional in self.functionals]
             told = true
         else:

@@ -15,9 +15,7 @@ from lumped.numerics.nlp import Programme
 from lumped.orbits.guesses import drifting, needs_time
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.points.start import start_slopes
-from lumped.simulation.simulate import simulate
 from lumped.timeloop.clocks import clocks
-from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 
 _CLOSED = 1e-9
@@ -25,8 +23,6 @@ _SHORTEST = 0.2
 """Of an unknown period, over that at the start."""
 _TURNS, _SAME_RATES = 1e-6, 1e-7
 """Gain of a state, over its size, from which it turns; change of rates that is none."""
-
-_RTOL = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -285,11 +281,3 @@ def _refuse_varied_start(run: Trajectory, varied: list[int]) -> None:
             f"{system.name}: the start value of {system.state_names[state]} depends on {name}. "
             "Give the states start values of their own, or ask for periodic=True."
         )
-
-
-def simulate_from(
-    run: Trajectory, theta: np.ndarray, t: np.ndarray, x: np.ndarray, settings: np.ndarray
-) -> Trajectory:
-    """An ordinary run from the states found, with as many output times as there are nodes."""
-    point = OperatingPoint(run.system, 0.0, x[:, 0], theta, settings[0])
-    return simulate(run.system, until=float(t[-1]), start=point, grid=len(t) - 1, rtol=_RTOL)

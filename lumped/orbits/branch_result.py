@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -108,6 +107,7 @@ class Branch(ByName, RichHtml):
     make: Callable[[int], PeriodicOrbit] = field(repr=False)
     find: Callable[[float], list[PeriodicOrbit]] = field(repr=False)
     turn_off: Callable[[int, str], Branch] = field(repr=False)
+    _known: dict[str, list[list[Curve]]] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def stable(self) -> NDArray[np.bool_]:
@@ -253,10 +253,6 @@ class Branch(ByName, RichHtml):
             function = course(self.system, self.system.expressions([key]))
             self._known[key] = [curves_by(function, run) for run in self.runs]
         return self._known[key]
-
-    @cached_property
-    def _known(self) -> dict[str, list[list[Curve]]]:
-        return {}
 
     def __repr__(self) -> str:
         unit = self.system.parameter_unit(self.along)

@@ -77,6 +77,7 @@ class PeriodicOrbit(Named):
     problem: OrbitProblem = field(repr=False)
     found: Orbit = field(repr=False)
     free: dict[str, float] = field(default_factory=dict)
+    _courses: dict[str, list[Curve]] = field(default_factory=dict, init=False, repr=False)
 
     @checked
     def __getitem__(self, name: Name | list[Name]) -> np.ndarray:
@@ -183,14 +184,9 @@ class PeriodicOrbit(Named):
 
     def _course(self, name: Name) -> list[Curve]:
         key = self.system.key(name)
-        known = self._courses
-        if key not in known:
-            known[key] = curves(self.run, self.system.expressions([key]))
-        return known[key]
-
-    @cached_property
-    def _courses(self) -> dict[str, list[Curve]]:
-        return {}
+        if key not in self._courses:
+            self._courses[key] = curves(self.run, self.system.expressions([key]))
+        return self._courses[key]
 
     def __repr__(self) -> str:
         time, frequency = time_unit(), frequency_unit()

@@ -270,8 +270,7 @@ def _between(begin: OperatingPoint, end: OperatingPoint, share: float) -> Operat
 
 def _key(point: OperatingPoint) -> np.ndarray:
     """What tells points of the search apart: modes and states, without rounding."""
-    count = len(point.settings) - len(point.system.structure.implicit)
-    positions = point.system.switching.positions(point.settings[:count])
+    positions = point.system.switching.positions(_modes(point))
     return np.append(positions, point.x).astype(np.float32)
 
 
