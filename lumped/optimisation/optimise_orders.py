@@ -42,8 +42,7 @@ class OrderSearch(SpectralSearch):
 
     def __init__(self, begin: OrderResponse, task: Task) -> None:
         self.first, self.again = begin, OrderDesigns(begin, "optimise")
-        point = begin.rotation.points[0]
-        super().__init__(begin, point.theta, point.parameters, task)
+        super().__init__(begin, begin.rotation.points[0], task)
         self.again.refuse_balancing(self.names, "vary")
         self.places = self.system.places(self.names)
         self.last: tuple[bytes, OrderResponse] | None = None

@@ -31,9 +31,8 @@ class RunSearch(DesignSearch):
     """
 
     def __init__(self, system: System, task: Task, plan: RunPlan) -> None:
-        base = run_start(system, plan)
         self.plan, self.changed = plan, plan.changes(system)
-        super().__init__(system, base.theta, base.parameters, task, plan)
+        super().__init__(system, run_start(system, plan), task, plan)
         self.tolerance = max(1e-12, plan.rtol)
         self.of = [key for key in self.keys if isinstance(key, Functional)]
         self.last: tuple[bytes, Gradient] | None = None

@@ -15,6 +15,7 @@ from lumped.functionals import Functional
 from lumped.numerics.nlp import Solution
 from lumped.numerics.sqp import list_bound_rows, sqp
 from lumped.optimisation.design import Key, Optimum, Task, bounds_of, find_varied
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_options import RunPlan
 from lumped.tolerances.moved_scene import MovedScene
 from lumped.tolerances.of_designs import CheckedProbability, DesignAim, DesignProbability
@@ -38,10 +39,8 @@ class DesignSearch:
     ----------
     what : System, Modes or OrderResponse
         What is optimised.
-    theta : ndarray
-        Parameters at the start.
-    base : mapping of str to float
-        The same by name.
+    point : OperatingPoint
+        Whose parameters hold at the start.
     task : Task
         What is wanted.
     plan : RunPlan, optional
@@ -52,16 +51,11 @@ class DesignSearch:
     """Relative change of the objective at which a search ends."""
 
     def __init__(
-        self,
-        what: Scattered,
-        theta: np.ndarray,
-        base: Mapping[str, float],
-        task: Task,
-        plan: RunPlan | None = None,
+        self, what: Scattered, point: OperatingPoint, task: Task, plan: RunPlan | None = None
     ) -> None:
         self.system = what if isinstance(what, System) else what.system
-        self.base = dict(base)
-        self.names, box, self.scale = find_varied(self.system, task.vary, theta)
+        self.base = point.parameters
+        self.names, box, self.scale = find_varied(self.system, task.vary, point.theta)
         for row, name in zip(box, self.names, strict=True):
             row[0] = task.begin.get(name, row[0])
         self.start = box[:, 0].copy()
@@ -110,8 +104,7 @@ class DesignSearch:
 
     def text(self, w: np.ndarray) -> str:
         """What varies, in words."""
-        pairs = zip(self.names, w * self.scale, strict=False)
-        return ", ".join(f"{name} = {value:.6g}" for name, value in pairs)
+        return ", ".join(f"{name} = {value:.6g}" for name, value in self.design(w).items())
 
     def value(self, key: Any, w: np.ndarray) -> tuple[float, np.ndarray]:
         """A number and its gradient by the scaled unknowns; of a probability minus beta."""

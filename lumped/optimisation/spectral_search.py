@@ -154,8 +154,7 @@ class ModeSearch(SpectralSearch):
     """The modal part of `optimise`: parameters that put frequencies where they are wanted."""
 
     def __init__(self, begin: Modes, task: Task) -> None:
-        point = begin.point
-        super().__init__(begin, point.theta, point.parameters, task)
+        super().__init__(begin, begin.point, task)
         self.designs = ModeDesigns(begin)
         self.last: tuple[bytes, Modes, Spectrum] | None = None
         self.begin()

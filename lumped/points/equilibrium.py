@@ -199,7 +199,9 @@ class _Equilibrium:
         Or a point on the way to it where these positions change.
         """
         system, rest = self._system, self._rest
-        stuck = _find_stuck_speeds(begin)
+        s = system.switching
+        are_stuck = begin.settings[s.first_modes] > 0.5
+        stuck = {n for n, on in zip(s.speeds, are_stuck, strict=True) if on and n >= 0}
         still = np.array([node in stuck for node in system.structure.states], dtype=bool)
         fixed = np.array([node in nodes for node in system.structure.states], dtype=bool)
         if rest:
@@ -209,10 +211,9 @@ class _Equilibrium:
         every = scipy.sparse.eye_array(len(still), format="csc")
         change = every if rest else unsteady_part(begin)
         kept = [n for n in nodes if n not in system.structure.states and n not in stuck]
-        zero = [n for n in sorted(stuck) if n not in system.structure.states]
+        zero = sorted(stuck - {*system.structure.states})
         zero = [n for n in zero if computable_rows(system, system.structure.values.of([n]))[0]]
-        s = system.switching  # gaps that are closed stay so
-        gaps = np.flatnonzero(s.has_gap & (begin.settings[s.first_modes] > 0.5)).tolist()
+        gaps = np.flatnonzero(s.has_gap & are_stuck).tolist()  # closed, and stay so
         closed = s.gap[gaps] if gaps else ca.SX(0, 1)
         nothing = np.zeros(len(zero) + closed.numel() + len(equations))
         wanted = [self._demands.values(kept, self._first), nothing]
@@ -292,15 +293,6 @@ def _settle_positions(point: OperatingPoint) -> OperatingPoint:
     holds.stop(x, turned)
     found = settle_positions(system, point.theta, time, x, point.settings)
     return point if found is None else OperatingPoint(system, point.time, x, point.theta, found)
-
-
-def _find_stuck_speeds(point: OperatingPoint) -> set[int]:
-    """Speeds that are held at zero."""
-    switching = point.system.switching
-    if not switching:
-        return set()
-    stuck = point.settings[switching.first_modes] > 0.5
-    return {node for node, on in zip(switching.speeds, stuck, strict=True) if on and node >= 0}
 
 
 def _refuse_speeds(system: System, start: Changes | None) -> None:
