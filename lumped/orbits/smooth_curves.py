@@ -15,14 +15,7 @@ _ZERO = 1e-7
 """Of its range: a quantity that is zero at the end of a smooth piece."""
 
 _QUINTIC = np.linalg.inv(
-    [
-        [1, 0, 0, 0, 0, 0],
-        [1, 1, 1, 1, 1, 1],
-        [0, 1, 0, 0, 0, 0],
-        [0, 1, 2, 3, 4, 5],
-        [0, 0, 2, 0, 0, 0],
-        [0, 0, 2, 6, 12, 20],
-    ]
+    [[Polynomial.basis(j).deriv(d)(x) for j in range(6)] for d in range(3) for x in (0.0, 1.0)]
 )
 """Coefficients of a polynomial on 0 to 1 from its values and two derivatives at both ends."""
 _INSIDE = np.linspace(0, 1, 9)
