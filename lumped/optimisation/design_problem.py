@@ -56,7 +56,7 @@ class DesignProblem:
         repeats: Repeating | None = None,
     ) -> None:
         self.run, self.system = run, run.system
-        smooth(run, "optimise")
+        smooth(run)
         self.programme = Programme(self.system.name)
         if intervals < 1:
             raise OptionError(f"intervals = {intervals}: at least one is needed.")

@@ -68,13 +68,13 @@ class Discretisation:
         return function.map(count)(self.x, columns, times.T, ca.DM(self.settings.T))
 
 
-def smooth(run: Trajectory, why: str) -> None:
+def smooth(run: Trajectory) -> None:
     """Refuse a run with changes of modes or impacts, by name."""
     changes = [e for e in run.events if e.kind != "time"]
     if changes:
         first = changes[0]
         raise OptionError(
-            f"{run.system.name}: {why} follows smooth runs only, but at t = {first.time:.6g} s "
+            f"{run.system.name}: optimise follows smooth runs only, but at t = {first.time:.6g} s "
             f"{first.component} changes ({first.before} -> {first.after}). Runs with events have "
             "exact derivatives by single shooting: give optimise the system, or take "
             "lumped.sensitivity."
