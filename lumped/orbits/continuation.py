@@ -80,7 +80,13 @@ class Course:
 
 
 class Segment:
-    """The branch between two motions, by the length along the tangent at the first."""
+    """The branch between two motions, by the length along the tangent at the first.
+
+    Attributes
+    ----------
+    cubic : CubicHermiteSpline
+        Through both ends, in unknowns over the scale of the first, from there.
+    """
 
     def __init__(self, problem: BranchProblem, a: Station, b: Station) -> None:
         self.problem, self.a, self.b = problem, a, b
@@ -89,31 +95,17 @@ class Segment:
         if not self.length > 0:
             raise MissedError("no motion is found ahead")
         end = b.tangent * b.scale / a.scale
-        slopes, chord = (a.tangent, end / (a.tangent @ end)), apart / self.length
-        self._powers = np.array(  # of the place
-            [
-                slopes[0],
-                (3 * chord - 2 * slopes[0] - slopes[1]) / self.length,
-                (slopes[0] + slopes[1] - 2 * chord) / self.length**2,
-            ]
+        slopes = a.tangent, end / (a.tangent @ end)
+        self.cubic = scipy.interpolate.CubicHermiteSpline(
+            [0.0, self.length], [np.zeros(len(apart)), apart], slopes
         )
-
-    def curve(self, place: float) -> np.ndarray:
-        """The cubic through both ends, in unknowns over the scale of the first, from there."""
-        found: np.ndarray = np.array([place, place**2, place**3]) @ self._powers
-        return found
-
-    def direction(self, place: float) -> np.ndarray:
-        """Its derivative."""
-        found: np.ndarray = np.array([1.0, 2 * place, 3 * place**2]) @ self._powers
-        return found
 
     def at(self, place: float) -> Station:
         """The motion at a place from 0 to `length`."""
         a = self.a
-        z = in_phase(a, a.z + a.scale * self.curve(place))
+        z = in_phase(a, a.z + a.scale * self.cubic(place))
         guess = self.problem.guess(z, a.guess, a.guess.point.settings)
-        along, matrix = self.direction(place), a.matrix
+        along, matrix = self.cubic(place, 1), a.matrix
         if a.events == self.b.events:
             matrix = a.matrix + place / self.length * self.change(a.scale)
         return correct_motion(self.problem, guess, a.scale, a.tangent, matrix, along)
@@ -129,15 +121,15 @@ class Segment:
         a = self.a
 
         def missing(place: float) -> float:
-            return float(a.z[-1] + a.scale[-1] * self.curve(place)[-1] - value)
+            return float(a.z[-1] + a.scale[-1] * self.cubic(place)[-1] - value)
 
         place = scipy.optimize.brentq(missing, 0.0, self.length)
-        z = a.z + a.scale * self.curve(place)
+        z = a.z + a.scale * self.cubic(place)
         z[-1] = value
         row = np.eye(len(z))[-1]
         guess = self.problem.guess(z, a.guess, a.guess.point.settings)
         matrix = a.matrix if a.events == self.b.events else None
-        found = correct_motion(self.problem, guess, a.scale, row, matrix, self.direction(place))
+        found = correct_motion(self.problem, guess, a.scale, row, matrix, self.cubic(place, 1))
         # at a border, motions between are those with more events
         fewer = len(found.events) < max(len(a.events), len(self.b.events))
         if fewer or np.linalg.norm((found.z - z) / a.scale) > _ASIDE * self.length:
@@ -286,7 +278,7 @@ def _ahead(problem: BranchProblem, last: Station, before: Segment | None, step: 
     if before is not None and step < _FURTHER * before.length:
         a = before.a
         place = before.length + step * float(a.tangent @ (last.tangent * last.scale / a.scale))
-        z = in_phase(last, a.z + a.scale * before.curve(place))
+        z = in_phase(last, a.z + a.scale * before.cubic(place))
         matrix = matrix + step / before.length * before.change(last.scale)
     try:
         guess = problem.guess(z, last.guess, last.guess.point.settings)
