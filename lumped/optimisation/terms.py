@@ -56,15 +56,12 @@ def refuse_side(label: str, term: Term, weight: float, low: float, high: float) 
     ------
     OptionError
     """
-    if term.side > 0 and (np.isfinite(low) or weight < 0):
+    sides = "small or bounded above", "large or bounded below"
+    can, cannot = sides if term.side > 0 else sides[::-1]
+    is_high, is_low = np.isfinite(high) or weight > 0, np.isfinite(low) or weight < 0
+    if (term.side > 0 and is_low) or (term.side < 0 and is_high):
         raise OptionError(
-            f"optimise: {label} can be made small or bounded above, not made large or "
-            "bounded below: that has no smooth form."
-        )
-    if term.side < 0 and (np.isfinite(high) or weight > 0):
-        raise OptionError(
-            f"optimise: {label} can be made large or bounded below, not made small or "
-            "bounded above: that has no smooth form."
+            f"optimise: {label} can be made {can}, not made {cannot}: that has no smooth form."
         )
 
 

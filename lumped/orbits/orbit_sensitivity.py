@@ -10,11 +10,12 @@ import numpy as np
 import scipy
 
 from lumped.compiler.structure import Name
-from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.errors import OptionError
 from lumped.gradients.forward import Forward
 from lumped.gradients.steps import steps_of
 from lumped.orbits.shooting import Orbit, OrbitProblem, border_matrix
 from lumped.orbits.smooth_curves import Extreme, values_along
+from lumped.points.equilibrium_sensitivity import find_place
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
@@ -58,13 +59,9 @@ class OrbitSensitivity(RichHtml):
 
     @checked
     def __getitem__(self, pair: tuple[Name, Name]) -> np.ndarray:
-        places = []
-        for name, known in zip(pair, (self.of, self.by), strict=True):
-            key = self.run.system.key(name)
-            if key not in known:
-                raise UnknownNameError(f"'{key}' is not in this sensitivity. {nearest(key, known)}")
-            places.append(known.index(key))
-        found: np.ndarray = self.derivatives[:, places[0], places[1]]
+        row = find_place(self.run.system, pair[0], self.of)
+        column = find_place(self.run.system, pair[1], self.by)
+        found: np.ndarray = self.derivatives[:, row, column]
         return found
 
     def __repr__(self) -> str:
