@@ -17,12 +17,10 @@ from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, 
 from lumped.orbits.branch_result import Branch, BranchPoint
 from lumped.orbits.continuation import TESTS, Course, Passed, Segment, follow_branch
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.orbits.periodic import result_of
+from lumped.orbits.periodic import GRID, result_of
 from lumped.orbits.shooting import Guess, sizes
 from lumped.support.arguments import checked
 
-_GRID = 200
-"""Output intervals of the motions."""
 _ASIDE = (1e-2, 3e-3, 3e-2, 1e-3)
 """Lengths to go aside to a branch that crosses, in turn."""
 
@@ -173,7 +171,7 @@ class _Motions:
 
     def _make_orbit(self, station: Station) -> PeriodicOrbit:
         problem = self.problem
-        found = result_of(problem.orbits, station.orbit, _GRID)
+        found = result_of(problem.orbits, station.orbit, GRID)
         if problem.follows is None:
             return found
         names = problem.orbits.system.structure.parameters

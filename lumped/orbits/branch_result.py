@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError
-from lumped.orbits.orbit import PeriodicOrbit
-from lumped.orbits.smooth_curves import Curve, course, curves_by, extreme, integral
+from lumped.orbits.orbit import ON_CIRCLE, PeriodicOrbit
+from lumped.orbits.smooth_curves import Curve, course, curves_by, extreme, find_harmonics
 from lumped.plots.draw import Backend, draw
 from lumped.plots.picture import Axis, Item, Panel, Picture, label_axis
 from lumped.plots.picture import Curve as Line
@@ -26,8 +26,6 @@ from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.trajectory import Trajectory
 
 Real = NDArray[np.float64]
-_ON_CIRCLE = 1e-6
-"""A motion counts as unstable if a multiplier is larger than one by more than this."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +110,7 @@ class Branch(ByName, RichHtml):
     @property
     def stable(self) -> NDArray[np.bool_]:
         """Whether small disturbances do not grow, shape (k,)."""
-        found: NDArray[np.bool_] = self.largest <= 1 + _ON_CIRCLE
+        found: NDArray[np.bool_] = self.largest <= 1 + ON_CIRCLE
         return found
 
     @property
@@ -133,13 +131,8 @@ class Branch(ByName, RichHtml):
 
         As `PeriodicOrbit.harmonics` for each motion.
         """
-        if count < 1:
-            raise OptionError(f"harmonics: count = {count}: at least one.")
-        found = [
-            [integral(pieces, 2 * np.pi * i / T) * (2 if i else 1) / T for i in range(count + 1)]
-            for pieces, T in zip(self._courses(name), self.periods.tolist(), strict=True)
-        ]
-        return np.array(found)
+        every = zip(self._courses(name), self.periods.tolist(), strict=True)
+        return np.array([find_harmonics(pieces, period, count) for pieces, period in every])
 
     def named(self, kind: str) -> tuple[BranchPoint, ...]:
         """The points of one kind, such as "fold"."""

@@ -14,7 +14,7 @@ from lumped.errors import OptionError, ParameterError, SolverError
 from lumped.orbits.guesses import after_response, needs_time
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.orbits.order_check import angle_of, order_harmonics
-from lumped.orbits.periodic import find_orbit, periodic, turning_problem
+from lumped.orbits.periodic import GRID, find_orbit, periodic, turning_problem
 from lumped.orbits.shooting import Guess
 from lumped.points.start import search_start
 from lumped.support.arguments import checked
@@ -26,8 +26,6 @@ from lumped.vibration.ordered.order_response import OrderResponse
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-_GRID = 200
-"""Output intervals of the motions."""
 _HALVINGS = 8
 """How often a step of the speed is halved before the range ends."""
 _NEAR = 0.3
@@ -162,7 +160,7 @@ def periodic_range(
         problem, free = turning_problem(system, response, rtol, iterations)
         k = int(np.abs(response.speeds - grid[0]).argmin())
         near, guess = float(response.speeds[k]), after_response(problem, response, k)
-        first = find_orbit(problem, guess, _GRID, free)
+        first = find_orbit(problem, guess, GRID, free)
         march = _March(near, first, turns, None)
         march.reach(float(grid[0]))
         if march.ended:
@@ -192,7 +190,7 @@ def periodic_range(
             period=2 * np.pi * turns / speed,
             warm_up=warm_up,
             start=point,
-            grid=_GRID,
+            grid=GRID,
             rtol=rtol,
             iterations=iterations,
         )
@@ -248,7 +246,7 @@ class _March:
             (now, last), free = self.known[-1], next(iter(self.orbit.free), None)
             speed = target if abs(target - now) <= abs(step) * (1 + 1e-9) else now + step
             try:
-                orbit = find_orbit(last.problem, self._predict(speed), _GRID, free)
+                orbit = find_orbit(last.problem, self._predict(speed), GRID, free)
                 fault = "the motions found there are others" * (_apart(last, orbit) > _NEAR)
             except (SolverError, ParameterError) as error:
                 fault = str(error).partition(": ")[2].partition(". ")[0]
@@ -292,7 +290,7 @@ def _apart(one: PeriodicOrbit, other: PeriodicOrbit) -> float:
 def _vibration(orbit: PeriodicOrbit) -> Real:
     """States over the period, without their means and what they gain, shape (points, n)."""
     run, problem = orbit.run, orbit.problem
-    share = np.linspace(0, 1, _GRID, endpoint=False)
+    share = np.linspace(0, 1, GRID, endpoint=False)
     x = np.column_stack([np.interp(share * orbit.period, run.t, column) for column in run.x.T])
     x = (x - share[:, None] * problem.advance)[:, problem.active]
     found: Real = x - x.mean(axis=0)

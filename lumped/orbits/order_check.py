@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lumped.errors import OptionError, SolverError
 from lumped.orbits.guesses import after_response
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.orbits.periodic import find_orbit, turning_problem
+from lumped.orbits.periodic import GRID, find_orbit, turning_problem
 from lumped.support.arguments import checked
 from lumped.support.display_units import speed_unit
 from lumped.support.rich_html import RichHtml
@@ -21,9 +21,6 @@ from lumped.vibration.ordered.order_response import OrderResponse
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-
-_GRID = 200
-"""Output intervals of the motions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +152,7 @@ def check_orders(
     orbits: list[PeriodicOrbit | None] = []
     for row, k in enumerate(places):
         try:
-            orbit = find_orbit(problem, after_response(problem, response, k), _GRID, free)
+            orbit = find_orbit(problem, after_response(problem, response, k), GRID, free)
         except SolverError as fault:
             faults[float(response.speeds[k])] = str(fault)
             orbits.append(None)

@@ -30,6 +30,9 @@ from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.ordered.order_response import OrderResponse
 
+GRID = 200
+"""Output intervals of motions of which there are many."""
+
 
 @checked
 def periodic(

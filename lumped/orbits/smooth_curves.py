@@ -9,6 +9,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from lumped.compiler.system import System
+from lumped.errors import OptionError
 from lumped.timeloop.results.trajectory import Trajectory
 
 _ZERO = 1e-7
@@ -125,6 +126,22 @@ def integral(pieces: list[Curve], frequency: float = 0.0) -> complex:
         total += np.sum(h / 2 * (y0[:-1] + y0[1:]) + h**2 / 10 * (y1[:-1] - y1[1:]))
         total += np.sum(h**3 / 120 * (y2[:-1] + y2[1:]))
     return complex(total)
+
+
+def find_harmonics(pieces: list[Curve], period: float, count: int) -> np.ndarray:
+    """Complex Fourier coefficients ``c_0`` to ``c_count`` of a quantity, shape (count + 1,).
+
+    Raises
+    ------
+    OptionError
+        If the count is less than one.
+    """
+    if count < 1:
+        raise OptionError(f"harmonics: count = {count}: at least one.")
+    w = 2 * np.pi / period
+    found = np.array([integral(pieces, k * w) for k in range(count + 1)]) / period
+    found[1:] *= 2
+    return found
 
 
 def _shapes(piece: Curve) -> np.ndarray:
