@@ -101,6 +101,7 @@ class TestBadInput:
             ),
             ({"spring.c": (1, 99)}, {"minimise": {fun.rms(TAU): 0}}, OptionError, "nothing"),
             ({"spring.c": (1, 99)}, {"minimise": {fun.peak(TAU): -1}}, OptionError, "made small"),
+            ({"spring.c": (1, 99)}, {"minimise": fun.lowest(TAU)}, OptionError, "made large"),
             (
                 {"spring.c": (1, 99)},
                 {"minimise": fun.frequency(0)},
