@@ -144,6 +144,7 @@ class _FitSearch:
                     f"identify: {name} has the shape {y.shape} and {int((~np.isfinite(y)).sum())} "
                     f"values that are no numbers; {len(self.t)} finite values are needed."
                 )
+        self.measured = np.array([*self.curves.values()])
         self.weights = self._weights(sigma)
         self.plan, self.parameters, self.begin = plan, plan.changes(system), dict[str, Any]()
         self.inner = [name for name in self.names if name in system.parameters]
@@ -171,12 +172,11 @@ class _FitSearch:
         self.last: tuple[bytes, Sensitivity] | None = None
         self.runs = 0
 
-    def _weights(
-        self, sigma: Mapping[str, float] | Mapping[Name, float] | None
-    ) -> dict[str, float]:
+    def _weights(self, sigma: Mapping[str, float] | Mapping[Name, float] | None) -> np.ndarray:
+        """Of each curve, shape (curves, 1)."""
         if sigma is None:
-            sizes = {name: float(np.sqrt(np.mean(y**2))) for name, y in self.curves.items()}
-            return {name: 1 / size if size else 1.0 for name, size in sizes.items()}
+            sizes = np.sqrt(np.mean(self.measured**2, axis=1, keepdims=True))
+            return 1 / np.where(sizes > 0, sizes, 1.0)
         given = {}
         for name, value in sigma.items():
             key, unit = self.system.key(name), self.system.quantity(name).unit
@@ -186,7 +186,7 @@ class _FitSearch:
                 f"identify: sigma = {dict(sigma)!r}; give a positive standard deviation for each "
                 f"of {', '.join(self.curves)}."
             )
-        return {name: 1 / value for name, value in given.items()}
+        return 1 / np.array([[given[name]] for name in self.curves])
 
     def _at(self, u: np.ndarray) -> Sensitivity:
         """Run and derivatives for scaled unknowns."""
@@ -207,16 +207,14 @@ class _FitSearch:
 
     def _residuals(self, u: np.ndarray) -> np.ndarray:
         run = self._at(u).run
-        places = places_of(run, self.t)
-        parts = [(run[name][places] - y) * self.weights[name] for name, y in self.curves.items()]
-        return np.concatenate(parts)
+        fitted = run.table([*self.curves])[places_of(run, self.t)].T
+        found: np.ndarray = (fitted - self.measured) * self.weights
+        return found.ravel()
 
     def _jacobian(self, u: np.ndarray) -> np.ndarray:
         found = self._at(u)
-        places = places_of(found.run, self.t)
-        slopes = found.derivatives[places]
-        parts = [slopes[:, i] * self.weights[name] for i, name in enumerate(self.curves)]
-        return np.concatenate(parts) * self.scale
+        slopes: np.ndarray = found.derivatives[places_of(found.run, self.t)] * self.weights
+        return slopes.transpose(1, 0, 2).reshape(-1, len(u)) * self.scale
 
     def _begins(self, count: int) -> np.ndarray:
         """Scaled unknowns at which further searches begin: designs that fit best."""
@@ -231,9 +229,8 @@ class _FitSearch:
         of = [at_time(t, name) for name in self.curves for t in self.t.tolist()]
         plan = self.plan.at(max(self.plan.rtol, 1e-6))
         values, _ = run_designs("identify", self.system, self.names, points, of, plan)
-        wanted = np.concatenate(list(self.curves.values()))
-        weights = np.repeat(list(self.weights.values()), len(self.t))
-        total: np.ndarray = (((values - wanted) * weights) ** 2).sum(axis=1)
+        weights = np.repeat(self.weights, len(self.t))
+        total: np.ndarray = (((values - self.measured.ravel()) * weights) ** 2).sum(axis=1)
         return np.where(np.isfinite(total), total, np.inf)
 
     def _named(self, u: np.ndarray) -> dict[str, float]:
@@ -294,7 +291,7 @@ class _FitSearch:
         law = scipy.stats.norm if self.given else scipy.stats.t(freedom)
         reach = law.ppf(0.5 + level / 2) * errors
         intervals = np.column_stack([u - reach, u + reach]).tolist()
-        rests = np.split(result.fun, len(self.curves))
+        rests = result.fun.reshape(len(self.curves), -1)
         doubts = *self._doubts(rests, deviation, freedom), *self._rivals(result, others, deviation)
         return Identification(
             self._at(result.x).run,
@@ -307,7 +304,7 @@ class _FitSearch:
             s,
             tuple(np.array(self.names)[unknown].tolist()),
             self.t,
-            {n: -rest / self.weights[n] for n, rest in zip(self.curves, rests, strict=True)},
+            dict(zip(self.curves, -rests / self.weights, strict=True)),
             deviation,
             tuple(np.array(self.names)[result.active_mask != 0].tolist()),
             doubts,
@@ -339,7 +336,7 @@ class _FitSearch:
                 yield f"other values fit as well as noise can tell: {values}"
                 return
 
-    def _doubts(self, rests: list[np.ndarray], deviation: float, freedom: int) -> Iterator[str]:
+    def _doubts(self, rests: np.ndarray, deviation: float, freedom: int) -> Iterator[str]:
         """What speaks against noise as the reason of the residuals, given for each curve."""
         if self.given:
             chance = scipy.stats.chi2.sf(deviation**2 * freedom, freedom)
