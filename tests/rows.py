@@ -1,18 +1,42 @@
-"""Models of parts in a row."""
+"""Models of parts in rows."""
+
+import itertools
 
 import lumped as lp
 
 
-def in_a_row(**parts):
+def in_rows(*rows, **parts):
+    """A model of these parts, of which those named in each row are joined one to the next.
+
+    Of lists of parts, ``shaft/wheel``, one of each follows the other.
+    """
+
+    def named(m, word):
+        if "/" not in word:
+            return [getattr(m, word)]
+        lists = (getattr(m, name) for name in word.split("/"))
+        return itertools.chain(*zip(*lists, strict=True))
+
+    def connect(m):
+        for row in rows:
+            yield from lp.chain(*(part for word in row.split() for part in named(m, word)))
+
+    return lp.compose(**parts, connections=connect)
+
+
+def in_a_row(initial_equations=None, **parts):
     """A model of these parts, each joined to the next one."""
-    return lp.compose(
-        **parts, connections=lambda m: lp.chain(*(getattr(m, name) for name in parts))
-    )
+    return in_rows(" ".join(parts), **parts, initial_equations=initial_equations)
 
 
-def assemble_row(**parts):
+def assemble_rows(*rows, keep=(), **parts):
+    """Assemble a model of these parts, joined in rows."""
+    return lp.assemble(in_rows(*rows, **parts), keep=keep)
+
+
+def assemble_row(keep=(), **parts):
     """Assemble a model of these parts, each joined to the next one."""
-    return lp.assemble(in_a_row(**parts))
+    return lp.assemble(in_a_row(**parts), keep=keep)
 
 
 def in_turn(bodies, springs):

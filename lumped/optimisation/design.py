@@ -1,8 +1,8 @@
-"""A design problem: what may vary, and what was found."""
+"""A design problem: what is asked for, what may vary, and what was found."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,14 +11,17 @@ import numpy as np
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError
-from lumped.functionals import Functional
+from lumped.functionals import Condition, Functional
+from lumped.functionals.functional import refuse_other
 from lumped.numerics.nlp import Solution
+from lumped.orbits.orbit import PeriodicOrbit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.support.units import amount
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.tolerances.aims import Probability, RobustAim
 from lumped.tolerances.of_designs import CheckedAim, CheckedProbability
+from lumped.tolerances.scene import Scattered
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
 
@@ -26,6 +29,21 @@ Bounds = tuple[float | None, float | None]
 """Lower and upper bound; None is none."""
 
 Key = Functional | RobustAim | Probability
+Objective = Key | str | Mapping[Key | str, float]
+"""What is made small: a functional, or functionals and parameters with weights."""
+
+_KINDS: dict[type, str] = {
+    Trajectory: "run",
+    PeriodicOrbit: "run",
+    Modes: "modes",
+    OrderResponse: "order response",
+    System: "run",
+}
+"""What can be optimised, and what functionals read."""
+_NEEDED = (
+    "runs are needed that are made anew for each sample. Give the system and until= instead of a "
+    "run or an orbit; modes and order responses do too."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,12 +140,8 @@ class Optimum(RichHtml):
             for key, value in self.values.items()
         ]
         rows.append(("objective", "", number(self.objective, 9), ""))
-        s = self.solution
         lines = [
-            f"{self.system.name}: {s.status}, {s.iterations} iterations, {s.evaluations} "
-            f"evaluations, {s.seconds:.2g} s",
-            f"conditions of optimality met to {s.residual:.1e}, constraints to {s.violation:.1e}; "
-            f"condition {s.condition:.1e}",
+            *solution_lines(self.system, self.solution),
             table(("", "start", "optimum", "unit"), rows),
             "active: " + (", ".join(self.active) or "nothing"),
         ]
@@ -138,6 +152,17 @@ class Optimum(RichHtml):
         if isinstance(self.run, Trajectory):
             lines.append(f"values as in a run of their own to {self.error:.1e}")
         return "\n".join(lines)
+
+
+def solution_lines(system: System, solution: Solution) -> list[str]:
+    """What a search cost, and how well its conditions are met."""
+    s = solution
+    return [
+        f"{system.name}: {s.status}, {s.iterations} iterations, {s.evaluations} evaluations, "
+        f"{s.seconds:.2g} s",
+        f"conditions of optimality met to {s.residual:.1e}, constraints to {s.violation:.1e}; "
+        f"condition {s.condition:.1e}",
+    ]
 
 
 def find_varied(
@@ -209,3 +234,63 @@ def room_of(name: str, given: Bounds) -> tuple[float, float]:
             f"{name} out of `vary`."
         )
     return low, high
+
+
+def task_of(
+    run: object,
+    vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
+    minimise: Objective,
+    subject_to: Condition | Iterable[Condition],
+) -> Task:
+    """What is asked for; arguments as for `optimise`.
+
+    Raises
+    ------
+    OptionError
+        If the run has no such functional, or weights and conditions make no sense.
+    UnitError
+        If a bound has a unit of another dimension than its functional.
+    """
+    weights = _weights(minimise)
+    if type(run) not in _KINDS:
+        raise OptionError(
+            f"optimise: {type(run).__name__} is nothing that can be optimised; give a run, a "
+            "motion from periodic, modes or a system."
+        )
+    conditions = (subject_to,) if isinstance(subject_to, Condition) else tuple(subject_to)
+    _check_keys(run, (*weights, *(each.of for each in conditions)))
+    chosen = [key for key in weights if isinstance(key, Probability)]
+    if chosen and (len(weights) > 1 or weights[chosen[0]] != 1):
+        raise OptionError(
+            f"optimise: {chosen[0]} has no weight among others: it is made small alone. Bound it "
+            "by subject_to=, or take pareto for what it costs."
+        )
+    system = run if isinstance(run, System) else run.system  # type: ignore[attr-defined]
+    bounds: dict[Key, Bounds] = {}  # in SI units, those of one functional together
+    for condition in conditions:
+        low, high = condition.bounds(key_unit(system, condition.of), "optimise")
+        least, most = bounds.get(condition.of, (-np.inf, np.inf))
+        bounds[condition.of] = max(low, least), min(high, most)  # type: ignore[type-var]
+    return Task(vary, weights, bounds)
+
+
+def _check_keys(run: object, keys: Iterable[Key | str]) -> None:
+    """Refuse functionals that belong to something else."""
+    for key in keys:
+        if isinstance(key, RobustAim | Probability):
+            if not isinstance(run, Scattered):
+                raise OptionError(f"optimise: {key}: {_NEEDED}")
+        elif not isinstance(key, str):
+            refuse_other([key], _KINDS[type(run)], "optimise")
+
+
+def _weights(minimise: Objective) -> dict[Key | str, float]:
+    """Weights of an objective, checked."""
+    weights: dict[Key | str, float] = {}
+    weights.update(minimise if isinstance(minimise, Mapping) else {minimise: 1.0})
+    for key, weight in weights.items():
+        if not (isinstance(weight, int | float | np.number) and np.isfinite(weight)):
+            raise OptionError(f"optimise: {key} has the weight {weight}; give a finite number.")
+    if not any(weights.values()):
+        raise OptionError("optimise: nothing to minimise; give one functional or weight.")
+    return weights

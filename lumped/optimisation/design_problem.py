@@ -13,19 +13,23 @@ from lumped.errors import OptionError
 from lumped.functionals import Functional
 from lumped.functionals.functional import watching
 from lumped.numerics.nlp import Programme, Rows, Solution
-from lumped.optimisation.collocated_course import Repeating, collocate, simulate_from
 from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, find_varied
 from lumped.optimisation.discretisation import (
-    Discretisation,
+    Repeating,
     along,
+    collocate,
     dt_of,
     refuse_moving_instants,
     run_at,
     smooth,
 )
-from lumped.optimisation.terms import Term, measure_functional, number_of, refuse_side, term
+from lumped.optimisation.terms import Term, TermMaker, measure_functional, number_of, refuse_side
+from lumped.simulation.simulate import simulate
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 
+_RTOL = 1e-10
+"""Of the run of a solution."""
 _LEAST = 1e-3
 """Size of a functional, over that at the start, below which its error is relative to the start."""
 
@@ -52,20 +56,21 @@ class DesignProblem:
         repeats: Repeating | None = None,
     ) -> None:
         self.run, self.system = run, run.system
-        smooth(run, "optimise")
+        smooth(run)
         self.programme = Programme(self.system.name)
         if intervals < 1:
             raise OptionError(f"intervals = {intervals}: at least one is needed.")
-        self.intervals, self.repeats = intervals, repeats
         self.names, box, scale = find_varied(self.system, vary, run.theta)
         parts = [self.programme.unknown(r[0], k, *r[1:]) for r, k in zip(box, scale, strict=True)]
         self.u = ca.vertcat(*parts)
         self.places = self.system.places(self.names)
         theta = ca.SX(ca.DM(run.theta))
         theta[self.places] = self.u
-        self.theta = theta
         refuse_moving_instants(self.system, self.places)
-        self.course = self._course()
+        if self.system.structure.states:
+            self.course = collocate(self.programme, run, theta, self.places, intervals, repeats)
+        else:
+            self.course = along(run, theta)
         self.terms: dict[Functional | str, Term] = {}
         self.value_rows: dict[Functional | str, Rows] = {}
         self.functionals = self._functionals([*weights, *bounds])
@@ -73,12 +78,15 @@ class DesignProblem:
             if isinstance(key, str):
                 place = self.system.places([key])[0]
                 size = abs(float(run.theta[place])) or 1.0
-                self.terms[key] = Term(self.theta[place], size, 0)
+                self.terms[key] = Term(theta[place], size, 0)
         for key, term_ in self.terms.items():
             given = (None, None) if isinstance(key, str) else bounds.get(key, (None, None))
             low, high = bounds_of(str(key), given)
             refuse_side(str(key), term_, weights.get(key, 0.0), low, high)
-            unit = self._unit(key)
+            if isinstance(key, str):
+                unit = self.system.parameter_unit(key)
+            else:
+                unit = key.unit(self.system)
             self.value_rows[key] = self.programme.constrain(
                 str(key), term_.value, low, high, scale=term_.scale, unit=unit, given=True
             )
@@ -87,16 +95,6 @@ class DesignProblem:
         value = ca.dot(w, ca.vertcat(*(self.terms[k].value for k in self.keys)))
         self._check_effect()
         self.programme.ready(value, w)
-
-    def _unit(self, key: Functional | str) -> str:
-        return self.system.parameter_unit(key) if isinstance(key, str) else key.unit(self.system)
-
-    def _course(self) -> Discretisation:
-        if not self.system.structure.states:
-            return along(self.run, self.theta)
-        return collocate(
-            self.programme, self.run, self.theta, self.places, self.intervals, self.repeats
-        )
 
     def _functionals(self, keys: list[Functional | str]) -> list[Functional]:
         """Terms of all functionals, their quantities evaluated together."""
@@ -112,13 +110,12 @@ class DesignProblem:
             names = tuple(dict.fromkeys(name for f in found for name in f.names))
             given = self.course.quantities(names), self.run.table(names)
             for functional in found:
-                self.terms[functional] = term(
-                    self.programme, self.course, functional, names, *given
-                )
+                maker = TermMaker(self.programme, self.course, functional, names, *given)
+                self.terms[functional] = maker.term()
         return found
 
     def _check_effect(self) -> None:
-        """Refuse parameters on which neither objective nor constraints depend."""
+        """Refuse parameters on which nothing depends, and an objective that none reaches."""
         g = ca.vertcat(*self.programme.constraints)
         symbols = ca.vertcat(*(ca.symvar(self.u[i])[0] for i in range(self.u.numel())))
         columns = set(ca.jacobian_sparsity(g, symbols).get_triplet()[1])
@@ -129,14 +126,10 @@ class DesignProblem:
                 f"optimise: {', '.join(idle)} has no effect on {meant}. Leave it out of `vary`, "
                 "or name a quantity that depends on it."
             )
-        self._check_objective()
-
-    def _check_objective(self) -> None:
-        """Refuse an objective that no parameter reaches through the equations."""
         w = ca.vertcat(*self.programme.unknowns)
         own = [row for row in self.programme.rows if not row.given]
         kept = [i for row in own for i in range(row.first, row.first + row.count)]
-        g = ca.vertcat(*self.programme.constraints)[kept] if kept else ca.SX(0, 1)
+        g = g[kept] if kept else ca.SX(0, 1)
         links = scipy.sparse.csr_array(ca.DM(ca.jacobian_sparsity(g, w), 1).sparse())
         label = scipy.sparse.csgraph.connected_components(links.T @ links)[1]
         reached = set(label[: self.u.numel()].tolist())
@@ -174,7 +167,11 @@ class DesignProblem:
         parameters = dict(zip(self.names, u.tolist(), strict=True))
         settings = self.course.settings
         if self.system.structure.states:
-            run = simulate_from(self.run, theta, t, np.asarray(found[2]), settings)
+            # an ordinary run from the states found, with as many output times as there are nodes
+            x = np.asarray(found[2])[:, 0]
+            point = OperatingPoint(self.system, 0.0, x, theta, settings[0])
+            grid = len(t) - 1
+            run = simulate(self.system, until=float(t[-1]), start=point, grid=grid, rtol=_RTOL)
             true = [run.value(functional) for functional in self.functionals]
             told = true
         else:

@@ -2,45 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
+import scipy
 
 from lumped.compiler.system import System
-from lumped.ensembles.distributions import uniform
+from lumped.ensembles.distributions import paired
 from lumped.ensembles.ensemble import RunsAt
 from lumped.ensembles.variants import variants_of
 from lumped.errors import OptionError, SolverError
 from lumped.functionals import Functional
-from lumped.optimisation.design import Bounds, bounds_of
+from lumped.optimisation.design import bounds_of
+from lumped.optimisation.search import DesignSearch
 from lumped.timeloop.run_options import RunPlan
 
-TRIED = 128
+_TRIED = 128
 """Designs that are run for each search."""
 _APART = 0.15
 """Least distance of designs from which searches begin, over the diagonal of the bounds."""
 
 
-def first_designs(
-    system: System,
-    names: list[str],
-    box: np.ndarray,
-    weights: Mapping[Functional | str, float],
-    subject_to: Mapping[Functional, Bounds],
-    count: int,
-    plan: RunPlan,
-) -> np.ndarray:
-    """Designs between bounds whose runs are best, or miss their constraints least.
+def first_designs(search: DesignSearch, count: int, plan: RunPlan) -> np.ndarray:
+    """Scaled designs between bounds whose runs are best, or miss their constraints least.
 
     Parameters
     ----------
-    names : list of str
-        What varies.
-    box : ndarray, shape (k, 3)
-        Start, lower and upper bound of each.
-    weights, subject_to
-        As for `optimise`.
+    search : DesignSearch
+        What varies, what is made small and what holds.
     count : int
         How many designs.
     plan : RunPlan
@@ -59,27 +46,11 @@ def first_designs(
     SolverError
         If the run of every design fails.
     """
-    low, high = box[:, 1], box[:, 2]
-    for name, *ends in zip(names, low, high, strict=True):
-        if not np.isfinite(ends).all():
-            raise OptionError(
-                f"optimise: searches= needs both bounds of {name}; designs are tried between them."
-            )
-    of = list(dict.fromkeys(k for k in (*weights, *subject_to) if not isinstance(k, str)))
-    labels = {f"{number}": f for number, f in enumerate(of)}
-    over: dict[Any, Any] = {
-        name: uniform(*ends) for name, *ends in zip(names, low, high, strict=True)
-    }
-    drawn = variants_of(
-        system,
-        over,
-        runs=TRIED * count,
-        sampling="sobol",
-        parameters=plan.changes(system),
-        analysis="optimise",
-    )
-    points = drawn.values
-    values, failures = RunsAt(system, drawn.names, labels, plan, None)(points)
+    system, names, weights = search.system, search.names, search.weights
+    low, high = search.box[:, 1] * search.scale, search.box[:, 2] * search.scale
+    points = draw_designs("optimise", names, low, high, count)[: _TRIED * count]
+    of = list(dict.fromkeys(k for k in (*weights, *search.bounds) if not isinstance(k, str)))
+    values, failures = run_designs("optimise", system, names, points, of, plan)
     if len(failures) == len(points) and np.isnan(values).all():
         raise SolverError(f"optimise: all {len(points)} runs fail. Run 0: {failures[0]}", None)
     results = dict(zip(of, values.T, strict=True))
@@ -88,16 +59,55 @@ def first_designs(
         if not isinstance(key, str):
             worth += weight * results[key]
         elif system.key(key) in names:  # another parameter is the same in all runs
-            worth += weight * points[:, drawn.names.index(system.key(key))]
+            worth += weight * points[:, names.index(system.key(key))]
     missed = np.zeros(len(points))
-    for key, given in subject_to.items():
+    for key, given in search.bounds.items():
         least, most = bounds_of(str(key), given)
         value = results[key]
         size = max([abs(b) for b in (least, most) if np.isfinite(b)], default=0.0) or 1.0
         missed += np.maximum(np.maximum(least - value, value - most), 0.0) / size
     order = np.lexsort((worth, missed))
     order = order[np.isfinite(worth[order]) & np.isfinite(missed[order])]
-    return apart(points[order], low, high, count)
+    found: np.ndarray = apart(points[order], low, high, count) / search.scale
+    return found
+
+
+def draw_designs(
+    analysis: str, names: list[str], low: np.ndarray, high: np.ndarray, count: int
+) -> np.ndarray:
+    """Designs evenly spread between bounds, 128 or more for each of some searches.
+
+    Raises
+    ------
+    OptionError
+        If a bound is missing.
+    """
+    for name, *ends in zip(names, low, high, strict=True):
+        if not np.isfinite(ends).all():
+            raise OptionError(
+                f"{analysis}: searches= needs both bounds of {name}; designs are tried between "
+                "them."
+            )
+    sampler = scipy.stats.qmc.Sobol(len(names), rng=0)
+    unit = sampler.random_base2(int(np.ceil(np.log2(_TRIED * count))))
+    points: np.ndarray = low + (high - low) * unit
+    return points
+
+
+def run_designs(
+    analysis: str,
+    system: System,
+    names: list[str],
+    points: np.ndarray,
+    of: list[Functional],
+    plan: RunPlan,
+) -> tuple[np.ndarray, dict[int, str]]:
+    """Functionals of the runs of designs, shape (designs, len(of)), and why some failed."""
+    over = paired(dict(zip(names, points.T, strict=True)))
+    changes = plan.changes(system)
+    varied = variants_of(system, over, parameters=changes, analysis=analysis)
+    labels = {f"{number}": functional for number, functional in enumerate(of)}
+    return RunsAt(system, varied.names, labels, plan, None)(varied.values)
 
 
 def apart(points: np.ndarray, low: np.ndarray, high: np.ndarray, count: int) -> np.ndarray:

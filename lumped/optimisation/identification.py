@@ -7,14 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from lumped.optimisation.fit_picture import draw_fit
 from lumped.plots.draw import Backend, draw
+from lumped.plots.picture import Axis, Curve, Level, Panel, Picture, label_axis
+from lumped.plots.style import ZERO, look
 from lumped.simulation.sampled_runs import places_of
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units, display, time_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.results.trajectory import Trajectory
+
+_POINTS = {"dash": "", "mark": "circle", "size": 2.5}
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,17 +119,22 @@ class Identification(RichHtml):
         UnknownNameError
             If a name does not exist.
         """
-        run = self.run
         choice = choose_units(units, ("time", *self.residuals))
-        places, channels = places_of(run, self.t), {}
+        return draw(self._picture(choice), backend, ax)
+
+    def _picture(self, choice: Units) -> Picture:
+        """Measured points and the fitted curve, and below them what is left, for each channel."""
+        run, time, panels = self.run, time_unit(choice), []
+        x, places = Axis(label_axis("time", time.unit)), places_of(run, self.t)
+        t = time.value(self.t)
         for name, rest in self.residuals.items():
-            unit, fitted = run.system.quantity(name).unit, run[name]
-            curve = display(name, unit, choice)
-            left = rest * curve.factor
-            measured = curve.value(fitted[places] + rest)
-            channels[name] = curve.unit, measured, curve.value(fitted), left
-        picture = draw_fit(run.system.name, self.t, run.t, channels, time_unit(choice))
-        return draw(picture, backend, ax)
+            fitted, shown = run[name], display(name, run.system.quantity(name).unit, choice)
+            measured = Curve(t, shown.value(fitted[places] + rest), "measured", look(1, **_POINTS))
+            curves = measured, Curve(time.value(run.t), shown.value(fitted), "fitted", look(0))
+            left = Level(0.0, look=ZERO), Curve(t, rest * shown.factor, "", look(1, **_POINTS))
+            panels.append(Panel(curves, x, Axis(label_axis(name, shown.unit)), height=2.2))
+            panels.append(Panel(left, x, Axis(label_axis("residual", shown.unit)), height=1.3))
+        return Picture(run.system.name, tuple(panels), shared=True)
 
     def __repr__(self) -> str:
         system, rows = self.run.system, []

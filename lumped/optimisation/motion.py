@@ -16,9 +16,9 @@ from lumped.functionals import Functional
 from lumped.language.expression import Expr
 from lumped.numerics.collocation import DEGREE, POINTS, fractions, lagrange, phase
 from lumped.numerics.nlp import Programme, Solution
-from lumped.optimisation.design import Bounds, bounds_of
+from lumped.optimisation.design import Bounds, bounds_of, solution_lines
 from lumped.optimisation.discretisation import Discretisation
-from lumped.optimisation.terms import number_of, term
+from lumped.optimisation.terms import TermMaker, number_of
 from lumped.support.arguments import checked
 from lumped.support.text_table import amounts, table
 from lumped.support.units import read_time
@@ -83,30 +83,13 @@ class Motion(Named):
         return ops.table(self.t[keep].tolist(), self[name][keep].tolist())
 
     def __repr__(self) -> str:
-        s = self.solution
+        cost, unit = str(self.minimise), self.minimise.unit(self.system)
+        rows = [(cost, *amounts(cost, unit, self.objective, digits=9))]
+        for i, t in enumerate(self.stations, start=1):
+            rows.append((f"station {i}", *amounts("time", "s", t, digits=7)))
         lines = [
-            f"{self.system.name}: {s.status}, {s.iterations} iterations, {s.evaluations} "
-            f"evaluations, {s.seconds:.2g} s",
-            f"conditions of optimality met to {s.residual:.1e}, constraints to {s.violation:.1e}; "
-            f"condition {s.condition:.1e}",
-            table(
-                ("", "value", "unit"),
-                [
-                    (
-                        str(self.minimise),
-                        *amounts(
-                            str(self.minimise),
-                            self.minimise.unit(self.system),
-                            self.objective,
-                            digits=9,
-                        ),
-                    ),
-                    *(
-                        (f"station {i + 1}", *amounts("time", "s", t, digits=7))
-                        for i, t in enumerate(self.stations)
-                    ),
-                ],
-            ),
+            *solution_lines(self.system, self.solution),
+            table(("", "value", "unit"), rows),
             "limits reached: " + (", ".join(self.limits) or "none"),
         ]
         return "\n".join(lines)
@@ -207,20 +190,17 @@ class _MotionSearch:
             )
         if not (np.isfinite(duration) and duration > 0):
             raise OptionError(f"motion: duration = {duration!r} s must be positive and finite.")
-        self.place = self._place(drive)
-        self.minimise, self.duration, self.intervals = minimise, duration, intervals
-        self.values, self.limits = [float(v) for v in values], given
-        self.programme = Programme(system.name)
-        self._build()
-
-    def _place(self, drive: Name) -> int:
-        system, key = self.system, self.system.key(drive)
+        key = system.key(drive)
         if key not in system.structure.tree.input_parameters:
             raise OptionError(
                 f"motion: {key} is no input that is given to its instance as a number, as in "
                 "Torque(tau=0)."
             )
-        return system.places([key])[0]
+        self.drive, (self.place,) = key, system.places([key])
+        self.minimise, self.duration, self.intervals = minimise, duration, intervals
+        self.values, self.limits = [float(v) for v in values], given
+        self.programme = Programme(system.name)
+        self._build()
 
     def _build(self) -> None:
         system, programme, count = self.system, self.programme, len(self.points)
@@ -235,7 +215,8 @@ class _MotionSearch:
             programme.constrain("duration", ca.sum1(durations) / self.duration, 1.0, 1.0)
         else:
             durations = ca.SX(self.duration)
-        drives = max([abs(b) for p in self.limits for b in self._drive_bounds(p)] + [self._load()])
+        bounds = [bounds_of(self.drive, p[self.drive]) for p in self.limits if self.drive in p]
+        drives = max([abs(b) for b in np.ravel(bounds) if np.isfinite(b)] + [self._load()])
         now = programme.unknown(self._guess(self.points[0], self.values[0], speed) / sizes)
         now = now * ca.DM(sizes)
         begin, phases, settings = ca.SX(0), [], []
@@ -245,7 +226,8 @@ class _MotionSearch:
             inside = ca.reshape(programme.unknown(guess), len(sizes), -1)
             x = ca.horzcat(now, inside * ca.repmat(ca.DM(sizes), 1, len(line)))
             u = programme.unknown(np.full(len(line), point.theta[self.place]), drives)
-            weights = _extrapolation()
+            # for the value of the drive at the begin from those at the collocation points
+            weights = ca.DM([lagrange(POINTS[1:], j)(0.0) for j in range(DEGREE)])
             theta = ca.repmat(ca.SX(ca.DM(point.theta)), 1, len(nodes))
             theta[self.place, :] = ca.horzcat(ca.dot(weights, u[:DEGREE]), u.T)
             own = np.repeat(point.settings[None, :], len(nodes), axis=0)
@@ -268,7 +250,7 @@ class _MotionSearch:
         names = self.minimise.names
         sizes_of = np.full((1, len(names)), drives)
         given = names, self.course.quantities(names), sizes_of
-        self.cost = term(programme, self.course, self.minimise, *given)
+        self.cost = TermMaker(programme, self.course, self.minimise, *given).term()
         weight = ca.SX.sym("weight")
         programme.ready(weight * self.cost.value, weight)
 
@@ -276,11 +258,10 @@ class _MotionSearch:
         """States of a point with another position and speed."""
         system, x = self.system, point.x.copy()
         if "slopes" not in self.__dict__:
-            states, theta, time, modes = system.inputs
-            y = system.expressions([self.position])
+            states, y = system.inputs[0], system.expressions([self.position])
             rate = ca.jtimes(y, states, system.rates)
             parts = [ca.vertcat(y, rate), ca.jacobian(ca.vertcat(y, rate), states)]
-            self.slopes = ca.Function("slopes", [states, theta, time, modes], parts)
+            self.slopes = ca.Function("slopes", system.inputs, parts)
         now, by = (np.asarray(v) for v in self.slopes(x, point.theta, point.time, point.settings))
         wanted = np.array([position, speed]) - now.ravel()
         found: np.ndarray = x + np.linalg.lstsq(by, wanted, rcond=None)[0]
@@ -296,22 +277,14 @@ class _MotionSearch:
         sizes[sizes == 0] = 1.0
         return sizes
 
-    def _drive_bounds(self, limits: Limits) -> list[float]:
-        name = self.system.structure.parameters.names[
-            self.system.structure.parameters.free[self.place]
-        ]
-        found = bounds_of(name, limits[name]) if name in limits else ()
-        return [b for b in found if np.isfinite(b)]
-
     def _load(self) -> float:
         """Size of the drive: what accelerates to the middle speed in a quarter of the time."""
         system = self.system
-        x, theta, time, modes = system.inputs
+        x, theta, _, _ = system.inputs
         rate = ca.jtimes(system.expressions([self.position]), x, system.rates)
         swift = ca.jtimes(rate, x, system.rates)
-        function = ca.Function(
-            "load", [x, theta, time, modes], [swift, ca.jacobian(swift, theta[self.place])]
-        )
+        parts = [swift, ca.jacobian(swift, theta[self.place])]
+        function = ca.Function("load", system.inputs, parts)
         way, most = abs(self.values[-1] - self.values[0]), 0.0
         for point in self.points:
             now, by = (float(v) for v in function(point.x, point.theta, point.time, point.settings))
@@ -392,8 +365,3 @@ class _MotionSearch:
         value = number_of(self.minimise, names, result[list(names)], dt.ravel())
         object.__setattr__(result, "objective", value)
         return result
-
-
-def _extrapolation() -> ca.DM:
-    """Weights of a drive at the collocation points of an interval for its value at the begin."""
-    return ca.DM([lagrange(POINTS[1:], j)(0.0) for j in range(DEGREE)])

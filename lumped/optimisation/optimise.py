@@ -9,13 +9,12 @@ from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.functionals import Condition, Functional
-from lumped.optimisation.collocated_course import of_orbit, repeating
-from lumped.optimisation.design import Bounds, Optimum, Task
+from lumped.optimisation.design import Bounds, Objective, Optimum, Task, task_of
 from lumped.optimisation.design_problem import DesignProblem
-from lumped.optimisation.optimise_modes import best_modes
-from lumped.optimisation.optimise_orders import best_orders
+from lumped.optimisation.discretisation import of_orbit, repeating
+from lumped.optimisation.optimise_orders import OrderSearch
 from lumped.optimisation.optimise_runs import best_runs
-from lumped.optimisation.tasks import Objective, task_of
+from lumped.optimisation.spectral_search import ModeSearch
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.support.arguments import checked
 from lumped.timeloop.results.trajectory import Trajectory
@@ -145,7 +144,13 @@ def optimise(
     wanted = cast(dict[Functional | str, float], dict(task.weights))
     repeats = None
     if isinstance(run, PeriodicOrbit):
-        _check_free(run, vary)
+        given = {run.system.key(name) for name in vary}
+        for name in run.free:
+            if name not in given:
+                raise OptionError(
+                    f"optimise: {name} is free at this motion, which determines it; name it in "
+                    "`vary`, with the bounds in which it may be found."
+                )
         repeats, run = of_orbit(run), run.run
     elif periodic and run.system.structure.states:
         repeats = repeating(run)
@@ -156,19 +161,8 @@ def optimise(
 def best(what: Scattered, task: Task, plan: RunPlan | None, searches: int = 1) -> Optimum:
     """The part of `optimise` for what is found anew for each design."""
     if isinstance(what, Modes):
-        return best_modes(what, task)
+        return ModeSearch(what, task).find_best()
     if isinstance(what, OrderResponse):
-        return best_orders(what, task)
+        return OrderSearch(what, task).find_best()
     assert plan is not None
     return best_runs(what, task, plan, searches)
-
-
-def _check_free(orbit: PeriodicOrbit, vary: Mapping[str, Bounds] | Mapping[Name, Bounds]) -> None:
-    """Refuse to hold what a periodic motion determines."""
-    given = {orbit.system.key(name) for name in vary}
-    for name in orbit.free:
-        if name not in given:
-            raise OptionError(
-                f"optimise: {name} is free at this motion, which determines it; name it in `vary`, "
-                "with the bounds in which it may be found."
-            )

@@ -2,41 +2,47 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lumped.errors import OptimisationError, OptionError
 from lumped.functionals import Functional
 from lumped.functionals.readings import OrderPeak, Reading, Separation
 from lumped.numerics.nlp import Solution
-from lumped.optimisation.design import Optimum, Task
-from lumped.optimisation.spectral_search import SpectralSearch
-from lumped.optimisation.speed_separation import WIDEST, Apart
+from lumped.optimisation.design import Task
+from lumped.optimisation.search import Row
+from lumped.optimisation.spectral_search import SpectralSearch, Spectrum
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.ordered.order_sensitivity import slope_of
+from lumped.vibration.speeds.mean_campbell import speeds_that_show
 from lumped.vibration.speeds.mean_spectrum import MeanSpectrum
 from lumped.vibration.speeds.order_designs import OrderDesigns
 
+Real = NDArray[np.float64]
+Spectra = Callable[[Real, Real], Sequence[MeanSpectrum]]
+"""Spectra of a design, by its unknowns, at speeds, rad/s."""
+
+_CROSSED = 1e-9
+"""Share of an order's frequency by which a mode may be on the wrong side of it."""
+_WIDEST = 0.95
+"""Largest separation."""
 _OVER = 1e-9
 """Share by which a limit may be exceeded at a speed that the search does not know."""
 
 
-def best_orders(begin: OrderResponse, task: Task) -> Optimum:
-    """The part of `optimise` for order responses."""
-    search = _OrderSearch(begin, task)
-    found = search.confirm()
-    return search.optimum(search.response(found[0].w), *found)
+class OrderSearch(SpectralSearch):
+    """The part of `optimise` for order responses.
 
-
-class _OrderSearch(SpectralSearch):
-    """With one margin more for each peak that is made small."""
+    With one unknown more for each peak that is made small.
+    """
 
     def __init__(self, begin: OrderResponse, task: Task) -> None:
         self.first, self.again = begin, OrderDesigns(begin, "optimise")
-        point = begin.rotation.points[0]
-        super().__init__(begin, point.theta, point.parameters, task)
+        super().__init__(begin, begin.rotation.points[0], task)
         self.again.refuse_balancing(self.names, "vary")
         self.places = self.system.places(self.names)
         self.last: tuple[bytes, OrderResponse] | None = None
@@ -49,14 +55,11 @@ class _OrderSearch(SpectralSearch):
         self.inside = {key: self.again.inside(key) for key in self.peaks}
         sizes = {key: self._sizes(key, self.box[:, 0]) for key in self.peaks}
         self.watched = {key: _crests(sizes[key]) for key in self.peaks}
-        self.minimised: dict[OrderPeak, int] = {}
-        self.margin_of: dict[Separation, int] = {}
         self.size = {key: float(sizes[key].max()) for key in self.peaks}
         for key in self.peaks:
             self._check_peak(key)
             if Functional.of(key) in self.weights:
-                self.minimised[key] = len(self.box)
-                self.add_unknown(1.0)
+                self.add_unknown(key, 1.0, self.size[key])
         self.apart: dict[Separation, Apart] = {}
         for wanted in self.alone:
             if isinstance(wanted, Separation):
@@ -77,21 +80,26 @@ class _OrderSearch(SpectralSearch):
             self.box[:, 0] = solution.w
 
     def _begin_apart(self, key: Separation) -> None:
-        begin = self._least(key)
+        begin, _ = self._asked(key, self.box[:, 0])
         _, high = self.bounds_of(key)
-        if np.isfinite(high) or self.weights.get(Functional.of(key), 0.0) > 0 or not begin < WIDEST:
+        if (
+            np.isfinite(high)
+            or self.weights.get(Functional.of(key), 0.0) > 0
+            or not begin < _WIDEST
+        ):
             raise OptionError(
                 f"optimise: {key} can be made large (a negative weight), or bounded below by a "
-                f"share under {WIDEST:g}."
+                f"share under {_WIDEST:g}."
             )
         self.apart[key] = Apart(key, self.spectra_at, self.box[:, 0], begin)
         if Functional.of(key) in self.weights:
-            self.margin_of[key] = len(self.box)
-            self.box = np.vstack([self.box, [(begin, begin, WIDEST)]])
+            self.add_unknown(key, begin, 1.0, (begin, _WIDEST))
 
-    def _least(self, key: Separation) -> float:
-        """The least separation that is asked for."""
-        return max(self.bounds_of(key)[0], 0.0)
+    def _asked(self, key: Separation, w: np.ndarray) -> tuple[float, np.ndarray]:
+        """The least separation that is asked for, and its gradient where it is an unknown."""
+        if key in self.unknown:
+            return self.of_reading(key, w)
+        return max(self.bounds_of(key)[0], 0.0), np.zeros(len(w))
 
     def _check_peak(self, key: OrderPeak) -> None:
         low, high = self.bounds_of(key)
@@ -102,7 +110,7 @@ class _OrderSearch(SpectralSearch):
         if not self.size[key]:
             raise OptionError(f"optimise: {key} is zero: this quantity does not vibrate.")
 
-    def response(self, w: np.ndarray) -> OrderResponse:
+    def result(self, w: np.ndarray) -> OrderResponse:
         """Vibration of a design."""
         u = w[: len(self.names)]
         if self.last is None or self.last[0] != u.tobytes():
@@ -139,72 +147,56 @@ class _OrderSearch(SpectralSearch):
                 known[speed] = found
         return [known[speed] for speed in speeds.tolist()]
 
-    def spectrum(self, w: np.ndarray) -> _Spectrum:
-        return _Spectrum(self.spectra_at(w, self.first.speeds[:1])[0], self.places)
+    def spectrum(self, w: np.ndarray) -> Spectrum:
+        """Vibrations of a design at the first speed."""
+        own = self.spectra_at(w, self.first.speeds[:1])[0]
+        return Spectrum(
+            own.hertz,
+            own.damping,
+            lambda mode: own.hertz_by(mode)[self.places],
+            lambda mode: own.damping_by(mode)[self.places],
+        )
 
     def of_reading(self, key: Reading, w: np.ndarray) -> tuple[float, np.ndarray]:
-        if isinstance(key, Separation):
-            return self._separation(key, w)
-        if not isinstance(key, OrderPeak):
+        """A reading and its gradient, zero where rows hold it instead."""
+        if key in self.unknown or not isinstance(key, OrderPeak | Separation):
             return super().of_reading(key, w)
-        slope = np.zeros(len(w))
-        if key not in self.minimised:
-            return float(self._sizes(key, w).max()), slope
-        place, size = self.minimised[key], self.size[key]
-        slope[place] = size
-        return float(w[place] * size), slope
+        if isinstance(key, OrderPeak):
+            value = float(self._sizes(key, w).max())
+        else:
+            value = self.again.nearest(key, self.result(w))[0]
+        return value, np.zeros(len(w))
 
-    def bound_rows(self, key: Any, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
+    def bound_rows(self, key: Any, w: np.ndarray) -> list[Row]:
+        """What must not be negative for the bounds of a key, at all speeds watched."""
         reading = key.reading if isinstance(key, Functional) else None
         if isinstance(reading, Separation):
-            least = self._least(reading)
-            return [] if reading in self.margin_of else self._apart(reading, w, least)
+            return [] if reading in self.unknown else self._apart(reading, w)
         if not isinstance(reading, OrderPeak):
             return super().bound_rows(key, w)
         _, high = self.bounds_of(reading)
-        limit = np.zeros(len(w))
-        return self._below(reading, w, high, limit) if np.isfinite(high) else []
+        return self._below(reading, w, high, np.zeros(len(w))) if np.isfinite(high) else []
 
-    def rows(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[str]]:
-        values, slopes, labels = super().rows(w)
-        for key, place in self.minimised.items():
-            limit = np.zeros(len(w))
-            limit[place] = self.size[key]
-            for value, slope, label in self._below(key, w, w[place] * self.size[key], limit):
-                values = np.append(values, value)
-                slopes = np.vstack([slopes, slope])
-                labels.append(label)
-        for apart, place in self.margin_of.items():
-            for value, slope, label in self._apart(apart, w, w[place]):
-                values = np.append(values, value)
-                slopes = np.vstack([slopes, slope])
-                labels.append(label)
-        return values, slopes, labels
-
-    def _apart(
-        self, key: Separation, w: np.ndarray, margin: float
-    ) -> list[tuple[float, np.ndarray, str]]:
-        """How far modes keep away from orders at the speeds watched, which a margin moves."""
-        found, n = [], len(self.names)
-        for value, by, by_margin, label in self.apart[key].rows(w, margin):
-            slope = np.zeros(len(w))
-            slope[:n] = by[self.places] * self.scale
-            if key in self.margin_of:
-                slope[self.margin_of[key]] = by_margin
-            found.append((value, slope, label))
+    def more_rows(self, w: np.ndarray) -> list[Row]:
+        """What is made small or large is an unknown, up to which vibrations and modes keep."""
+        found = super().more_rows(w)
+        for key in self.unknown:
+            if isinstance(key, OrderPeak):
+                found += self._below(key, w, *self.of_reading(key, w))
+            elif isinstance(key, Separation):
+                found += self._apart(key, w)
         return found
 
-    def _separation(self, key: Separation, w: np.ndarray) -> tuple[float, np.ndarray]:
-        """The margin, where it is an unknown, or the least distance of a critical speed."""
-        slope = np.zeros(len(w))
-        if key in self.margin_of:
-            slope[self.margin_of[key]] = 1.0
-            return float(w[self.margin_of[key]]), slope
-        return self.again.nearest(key, self.response(w))[0], slope
+    def _apart(self, key: Separation, w: np.ndarray) -> list[Row]:
+        """How far modes keep away from orders at the speeds watched, which a margin moves."""
+        found, (margin, slope) = [], self._asked(key, w)
+        for value, by, by_margin, label in self.apart[key].rows(w, margin):
+            own = by_margin * slope
+            own[: len(self.names)] += by[self.places] * self.scale
+            found.append((value, own, label))
+        return found
 
-    def _below(
-        self, key: OrderPeak, w: np.ndarray, limit: float, slope: np.ndarray
-    ) -> list[tuple[float, np.ndarray, str]]:
+    def _below(self, key: OrderPeak, w: np.ndarray, limit: float, slope: np.ndarray) -> list[Row]:
         """How far a vibration stays below a limit, which has a gradient, at the speeds watched."""
         sizes, found = self._sizes(key, w), []
         unit, n = self.first.system.quantity(key.name).unit, len(self.names)
@@ -218,11 +210,11 @@ class _OrderSearch(SpectralSearch):
 
     def _sizes(self, key: OrderPeak, w: np.ndarray) -> np.ndarray:
         """What a peak is the largest of."""
-        return self.again.sizes(key, self.response(w))
+        return self.again.sizes(key, self.result(w))
 
     def _slope(self, key: OrderPeak, w: np.ndarray, k: int) -> np.ndarray:
         """Derivatives at one of these speeds by what varies."""
-        found = self.response(w)
+        found = self.result(w)
         if (key, k) not in self.slopes:
             place = int(self.inside[key][k])
             by = slope_of(found, self.system.key(key.name), place, key.measure)[self.places]
@@ -235,39 +227,14 @@ class _OrderSearch(SpectralSearch):
         for key in self.peaks:
             sizes = self._sizes(key, w)
             limits = [self.bounds_of(key)[1]]
-            limits += [w[self.minimised[key]] * self.size[key]] if key in self.minimised else []
+            limits += [self.of_reading(key, w)[0]] if key in self.unknown else []
             beyond = [k for k in _crests(sizes) if sizes[k] > min(limits) * (1 + _OVER)]
             new = [k for k in beyond if k not in self.watched[key]]
             self.watched[key] += new
             more = more or bool(new)
         for wanted, apart in self.apart.items():
-            place = self.margin_of.get(wanted)
-            margin = self._least(wanted) if place is None else w[place]
-            more = apart.extend(w, margin) or more
+            more = apart.extend(w, self._asked(wanted, w)[0]) or more
         return more
-
-
-class _Spectrum:
-    """Modes of the mean equations, with derivatives by what varies."""
-
-    def __init__(self, modes: MeanSpectrum, places: list[int]) -> None:
-        self.modes, self.places = modes, places
-
-    @property
-    def hertz(self) -> np.ndarray:
-        return self.modes.hertz
-
-    @property
-    def damping(self) -> np.ndarray:
-        return self.modes.damping
-
-    def hertz_by(self, mode: int) -> np.ndarray:
-        found: np.ndarray = self.modes.hertz_by(mode)[self.places]
-        return found
-
-    def damping_by(self, mode: int) -> np.ndarray:
-        found: np.ndarray = self.modes.damping_by(mode)[self.places]
-        return found
 
 
 def _crests(sizes: np.ndarray) -> list[int]:
@@ -276,3 +243,90 @@ def _crests(sizes: np.ndarray) -> list[int]:
     inner = high[1:-1]
     found: list[int] = np.flatnonzero((inner >= high[:-2]) & (inner >= high[2:])).tolist()
     return found
+
+
+class Apart:
+    """The modes of a design beside the orders of a `Separation`.
+
+    A mode is above or below an order at all speeds of operation and a margin beyond; what counts is
+    ``side (2 pi f(n) / (order n) - 1)`` at speeds ``n = a + share (b - a)`` between the ends
+    ``a = low (1 - margin)`` and ``b = high (1 + margin)``. Only some are watched: those of the
+    least values, to which `extend` adds.
+
+    Parameters
+    ----------
+    key : Separation
+        What is asked for.
+    spectra : callable
+        See `Spectra`.
+    w : ndarray
+        Unknowns at the start, where the sides are chosen.
+    margin : float
+        The margin there.
+    """
+
+    def __init__(self, key: Separation, spectra: Spectra, w: Real, margin: float) -> None:
+        self.key, self.spectra = key, spectra
+        self.orders = np.array(key.orders)
+        speeds, away = self._away(w, margin)
+        self.sides = np.where(away.min(axis=0) >= (-away).min(axis=0), 1.0, -1.0)
+        least = self.sides * away
+        wrong = least.min(axis=0) <= max(float(least.min()), 0.0)
+        self.watched = self._list_worst(speeds, least, wrong, margin)
+
+    def rows(self, w: Real, margin: float) -> list[tuple[float, Real, float, str]]:
+        """What must not be negative: value, derivatives by all parameters and by the margin."""
+        begin, end = self._ends(margin)
+        low, high = self.key.between
+        shares = np.array([share for _, _, share in self.watched])
+        speeds = begin + shares * (end - begin)
+        found = []
+        for (o, mode, share), speed, spectrum in zip(
+            self.watched, speeds.tolist(), self.spectra(w, speeds), strict=True
+        ):
+            order, side = self.orders[o], self.sides[o, mode]
+            factor = side * 2 * np.pi / (order * speed)
+            hertz = float(spectrum.hertz[mode])
+            moved = share * (high + low) - low
+            by_margin = factor * (spectrum.hertz_by_speed(mode) - hertz / speed) * moved
+            text = (
+                f"{self.key}: mode {mode} at {speed * 30 / np.pi:.6g} 1/min = {hertz:.6g} Hz, at "
+                f"{'least' if side > 0 else 'most'} {order * speed / (2 * np.pi):.6g}"
+            )
+            found.append((factor * hertz - side, factor * spectrum.hertz_by(mode), by_margin, text))
+        return found
+
+    def extend(self, w: Real, margin: float) -> bool:
+        """Watch the speeds, too, at which a design is on the wrong side; whether there are any."""
+        speeds, away = self._away(w, margin)
+        least = self.sides * away
+        worst = self._list_worst(speeds, least, least.min(axis=0) < -_CROSSED, margin)
+        new = [each for each in worst if each not in self.watched]
+        self.watched += new
+        return bool(new)
+
+    def _ends(self, margin: float) -> tuple[float, float]:
+        low, high = self.key.between
+        return low * (1 - margin), high * (1 + margin)
+
+    def _list_worst(
+        self, speeds: Real, least: Real, chosen: NDArray[np.bool_], margin: float
+    ) -> list[tuple[int, int, float]]:
+        """Where between the ends chosen modes are least apart from orders: (order, mode, share)."""
+        begin, end = self._ends(margin)
+        shares = (speeds - begin) / (end - begin) if end > begin else np.zeros(len(speeds))
+        worst = shares[least.argmin(axis=0)]
+        return [(o, mode, float(worst[o, mode])) for o, mode in np.argwhere(chosen).tolist()]
+
+    def _away(self, w: Real, margin: float) -> tuple[Real, Real]:
+        """Speeds that show on which side modes are, and their distance from orders there.
+
+        Shapes (speeds,) and (speeds, orders, modes).
+        """
+
+        def hertz(speeds: Real) -> Real:
+            return np.array([each.hertz for each in self.spectra(w, speeds)])
+
+        speeds = speeds_that_show(hertz, *self._ends(margin), list(self.key.orders))
+        found = 2 * np.pi * hertz(speeds)[:, None] / (speeds[:, None] * self.orders)[..., None] - 1
+        return speeds, found

@@ -31,9 +31,8 @@ class RunSearch(DesignSearch):
     """
 
     def __init__(self, system: System, task: Task, plan: RunPlan) -> None:
-        base = run_start(system, plan)
         self.plan, self.changed = plan, plan.changes(system)
-        super().__init__(system, base.theta, base.parameters, task, plan)
+        super().__init__(system, run_start(system, plan), task, plan)
         self.tolerance = max(1e-12, plan.rtol)
         self.of = [key for key in self.keys if isinstance(key, Functional)]
         self.last: tuple[bytes, Gradient] | None = None
@@ -46,7 +45,7 @@ class RunSearch(DesignSearch):
             self.last, self.count = (u.tobytes(), found), self.count + 1
         return self.last[1]
 
-    def run(self, w: np.ndarray) -> Trajectory:
+    def result(self, w: np.ndarray) -> Trajectory:
         """The run of a design."""
         if self.of:
             return self.at(w).run
@@ -73,10 +72,7 @@ def best_runs(system: System, task: Task, plan: RunPlan, searches: int) -> Optim
     begins = [search.box[:, 0].copy()]
     if searches > 1:
         loose = plan.at(max(plan.rtol, 1e-6))
-        box = search.box * search.scale[:, None]
-        wanted = task.weights, task.bounds
-        more = first_designs(system, search.names, box, *wanted, searches - 1, loose)
-        begins += [*(more / search.scale)]
+        begins += [*first_designs(search, searches - 1, loose)]
     found = []
     for begin in begins:
         search.box[:, 0] = begin
@@ -86,6 +82,6 @@ def best_runs(system: System, task: Task, plan: RunPlan, searches: int) -> Optim
             if begin is begins[-1] and not found:
                 raise
     found.sort(key=lambda each: each[0].objective)
-    best = search.optimum(search.run(found[0][0].w), *found[0])
+    best = search.optimum(*found[0])
     others = tuple((other.objective, search.design(other.w)) for other, *_ in found[1:])
     return replace(best, others=others)

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any, Unpack
 
 import numpy as np
+import scipy
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptimisationError, OptionError
 from lumped.functionals import Condition, Functional
-from lumped.optimisation.aims import Aims, AimsOfProgramme, AimsOfSearch, Weights, aim_value
-from lumped.optimisation.collocated_course import repeating
-from lumped.optimisation.design import Bounds, Optimum, key_unit
+from lumped.optimisation.design import Bounds, Objective, Optimum, Task, key_unit, task_of
 from lumped.optimisation.design_problem import DesignProblem
-from lumped.optimisation.front_picture import front_picture
+from lumped.optimisation.discretisation import repeating
 from lumped.optimisation.optimise import best
-from lumped.optimisation.tasks import Objective, task_of
 from lumped.plots.draw import Backend, draw
-from lumped.plots.picture import label_axis
+from lumped.plots.picture import Axis, Curve, Panel, Picture, label_axis
+from lumped.plots.style import MARKS, look
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units, display
 from lumped.support.progress import Progress
@@ -32,6 +31,9 @@ from lumped.tolerances.aims import Probability
 from lumped.tolerances.scene import Scattered
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
+
+Weights = Mapping[Any, float]
+"""Of functionals and names of parameters."""
 
 _AGREE = 1e-5
 """Difference of the ends, relative to the start, below which both aims agree."""
@@ -58,7 +60,7 @@ class Front(RichHtml):
     def values(self) -> np.ndarray:
         """Values of both, shape (count, 2)."""
         aims = [_weights(aim, self.designs[0].system) for aim in self.functionals]
-        return np.array([[aim_value(design, aim) for aim in aims] for design in self.designs])
+        return np.array([[_aim_value(design, aim) for aim in aims] for design in self.designs])
 
     @checked
     def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
@@ -79,15 +81,14 @@ class Front(RichHtml):
             If a name does not exist.
         """
         system, told = self.designs[0].system, [_label(aim) for aim in self.functionals]
-        units, values, labels = choose_units(units, told), self.values.copy(), []
+        units, points, axes = choose_units(units, told), self.values.T, []
         for k, (aim, label) in enumerate(zip(self.functionals, told, strict=True)):
             shown = display(label, _unit(aim, system), units)
-            values[:, k] = shown.value(values[:, k])
-            labels.append(label_axis(label, shown.unit))
-        logs = [isinstance(aim, Probability) for aim in self.functionals]
-        title = f"{system.name}: {len(values)} designs"
-        picture = front_picture(title, values, (labels[0], labels[1]), (logs[0], logs[1]))
-        return draw(picture, backend, ax)
+            points[k] = shown.value(points[k])
+            axes.append(Axis(label_axis(label, shown.unit), log=isinstance(aim, Probability)))
+        line = Curve(points[0], points[1], look=look(0, mark=MARKS[3]))
+        title = f"{system.name}: {len(self.designs)} designs"
+        return draw(Picture(title, (Panel((line,), axes[0], axes[1], height=3.5),)), backend, ax)
 
     def __repr__(self) -> str:
         names = list(self.designs[0].parameters)
@@ -180,55 +181,139 @@ def pareto(
     if count < 2:
         raise OptionError(f"pareto: count = {count}; a front has at least two designs.")
     plan = plan_of(run, "pareto", until, rtol, options)
+    are_functionals = all(isinstance(aim, Functional) for aim in minimise)
+    if not isinstance(run, Scattered) and not are_functionals:
+        raise OptionError(
+            f"pareto: minimise = {minimise!r}; give two different functionals. Aims of another "
+            "kind need a system and until=, modes or an order response."
+        )
+    task, _ = (task_of(run, vary, aim, subject_to) for aim in minimise)
     if isinstance(run, Scattered):
-        aims: Aims = _of_designs(run, vary, minimise, subject_to, plan)
+        aims: _Aims = _of_designs(run, task, minimise, plan)
     else:
-        aims = _of_run(run, vary, minimise, subject_to, intervals, periodic)
+        aims = _of_run(run, task, minimise, intervals, periodic)
     name = (run if isinstance(run, System) else run.system).name
     return Front((first, second), _designs(aims, count, name))
 
 
 def _of_designs(
-    run: Scattered,
-    vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
-    minimise: tuple[Objective, Objective],
-    subject_to: Condition | Iterable[Condition],
-    plan: RunPlan | None,
-) -> AimsOfSearch:
+    run: Scattered, task: Task, minimise: tuple[Objective, Objective], plan: RunPlan | None
+) -> _AimsOfSearch:
     """Aims of what is found anew for each design."""
     system = run if isinstance(run, System) else run.system
-    task, _ = (task_of(run, vary, aim, subject_to) for aim in minimise)
     first, second = (_weights(aim, system) for aim in minimise)
-    varied = {system.key(name) for name in vary}
+    varied = {system.key(name) for name in task.vary}
     for key in (*first, *second):
         if isinstance(key, str) and key not in varied:
             raise OptionError(f"pareto: {key} is not in `vary`, so it is the same in all designs.")
-    return AimsOfSearch(lambda own: best(run, own, plan), task, (first, second))
+    return _AimsOfSearch(lambda own: best(run, own, plan), task, (first, second))
 
 
 def _of_run(
-    run: Trajectory,
-    vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
-    minimise: tuple[Objective, Objective],
-    subject_to: Condition | Iterable[Condition],
-    intervals: int,
-    periodic: bool,
-) -> AimsOfProgramme:
+    run: Trajectory, task: Task, minimise: tuple[Any, Any], intervals: int, periodic: bool
+) -> _AimsOfProgramme:
     """Aims of a run with states at collocation points, or without states."""
-    first, second = minimise
-    if not (isinstance(first, Functional) and isinstance(second, Functional)):
-        raise OptionError(
-            f"pareto: minimise = {minimise!r}; give two different functionals. Aims of another "
-            "kind need a system and until=, modes or an order response."
-        )
     repeats = repeating(run) if periodic and run.system.structure.states else None
-    weights: dict[Functional | str, float] = {first: 1.0, second: 1.0}
-    bounds = task_of(run, vary, first, subject_to).bounds
-    problem = DesignProblem(run, vary, weights, bounds, intervals, repeats)
-    return AimsOfProgramme(problem, (first, second))
+    weights = dict.fromkeys(minimise, 1.0)
+    problem = DesignProblem(run, task.vary, weights, task.bounds, intervals, repeats)
+    return _AimsOfProgramme(problem, minimise)
 
 
-def _designs(aims: Aims, count: int, name: str) -> tuple[Optimum, ...]:
+class _AimsOfProgramme:
+    """Two functionals of a run in one programme.
+
+    Attributes
+    ----------
+    sizes : list of float
+        Of both, at the start.
+    """
+
+    def __init__(self, problem: DesignProblem, aims: tuple[Functional, Functional]) -> None:
+        self.problem, self.aims = problem, aims
+        self.sizes = [problem.terms[aim].scale for aim in aims]
+
+    def best(self, which: int, begin: Optimum | None, limits: Mapping[int, float]) -> Optimum:
+        """The design in which one is least while both keep limits."""
+        weights = [float(k == which) for k in range(2)]
+        solution = self.problem.solve(
+            weights,
+            limits={self.aims[k]: most for k, most in limits.items()},
+            begin=None if begin is None else begin.solution.w,
+        )
+        return self.problem.optimum(solution, dict(zip(self.aims, weights, strict=True)))
+
+    def read_values(self, design: Optimum) -> list[float]:
+        """Both, by the programme, whose functionals are those of a run only to `error`."""
+        promised = self.problem.read_functionals(design.solution)
+        return [promised[aim] for aim in self.aims]
+
+
+class _AimsOfSearch:
+    """Weighted sums and probabilities of what is found anew for each design.
+
+    A probability is bounded by minus its reliability index.
+
+    Parameters
+    ----------
+    solve : callable
+        The best design of a task.
+    task : Task
+        What holds for all designs.
+    aims : tuple of two mappings
+        Weights of functionals and names.
+    """
+
+    def __init__(
+        self, solve: Callable[[Task], Optimum], task: Task, aims: tuple[Weights, Weights]
+    ) -> None:
+        self.solve, self.task, self.aims = solve, task, aims
+        self.sizes = [1.0, 1.0]
+
+    def best(self, which: int, begin: Optimum | None, limits: Mapping[int, float]) -> Optimum:
+        """The design in which one is least while both keep limits."""
+        sums, bounds = list(self.task.at_most), dict(self.task.bounds)
+        for k, most in limits.items():
+            (key, *_) = self.aims[k]
+            if isinstance(key, Probability):
+                _, own = bounds.get(key, (None, 1.0))
+                bounds[key] = None, min(float(own or 1.0), float(scipy.special.ndtr(most)))
+            else:
+                sums.append((self.aims[k], most))
+        task = replace(
+            self.task,
+            weights=self.aims[which],
+            at_most=tuple(sums),
+            bounds=bounds,
+            told=(*self.aims[0], *self.aims[1]),
+            begin={} if begin is None else begin.parameters,
+        )
+        found = self.solve(task)
+        if begin is None:
+            size = abs(self.read_values(found)[which])
+            self.sizes[which] = size or 1.0
+        return found
+
+    def read_values(self, design: Optimum) -> list[float]:
+        """Both, a probability as minus its reliability index."""
+        numbers = [_aim_value(design, aim) for aim in self.aims]
+        for k, (key, *_) in enumerate(self.aims):
+            if isinstance(key, Probability):
+                numbers[k] = float(scipy.special.ndtri(numbers[k]))
+        return numbers
+
+
+_Aims = _AimsOfProgramme | _AimsOfSearch
+
+
+def _aim_value(design: Optimum, aim: Weights) -> float:
+    """A weighted sum of functionals and parameters of a design."""
+    return sum(
+        weight * (design.parameters[key] if isinstance(key, str) else design.values[key])
+        for key, weight in aim.items()
+    )
+
+
+def _designs(aims: _Aims, count: int, name: str) -> tuple[Optimum, ...]:
     """Designs of a front; one alone if both aims are least in it."""
     alone = aims.best(0, None, {}), aims.best(1, None, {})
     least = [aims.read_values(design)[k] for k, design in enumerate(alone)]

@@ -15,6 +15,7 @@ from lumped.functionals import Functional
 from lumped.numerics.nlp import Solution
 from lumped.numerics.sqp import list_bound_rows, sqp
 from lumped.optimisation.design import Key, Optimum, Task, bounds_of, find_varied
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_options import RunPlan
 from lumped.tolerances.aims import Probability, RobustAim
 from lumped.tolerances.of_designs import (
@@ -24,6 +25,9 @@ from lumped.tolerances.of_designs import (
     MovedScene,
 )
 from lumped.tolerances.scene import Scattered
+
+Row = tuple[float, np.ndarray, str]
+"""What must not be negative, its gradient by the scaled unknowns, and its name."""
 
 _PRESSES = 1e-4
 """Distance of a reliability index from its bound below which the bound holds the design."""
@@ -38,10 +42,8 @@ class DesignSearch:
     ----------
     what : System, Modes or OrderResponse
         What is optimised.
-    theta : ndarray
-        Parameters at the start.
-    base : mapping of str to float
-        The same by name.
+    point : OperatingPoint
+        Whose parameters hold at the start.
     task : Task
         What is wanted.
     plan : RunPlan, optional
@@ -52,16 +54,11 @@ class DesignSearch:
     """Relative change of the objective at which a search ends."""
 
     def __init__(
-        self,
-        what: Scattered,
-        theta: np.ndarray,
-        base: Mapping[str, float],
-        task: Task,
-        plan: RunPlan | None = None,
+        self, what: Scattered, point: OperatingPoint, task: Task, plan: RunPlan | None = None
     ) -> None:
         self.system = what if isinstance(what, System) else what.system
-        self.base = dict(base)
-        self.names, box, self.scale = find_varied(self.system, task.vary, theta)
+        self.base = point.parameters
+        self.names, box, self.scale = find_varied(self.system, task.vary, point.theta)
         for row, name in zip(box, self.names, strict=True):
             row[0] = task.begin.get(name, row[0])
         self.start = box[:, 0].copy()
@@ -91,6 +88,10 @@ class DesignSearch:
 
     # -- numbers of a design -------------------------------------------------------------------
 
+    def result(self, w: np.ndarray) -> Any:
+        """Run, modes or response of a design."""
+        raise NotImplementedError
+
     def functional(self, key: Functional, w: np.ndarray) -> tuple[float, np.ndarray]:
         """A functional and its gradient by the scaled unknowns."""
         raise NotImplementedError
@@ -106,8 +107,7 @@ class DesignSearch:
 
     def text(self, w: np.ndarray) -> str:
         """What varies, in words."""
-        pairs = zip(self.names, w * self.scale, strict=False)
-        return ", ".join(f"{name} = {value:.6g}" for name, value in pairs)
+        return ", ".join(f"{name} = {value:.6g}" for name, value in self.design(w).items())
 
     def value(self, key: Any, w: np.ndarray) -> tuple[float, np.ndarray]:
         """A number and its gradient by the scaled unknowns; of a probability minus beta."""
@@ -141,7 +141,7 @@ class DesignSearch:
 
     # -- the programme -------------------------------------------------------------------------
 
-    def bound_rows(self, key: Any, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
+    def bound_rows(self, key: Any, w: np.ndarray) -> list[Row]:
         """What must not be negative for the bounds of a key."""
         return list_bound_rows(
             str(key), *self.value(key, w), *bounds_of(str(key), self.bounds[key])
@@ -159,8 +159,13 @@ class DesignSearch:
         for weights, most in self.at_most:
             label = " + ".join(f"{weight:g} {key}" for key, weight in weights.items())
             every += list_bound_rows(label, *self.total(weights, w), -np.inf, most)
+        every += self.more_rows(w)
         values, slopes, labels = map(list, zip(*every, strict=True)) if every else ([], [], [])
         return np.array(values), np.array(slopes).reshape(-1, len(w)), labels
+
+    def more_rows(self, w: np.ndarray) -> list[Row]:
+        """What else must not be negative."""
+        return []
 
     def total(self, weights: Mapping[Any, float], w: np.ndarray) -> tuple[float, np.ndarray]:
         """A weighted sum and its gradient."""
@@ -203,8 +208,10 @@ class DesignSearch:
             solution, active = self.solve_design()
             iterations, seconds = iterations + solution.iterations, seconds + solution.seconds
             solution = replace(solution, iterations=iterations, seconds=seconds)
+            design = self.design(solution.w)
             checks = [
-                self._check_probability(key, solution.w, searches) for key in self.probabilities
+                own.check(design, self.most.get(key), self.shift[key], searches)
+                for key, own in self.probabilities.items()
             ]
             moved = [self._shift_beta(check) for check in checks]
             if not any(moved):
@@ -218,11 +225,9 @@ class DesignSearch:
             "not confirmed",
         )
 
-    def _check_probability(
-        self, key: Probability, w: np.ndarray, searches: int
-    ) -> CheckedProbability:
-        own = self.probabilities[key]
-        return own.check(self.design(w), self.most.get(key), self.shift[key], searches)
+    def find_best(self) -> Optimum:
+        """The best design, confirmed."""
+        return self.optimum(*self.confirm())
 
     def _shift_beta(self, check: CheckedProbability) -> bool:
         """Shift beta if samples do not agree; whether its bound is passed now, or is too tight."""
@@ -240,12 +245,11 @@ class DesignSearch:
 
     def optimum(
         self,
-        run: Any,
         solution: Solution,
         active: tuple[str, ...],
         checks: tuple[CheckedProbability, ...],
     ) -> Optimum:
-        """What was found, with the run, modes or response of the best design."""
+        """What was found, with the analysis of the best design."""
         design = self.design(solution.w)
         numbers: dict[Key, float] = {
             k: self.convert_value(k, self.value(k, solution.w)[0])
@@ -254,7 +258,7 @@ class DesignSearch:
         }
         (first, *_) = self.weights
         return Optimum(
-            run,
+            self.result(solution.w),
             design,
             dict(zip(self.names, self.start.tolist(), strict=True)),
             self.convert_value(first, solution.objective),

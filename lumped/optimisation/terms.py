@@ -56,51 +56,13 @@ def refuse_side(label: str, term: Term, weight: float, low: float, high: float) 
     ------
     OptionError
     """
-    if term.side > 0 and (np.isfinite(low) or weight < 0):
+    sides = "small or bounded above", "large or bounded below"
+    can, cannot = sides if term.side > 0 else sides[::-1]
+    is_high, is_low = np.isfinite(high) or weight > 0, np.isfinite(low) or weight < 0
+    if (term.side > 0 and is_low) or (term.side < 0 and is_high):
         raise OptionError(
-            f"optimise: {label} can be made small or bounded above, not made large or "
-            "bounded below: that has no smooth form."
+            f"optimise: {label} can be made {can}, not made {cannot}: that has no smooth form."
         )
-    if term.side < 0 and (np.isfinite(high) or weight > 0):
-        raise OptionError(
-            f"optimise: {label} can be made large or bounded below, not made small or "
-            "bounded above: that has no smooth form."
-        )
-
-
-def term(
-    programme: Programme,
-    course: Discretisation,
-    functional: Functional,
-    names: Sequence[str],
-    quantities: ca.SX,
-    start: np.ndarray,
-) -> Term:
-    """A functional as an expression.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Quantities that are known, among them those of the functional.
-    quantities : SX, shape (len(names), n)
-        Along the course.
-    start : ndarray, shape (k, len(names))
-        At the start.
-
-    Raises
-    ------
-    OptionError
-        If it reads what the course does not give, or extremes stand in it so that it cannot be
-        bounded.
-    """
-    for reading in functional.readings:
-        if not _is_whole(reading):
-            raise OptionError(
-                f"optimise: {functional}: {reading} is none of highest, lowest, integral, final "
-                "and span over the whole run, of which functionals consist here. Give the system "
-                "and until= for the others."
-            )
-    return _Terms(programme, course, functional, names, quantities, start).term()
 
 
 class _Rows(NamedTuple):
@@ -137,8 +99,23 @@ class _Part(NamedTuple):
     rows: tuple[_Rows, ...] = ()
 
 
-class _Terms:
-    """Makes the term of a functional; arguments as for `term`."""
+class TermMaker:
+    """Makes the term of a functional.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Quantities that are known, among them those of the functional.
+    quantities : SX, shape (len(names), n)
+        Along the course.
+    start : ndarray, shape (k, len(names))
+        At the start.
+
+    Raises
+    ------
+    OptionError
+        If it reads what the course does not give.
+    """
 
     def __init__(
         self,
@@ -149,6 +126,13 @@ class _Terms:
         quantities: ca.SX,
         start: np.ndarray,
     ) -> None:
+        for reading in functional.readings:
+            if not _is_whole(reading):
+                raise OptionError(
+                    f"optimise: {functional}: {reading} is none of highest, lowest, integral, "
+                    "final and span over the whole run, of which functionals consist here. Give "
+                    "the system and until= for the others."
+                )
         self.programme, self.course, self.functional = programme, course, functional
         self.system, self.names, self.y, self.start = course.system, list(names), quantities, start
         t, weights = course.t, course.weights
@@ -160,6 +144,13 @@ class _Terms:
         self.scale = float(np.abs(self.slopes) @ self.sizes) or 1.0
 
     def term(self) -> Term:
+        """The functional as an expression.
+
+        Raises
+        ------
+        OptionError
+            If extremes stand in it so that it cannot be bounded.
+        """
         part = self._make_bound(self.functional.fold(self._leaf, self._node))
         return Term(part.value, self.scale, part.side)
 

@@ -37,17 +37,15 @@ _BESIDE = (1e-6, 1e-4, 1e-2)
 """Parts of the way at which the other side of a border is looked for."""
 _APART = 0.1
 """Part of the way between two motions which those at a border between them may be apart."""
+_KINDS = {
+    (True, True): ("grazing", "the gap closes for an instant"),
+    (True, False): ("sticking", "the slip is zero for an instant"),
+    (False, True): ("opening", "the reaction reaches its limit for an instant"),
+    (False, False): ("slipping", "the reaction reaches its limit for an instant"),
+}
+"""Kind and words of a margin of a hold: whether it slides, and has a gap."""
 _PROBES = 60
 """Motions after which the search for a border ends."""
-
-
-@dataclass(frozen=True, eq=False)
-class Border:
-    """A border, and the motions next to it in the order of the branch."""
-
-    passed: Passed
-    before: Station
-    after: Station
 
 
 @dataclass(frozen=True)
@@ -64,8 +62,8 @@ class _Margin:
     crosses: bool = False
 
 
-def border_between(segment: Segment) -> Border:
-    """The border between two motions with different events.
+def border_between(segment: Segment) -> tuple[Passed, Station, Station]:
+    """The border between two motions with different events, and the motions next to it.
 
     It is approached from the side with fewer events, where the extreme of the margin is a smooth
     function of the length along the branch.
@@ -82,15 +80,14 @@ def border_between(segment: Segment) -> Border:
     fewer, more = Counter(clear.events), Counter(other.events)
     names = {event[0] for event in (more - fewer) | (fewer - more)}
     margin = _touching(clear, names)
-    found = _approach(segment.at, clear, ends, other, margin)
-    near, beyond = found
+    near, beyond = _approach(segment.at, clear, ends, other, margin)
     if np.linalg.norm((beyond.z - near.z) / a.scale) > _APART * segment.length:
         raise MissedError("the motions found there are of another branch")
     if margin is None or _low(near, margin) > _TOUCHES:
         passed = Passed(_name_border(more - fewer), near, ", ".join(sorted(names)))
     else:
         passed = Passed(margin.kind, near, margin.component, margin.words)
-    return Border(passed, *((near, beyond) if forth else (beyond, near)))
+    return (passed, near, beyond) if forth else (passed, beyond, near)
 
 
 def _name_border(more: Counter[tuple[str, str, str]]) -> str:
@@ -224,14 +221,11 @@ def _beyond(
 
 def _touching(station: Station, names: set[str] | None, crosses: bool = False) -> _Margin | None:
     """The margin that is nearest to touching zero, or to crossing it at no rate."""
-    best: tuple[float, _Margin] | None = None
-    for margin in _margins(station.run.system):
-        if names is None or margin.component in names:
-            margin = replace(margin, crosses=crosses)
-            low = _low(station, margin)
-            if np.isfinite(low) and (best is None or low < best[0]):
-                best = low, margin
-    return None if best is None else best[1]
+    margins = [m for m in _margins(station.run.system) if names is None or m.component in names]
+    found = [replace(margin, crosses=crosses) for margin in margins]
+    lows = [_low(station, margin) for margin in found]
+    best = int(np.argmin(np.nan_to_num(lows, nan=np.inf))) if found else 0
+    return found[best] if found and np.isfinite(lows[best]) else None
 
 
 def _low(station: Station, margin: _Margin) -> float:
@@ -288,13 +282,5 @@ def _margins(system: System) -> tuple[_Margin, ...]:
             found.append(_Margin(row, name, "switching", text))
             continue
         name, has_gap = switching.names[number], bool(switching.has_gap[number])
-        if kind == "slide":
-            what = "grazing" if has_gap else "sticking"
-            words = (
-                "the gap closes for an instant" if has_gap else "the slip is zero for an instant"
-            )
-        else:
-            what = "opening" if has_gap else "slipping"
-            words = "the reaction reaches its limit for an instant"
-        found.append(_Margin(row, name, what, words))
+        found.append(_Margin(row, name, *_KINDS[kind == "slide", has_gap]))
     return tuple(found)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+import scipy
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError, SolverError
@@ -16,13 +17,12 @@ from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, 
 from lumped.orbits.branch_result import Branch, BranchPoint
 from lumped.orbits.continuation import TESTS, Course, Passed, Segment, follow_branch
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.orbits.periodic import result_of
+from lumped.orbits.periodic import GRID, result_of
 from lumped.orbits.shooting import Guess, sizes
-from lumped.orbits.switching_branches import crossing_branch, double_period
 from lumped.support.arguments import checked
 
-_GRID = 200
-"""Output intervals of the motions."""
+_ASIDE = (1e-2, 3e-3, 3e-2, 1e-3)
+"""Lengths to go aside to a branch that crosses, in turn."""
 
 
 @checked
@@ -80,15 +80,17 @@ def branch(
         raise OptionError(f"branch: along = {dict(along)}: one parameter and its range.")
     ((name, between),) = along.items()
     problem = _problem(orbit, name, between, turns)
-    _check(step, most)
+    if not 0 < step <= 1:
+        raise OptionError(f"branch: step = {step!r}: a part between 0 and 1 is needed.")
+    if most < 1:
+        raise OptionError(f"branch: most = {most!r}: at least one motion.")
     guess = orbit.found.guess
     size = sizes(orbit.problem, orbit.run.x)
     more = [problem.high - problem.low]
-    if problem.extra:
+    if problem.orbits.free:
         more.insert(0, abs(problem.unknowns(guess)[-2]) or 1.0)
     scale = np.concatenate([np.sqrt(len(size)) * size, more])
-    row = np.zeros(len(scale))
-    row[-1] = 1.0
+    row = np.eye(len(scale))[-1]
     try:
         first = correct_motion(problem, guess, scale, row, None, row)
     except MissedError as fault:
@@ -169,7 +171,7 @@ class _Motions:
 
     def _make_orbit(self, station: Station) -> PeriodicOrbit:
         problem = self.problem
-        found = result_of(problem.orbits, station.orbit, _GRID)
+        found = result_of(problem.orbits, station.orbit, GRID)
         if problem.follows is None:
             return found
         names = problem.orbits.system.structure.parameters
@@ -177,7 +179,7 @@ class _Motions:
         return replace(found, free={free: float(found.run.theta[problem.follows])})
 
     def turn_off(self, number: int, kind: str) -> Branch:
-        crossing = double_period if kind == "period doubling" else crossing_branch
+        crossing = _double_period if kind == "period doubling" else _cross_branch
         other, start = crossing(self.problem, self.stations[number])
         return both_ways(other, start, along=self.along, step=self.step, most=self.most)
 
@@ -186,13 +188,13 @@ def _find_passed(problem: BranchProblem, segment: Segment) -> list[Passed]:
     """What is passed between two motions, in order."""
     a, b = segment.a, segment.b
     if a.events != b.events:
-        border = border_between(segment)
-        found = [border.passed]
-        if border.before.events == a.events and _apart(a, border.before):
-            found = [*_find_passed(problem, Segment(problem, a, border.before)), *found]
-        if _apart(border.after, b):
-            rest = _find_passed(problem, Segment(problem, border.after, b))
-            found += [each for each in rest if not _is_same(each, border.passed)]
+        border, before, after = border_between(segment)
+        found = [border]
+        if before.events == a.events and _apart(a, before):
+            found = [*_find_passed(problem, Segment(problem, a, before)), *found]
+        if _apart(after, b):
+            rest = _find_passed(problem, Segment(problem, after, b))
+            found += [each for each in rest if not _is_same(each, border)]
         return found
     found = []
     for kind, test in TESTS.items():
@@ -277,9 +279,11 @@ def _problem(
                 + (", which nothing prescribes" if orbit.problem.free else "")
                 + "; that is no period of it."
             )
-    cycles = 1.0 if orbit.problem.clock == place else None
-    problem = BranchProblem(orbit.problem, place, follows, turns, cycles, low, high)
-    if turns is None and cycles is None and not orbit.problem.free:
+    law = (1.0, 1) if orbit.problem.clock == place else None
+    if turns is not None:
+        law = (2 * np.pi * turns, -1)
+    problem = BranchProblem(orbit.problem, place, follows, law, low, high)
+    if law is None and not orbit.problem.free:
         _refuse_other_period(problem, orbit.found.guess, name)
     return problem
 
@@ -303,8 +307,63 @@ def _refuse_other_period(problem: BranchProblem, guess: Guess, name: str) -> Non
         )
 
 
-def _check(step: float, most: int) -> None:
-    if not 0 < step <= 1:
-        raise OptionError(f"branch: step = {step!r}: a part between 0 and 1 is needed.")
-    if most < 1:
-        raise OptionError(f"branch: most = {most!r}: at least one motion.")
+def _double_period(problem: BranchProblem, station: Station) -> tuple[BranchProblem, Station]:
+    """What repeats after two periods, and a motion on its branch.
+
+    It leaves along the eigenvector of the multiplier -1 (Kuznetsov, Elements of Applied Bifurcation
+    Theory, 2004, sec. 10.3).
+
+    Raises
+    ------
+    SolverError
+        If none is found.
+    """
+    values, vectors = np.linalg.eig(station.monodromy)
+    aside = np.zeros(len(station.z))
+    k = len(station.monodromy)
+    aside[:k] = vectors[:, np.argmin(np.abs(values + 1))].real / station.scale[:k]
+    orbits = replace(problem.orbits, advance=2 * problem.orbits.advance, clock=None)
+    law = None if problem.law is None else (2 * problem.law[0], problem.law[1])
+    other = replace(problem, orbits=orbits, law=law)
+    theta, old = station.guess.point.theta, station.guess
+    period = other.period(float(theta[problem.place]), 2 * old.period)
+    return other, _aside(other, station, Guess(old.point, period, old.phase), aside)
+
+
+def _cross_branch(problem: BranchProblem, station: Station) -> tuple[BranchProblem, Station]:
+    """The same equations, and a motion on the other branch through a branch point.
+
+    The Jacobian has two directions without change there, one of them along the branch.
+
+    Raises
+    ------
+    SolverError
+        If none is found.
+    """
+    row = np.vstack([station.matrix, station.tangent])
+    aside = scipy.linalg.svd(row)[2][-1]
+    return problem, _aside(problem, station, station.guess, aside)
+
+
+def _aside(problem: BranchProblem, station: Station, old: Guess, aside: np.ndarray) -> Station:
+    """A motion beside another, in a direction in unknowns over the scale."""
+    aside = aside / np.linalg.norm(aside)
+    z, scale = problem.unknowns(old), station.scale.copy()
+    if problem.orbits.free and problem.follows is None:
+        scale[-2] *= old.period / station.guess.period
+    fault = ""
+    for length in _ASIDE:
+        try:
+            guess = problem.guess(z + length * scale * aside, old, old.point.settings)
+            found = correct_motion(problem, guess, scale, aside, None, aside)
+        except MissedError as error:
+            fault = str(error)
+            continue
+        apart = (found.z - z) / scale
+        if abs(aside @ apart) > 0.5 * length:
+            return found
+    raise SolverError(
+        f"{problem.orbits.system.name}: no motion was found on the branch that crosses there"
+        f"{f' ({fault})' if fault else ''}.",
+        station.run,
+    )

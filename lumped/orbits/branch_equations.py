@@ -14,6 +14,7 @@ from lumped.orbits.shooting import (
     OrbitProblem,
     Shot,
     forward_by,
+    in_modes,
     refuse_beyond,
     refuse_rest,
     slopes_of,
@@ -50,10 +51,9 @@ class BranchProblem:
         Place of the parameter that changes along the branch.
     follows : int or None
         Place of the parameter that is found such that the period stays; None if there is none.
-    turns : float or None
-        The period is ``2 pi turns`` over the parameter.
-    cycles : float or None
-        The period is so many times the parameter.
+    law : (float, int) or None
+        The period is a factor times a power of the parameter, 1 or -1; None if nothing prescribes
+        it or it stays.
     low, high : float
         Range of the parameter.
     """
@@ -61,8 +61,7 @@ class BranchProblem:
     orbits: OrbitProblem
     place: int
     follows: int | None
-    turns: float | None
-    cycles: float | None
+    law: tuple[float, int] | None
     low: float
     high: float
 
@@ -71,22 +70,14 @@ class BranchProblem:
         """Places of the parameters that are unknown."""
         return (self.place,) if self.follows is None else (self.follows, self.place)
 
-    @property
-    def extra(self) -> bool:
-        """Whether there is another unknown, the period or a parameter."""
-        return self.orbits.free
-
     def period(self, value: float, before: float) -> float:
         """Period that the parameter prescribes, s; else that before."""
-        if self.turns is not None:
-            return 2 * np.pi * self.turns / value
-        return before if self.cycles is None else self.cycles * value
+        return before if self.law is None else self.law[0] * value ** self.law[1]
 
     def stretch(self, value: float) -> float:
         """Derivative of the prescribed period by the parameter."""
-        if self.turns is not None:
-            return -2 * np.pi * self.turns / value**2
-        return self.cycles or 0.0
+        factor, power = self.law or (0.0, 1)
+        return factor * power * value ** (power - 1)
 
     def find_bound(self, value: float) -> float | None:
         """The end of the range beyond which a value lies; None if it lies within."""
@@ -103,7 +94,7 @@ class BranchProblem:
         """Active states, the period or what follows if it is unknown, the parameter."""
         theta = guess.point.theta
         more = [theta[self.place]]
-        if self.extra:
+        if self.orbits.free:
             more.insert(0, guess.period if self.follows is None else theta[self.follows])
         return np.concatenate([guess.point.x[self.orbits.active], more])
 
@@ -122,10 +113,10 @@ class BranchProblem:
         if self.follows is not None:
             theta[self.follows] = z[k]
         period = self.period(value, old.period)
-        if self.extra and self.follows is None:
+        if self.orbits.free and self.follows is None:
             period = float(z[k])
         old.point.system.check_parameters(theta)
-        settings = _in_modes(old.point, modes)
+        settings = in_modes(old.point, modes)
         return Guess(OperatingPoint(old.point.system, 0.0, x, theta, settings), period, old.phase)
 
 
@@ -264,12 +255,6 @@ def correct_motion(
     raise MissedError("Newton's method does not converge")
 
 
-def _in_modes(point: OperatingPoint, modes: np.ndarray) -> np.ndarray:
-    """Settings of a point with other modes."""
-    count = len(modes) - len(point.system.structure.implicit)
-    return np.concatenate([modes[:count], point.settings[count:]])
-
-
 def in_phase(station: Station, z: np.ndarray) -> np.ndarray:
     """Unknowns near those of a motion, with its phase."""
     k = len(station.monodromy)
@@ -297,12 +282,12 @@ def _slopes(problem: BranchProblem, shot: Shot, scale: np.ndarray) -> tuple[np.n
     by = slopes[:, k:] / forward.seed[list(places), k + np.arange(len(places))]
     value = float(shot.guess.point.theta[problem.place])
     by[:, -1] += shot.rate * problem.stretch(value)
-    if problem.extra and problem.follows is None:
+    if orbits.free and problem.follows is None:
         by = np.column_stack([shot.rate, by])
     monodromy = slopes[:, :k]
     size = scale[:k] / np.sqrt(k)
     matrix = np.hstack([monodromy - np.eye(k), by]) * scale / size[:, None]
-    if problem.extra:
+    if orbits.free:
         phase = np.concatenate([shot.guess.phase, np.zeros(2)]) * scale
         matrix = np.vstack([matrix, phase / np.linalg.norm(phase)])
     return matrix, monodromy
@@ -320,7 +305,7 @@ def _station(
     z = problem.unknowns(shot.guess)
     matrix, monodromy = _slopes(problem, shot, scale)
     more = [problem.high - problem.low]
-    if problem.extra:
+    if orbits.free:
         more.insert(0, abs(z[k]) or 1.0)
     own = np.concatenate([np.sqrt(k) * shot.size, more])
     columns = own / scale
@@ -330,14 +315,14 @@ def _station(
     values = np.linalg.eigvals(monodromy)
     values = values[np.argsort(-np.abs(values))]
     guess = shot.guess
-    if problem.extra:
+    if orbits.free:
         values = np.delete(values, int(np.argmin(np.abs(values - 1))))
         if not orbits.advance.any():
             guess = replace(guess, phase=shot.rate / shot.size**2)
             row = np.concatenate([guess.phase, np.zeros(2)]) * own
             matrix[-1] = row / np.linalg.norm(row)
     # modes at the end are those in which the next period begins
-    point = replace(guess.point, settings=_in_modes(guess.point, shot.settings))
+    point = replace(guess.point, settings=in_modes(guess.point, shot.settings))
     guess = replace(guess, point=point)
     tangent = tangent_of(matrix, along / columns)
     condition = float(np.linalg.cond(matrix[:, :-1]))

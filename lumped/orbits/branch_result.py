@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,8 @@ from numpy.typing import NDArray
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError
-from lumped.orbits.orbit import PeriodicOrbit
-from lumped.orbits.smooth_curves import Curve, course, curves_by, extreme, integral
+from lumped.orbits.orbit import ON_CIRCLE, PeriodicOrbit
+from lumped.orbits.smooth_curves import Curve, course, curves_by, extreme, find_harmonics
 from lumped.plots.draw import Backend, draw
 from lumped.plots.picture import Axis, Item, Panel, Picture, label_axis
 from lumped.plots.picture import Curve as Line
@@ -27,8 +26,6 @@ from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.trajectory import Trajectory
 
 Real = NDArray[np.float64]
-_ON_CIRCLE = 1e-6
-"""A motion counts as unstable if a multiplier is larger than one by more than this."""
 
 
 @dataclass(frozen=True)
@@ -108,11 +105,12 @@ class Branch(ByName, RichHtml):
     make: Callable[[int], PeriodicOrbit] = field(repr=False)
     find: Callable[[float], list[PeriodicOrbit]] = field(repr=False)
     turn_off: Callable[[int, str], Branch] = field(repr=False)
+    _known: dict[str, list[list[Curve]]] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def stable(self) -> NDArray[np.bool_]:
         """Whether small disturbances do not grow, shape (k,)."""
-        found: NDArray[np.bool_] = self.largest <= 1 + _ON_CIRCLE
+        found: NDArray[np.bool_] = self.largest <= 1 + ON_CIRCLE
         return found
 
     @property
@@ -133,13 +131,8 @@ class Branch(ByName, RichHtml):
 
         As `PeriodicOrbit.harmonics` for each motion.
         """
-        if count < 1:
-            raise OptionError(f"harmonics: count = {count}: at least one.")
-        found = [
-            [integral(pieces, 2 * np.pi * i / T) * (2 if i else 1) / T for i in range(count + 1)]
-            for pieces, T in zip(self._courses(name), self.periods.tolist(), strict=True)
-        ]
-        return np.array(found)
+        every = zip(self._courses(name), self.periods.tolist(), strict=True)
+        return np.array([find_harmonics(pieces, period, count) for pieces, period in every])
 
     def named(self, kind: str) -> tuple[BranchPoint, ...]:
         """The points of one kind, such as "fold"."""
@@ -253,10 +246,6 @@ class Branch(ByName, RichHtml):
             function = course(self.system, self.system.expressions([key]))
             self._known[key] = [curves_by(function, run) for run in self.runs]
         return self._known[key]
-
-    @cached_property
-    def _known(self) -> dict[str, list[list[Curve]]]:
-        return {}
 
     def __repr__(self) -> str:
         unit = self.system.parameter_unit(self.along)

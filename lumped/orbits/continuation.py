@@ -5,8 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache, partial
-from typing import Protocol
+from functools import partial
 
 import numpy as np
 import scipy
@@ -80,15 +79,14 @@ class Course:
     ended: str
 
 
-class Ahead(Protocol):
-    """Gives the motion so far ahead of another, after the segment before it if that is known."""
-
-    def __call__(self, last: Station, before: Segment | None, step: float) -> Station:
-        """The motion."""
-
-
 class Segment:
-    """The branch between two motions, by the length along the tangent at the first."""
+    """The branch between two motions, by the length along the tangent at the first.
+
+    Attributes
+    ----------
+    cubic : CubicHermiteSpline
+        Through both ends, in unknowns over the scale of the first, from there.
+    """
 
     def __init__(self, problem: BranchProblem, a: Station, b: Station) -> None:
         self.problem, self.a, self.b = problem, a, b
@@ -97,31 +95,17 @@ class Segment:
         if not self.length > 0:
             raise MissedError("no motion is found ahead")
         end = b.tangent * b.scale / a.scale
-        slopes, chord = (a.tangent, end / (a.tangent @ end)), apart / self.length
-        self._powers = np.array(  # of the place
-            [
-                slopes[0],
-                (3 * chord - 2 * slopes[0] - slopes[1]) / self.length,
-                (slopes[0] + slopes[1] - 2 * chord) / self.length**2,
-            ]
+        slopes = a.tangent, end / (a.tangent @ end)
+        self.cubic = scipy.interpolate.CubicHermiteSpline(
+            [0.0, self.length], [np.zeros(len(apart)), apart], slopes
         )
-
-    def curve(self, place: float) -> np.ndarray:
-        """The cubic through both ends, in unknowns over the scale of the first, from there."""
-        found: np.ndarray = np.array([place, place**2, place**3]) @ self._powers
-        return found
-
-    def direction(self, place: float) -> np.ndarray:
-        """Its derivative."""
-        found: np.ndarray = np.array([1.0, 2 * place, 3 * place**2]) @ self._powers
-        return found
 
     def at(self, place: float) -> Station:
         """The motion at a place from 0 to `length`."""
         a = self.a
-        z = in_phase(a, a.z + a.scale * self.curve(place))
+        z = in_phase(a, a.z + a.scale * self.cubic(place))
         guess = self.problem.guess(z, a.guess, a.guess.point.settings)
-        along, matrix = self.direction(place), a.matrix
+        along, matrix = self.cubic(place, 1), a.matrix
         if a.events == self.b.events:
             matrix = a.matrix + place / self.length * self.change(a.scale)
         return correct_motion(self.problem, guess, a.scale, a.tangent, matrix, along)
@@ -137,16 +121,15 @@ class Segment:
         a = self.a
 
         def missing(place: float) -> float:
-            return float(a.z[-1] + a.scale[-1] * self.curve(place)[-1] - value)
+            return float(a.z[-1] + a.scale[-1] * self.cubic(place)[-1] - value)
 
         place = scipy.optimize.brentq(missing, 0.0, self.length)
-        z = a.z + a.scale * self.curve(place)
+        z = a.z + a.scale * self.cubic(place)
         z[-1] = value
-        row = np.zeros(len(z))
-        row[-1] = 1.0
+        row = np.eye(len(z))[-1]
         guess = self.problem.guess(z, a.guess, a.guess.point.settings)
         matrix = a.matrix if a.events == self.b.events else None
-        found = correct_motion(self.problem, guess, a.scale, row, matrix, self.direction(place))
+        found = correct_motion(self.problem, guess, a.scale, row, matrix, self.cubic(place, 1))
         # at a border, motions between are those with more events
         fewer = len(found.events) < max(len(a.events), len(self.b.events))
         if fewer or np.linalg.norm((found.z - z) / a.scale) > _ASIDE * self.length:
@@ -182,18 +165,16 @@ def _doubling(station: Station) -> float:
 
 def _torus(station: Station) -> float:
     values = station.multipliers
-    pairs = _pairs(len(values))
-    return float(np.prod(values[pairs[0]] * values[pairs[1]] - 1).real)
-
-
-@cache
-def _pairs(count: int) -> tuple[np.ndarray, ...]:
-    return np.triu_indices(count, 1)
+    one, other = np.triu_indices(len(values), 1)
+    return float(np.prod(values[one] * values[other] - 1).real)
 
 
 def _crossing(station: Station) -> float:
     return float(np.linalg.det(np.vstack([station.matrix, station.tangent])))
 
+
+Ahead = Callable[[Station, Segment | None, float], Station]
+"""Gives the motion so far ahead of another, after the segment before it if that is known."""
 
 TESTS = {
     "fold": _fold,
@@ -297,7 +278,7 @@ def _ahead(problem: BranchProblem, last: Station, before: Segment | None, step: 
     if before is not None and step < _FURTHER * before.length:
         a = before.a
         place = before.length + step * float(a.tangent @ (last.tangent * last.scale / a.scale))
-        z = in_phase(last, a.z + a.scale * before.curve(place))
+        z = in_phase(last, a.z + a.scale * before.cubic(place))
         matrix = matrix + step / before.length * before.change(last.scale)
     try:
         guess = problem.guess(z, last.guess, last.guess.point.settings)
@@ -315,10 +296,9 @@ def _past_begin(problem: BranchProblem, last: Station, step: float) -> Station |
         begins.append((pieces[1], 0, 0.0, 1.0))
     if len(pieces) > 1 and pieces[-1].t[0] > (1 - _AT_BEGIN) * period:
         begins.append((pieces[-2], -1, 1.0, -1.0))
-    row = np.zeros(len(last.z))
-    row[-1] = 1.0
+    row = np.eye(len(last.z))[-1]
     along = row * np.copysign(1.0, last.tangent[-1])
-    if begins and problem.extra and not problem.orbits.advance.any():
+    if begins and problem.orbits.free and not problem.orbits.advance.any():
         found = _begin_elsewhere(problem, last, row, along)
         if found is not None:
             return found

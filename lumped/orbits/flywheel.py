@@ -11,8 +11,9 @@ import scipy
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError, SolverError
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.orbits.periodic import again
+from lumped.orbits.periodic import find_orbit
 from lumped.orbits.shooting import Guess
+from lumped.orbits.smooth_curves import values_along
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
@@ -155,7 +156,9 @@ class _IrregularitySearch:
             theta = old.point.theta.copy()
             theta[self.place] = value
             point = OperatingPoint(self._last.system, 0.0, old.point.x, theta, old.point.settings)
-            self._last = again(self._last, Guess(point, old.period, old.phase))
+            grid = max(sum(len(piece.t) for piece in self._last.run.pieces), 100)
+            guess = Guess(point, old.period, old.phase)
+            self._last = find_orbit(self._last.problem, guess, grid)
             self.orbits[value] = self._last
         return self.wanted / self.orbits[value].fluctuation(self.of) - 1
 
@@ -168,12 +171,7 @@ def _wittenbauer(orbit: PeriodicOrbit, place: int, of: Name, irregularity: float
     a = ca.jtimes(w, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
     both = ca.densify(ca.vertcat(w, a, ca.jacobian(a, p[place])))
     function = ca.Function("inertia", system.inputs, [both])
-    parts = [
-        np.asarray(function(piece.x.T, run.theta, piece.t[None, :], piece.settings.T))
-        for piece in run.pieces
-        if len(piece.t)
-    ]
-    w, a, by = np.hstack(parts)
+    w, a, by = np.hstack(values_along(function, run))
     clear = np.abs(a) > 1e-3 * np.abs(a).max()
     if not np.abs(by[clear]).max(initial=0.0) or not (-a[clear] / by[clear] > 0).all():
         raise OptionError(

@@ -10,7 +10,7 @@ import numpy as np
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
-from lumped.orbits.shooting import Guess, OrbitProblem, refuse_rest, sizes
+from lumped.orbits.shooting import Guess, OrbitProblem, in_modes, refuse_rest, sizes
 from lumped.simulation.simulate import simulate
 from lumped.support.units import plain
 from lumped.timeloop.clocks import clocks
@@ -129,12 +129,9 @@ def after_cycles(
     problem: OrbitProblem, point: OperatingPoint, period: float, warm_up: float | None
 ) -> Guess:
     """Where a driven system is after some periods, each begun anew at the time zero."""
-    rtol = max(problem.rtol, _COARSE)
     for _ in range(_CYCLES if warm_up is None else round(warm_up / period)):
-        run = simulate(point.system, until=period, start=point, grid=None, rtol=rtol)
-        last = run.pieces[-1]
-        _refuse_charts(run)
-        point = _point(point, run, last, len(last.t) - 1, problem.advance)
+        run = _run(problem, point, period)
+        point = _point(point, run, run.pieces[-1], -1, problem.advance)
     return Guess(point, period, np.zeros(len(problem.active)))
 
 
@@ -146,16 +143,12 @@ def after_time(
     Of an angle that turns, the place where it started is taken again; else the middle of the
     longest smooth part of a period.
     """
-    system, advance, rtol = problem.system, problem.advance, max(problem.rtol, _COARSE)
-    time = warm_up if warm_up is not None else _CYCLES * float(near or 0)
-    run = simulate(system, until=time, start=point, grid=None, rtol=rtol)
-    _refuse_charts(run)
+    advance, near = problem.advance, float(near or 0)
+    run = _run(problem, point, _CYCLES * near if warm_up is None else warm_up)
     if advance.any():
         return _at_section(problem, point, run)
-    last, near = run.pieces[-1], float(near or 0)
-    begin = _point(point, run, last, len(last.t) - 1, advance)
-    later = simulate(system, until=2 * near, start=begin, grid=1000, rtol=rtol)
-    _refuse_charts(later)
+    begin = _point(point, run, run.pieces[-1], -1, advance)
+    later = _run(problem, begin, 2 * near, 1000)
     refuse_rest(problem, later)
     inside = [p for p in later.pieces if len(p.t) > 2 and p.t[0] < 0.5 * near]
     longest = max(inside, key=lambda p: min(p.t[-1], 0.6 * near) - p.t[0])
@@ -165,7 +158,7 @@ def after_time(
     ahead = (later.t > now + 0.6 * near) & (later.t < now + 1.4 * near)
     apart = (later.x[ahead] - x)[:, problem.active] / size
     period = float(later.t[ahead][np.argmin(np.linalg.norm(apart, axis=1))] - now)
-    rate = np.asarray(system.rhs(x, run.theta, now, longest.settings[middle])).ravel()
+    rate = np.asarray(problem.system.rhs(x, run.theta, now, longest.settings[middle])).ravel()
     phase = rate[problem.active] / size**2
     return Guess(_point(begin, later, longest, middle, advance), period, phase)
 
@@ -181,13 +174,19 @@ def after_response(problem: OrbitProblem, response: OrderResponse, k: int) -> Gu
     return Guess(point, period, (problem.active == leading).astype(float))
 
 
-def _refuse_charts(run: Trajectory) -> None:
+def _run(
+    problem: OrbitProblem, point: OperatingPoint, until: float, grid: int | None = None
+) -> Trajectory:
+    """A run that only gives a first guess."""
+    rtol = max(problem.rtol, _COARSE)
+    run = simulate(problem.system, until=until, start=point, grid=grid, rtol=rtol)
     if any(piece.system is not run.system for piece in run.pieces):
         raise SolverError(
             f"{run.system.name}: states change places (see run.events); periodic motions are not "
             "followed across that.",
             run,
         )
+    return run
 
 
 def _at_section(problem: OrbitProblem, point: OperatingPoint, run: Trajectory) -> Guess:
@@ -209,7 +208,7 @@ def _at_section(problem: OrbitProblem, point: OperatingPoint, run: Trajectory) -
     x = np.array([np.interp(now, piece.t, column) for column in piece.x.T])
     near = min(int(np.searchsorted(piece.t, now)), len(piece.t) - 1)
     found = OperatingPoint(
-        system, 0.0, x - whole * advance, run.theta, _modes(point, piece.settings[near])
+        system, 0.0, x - whole * advance, run.theta, in_modes(point, piece.settings[near])
     )
     found.x[leading] = point.x[leading]
     phase = (problem.active == leading).astype(float)
@@ -220,11 +219,5 @@ def _point(
     old: OperatingPoint, run: Trajectory, piece: Piece, row: int, advance: np.ndarray
 ) -> OperatingPoint:
     """A point of a run as start of the next, at the time zero."""
-    modes = _modes(old, piece.settings[row])
+    modes = in_modes(old, piece.settings[row])
     return OperatingPoint(old.system, 0.0, piece.x[row] - advance, run.theta, modes)
-
-
-def _modes(old: OperatingPoint, settings: np.ndarray) -> np.ndarray:
-    """Modes of now with implicit quantities of the start, where angles have not turned yet."""
-    count = len(settings) - len(old.system.structure.implicit)
-    return np.concatenate([settings[:count], old.settings[count:]])

@@ -120,9 +120,7 @@ def without_impact(problem: BranchProblem, station: Station) -> Station | None:
     Its tangent leads away from the other.
     """
     count = len(station.events)
-    row = np.zeros(len(station.z))
-    row[-1] = 1.0
-    old = station.guess
+    row, old = np.eye(len(station.z))[-1], station.guess
     for change in _CHANGES:
         for way in (1.0, -1.0):
             aside = way * change * station.scale * row
@@ -152,7 +150,7 @@ def _slopes_of_gap(problem: BranchProblem, station: Station, row: int, time: flo
     by_states, by_parameters = np.split(looks.margin_slopes(values, row), [len(point.x)])
     slopes = by_states @ courses + by_parameters @ forward.seed
     slopes[k:] /= forward.seed[list(places), k + np.arange(len(places))]
-    if problem.extra and problem.follows is None:
+    if problem.orbits.free and problem.follows is None:
         slopes = np.insert(slopes, k, 0.0)
     found: np.ndarray = slopes * station.scale
     return found

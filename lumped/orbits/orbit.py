@@ -11,16 +11,16 @@ import numpy as np
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError
-from lumped.orbits.orbit_sensitivity import OrbitSensitivity, orbit_sensitivity, with_period_held
+from lumped.orbits.orbit_sensitivity import OrbitSensitivity, orbit_sensitivity
 from lumped.orbits.shooting import Orbit, OrbitProblem
-from lumped.orbits.smooth_curves import Curve, Extreme, curves, extreme, integral
+from lumped.orbits.smooth_curves import Curve, Extreme, curves, extreme, find_harmonics, integral
 from lumped.support.arguments import checked
 from lumped.support.display_units import frequency_unit, time_unit
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.results.operating_point import Named
 from lumped.timeloop.results.trajectory import Trajectory
 
-_ON_CIRCLE = 1e-6
+ON_CIRCLE = 1e-6
 """An orbit counts as unstable if a multiplier is larger than one by more than this."""
 
 
@@ -77,6 +77,7 @@ class PeriodicOrbit(Named):
     problem: OrbitProblem = field(repr=False)
     found: Orbit = field(repr=False)
     free: dict[str, float] = field(default_factory=dict)
+    _courses: dict[str, list[Curve]] = field(default_factory=dict, init=False, repr=False)
 
     @checked
     def __getitem__(self, name: Name | list[Name]) -> np.ndarray:
@@ -95,7 +96,7 @@ class PeriodicOrbit(Named):
     @property
     def stable(self) -> bool:
         """Whether small disturbances do not grow."""
-        return self.largest <= 1 + _ON_CIRCLE
+        return self.largest <= 1 + ON_CIRCLE
 
     @checked
     def greatest(self, name: Name) -> Extreme:
@@ -136,12 +137,7 @@ class PeriodicOrbit(Named):
         The quantity is ``c_0 + Re(sum c_k exp(2 pi j k t / period))``: the magnitudes are
         amplitudes.
         """
-        if count < 1:
-            raise OptionError(f"harmonics: count = {count}: at least one.")
-        pieces, w = self._course(name), 2 * np.pi / self.period
-        found = np.array([integral(pieces, k * w) for k in range(count + 1)]) / self.period
-        found[1:] *= 2
-        return found
+        return find_harmonics(self._course(name), self.period, count)
 
     @checked
     def work(self, of: tuple[Name, Name]) -> float:
@@ -178,20 +174,14 @@ class PeriodicOrbit(Named):
                     "has a derivative by it. Leave it out of `by`."
                 )
         tops = [self.greatest(name) for name in names]
-        both = (*keys, *self.free)
-        found = orbit_sensitivity(self.problem, self.found, self.run, names, both, tops)
-        return with_period_held(found) if self.free else found
+        free = tuple(self.free)
+        return orbit_sensitivity(self.problem, self.found, self.run, names, keys, tops, free)
 
     def _course(self, name: Name) -> list[Curve]:
         key = self.system.key(name)
-        known = self._courses
-        if key not in known:
-            known[key] = curves(self.run, self.system.expressions([key]))
-        return known[key]
-
-    @cached_property
-    def _courses(self) -> dict[str, list[Curve]]:
-        return {}
+        if key not in self._courses:
+            self._courses[key] = curves(self.run, self.system.expressions([key]))
+        return self._courses[key]
 
     def __repr__(self) -> str:
         time, frequency = time_unit(), frequency_unit()

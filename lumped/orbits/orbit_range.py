@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -12,11 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, ParameterError, SolverError
-from lumped.orbits.guesses import advances, after_cycles, after_response, drifting, needs_time
+from lumped.orbits.guesses import after_response, needs_time
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.orbits.order_harmonics import angle_of, order_harmonics
-from lumped.orbits.periodic import at_guess, of_speed, turning_problem
-from lumped.orbits.shooting import Guess, OrbitProblem
+from lumped.orbits.order_check import angle_of, order_harmonics
+from lumped.orbits.periodic import GRID, find_orbit, periodic, turning_problem
+from lumped.orbits.shooting import Guess
 from lumped.points.start import search_start
 from lumped.support.arguments import checked
 from lumped.support.display_units import speed_unit
@@ -27,8 +26,6 @@ from lumped.vibration.ordered.order_response import OrderResponse
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-_GRID = 200
-"""Output intervals of the motions."""
 _HALVINGS = 8
 """How often a step of the speed is halved before the range ends."""
 _NEAR = 0.3
@@ -162,9 +159,10 @@ def periodic_range(
         outputs = response.of if of is None else tuple(system.key(name) for name in of)
         problem, free = turning_problem(system, response, rtol, iterations)
         k = int(np.abs(response.speeds - grid[0]).argmin())
-        march = _March(problem, turns, free, None)
-        march.begin(float(response.speeds[k]), after_response(problem, response, k))
-        march.reach(float(grid[0]), float(abs(grid[0] - response.speeds[k])))
+        near, guess = float(response.speeds[k]), after_response(problem, response, k)
+        first = find_orbit(problem, guess, GRID, free)
+        march = _March(near, first, turns, None)
+        march.reach(float(grid[0]))
         if march.ended:
             raise SolverError(f"{system.name}: {march.ended}")
         angle = angle_of(response, k)
@@ -176,18 +174,27 @@ def periodic_range(
         ((parameter, values),) = speeds.items()
         grid, response = _monotonic(values), None
         outputs = tuple(system.key(name) for name in of or ())
-        march = _begin_driven(
-            system,
-            system.key(parameter),
-            float(grid[0]),
-            turns,
-            warm_up,
-            parameters,
-            start,
-            rtol,
-            iterations,
+        name, speed = system.key(parameter), float(grid[0])
+        if isinstance(turns, bool) or turns < 1:
+            raise OptionError(f"periodic_range: turns = {turns!r}: a whole number is needed.")
+        (place,) = system.places([name])
+        given = {system.key(n): value for n, value in (parameters or {}).items()}
+        point = search_start(system, {**given, name: speed}, start)
+        if not needs_time(point.system, point.theta):
+            raise OptionError(
+                f"periodic_range: no function of time acts on {system.name}; give an order "
+                "response as the start."
+            )
+        first = periodic(
+            point.system,
+            period=2 * np.pi * turns / speed,
+            warm_up=warm_up,
+            start=point,
+            grid=GRID,
+            rtol=rtol,
+            iterations=iterations,
         )
-        angle = None
+        march, angle = _March(speed, first, turns, place), None
     else:
         raise OptionError(
             "periodic_range: start= an order response, or name the parameter that is the speed of "
@@ -197,22 +204,15 @@ def periodic_range(
         raise OptionError("periodic_range: name at least one quantity to observe, of=[...].")
     chosen = _orders(orders, response, turns)
     found = [march.orbit]
-    for before, target in itertools.pairwise(grid):
-        march.reach(float(target), float(abs(target - before)))
+    for target in grid[1:]:
+        march.reach(float(target))
         if march.ended:
             break
         found.append(march.orbit)
     each = [order_harmonics(orbit, outputs, chosen, turns, angle) for orbit in found]
-    return OrbitRange(
-        system,
-        grid[: len(found)],
-        chosen,
-        outputs,
-        np.array([values for values, _ in each]),
-        np.array([means for _, means in each]),
-        tuple(found),
-        march.ended,
-    )
+    values, means = (np.array(part) for part in zip(*each, strict=True))
+    speeds = grid[: len(found)]
+    return OrbitRange(system, speeds, chosen, outputs, values, means, tuple(found), march.ended)
 
 
 class _March:
@@ -220,17 +220,16 @@ class _March:
 
     Parameters
     ----------
-    free : str or None
-        Parameter that a motion determines.
+    speed : float
+        Of the first motion, rad/s.
     prescribed : int or None
         Place of the parameter that is the speed.
     """
 
     def __init__(
-        self, problem: OrbitProblem, turns: int, free: str | None, prescribed: int | None
+        self, speed: float, first: PeriodicOrbit, turns: int, prescribed: int | None
     ) -> None:
-        self.problem, self.turns, self.free, self.prescribed = problem, turns, free, prescribed
-        self.known: list[tuple[float, PeriodicOrbit]] = []
+        self.turns, self.prescribed, self.known = turns, prescribed, [(speed, first)]
         self.ended = ""
 
     @property
@@ -238,20 +237,16 @@ class _March:
         """The last motion."""
         return self.known[-1][1]
 
-    def begin(self, speed: float, guess: Guess) -> None:
-        """The first motion."""
-        self.known = [(speed, self._find_orbit(speed, guess))]
-
-    def reach(self, target: float, whole: float) -> None:
+    def reach(self, target: float) -> None:
         """Go to a speed, in shorter steps where there is no motion near the last."""
         step = target - self.known[-1][0]
-        least = max(whole, abs(step)) * 2.0**-_HALVINGS
+        least = abs(step) * 2.0**-_HALVINGS
         fault = ""
         while self.known[-1][0] != target:
-            now, last = self.known[-1]
+            (now, last), free = self.known[-1], next(iter(self.orbit.free), None)
             speed = target if abs(target - now) <= abs(step) * (1 + 1e-9) else now + step
             try:
-                orbit = self._find_orbit(speed, self._predict(speed))
+                orbit = find_orbit(last.problem, self._predict(speed), GRID, free)
                 fault = "the motions found there are others" * (_apart(last, orbit) > _NEAR)
             except (SolverError, ParameterError) as error:
                 fault = str(error).partition(": ")[2].partition(". ")[0]
@@ -267,12 +262,6 @@ class _March:
                 )
                 return
 
-    def _find_orbit(self, speed: float, guess: Guess) -> PeriodicOrbit:
-        guess = replace(guess, period=2 * np.pi * self.turns / speed)
-        if self.free is not None:
-            return of_speed(self.problem, guess, self.free, _GRID)
-        return at_guess(self.problem, guess, _GRID)
-
     def _predict(self, speed: float) -> Guess:
         """On a straight line through the last two motions."""
         now, last = self.known[-1]
@@ -285,41 +274,9 @@ class _March:
             theta += part * (theta - other.found.guess.point.theta)
         if self.prescribed is not None:
             theta[self.prescribed] = speed
-        self.problem.system.check_parameters(theta)
+        point.system.check_parameters(theta)
         moved = OperatingPoint(point.system, 0.0, x, theta, point.settings)
-        return replace(last.found.guess, point=moved)
-
-
-def _begin_driven(
-    system: System,
-    name: str,
-    speed: float,
-    turns: int,
-    warm_up: float | None,
-    parameters: Changes | None,
-    start: Changes | OperatingPoint | None,
-    rtol: float,
-    iterations: int,
-) -> _March:
-    """The first motion of a system that functions of time drive."""
-    if isinstance(turns, bool) or turns < 1:
-        raise OptionError(f"periodic_range: turns = {turns!r}: a whole number is needed.")
-    (place,) = system.places([name])
-    given = {system.key(n): value for n, value in (parameters or {}).items()}
-    point = search_start(system, {**given, name: speed}, start)
-    system = point.system
-    if not needs_time(system, point.theta):
-        raise OptionError(
-            f"periodic_range: no function of time acts on {system.name}; give an order response "
-            "as the start."
-        )
-    period = 2 * np.pi * turns / speed
-    advance = advances(point, {}, period)
-    active = np.flatnonzero(~drifting(system, advance))
-    problem = OrbitProblem(system, advance, active, False, rtol, iterations)
-    march = _March(problem, turns, None, place)
-    march.begin(speed, after_cycles(problem, point, period, warm_up))
-    return march
+        return replace(last.found.guess, point=moved, period=2 * np.pi * self.turns / speed)
 
 
 def _apart(one: PeriodicOrbit, other: PeriodicOrbit) -> float:
@@ -333,7 +290,7 @@ def _apart(one: PeriodicOrbit, other: PeriodicOrbit) -> float:
 def _vibration(orbit: PeriodicOrbit) -> Real:
     """States over the period, without their means and what they gain, shape (points, n)."""
     run, problem = orbit.run, orbit.problem
-    share = np.linspace(0, 1, _GRID, endpoint=False)
+    share = np.linspace(0, 1, GRID, endpoint=False)
     x = np.column_stack([np.interp(share * orbit.period, run.t, column) for column in run.x.T])
     x = (x - share[:, None] * problem.advance)[:, problem.active]
     found: Real = x - x.mean(axis=0)

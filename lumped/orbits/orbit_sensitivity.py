@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 import scipy
 
 from lumped.compiler.structure import Name
-from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.errors import OptionError
 from lumped.gradients.forward import Forward
 from lumped.gradients.steps import steps_of
 from lumped.orbits.shooting import Orbit, OrbitProblem, border_matrix
-from lumped.orbits.smooth_curves import Extreme
+from lumped.orbits.smooth_curves import Extreme, values_along
+from lumped.points.equilibrium_sensitivity import find_place
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
@@ -58,13 +59,9 @@ class OrbitSensitivity(RichHtml):
 
     @checked
     def __getitem__(self, pair: tuple[Name, Name]) -> np.ndarray:
-        places = []
-        for name, known in zip(pair, (self.of, self.by), strict=True):
-            key = self.run.system.key(name)
-            if key not in known:
-                raise UnknownNameError(f"'{key}' is not in this sensitivity. {nearest(key, known)}")
-            places.append(known.index(key))
-        found: np.ndarray = self.derivatives[:, places[0], places[1]]
+        row = find_place(self.run.system, pair[0], self.of)
+        column = find_place(self.run.system, pair[1], self.by)
+        found: np.ndarray = self.derivatives[:, row, column]
         return found
 
     def __repr__(self) -> str:
@@ -85,6 +82,7 @@ def orbit_sensitivity(
     of: tuple[Name, ...],
     by: tuple[Name, ...],
     tops: list[Extreme],
+    free: tuple[str, ...],
 ) -> OrbitSensitivity:
     """Implicit function theorem on what must vanish after a period.
 
@@ -92,6 +90,8 @@ def orbit_sensitivity(
     ----------
     tops : list of Extreme
         The greatest value of each quantity.
+    free : tuple of str
+        A parameter that follows the others, so that the period stays; empty if none does.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def orbit_sensitivity(
         raise OptionError("sensitivity: name at least one quantity in `of` and parameter in `by`.")
     system, active, T = problem.system, problem.active, orbit.guess.period
     names = tuple(system.key(name) for name in of)
-    places = system.places(by)
+    places = system.places((*by, *free))
     k, n = len(active), len(system.state_names)
     scale = np.abs(run.theta[places])
     scale[scale == 0] = 1.0
@@ -123,13 +123,17 @@ def orbit_sensitivity(
     right[:k] -= np.outer(rate, given)
     found = scipy.linalg.solve(border_matrix(problem, orbit, rate), right)
     moved, stretch = found[:k], found[k] if problem.free else given
+    chosen = np.eye(len(places))
+    if free:
+        chosen = np.vstack([chosen[:-1, :-1], -stretch[:-1] / stretch[-1]])
+        moved, stretch, scale = moved @ chosen, np.zeros(len(by)), scale[:-1]
     columns = forward.along(run, courses, names)
-    values = columns[:, :, :k] @ moved + columns[:, :, k:]
+    values = columns[:, :, :k] @ moved + columns[:, :, k:] @ chosen
     rates = _rates(run, names)
     values += rates[:, :, None] * (run.t / T)[:, None, None] * stretch
     # how far each instant moves beside its fraction of the period
-    moves = [i.slopes[:k] @ moved + i.slopes[k:] - i.t / T * stretch for i in instants]
-    start = np.zeros((n, len(places)))
+    moves = [i.slopes[:k] @ moved + i.slopes[k:] @ chosen - i.t / T * stretch for i in instants]
+    start = np.zeros((n, len(by)))
     start[active] = moved / scale
     keys = tuple(system.key(name) for name in by)
     by_key = dict(zip(keys, (stretch / scale).tolist(), strict=True))
@@ -145,26 +149,6 @@ def orbit_sensitivity(
         mean / T / scale,
         greatest / scale,
         forward.evaluations,
-    )
-
-
-def with_period_held(found: OrbitSensitivity) -> OrbitSensitivity:
-    """The same if the last parameter follows the others, so that the period stays."""
-    *first, last = found.by
-    slopes = np.array([found.period[name] for name in first])
-    follows = -slopes / found.period[last]
-
-    def hold_period(values: np.ndarray) -> np.ndarray:
-        return values[..., :-1] + values[..., -1:] * follows
-
-    return replace(
-        found,
-        by=tuple(first),
-        period=dict.fromkeys(first, 0.0),
-        start=hold_period(found.start),
-        derivatives=hold_period(found.derivatives),
-        mean=hold_period(found.mean),
-        greatest=hold_period(found.greatest),
     )
 
 
@@ -223,9 +207,4 @@ def _rates(run: Trajectory, names: tuple[str, ...]) -> np.ndarray:
     along = ca.vertcat(system.rates, 1)
     rate = ca.jtimes(system.expressions(names), ca.vertcat(x, t), along)
     function = ca.Function("rates", system.inputs, [ca.densify(rate)])
-    found = [
-        np.asarray(function(piece.x.T, run.theta, piece.t[None, :], piece.settings.T)).T
-        for piece in run.pieces
-        if len(piece.t)
-    ]
-    return np.concatenate(found)
+    return np.hstack(values_along(function, run)).T

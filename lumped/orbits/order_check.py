@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.errors import OptionError, SolverError
 from lumped.orbits.guesses import after_response
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.orbits.order_harmonics import angle_of, order_harmonics
-from lumped.orbits.periodic import of_speed, turning_problem
+from lumped.orbits.periodic import GRID, find_orbit, turning_problem
 from lumped.support.arguments import checked
 from lumped.support.display_units import speed_unit
 from lumped.support.rich_html import RichHtml
@@ -21,9 +21,6 @@ from lumped.vibration.ordered.order_response import OrderResponse
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-
-_GRID = 200
-"""Output intervals of the motions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,20 +79,15 @@ class OrderCheck(RichHtml):
         )
         rows, speed = [], speed_unit()
         for k in found:
+            place = self.response.number_of(float(self.speeds[k]), "check_orders")
             for i, output in enumerate(self.response.of):
                 own, unit = self.differences[k, :, i], self.response.system.quantity(output).unit
                 o = int(own.argmax())
-                both = self.response.values[self._place(k), o, i], self.values[k, o, i]
-                rows.append(
-                    (
-                        number(speed.value(self.speeds[k])),
-                        output,
-                        f"{self.response.orders[o]:g}",
-                        *amounts(output, unit, *np.abs(both), is_change=True),
-                        f"{own[o]:.2%}",
-                        "NO" if own[o] > self.tolerance else "yes",
-                    )
-                )
+                both = self.response.values[place, o, i], self.values[k, o, i]
+                at, order = number(speed.value(self.speeds[k])), f"{self.response.orders[o]:g}"
+                sizes = amounts(output, unit, *np.abs(both), is_change=True)
+                holds = "NO" if own[o] > self.tolerance else "yes"
+                rows.append((at, output, order, *sizes, f"{own[o]:.2%}", holds))
         columns = (
             *(f"at, {speed.unit}", "quantity", "order", "response", "motion", "unit"),
             *("difference", "holds"),
@@ -105,9 +97,6 @@ class OrderCheck(RichHtml):
             f"at {speed.value(w):.6g} {speed.unit}: {text}" for w, text in self.faults.items()
         ]
         return "\n".join(lines)
-
-    def _place(self, k: int) -> int:
-        return self.response.number_of(float(self.speeds[k]), "check_orders")
 
 
 @checked
@@ -163,7 +152,7 @@ def check_orders(
     orbits: list[PeriodicOrbit | None] = []
     for row, k in enumerate(places):
         try:
-            orbit = of_speed(problem, after_response(problem, response, k), free, _GRID)
+            orbit = find_orbit(problem, after_response(problem, response, k), GRID, free)
         except SolverError as fault:
             faults[float(response.speeds[k])] = str(fault)
             orbits.append(None)
@@ -178,3 +167,39 @@ def check_orders(
     return OrderCheck(
         response, response.speeds[places], values, differences, tuple(orbits), faults, tolerance
     )
+
+
+def order_harmonics(
+    orbit: PeriodicOrbit,
+    outputs: tuple[str, ...],
+    orders: Real,
+    turns: int,
+    shaft: tuple[str, float] | None = None,
+) -> tuple[Complex, Real]:
+    """Amplitudes of orders, shape (o, outputs), and means, shape (outputs,).
+
+    Parameters
+    ----------
+    turns : int
+        Turns in a period.
+    shaft : (name, float), optional
+        Angle of the shaft, and its value where orders have no phase. They count over what it is on
+        average, which grows steadily; without it over the time from the start of the period.
+    """
+    numbers = np.rint(orders * turns).astype(int)
+    offset = 0.0
+    if shaft is not None:
+        name, zero = shaft
+        offset = orbit.mean(name) - np.pi * turns - zero
+    turned = np.exp(-1j * orders * offset)
+    every = np.array([orbit.harmonics(output, int(numbers.max())) for output in outputs])
+    return (every[:, numbers] * turned).T, every[:, 0].real
+
+
+def angle_of(response: OrderResponse, k: int) -> tuple[str, float]:
+    """Angle of the shaft of a response, and its value where orders have no phase at a speed."""
+    own, system = response.rotation.at(k), response.system
+    assert own.shaft is not None
+    function = ca.Function("angle", system.inputs, [system.expressions([own.shaft])])
+    value = function(own.x[0], own.theta[0], own.points[0].time, own.settings[0])
+    return own.shaft, float(value)

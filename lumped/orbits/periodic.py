@@ -21,6 +21,7 @@ from lumped.orbits.guesses import (
 )
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.orbits.shooting import Guess, Orbit, OrbitProblem, refuse_rest, shoot
+from lumped.orbits.smooth_curves import values_along
 from lumped.points.start import search_start
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
@@ -28,6 +29,9 @@ from lumped.support.units import read_time
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.ordered.order_response import OrderResponse
+
+GRID = 200
+"""Output intervals of motions of which there are many."""
 
 
 @checked
@@ -98,6 +102,10 @@ def periodic(
     SolverError
         If no periodic motion is found, or more than one nearby; its `partial` is the last run.
     """
+    if not isinstance(grid, int) or grid < 10:
+        raise OptionError(f"periodic: grid = {grid!r}: at least 10 output intervals are needed.")
+    if not 1e-13 <= rtol <= 1e-4:
+        raise OptionError(f"periodic: rtol = {rtol}: choose it between 1e-13 and 1e-4.")
     if isinstance(start, OrderResponse):
         given = (period, near, turn, warm_up, parameters)
         if speed is None or any(v is not None for v in given) or tuple(free):
@@ -105,8 +113,9 @@ def periodic(
                 "periodic: an order response to start from goes with one of its speeds: start= and "
                 "speed=, without period, near, turn, warm_up, free and parameters, which it has."
             )
-        _check(None, 1.0, None, None, grid, rtol)
-        return _from_response(system, start, float(speed), grid, rtol, iterations)
+        problem, balancing = turning_problem(system, start, rtol, iterations)
+        first = after_response(problem, start, start.number_of(float(speed), "periodic"))
+        return find_orbit(problem, first, grid, balancing)
     if speed is not None:
         raise OptionError("periodic: speed= is one of those of an order response, start=.")
     near = None if near is None else read_time(near, "near")
@@ -119,10 +128,28 @@ def periodic(
     if isinstance(period, str | Expr):
         (clock,) = system.places([system.key(period)])
         period = float(point.theta[clock])
-    _check(period, near, turn, warm_up, grid, rtol)
+    if period is None and near is None and not turn:
+        raise OptionError(
+            "periodic: give period= (prescribed by functions of time), turn= (an angle that goes "
+            "on turning) or near= (about the period of a self-excited oscillation)."
+        )
+    if period is not None and near is not None:
+        raise OptionError("periodic: give period= or near=, not both.")
+    if period is None and near is None and warm_up is None:
+        raise OptionError("periodic: the period is unknown; give warm_up=, a time to simulate, s.")
+    for name, value in (("period", period), ("near", near), ("warm_up", warm_up)):
+        least = 0 if name == "warm_up" and period is not None else 1e-300
+        if value is not None and not (np.isfinite(value) and value >= least):
+            raise OptionError(f"periodic: {name} = {value!r} s: a positive, finite time is needed.")
     names = [system.key(name) for name in free]
     if names:
-        wanted = near = _check_period(system, names, period, clock)
+        if len(names) > 1 or period is None or clock is not None:
+            raise OptionError(
+                f"periodic: free = {names}: one parameter is determined by one period; give one, "
+                "and the period as a number."
+            )
+        system.places(names)
+        wanted = near = period
         period = None
     advance = advances(point, turn or {}, period)
     driven = needs_time(system, point.theta)
@@ -153,28 +180,16 @@ def periodic(
     else:
         first = after_time(problem, point, near, warm_up)
     if names:
-        return of_speed(problem, replace(first, period=wanted), names[0], grid)
-    return at_guess(problem, first, grid)
+        return find_orbit(problem, replace(first, period=wanted), grid, names[0])
+    return find_orbit(problem, first, grid)
 
 
-def _check_period(
-    system: System,
-    names: list[str],
-    period: float | None,
-    clock: int | None,
-) -> float:
-    """The period that a free parameter shall bring about."""
-    if len(names) > 1 or period is None or clock is not None:
-        raise OptionError(
-            f"periodic: free = {names}: one parameter is determined by one period; give one, and "
-            "the period as a number."
-        )
-    system.places(names)
-    return period
-
-
-def of_speed(problem: OrbitProblem, guess: Guess, free: str, grid: int) -> PeriodicOrbit:
-    """The motion of the period of a guess, which determines a parameter."""
+def find_orbit(
+    problem: OrbitProblem, guess: Guess, grid: int, free: str | None = None
+) -> PeriodicOrbit:
+    """The motion near a guess, or that of its period for which a parameter is free."""
+    if free is None:
+        return result_of(problem, shoot(problem, guess), grid)
     (place,) = problem.system.places([free])
     found = result_of(problem, shoot(replace(problem, parameter=place), guess), grid)
     return replace(found, free={free: float(found.run.theta[place])})
@@ -221,25 +236,6 @@ def turning_problem(
     return OrbitProblem(system, advance, active, True, rtol, iterations), free
 
 
-def _from_response(
-    system: System, guess: OrderResponse, speed: float, grid: int, rtol: float, iterations: int
-) -> PeriodicOrbit:
-    problem, free = turning_problem(system, guess, rtol, iterations)
-    first = after_response(problem, guess, guess.number_of(speed, "periodic"))
-    return of_speed(problem, first, free, grid)
-
-
-def at_guess(problem: OrbitProblem, guess: Guess, grid: int) -> PeriodicOrbit:
-    """The motion near a guess."""
-    return result_of(problem, shoot(problem, guess), grid)
-
-
-def again(orbit: PeriodicOrbit, guess: Guess) -> PeriodicOrbit:
-    """The periodic motion near a guess, as another was found."""
-    grid = max(sum(len(piece.t) for piece in orbit.run.pieces), 100)
-    return at_guess(orbit.problem, guess, grid)
-
-
 def result_of(problem: OrbitProblem, orbit: Orbit, grid: int) -> PeriodicOrbit:
     """What was found, with a run over its period, as a result."""
     system, active, names = problem.system, problem.active, problem.system.state_names
@@ -277,37 +273,7 @@ def result_of(problem: OrbitProblem, orbit: Orbit, grid: int) -> PeriodicOrbit:
 
 def _seam(run: Trajectory, active: np.ndarray) -> tuple[str, ...]:
     """States whose rates at the end are not those at the start."""
-    system, rows = run.system, []
-    for piece in run.pieces:
-        found = system.rhs(piece.x.T, run.theta, piece.t[None, :], piece.settings.T)
-        rows.append(np.asarray(found).T)
-    rates = np.concatenate(rows)
-    jumps = np.abs(rates[-1] - rates[0]) > 1e-6 * np.abs(rates).max(axis=0)
+    system = run.system
+    rates = np.hstack(values_along(system.rhs, run))
+    jumps = np.abs(rates[:, -1] - rates[:, 0]) > 1e-6 * np.abs(rates).max(axis=1)
     return tuple(system.state_names[i] for i in active if jumps[i])
-
-
-def _check(
-    period: float | None,
-    near: float | None,
-    turn: Mapping[Name, float] | None,
-    warm_up: float | None,
-    grid: int,
-    rtol: float,
-) -> None:
-    if period is None and near is None and not turn:
-        raise OptionError(
-            "periodic: give period= (prescribed by functions of time), turn= (an angle that goes "
-            "on turning) or near= (about the period of a self-excited oscillation)."
-        )
-    if period is not None and near is not None:
-        raise OptionError("periodic: give period= or near=, not both.")
-    if period is None and near is None and warm_up is None:
-        raise OptionError("periodic: the period is unknown; give warm_up=, a time to simulate, s.")
-    for name, value in (("period", period), ("near", near), ("warm_up", warm_up)):
-        least = 0 if name == "warm_up" and period is not None else 1e-300
-        if value is not None and not (np.isfinite(value) and value >= least):
-            raise OptionError(f"periodic: {name} = {value!r} s: a positive, finite time is needed.")
-    if not isinstance(grid, int) or grid < 10:
-        raise OptionError(f"periodic: grid = {grid!r}: at least 10 output intervals are needed.")
-    if not 1e-13 <= rtol <= 1e-4:
-        raise OptionError(f"periodic: rtol = {rtol}: choose it between 1e-13 and 1e-4.")

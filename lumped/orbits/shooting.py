@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -134,6 +134,12 @@ class Shot:
         return found
 
 
+def in_modes(point: OperatingPoint, settings: np.ndarray) -> np.ndarray:
+    """Settings of a point with other modes; its implicit quantities, where angles did not turn."""
+    count = len(settings) - len(point.system.structure.implicit)
+    return np.concatenate([settings[:count], point.settings[count:]])
+
+
 def sizes(problem: OrbitProblem, x: np.ndarray) -> np.ndarray:
     """How large the active states become, at least what runs resolve."""
     least = max(1e-3, 1e-12 / problem.rtol) * nominals(problem.system)
@@ -194,11 +200,8 @@ def shoot(problem: OrbitProblem, guess: Guess) -> Orbit:
         if iteration == problem.iterations:
             break
         slopes = slopes_of(problem, shot, forward)
-        step, change = _newton_step(problem, shot, slopes, forward)
-        tried: list[Shot] = []
-        trial = partial(_try_step, problem, shot, step, change, tried)
-        better = damp_step(trial, float(np.linalg.norm(shot.residuals)), _SHORTEST)
-        evaluations += sum(one.run.statistics.evaluations for one in tried)
+        better, used = _shorten_step(problem, shot, *_newton_step(problem, shot, slopes, forward))
+        evaluations += used
         if better is not None:
             shot = better
         else:
@@ -249,37 +252,37 @@ def slopes_of(problem: OrbitProblem, shot: Shot, forward: Forward) -> np.ndarray
 def _move_guess(problem: OrbitProblem, shot: Shot, x: np.ndarray, change: float) -> Guess:
     """A new guess, in the modes in which the last run ended; period or parameter changed too."""
     old, period = shot.guess.point, shot.guess.period
-    count = len(old.settings) - len(old.system.structure.implicit)
-    modes = np.concatenate([shot.settings[:count], old.settings[count:]])
-    theta = old.theta
+    theta, settings = old.theta, in_modes(old, shot.settings)
     if problem.parameter is None:
         period += change
     else:
         theta = theta.copy()
         theta[problem.parameter] += change
         old.system.check_parameters(theta)
-    return Guess(OperatingPoint(old.system, 0.0, x, theta, modes), period, shot.guess.phase)
+    return Guess(OperatingPoint(old.system, 0.0, x, theta, settings), period, shot.guess.phase)
 
 
-def _try_step(
-    problem: OrbitProblem,
-    shot: Shot,
-    step: np.ndarray,
-    change: float,
-    tried: list[Shot],
-    part: float,
-) -> tuple[Shot | None, float]:
-    """What a part of a step leads to, also noted in a list, and how far that misses."""
-    if problem.parameter is None and not 0.3 < 1 + part * change / shot.guess.period < 3:
-        return None, np.inf
-    x = shot.guess.point.x.copy()
-    x[problem.active] += part * step
-    try:
-        found = Shot(problem, _move_guess(problem, shot, x, part * change))
-    except (SolverError, ParameterError):
-        return None, np.inf
-    tried.append(found)
-    return found, float(np.linalg.norm(found.residuals))
+def _shorten_step(
+    problem: OrbitProblem, shot: Shot, step: np.ndarray, change: float
+) -> tuple[Shot | None, int]:
+    """The run after the longest part of a step that misses less, and evaluations in all tried."""
+    evaluations = 0
+
+    def trial(part: float) -> tuple[Shot | None, float]:
+        nonlocal evaluations
+        if problem.parameter is None and not 0.3 < 1 + part * change / shot.guess.period < 3:
+            return None, np.inf
+        x = shot.guess.point.x.copy()
+        x[problem.active] += part * step
+        try:
+            found = Shot(problem, _move_guess(problem, shot, x, part * change))
+        except (SolverError, ParameterError):
+            return None, np.inf
+        evaluations += found.run.statistics.evaluations
+        return found, float(np.linalg.norm(found.residuals))
+
+    better = damp_step(trial, float(np.linalg.norm(shot.residuals)), _SHORTEST)
+    return better, evaluations
 
 
 def _newton_step(

@@ -9,22 +9,18 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from lumped.compiler.system import System
+from lumped.errors import OptionError
 from lumped.timeloop.results.trajectory import Trajectory
 
 _ZERO = 1e-7
 """Of its range: a quantity that is zero at the end of a smooth piece."""
 
 _QUINTIC = np.linalg.inv(
-    [
-        [1, 0, 0, 0, 0, 0],
-        [1, 1, 1, 1, 1, 1],
-        [0, 1, 0, 0, 0, 0],
-        [0, 1, 2, 3, 4, 5],
-        [0, 0, 2, 0, 0, 0],
-        [0, 0, 2, 6, 12, 20],
-    ]
+    [[Polynomial.basis(j).deriv(d)(x) for j in range(6)] for d in range(3) for x in (0.0, 1.0)]
 )
 """Coefficients of a polynomial on 0 to 1 from its values and two derivatives at both ends."""
+_INSIDE = np.linspace(0, 1, 9)
+_POWERS = _INSIDE ** np.arange(6)[:, None]
 
 
 class Curve(NamedTuple):
@@ -63,29 +59,27 @@ def course(system: System, expression: ca.SX) -> ca.Function:
 
 def curves_by(function: ca.Function, run: Trajectory) -> list[Curve]:
     """The same, by a function that `course` made."""
+    every = zip(run.pieces, values_along(function, run), strict=True)
+    return [Curve(piece.t, *values) for piece, values in every if len(piece.t) > 1]
+
+
+def values_along(function: ca.Function, run: Trajectory) -> list[np.ndarray]:
+    """Results of a function of (x, p, t, m) over each piece of a run, shape (results, points)."""
     found = []
     for piece in run.pieces:
-        if len(piece.t) > 1:
-            rows = function(piece.x.T, run.theta, piece.t[None, :], piece.settings.T)
-            found.append(Curve(piece.t, *np.asarray(rows)))
+        rows = function(piece.x.T, run.theta, piece.t[None, :], piece.settings.T)
+        found.append(np.asarray(rows)[:, : len(piece.t)])  # for no point one is given
     return found
 
 
 def extreme(pieces: list[Curve], sign: int) -> Extreme:
     """The greatest value (sign 1) or the least (-1)."""
-    inside = np.linspace(0, 1, 9)
-    powers = inside ** np.arange(6)[:, None]
     best = Extreme(-np.inf, 0.0)
     for piece in pieces:
         shapes = sign * _shapes(piece)
-        values = shapes @ powers
-        middle = int(np.argmax(values.max(axis=1)))
-        for k in range(max(middle - 1, 0), min(middle + 2, len(shapes))):
-            law = Polynomial(shapes[k])
-            top = _top(law, float(inside[np.argmax(values[k])]))
-            if law(top) > best.value:
-                time = piece.t[k] + top * (piece.t[k + 1] - piece.t[k])
-                best = Extreme(float(law(top)), float(time))
+        middle = int(np.argmax((shapes @ _POWERS).max(axis=1)))
+        near = range(max(middle - 1, 0), min(middle + 2, len(shapes)))
+        best = max(best, *(_find_top(piece, shapes, k) for k in near), key=lambda top: top.value)
     return Extreme(sign * best.value, best.time)
 
 
@@ -93,16 +87,9 @@ def inner_lows(pieces: list[Curve]) -> list[Extreme]:
     """The lowest points between falling and rising parts of smooth pieces."""
     found = []
     for piece in pieces:
-        turns = np.flatnonzero((piece.rate[:-1] < 0) & (piece.rate[1:] >= 0))
-        if not len(turns):
-            continue
-        shapes = -_shapes(piece)
-        for k in turns.tolist():
-            law = Polynomial(shapes[k])
-            inside = np.linspace(0, 1, 9)
-            top = _top(law, float(inside[np.argmax(law(inside))]))
-            time = piece.t[k] + top * (piece.t[k + 1] - piece.t[k])
-            found.append(Extreme(float(-law(top)), float(time)))
+        turns = np.flatnonzero((piece.rate[:-1] < 0) & (piece.rate[1:] >= 0)).tolist()
+        tops = [_find_top(piece, -_shapes(piece), k) for k in turns]
+        found += [Extreme(-top.value, top.time) for top in tops]
     return found
 
 
@@ -113,15 +100,17 @@ def find_crossings(pieces: list[Curve]) -> list[tuple[float, float]]:
     return [(float(piece.t[-1]), float(piece.rate[-1])) for piece in ends]
 
 
-def _top(law: Polynomial, near: float) -> float:
-    """Where a polynomial on 0 to 1 is greatest, by Newton's method."""
+def _find_top(piece: Curve, shapes: np.ndarray, k: int) -> Extreme:
+    """The greatest value of the polynomial of an interval, by Newton's method."""
+    law = Polynomial(shapes[k])
     slope, bend = law.deriv(), law.deriv(2)
-    place = near
+    place = near = float(_INSIDE[np.argmax(law(_INSIDE))])
     for _ in range(4):
         if bend(place) >= 0:
             break
         place = float(np.clip(place - slope(place) / bend(place), 0, 1))
-    return max(near, place, key=law)
+    top = max(near, place, key=law)
+    return Extreme(float(law(top)), float(piece.t[k] + top * (piece.t[k + 1] - piece.t[k])))
 
 
 def integral(pieces: list[Curve], frequency: float = 0.0) -> complex:
@@ -137,6 +126,22 @@ def integral(pieces: list[Curve], frequency: float = 0.0) -> complex:
         total += np.sum(h / 2 * (y0[:-1] + y0[1:]) + h**2 / 10 * (y1[:-1] - y1[1:]))
         total += np.sum(h**3 / 120 * (y2[:-1] + y2[1:]))
     return complex(total)
+
+
+def find_harmonics(pieces: list[Curve], period: float, count: int) -> np.ndarray:
+    """Complex Fourier coefficients ``c_0`` to ``c_count`` of a quantity, shape (count + 1,).
+
+    Raises
+    ------
+    OptionError
+        If the count is less than one.
+    """
+    if count < 1:
+        raise OptionError(f"harmonics: count = {count}: at least one.")
+    w = 2 * np.pi / period
+    found = np.array([integral(pieces, k * w) for k in range(count + 1)]) / period
+    found[1:] *= 2
+    return found
 
 
 def _shapes(piece: Curve) -> np.ndarray:

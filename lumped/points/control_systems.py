@@ -1,4 +1,4 @@
-"""Linear systems for python-control and SciPy."""
+"""Names and responses for python-control."""
 
 from __future__ import annotations
 
@@ -6,12 +6,9 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-import scipy
 
 from lumped.errors import OptionError
 from lumped.support.optional_packages import extra
-
-Four = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 def control_names(names: Iterable[str]) -> list[str]:
@@ -30,27 +27,6 @@ def control_names(names: Iterable[str]) -> list[str]:
                 "another key for the part."
             )
     return [name.replace(".", "/") for name in given]
-
-
-def scipy_state_space(title: str, matrices: Four) -> Any:
-    """A continuous ``scipy.signal.StateSpace``."""
-    _check(title, "to_scipy", matrices[3])
-    return scipy.signal.StateSpace(*matrices)
-
-
-def control_state_space(
-    title: str, matrices: Four, states: Iterable[str], inputs: Iterable[str], outputs: Iterable[str]
-) -> Any:
-    """A continuous ``control.StateSpace`` with names."""
-    control = extra("control", "control", "to_control")
-    _check(title, "to_control", matrices[3])
-    return control.StateSpace(
-        *matrices,
-        name=title,
-        states=control_names(states),
-        inputs=control_names(inputs),
-        outputs=control_names(outputs),
-    )
 
 
 def control_response(
@@ -81,11 +57,3 @@ def control_response(
         inputs=control_names(inputs),
         outputs=control_names(outputs),
     )
-
-
-def _check(title: str, what: str, D: np.ndarray) -> None:
-    if not D.size:
-        raise OptionError(
-            f"{title}: {what} needs at least one input and one output; name them in "
-            "linearise(inputs=, outputs=)."
-        )

@@ -16,7 +16,7 @@ from lumped.errors import OptionError, SolverError, StartError
 from lumped.points.equilibrium_demands import Demands, computable_rows, order_of
 from lumped.points.equilibrium_search import EquilibriumSearch
 from lumped.points.position_search import search_positions
-from lumped.points.start import free_places, start_point
+from lumped.points.start import by_key, free_places, start_point
 from lumped.points.steady_directions import unsteady_part
 from lumped.support.arguments import checked
 from lumped.support.units import amount
@@ -88,6 +88,7 @@ def equilibrium(
     if not 0 < tolerance < 1:
         raise OptionError(f"equilibrium: tolerance = {tolerance:g} must lie between 0 and 1.")
     refuse_programs(system, "an equilibrium")
+    free = tuple(free)
     places = free_places(system, free)
     begin = start_point(system, parameters=parameters, start=start, time=time)
     if rest:
@@ -96,11 +97,8 @@ def equilibrium(
     fault: SolverError | None = None
     again = None
     if system.structure.lost_states:
-        free = [*free]
-        unknown = tuple(system.key(name) for name in free)
-        given = {system.key(name): value for name, value in (start or {}).items()}
-        changed = {system.key(name): value for name, value in (parameters or {}).items()}
-        again = partial(_again, changed, given, unknown, rest, time, tolerance)
+        given = by_key(system, parameters, start, free)
+        again = partial(equilibrium, **given, rest=rest, time=time, tolerance=tolerance)
     for keep in (True, False)[: 1 if places else 2]:
         try:
             found = _Equilibrium(demands, places, rest, tolerance).find(keep=keep)
@@ -112,27 +110,6 @@ def equilibrium(
         return replace(found, again=again)
     assert fault is not None
     raise fault
-
-
-def _again(
-    parameters: Changes,
-    start: Changes,
-    free: Sequence[str],
-    rest: bool,
-    time: float,
-    tolerance: float,
-    system: System,
-) -> OperatingPoint:
-    """The same equilibrium of a system with more states."""
-    return equilibrium(
-        system,
-        parameters=parameters,
-        start=start,
-        free=free,
-        rest=rest,
-        time=time,
-        tolerance=tolerance,
-    )
 
 
 class _Equilibrium:
@@ -170,12 +147,10 @@ class _Equilibrium:
         if not keep or (_modes(point) != _modes(self._first)).any():
             point = self._nearer(point, *((nodes, equations) if keep else demands.find_kept(point)))
         lost = demands.list_lost(point)
-        kept = Kept(rest=self._rest) if lost else self._all_kept()
+        kept = Kept(rest=self._rest)
+        if not lost:
+            kept = Kept(tuple(self._places), tuple(sorted({*nodes})), True, self._rest)
         return replace(point, lost=lost, kept=replace(kept, start=demands.start))
-
-    def _all_kept(self) -> Kept:
-        nodes = sorted({*self._demands.asked, *self._demands.declared})
-        return Kept(tuple(self._places), tuple(nodes), True, self._rest)
 
     def _nearer(
         self, point: OperatingPoint, nodes: list[int], equations: list[int]
@@ -224,7 +199,9 @@ class _Equilibrium:
         Or a point on the way to it where these positions change.
         """
         system, rest = self._system, self._rest
-        stuck = _find_stuck_speeds(begin)
+        s = system.switching
+        are_stuck = begin.settings[s.first_modes] > 0.5
+        stuck = {n for n, on in zip(s.speeds, are_stuck, strict=True) if on and n >= 0}
         still = np.array([node in stuck for node in system.structure.states], dtype=bool)
         fixed = np.array([node in nodes for node in system.structure.states], dtype=bool)
         if rest:
@@ -234,9 +211,10 @@ class _Equilibrium:
         every = scipy.sparse.eye_array(len(still), format="csc")
         change = every if rest else unsteady_part(begin)
         kept = [n for n in nodes if n not in system.structure.states and n not in stuck]
-        zero = [n for n in sorted(stuck) if n not in system.structure.states]
+        zero = sorted(stuck - {*system.structure.states})
         zero = [n for n in zero if computable_rows(system, system.structure.values.of([n]))[0]]
-        closed = _find_closed_gaps(begin)
+        gaps = np.flatnonzero(s.has_gap & are_stuck).tolist()  # closed, and stay so
+        closed = s.gap[gaps] if gaps else ca.SX(0, 1)
         nothing = np.zeros(len(zero) + closed.numel() + len(equations))
         wanted = [self._demands.values(kept, self._first), nothing]
         expressions = ca.vertcat(
@@ -249,7 +227,6 @@ class _Equilibrium:
         search = EquilibriumSearch(
             begin,
             self._places,
-            self._first.time,
             self._tolerance,
             change,
             system.structure.in_states(expressions),
@@ -294,16 +271,8 @@ def _between(begin: OperatingPoint, end: OperatingPoint, share: float) -> Operat
 
 def _key(point: OperatingPoint) -> np.ndarray:
     """What tells points of the search apart: modes and states, without rounding."""
-    count = len(point.settings) - len(point.system.structure.implicit)
-    positions = point.system.switching.positions(point.settings[:count])
+    positions = point.system.switching.positions(_modes(point))
     return np.append(positions, point.x).astype(np.float32)
-
-
-def _find_closed_gaps(point: OperatingPoint) -> ca.SX:
-    """Gaps that are closed, and stay so."""
-    s = point.system.switching
-    numbers = np.flatnonzero(s.has_gap & (point.settings[s.first_modes] > 0.5)).tolist()
-    return s.gap[numbers] if numbers else ca.SX(0, 1)
 
 
 def _settle_positions(point: OperatingPoint) -> OperatingPoint:
@@ -324,15 +293,6 @@ def _settle_positions(point: OperatingPoint) -> OperatingPoint:
     holds.stop(x, turned)
     found = settle_positions(system, point.theta, time, x, point.settings)
     return point if found is None else OperatingPoint(system, point.time, x, point.theta, found)
-
-
-def _find_stuck_speeds(point: OperatingPoint) -> set[int]:
-    """Speeds that are held at zero."""
-    switching = point.system.switching
-    if not switching:
-        return set()
-    stuck = point.settings[switching.first_modes] > 0.5
-    return {node for node, on in zip(switching.speeds, stuck, strict=True) if on and node >= 0}
 
 
 def _refuse_speeds(system: System, start: Changes | None) -> None:

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import Changes, System
-from lumped.points.initial_equations import initial_residuals
+from lumped.points.target_values import initial_residuals
 from lumped.reduction.pruning import uses
 from lumped.timeloop.results.operating_point import OperatingPoint
 

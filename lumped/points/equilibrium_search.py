@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
 import scipy
 
+from lumped.compiler.system import System
 from lumped.errors import SolverError, StartError
 from lumped.numerics.damping import damp_step
 from lumped.points.linearise import growth
-from lumped.points.pseudo_time import settle_states
+from lumped.timeloop.plants.executable import evaluate_at
 from lumped.timeloop.results.operating_point import Convergence, OperatingPoint
-from lumped.timeloop.settings import just_after, settings_at
+from lumped.timeloop.settings import follow_settings, just_after, settings_at
 
 _MOST_CLOSING = 20
 """Times that a linkage is closed anew at what looked like an equilibrium."""
@@ -22,6 +25,12 @@ _SHORTEST = 2.0**-11
 _SINGULAR = 1e-14
 _FARTHEST = 1e9
 """A free parameter so many times larger than it was runs away."""
+_MOST_STEPS = 500
+"""Steps of pseudo-time."""
+_FIRST_MOVE = 0.1
+"""What the first of them may move a state, relative to its size."""
+_RUNS_AWAY = 1e12
+"""A state so many times larger than it was runs away."""
 _REST = (
     "Nothing may move at rest: stop sources of motion, and let springs or supports take the "
     "torques that do not balance."
@@ -34,7 +43,7 @@ class EquilibriumSearch:
     Parameters
     ----------
     begin : OperatingPoint
-        Whose parameters hold.
+        Whose time and parameters hold.
     places : list of int
         Places of the free parameters.
     change : csc_array, shape (states, states)
@@ -57,7 +66,6 @@ class EquilibriumSearch:
         self,
         begin: OperatingPoint,
         places: list[int],
-        time: float,
         tolerance: float,
         change: scipy.sparse.csc_array,
         kept: ca.SX,
@@ -65,29 +73,17 @@ class EquilibriumSearch:
         wishes: Sequence[tuple[ca.SX, np.ndarray]] = (),
     ) -> None:
         self.system, self.theta, self.places = begin.system, begin.theta, places
-        self.time, self.tolerance, self.change = time, tolerance, change
+        self.time, self.tolerance, self.change = begin.time, tolerance, change
         x, theta = self.system.inputs[:2]
         free = theta[places] if places else ca.SX(0, 1)
-        by_parameters = ca.SX(len(begin.x), 0)
-        if places:
-            by_parameters = ca.jacobian(self.system.rates, free)
-        self.effects = ca.Function(
-            "effects",
-            self.system.inputs,
-            [
-                by_parameters,
-                kept,
-                ca.jacobian(kept, ca.vertcat(x, free)),
-            ],
-        )
+        by_parameters = ca.jacobian(self.system.rates, free)
+        parts = [by_parameters, kept, ca.jacobian(kept, ca.vertcat(x, free))]
+        self.effects = ca.Function("effects", self.system.inputs, parts)
         self.wanted, self.on_the_way = wanted, False
-        self.wishes = [
-            (
-                ca.Function("wish", self.system.inputs, [e, ca.jacobian(e, ca.vertcat(x, free))]),
-                value,
-            )
-            for e, value in wishes
-        ]
+        self.wishes = []
+        for expression, value in wishes:
+            parts = [expression, ca.jacobian(expression, ca.vertcat(x, free))]
+            self.wishes.append((ca.Function("wish", self.system.inputs, parts), value))
         self.residual = np.zeros(len(begin.x) + len(self.wanted))
         self.iterations = self.evaluations = 0
 
@@ -104,11 +100,11 @@ class EquilibriumSearch:
         if found is None and (self.system.switching or not self.places):
             point = OperatingPoint(self.system, self.time, begin, self.theta, settings)
             end = settle_states(point, movable | still, self.change)
-            if end is not None and end.changed:
+            if end is not None and end[1]:
                 self.on_the_way = True
-                return OperatingPoint(self.system, self.time, end.x, self.theta, end.settings)
+                return end[0]
             if end is not None and not self.places:
-                found = self.newton(np.where(still, 0.0, end.x), end.settings, movable)
+                found = self.newton(np.where(still, 0.0, end[0].x), end[0].settings, movable)
         return found
 
     def newton(
@@ -125,17 +121,23 @@ class EquilibriumSearch:
             settings = settings_at(self.system, x, theta, just_after(self.time), guesses, settings)
             count = len(before) - len(guesses)
             if np.allclose(settings[count:], before[count:], rtol=1e-9, atol=1e-12):
-                self._check_determined(z, settings, movable)
                 search = self._convergence(z, settings, movable)
                 return OperatingPoint(self.system, self.time, x, theta, settings, search=search)
         return None
 
     def _convergence(self, z: np.ndarray, settings: np.ndarray, movable: np.ndarray) -> Convergence:
-        """What the search cost, and how well its result is founded."""
+        """What the search cost, and how well its result is founded.
+
+        Raises
+        ------
+        StartError
+            If free parameters could be others.
+        """
         matrix, scale = self._jacobian(z, settings)
         left = np.abs(self._evaluate(z, settings)) / scale
         columns = np.append(movable, np.ones(len(self.places), dtype=bool))
         scaled = (matrix * (np.abs(z) + 1e-3) / scale[:, None])[:, columns]
+        self._check_determined(scaled)
         sizes = np.linalg.svd(scaled, compute_uv=False)
         least = sizes[len(sizes) - 1] if scaled.shape[1] <= scaled.shape[0] and len(sizes) else 0.0
         condition = sizes[0] / least if least > _SINGULAR * sizes.max(initial=0.0) else np.inf
@@ -233,16 +235,13 @@ class EquilibriumSearch:
         before = float(np.linalg.norm(self.residual / scale))
         return damp_step(trial, before * (1 - 1e-4), _SHORTEST)
 
-    def _check_determined(self, z: np.ndarray, settings: np.ndarray, movable: np.ndarray) -> None:
-        """Refuse free parameters that could be others."""
+    def _check_determined(self, scaled: np.ndarray) -> None:
+        """Refuse free parameters, which are the last columns, that could be others."""
         if not self.places:
             return
-        columns = np.append(movable, np.ones(len(self.places), dtype=bool))
-        matrix, scale = self._jacobian(z, settings)
-        scaled = matrix * (np.abs(z) + 1e-3) / scale[:, None]
-        open_ = np.abs(scipy.linalg.null_space(scaled[:, columns])).max(axis=1, initial=0.0)
+        open_ = np.abs(scipy.linalg.null_space(scaled)).max(axis=1, initial=0.0)
         p = self.system.structure.parameters
-        lost = np.array(self.places)[open_[int(movable.sum()) :] > 1e-6]
+        lost = np.array(self.places)[open_[-len(self.places) :] > 1e-6]
         if len(lost):
             names = ", ".join(p.names[p.free[place]] for place in lost)
             raise StartError(
@@ -291,3 +290,81 @@ class EquilibriumSearch:
             f"stays at {residual[worst]:.4g} "
             f"after {self.iterations} iterations of Newton's method. {hint}"
         )
+
+
+def settle_states(
+    point: OperatingPoint, movable: np.ndarray, change: scipy.sparse.csc_array
+) -> tuple[OperatingPoint, bool] | None:
+    """A point near that which the system approaches; None if it settles nowhere.
+
+    And whether positions of conditions or holds change there, on the way.
+
+    Pseudo-transient continuation (Kelley and Keyes, SIAM J. Numer. Anal. 35 (1998) 508): one
+    linearised step of the implicit Euler method after the other. A step is taken if the equations
+    are nearly met at its end; the next is then longer. Short steps follow the motion that the
+    system would make, long ones are steps of Newton's method. States not movable are held; only
+    what the matrix `change` makes of the derivatives counts. Where positions of conditions or holds
+    change, the way ends.
+    """
+    system, begin = point.system, point.x
+    nominal = np.array([_nominal(system, node) for node in system.structure.states])
+    free = np.flatnonzero(movable)
+    if not len(free):
+        return None
+    rates = change @ _rates(point)
+    size = np.abs(begin) + nominal
+    fastest = np.abs(rates[free] / size[free]).max()
+    if not (np.isfinite(fastest) and fastest > 0):
+        return None
+    length = shortest = _FIRST_MOVE / fastest
+    for _ in range(_MOST_STEPS):
+        x = point.x
+        size = np.abs(x) + nominal
+        jacobian = system.jacobian(x, point.theta, point.time, point.settings)[0]
+        rows = scipy.sparse.csc_array(change @ scipy.sparse.csc_array(jacobian.sparse()))[free]
+        matrix = rows[:, free]
+        step = np.zeros(len(x))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", scipy.sparse.linalg.MatrixRankWarning)
+            euler = scipy.sparse.csc_array(scipy.sparse.eye_array(len(free)) / length - matrix)
+            step[free] = np.atleast_1d(scipy.sparse.linalg.spsolve(euler, rates[free]))
+        closed = follow_settings(system, x + step, point.theta, point.time, point.settings)
+        share = np.inf
+        if closed is not None:
+            trial = replace(point, x=x + step, settings=closed)
+            found = change @ _rates(trial)
+            miss = (step / length - found)[free] / size[free]
+            share = float(np.linalg.norm(miss) / np.linalg.norm(rates[free] / size[free]))
+        if closed is None or not share <= 0.5:  # not finite counts as too far
+            length /= 4
+            if length < 1e-12 * shortest:
+                break
+            continue
+        point, rates = trial, found
+        if _changes(point):
+            return point, True
+        length *= 10 if share < 0.1 else 2
+        if np.abs(step / size).max() <= 1e-8 or not rates[free].any():
+            return point, False
+        if (np.abs(point.x) > _RUNS_AWAY * (np.abs(begin) + nominal)).any():
+            break
+    return None
+
+
+def _rates(point: OperatingPoint) -> np.ndarray:
+    found = point.system.rhs(point.x, point.theta, point.time, point.settings)
+    return np.asarray(found).ravel()
+
+
+def _nominal(system: System, node: int) -> float:
+    unknown = system.structure.members.get(node)
+    return 1.0 if unknown is None else system.structure.tree.quantity(unknown).nominal
+
+
+def _changes(point: OperatingPoint) -> bool:
+    """Whether conditions or holds do not have their positions any more."""
+    if not (point.system.switching and point.system.margins.size1_out(0)):
+        return False
+    inputs = point.x, point.theta, point.time, point.settings
+    left, tolerance = np.split(evaluate_at(point.system, "margin", *inputs), 2)
+    return bool((left < -tolerance).any())

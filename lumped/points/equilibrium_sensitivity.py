@@ -15,7 +15,7 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
-from lumped.points.kink_refusals import refuse_kinks
+from lumped.points.borders import refuse_kinks
 from lumped.points.moved_equilibrium import find_moved_point, places_to
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units
@@ -51,7 +51,7 @@ class EquilibriumSensitivity(RichHtml):
 
     @checked
     def __getitem__(self, pair: tuple[Name, Name]) -> float:
-        row, column = self._row(pair[0]), _place(self.point.system, pair[1], self.by)
+        row, column = self._row(pair[0]), find_place(self.point.system, pair[1], self.by)
         return float(self.derivatives[row, column])
 
     @checked
@@ -104,7 +104,7 @@ class EquilibriumSensitivity(RichHtml):
         return draw(tornado(self.ranked(name), title, name), backend, ax)
 
     def _row(self, of: Name) -> int:
-        return _place(self.point.system, of, self.of)
+        return find_place(self.point.system, of, self.of)
 
     def __repr__(self) -> str:
         rows = []
@@ -181,7 +181,14 @@ def equilibrium_sensitivity(
     return EquilibriumSensitivity(point, tuple(wanted), tuple(names), found[:, 0], derivatives)
 
 
-def _place(system: System, name: Name, known: tuple[str, ...]) -> int:
+def find_place(system: System, name: Name, known: tuple[str, ...]) -> int:
+    """Where a name stands among those that were asked for.
+
+    Raises
+    ------
+    UnknownNameError
+        If it is none of them.
+    """
     key = system.key(name)
     if key not in known:
         raise UnknownNameError(f"'{key}' was not asked for. {nearest(key, known)}")

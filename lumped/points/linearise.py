@@ -13,12 +13,13 @@ import scipy
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
-from lumped.points.control_systems import Four, control_state_space, scipy_state_space
+from lumped.points.control_systems import control_names
 from lumped.points.situation import one_sided, situation
 from lumped.points.start import point_or_start
 from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
 from lumped.support.made_once import made_once
+from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -65,8 +66,14 @@ class Linearisation(RichHtml):
         OptionError
             If there is no input or no output, a name has a slash, or the package is missing.
         """
-        return control_state_space(
-            self.point.system.name, self._matrices, self.states, self.inputs, self.outputs
+        control = extra("control", "control", "to_control")
+        states, inputs, outputs = map(control_names, (self.states, self.inputs, self.outputs))
+        return control.StateSpace(
+            *self._matrices("to_control"),
+            name=self.point.system.name,
+            states=states,
+            inputs=inputs,
+            outputs=outputs,
         )
 
     def to_scipy(self) -> Any:
@@ -81,10 +88,14 @@ class Linearisation(RichHtml):
         OptionError
             If there is no input or no output.
         """
-        return scipy_state_space(self.point.system.name, self._matrices)
+        return scipy.signal.StateSpace(*self._matrices("to_scipy"))
 
-    @property
-    def _matrices(self) -> Four:
+    def _matrices(self, what: str) -> tuple[np.ndarray, ...]:
+        if not self.D.size:
+            raise OptionError(
+                f"{self.point.system.name}: {what} needs at least one input and one output; name "
+                "them in linearise(inputs=, outputs=)."
+            )
         return self.A, self.B, self.C, self.D
 
     def __repr__(self) -> str:
@@ -158,8 +169,6 @@ class Matrices:
 
     Parameters
     ----------
-    system : System
-        What is linearised.
     point : OperatingPoint
         Where.
     inputs, outputs : tuple of str
@@ -167,12 +176,9 @@ class Matrices:
     """
 
     def __init__(
-        self,
-        system: System,
-        point: OperatingPoint,
-        inputs: tuple[str, ...],
-        outputs: tuple[str, ...],
+        self, point: OperatingPoint, inputs: tuple[str, ...], outputs: tuple[str, ...]
     ) -> None:
+        system = point.system
         self._point, self._vibrating = point, system.structure.parameters.vibrating
         self._call = _slopes(system, inputs, outputs)
         self._stated: list[scipy.sparse.csc_array] | None = None
@@ -236,7 +242,7 @@ def linear_matrices(
             raise UnknownNameError(
                 f"'{name}' is not a parameter that can vary. {nearest(name, place)}"
             )
-    return Matrices(system, point, given, observed), given, observed
+    return Matrices(point, given, observed), given, observed
 
 
 def growth(system: System, point: OperatingPoint) -> tuple[float, str]:

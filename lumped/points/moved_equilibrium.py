@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
-from lumped.points.initial_equations import initial_residuals
 from lumped.points.steady_directions import unsteady_part
+from lumped.points.target_values import initial_residuals
 from lumped.points.vibrating_states import find_stuck_holds
 from lumped.support.text_table import list_names
 from lumped.timeloop.results.operating_point import Kept, OperatingPoint
@@ -225,22 +225,14 @@ def _collect_given(system: System, kept: Kept) -> ca.SX:
 
 def _slopes(point: OperatingPoint, expression: ca.SX, places: list[int]) -> Real:
     """Derivatives by all states, then by parameters, at the point."""
-    inputs = _inputs(point.system)
+    structure = point.system.structure
+    inputs = [structure.values.states, *point.system.inputs[1:]]
     by = ca.vertcat(inputs[0], inputs[1][places])
     function = ca.Function("slopes", inputs, [ca.jacobian(expression, by)])
-    found: Real = function(*_values(point)).full()
+    every = np.zeros(len(structure.reduced.states))
+    every[structure.in_use] = point.x
+    found: Real = function(every, point.theta, point.time, point.settings).full()
     return found
-
-
-def _inputs(system: System) -> list[ca.SX]:
-    """Inputs of functions of all states, left out or not."""
-    return [system.structure.values.states, *system.inputs[1:]]
-
-
-def _values(point: OperatingPoint) -> tuple[Real, Real, float, Real]:
-    every = np.zeros(len(point.system.structure.reduced.states))
-    every[point.system.structure.in_use] = point.x
-    return every, point.theta, point.time, point.settings
 
 
 def _least(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -103,9 +104,7 @@ def run_start(system: System, plan: RunPlan) -> OperatingPoint:
         return point
     settings, modes = point.settings.copy(), modes_at(system, theta, just_after(plan.begin))
     settings[: len(modes)] = modes
-    x, collisions = point.x, point.collisions
-    if system.switching:
-        x, settings, collisions = _begin_motion(system, theta, plan.begin, x, settings)
+    x, settings, collisions = _begin_motion(system, theta, plan.begin, point.x, settings)
     return replace(point, x=x, theta=theta, settings=settings, collisions=collisions)
 
 
@@ -126,40 +125,39 @@ def find_start(
     together: bool = False,
 ) -> OperatingPoint:
     """States at the start (see `start_point`), of arguments that were checked."""
-    theta, values, places = system.theta(parameters), by_name(start), free_places(system, free)
+    theta, values, free = system.theta(parameters), by_name(start), tuple(free)
+    places = free_places(system, free)
     again = None
     if system.structure.lost_states:
-        free = [*free]
-        unknown = tuple(system.key(name) for name in free)
-        given = {system.key(name): value for name, value in values.items()}
-        changed = {system.key(name): value for name, value in (parameters or {}).items()}
-        again = partial(_again, changed, given, unknown, time, together)
+        given = by_key(system, parameters, values, free)
+        again = partial(find_start, **given, time=time, together=together)
     if not (places or together):
         point = _direct(system, theta, values, time)
         if point is not None:
             return point if again is None else replace(point, again=again)
     search = StartSearch(system, theta, values, places, time, together)
-    x, settings = search.solve()[system.structure.in_use], search.settings
-    collisions: tuple[Change, ...] = ()
-    if system.switching:
-        begun = np.concatenate(search.begin_settings())
-        x, settings, collisions = _begin_motion(system, search.theta, time, x, begun)
-        if not collisions:
-            search.check(settings)
+    x, modes = (
+        search.solve()[system.structure.in_use],
+        modes_at(system, search.theta, just_after(time)),
+    )
+    begun = np.concatenate([modes, search.settings[len(modes) :]])
+    x, settings, collisions = _begin_motion(system, search.theta, time, x, begun)
+    if not collisions:
+        search.check(settings)
     point = OperatingPoint(system, time, x, search.theta, settings, collisions)
     return replace(point, residual=search.residual, again=again)
 
 
-def _again(
-    parameters: Changes,
-    start: Changes,
-    free: Sequence[str],
-    time: float,
-    together: bool,
-    system: System,
-) -> OperatingPoint:
-    """The same start of a system with more states."""
-    return find_start(system, parameters, start, free, time, together)
+def by_key(
+    system: System, parameters: Changes | None, start: Changes | None, free: Iterable[Name]
+) -> dict[str, Any]:
+    """What a point was found from, by full names."""
+    changed, given = (
+        {system.key(name): value for name, value in (each or {}).items()}
+        for each in (parameters, start)
+    )
+    names = tuple(system.key(name) for name in free)
+    return {"parameters": changed, "start": given, "free": names}
 
 
 def _direct(
@@ -173,9 +171,7 @@ def _direct(
         return None
     x, missed = found
     settings = modes_at(system, theta, just_after(time))
-    collisions: tuple[Change, ...] = ()
-    if system.switching:
-        x, settings, collisions = _begin_motion(system, theta, time, x, settings)
+    x, settings, collisions = _begin_motion(system, theta, time, x, settings)
     residual = missed if form.searches else None
     return OperatingPoint(system, time, x, theta, settings, collisions, residual=residual)
 
@@ -262,6 +258,8 @@ def _begin_motion(
     system: System, theta: np.ndarray, time: float, x: np.ndarray, settings: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, tuple[Change, ...]]:
     """States and settings after what collides at once, and what does."""
+    if not system.switching:
+        return x, settings, ()
     try:
         return begin(system, theta, time, x, settings)
     except SolverError as error:

@@ -21,7 +21,7 @@ from lumped.points.start_values import (
 )
 from lumped.points.targets import Targets
 from lumped.support.units import amount
-from lumped.timeloop.clocks import clocks, modes_at
+from lumped.timeloop.clocks import modes_at
 from lumped.timeloop.holds import Holds
 from lumped.timeloop.positions import calm_positions
 from lumped.timeloop.settings import close_settings, just_after
@@ -95,8 +95,6 @@ class StartSearch:
             if why is not None:
                 raise StartError(f"{self._text(unknown)}: a start value {why}.")
         self.guesses = self._first_guesses()
-        modes = modes_at(system, theta, just_after(time))
-        self.settings = np.concatenate([modes, self.guesses])
         self.x = np.zeros(len(self.reduced.states))
         for unknown, value in self.starts.items():
             node = self.reduced.node(unknown)
@@ -119,7 +117,7 @@ class StartSearch:
         self.residual: float | None = None
         for node, (_, value) in self.fixed.items():
             self.x[self.position[node]] = value
-        trial = _Trial(self.x, self.theta, self._set_timed(self.theta))
+        trial = _Trial(self.x, self.theta, modes_at(self.system, self.theta, just_after(self.time)))
         if self.targets or self.free or self.system.structure.flat.initial:
             held = {self.position[n]: u for n, (u, _) in self.fixed.items()}
             self.search = Targets(
@@ -150,11 +148,6 @@ class StartSearch:
         self.residual, missed = self.search.residual(self.x, self.theta)
         if missed:
             raise self._disagreement(missed)
-
-    def begin_settings(self) -> tuple[np.ndarray, np.ndarray]:
-        """Modes in which only functions of time have their positions, and implicit quantities."""
-        modes = self._set_timed(self.theta)
-        return modes, self.settings[len(modes) :]
 
     def _sort(self) -> None:
         """Which given values are those of states, and which must be searched for."""
@@ -188,16 +181,6 @@ class StartSearch:
         kind, _ = self.reduced.class_and_order(node)
         moves = self.reduced.first[kind + 1] - self.reduced.first[kind] > 1
         return bool(moves) and node in self.system.structure.implicit
-
-    def _set_timed(self, theta: np.ndarray, modes: np.ndarray | None = None) -> np.ndarray:
-        """Modes with those of functions of time as they are at the start; others stay or are 0."""
-        now = modes_at(self.system, theta, just_after(self.time))
-        if modes is None or not len(now):
-            return now
-        found = modes.copy()
-        timed = [m for clock in clocks(self.system) for m in clock.condition.modes]
-        found[timed] = now[timed]
-        return found
 
     def _close(self, trial: _Trial) -> np.ndarray:
         used = trial.x[self.system.structure.in_use]
@@ -313,8 +296,7 @@ class StartSearch:
         What would slide backwards is tried at standstill.
         """
         x, used = trial.x.copy(), trial.x[self.system.structure.in_use]
-        settings = self._close(trial)
-        modes, guesses = np.split(settings, [len(trial.modes)])
+        modes, guesses = np.split(self._close(trial), [len(trial.modes)])
         holds = Holds(self.system, trial.theta)
         speed = holds.look(self.time, used, modes, guesses).v
         parts = holds.parts(modes)
@@ -322,7 +304,8 @@ class StartSearch:
         self._stop(holds, used, turned & ~self.system.switching.has_gap)
         self._stop(holds, used, np.abs(speed) <= holds.rounding(used) * ROUNDING)
         x[self.system.structure.in_use] = used
-        begin = np.concatenate([self._set_timed(trial.theta), guesses])
+        timed = modes_at(self.system, trial.theta, just_after(self.time))
+        begin = np.concatenate([timed, guesses])
         try:
             settings = calm_positions(self.system, trial.theta, self.time, used, begin)
         except SolverError as error:

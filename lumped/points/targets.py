@@ -305,8 +305,8 @@ class Targets:
             )
         if not touching.nnz:
             raise StartError(
-                f"{_capital(text)} cannot hold: no state or free parameter changes it, and its "
-                f"sides differ by {value[row]:.6g}. Remove it, or change the model."
+                f"T{text[1:]} cannot hold: no state or free parameter changes it, and its sides "
+                f"differ by {value[row]:.6g}. Remove it, or change the model."
             )
         others = self._find_repeated(matrix, row)
         held = np.unique(matrix[[row, *others]].tocoo().col)
@@ -392,7 +392,3 @@ def _solve_equations(matrix: Matrix, right: np.ndarray) -> np.ndarray:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", scipy.sparse.linalg.MatrixRankWarning)
         return np.atleast_1d(scipy.sparse.linalg.spsolve(scipy.sparse.csc_array(matrix), right))
-
-
-def _capital(text: str) -> str:
-    return text[0].upper() + text[1:]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import assemble_rows
 
 import lumped as lp
 from lumped import functionals as fun
@@ -27,23 +28,19 @@ class RoundShaft(Spring):
 
 @pytest.fixture(scope="module")
 def drive():
-    return lp.assemble(
-        lp.compose(
-            engine=Inertia(J=J[0]),
-            coupling=SpringDamper(c=12e3, d=D_COUPLING),
-            gear=Inertia(J=J[1]),
-            friction=Damper(d=D_GEAR),
-            shaft=RoundShaft(),
-            propeller=Inertia(J=J[2]),
-            water=Damper(d=D_WATER),
-            torque=Torque(tau=0.0),
-            ground=Fixed(),
-            connections=lambda m: [
-                *lp.chain(m.engine, m.coupling, m.gear, m.shaft, m.propeller, m.water, m.ground),
-                *lp.chain(m.gear, m.friction, m.ground),
-                lp.connect(m.torque.flange, m.engine.flange_a),
-            ],
-        )
+    return assemble_rows(
+        "engine coupling gear shaft propeller water ground",
+        "gear friction ground",
+        "torque engine",
+        engine=Inertia(J=J[0]),
+        coupling=SpringDamper(c=12e3, d=D_COUPLING),
+        gear=Inertia(J=J[1]),
+        friction=Damper(d=D_GEAR),
+        shaft=RoundShaft(),
+        propeller=Inertia(J=J[2]),
+        water=Damper(d=D_WATER),
+        torque=Torque(tau=0.0),
+        ground=Fixed(),
     )
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import scipy
-from rows import in_a_row
+from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped import functionals as fun
@@ -11,6 +11,7 @@ from lumped.components import Brake, Damper, Fixed, Inertia, Spring, SpringDampe
 from lumped.errors import OptimisationError, OptionError, UnknownNameError
 
 J, W = 2.0, 5.0
+STOPS = fun.instant("brake", "stuck")
 
 
 def braked(f_max=20.0):
@@ -21,16 +22,16 @@ def braked(f_max=20.0):
     return lp.assemble(model, keep=["body.phi"])
 
 
+def best_brake(minimise, **options):
+    """The best friction of the braked body."""
+    given = {"vary": {"brake.f_max": (8.0, 300.0)}, "until": 2.0} | options
+    return lp.optimise(braked(), minimise=minimise, **given)
+
+
 def test_a_body_that_stops_turns_as_little_as_the_friction_allows():
     """It turns J W^2 / (2 f); a price of friction p makes f = W sqrt(J / 2 p) best."""
     price = 0.002
-    found = lp.optimise(
-        braked(),
-        vary={"brake.f_max": (8.0, 300.0)},
-        minimise={fun.final("body.phi"): 1.0, "brake.f_max": price},
-        until=2.0,
-        rtol=1e-10,
-    )
+    found = best_brake({fun.final("body.phi"): 1.0, "brake.f_max": price}, rtol=1e-10)
     expected = W * np.sqrt(J / (2 * price))
     assert found.parameters["brake.f_max"] == pytest.approx(expected, rel=1e-4)
     assert found.objective == pytest.approx(W * np.sqrt(2 * J * price), rel=1e-9)
@@ -44,13 +45,7 @@ def test_a_body_that_stops_turns_as_little_as_the_friction_allows():
 
 def test_the_instant_of_an_event_is_bounded():
     """It stops at J W / f, not before 0.4 s."""
-    found = lp.optimise(
-        braked(),
-        vary={"brake.f_max": (8.0, 300.0)},
-        minimise=fun.final("body.phi"),
-        subject_to=fun.instant("brake", "stuck") >= 0.4,
-        until=2.0,
-    )
+    found = best_brake(fun.final("body.phi"), subject_to=STOPS >= 0.4)
     assert found.parameters["brake.f_max"] == pytest.approx(J * W / 0.4, rel=1e-7)
     assert found.active == ("instant(brake, stuck, 0)",)
 
@@ -100,36 +95,27 @@ def test_a_stiff_run_finds_the_best_damping_of_a_chain():
 @pytest.mark.parametrize(
     ("options", "error", "text"),
     [
-        ({}, OptionError, "give until="),
-        ({"until": 2.0, "minimise": fun.frequency(0)}, OptionError, "no functional of a run"),
-        ({"until": 2.0, "minimise": fun.final("body.v")}, UnknownNameError, r"body\.w"),
-        ({"until": 2.0, "vary": {"brake.f_max": (300.0, 8.0)}}, OptionError, "bounds of"),
+        ({"until": None}, OptionError, "give until="),
+        ({"minimise": fun.frequency(0)}, OptionError, "no functional of a run"),
+        ({"minimise": fun.final("body.v")}, UnknownNameError, r"body\.w"),
+        ({"vary": {"brake.f_max": (300.0, 8.0)}}, OptionError, "bounds of"),
+        ({"subject_to": [STOPS >= 0.4, STOPS <= 0.3]}, OptionError, "low at most high"),
         (
-            {
-                "until": 2.0,
-                "subject_to": [
-                    fun.instant("brake", "stuck") >= 0.4,
-                    fun.instant("brake", "stuck") <= 0.3,
-                ],
-            },
-            OptionError,
-            "low at most high",
-        ),
-        (
-            {"until": 2.0, "subject_to": fun.final("body.phi") <= 0.01},
+            {"subject_to": fun.final("body.phi") <= 0.01},
             OptimisationError,
             r"Worst violated: final\(body.phi\)",
         ),
     ],
 )
 def test_bad_input_is_named(options, error, text):
-    given = {"vary": {"brake.f_max": (8.0, 300.0)}, "minimise": fun.final("body.phi")} | options
     with pytest.raises(error, match=text):
-        lp.optimise(braked(), **given)
+        best_brake(**{"minimise": fun.final("body.phi")} | options)
 
 
 def two_bodies():
-    return lp.compose(
+    return in_rows(
+        "push a shaft wall",
+        "b oil ground",
         a=Inertia(J=1.0),
         push=Torque(tau=1.0),
         shaft=Spring(c=100.0),
@@ -137,10 +123,6 @@ def two_bodies():
         b=Inertia(J=3.0, w=1.0),
         oil=Damper(d=0.5),
         ground=Fixed(),
-        connections=lambda m: [
-            *lp.chain(m.push, m.a, m.shaft, m.wall),
-            *lp.chain(m.b, m.oil, m.ground),
-        ],
     )
 
 
@@ -163,16 +145,8 @@ def test_an_objective_that_does_not_depend_on_what_varies_is_named(way):
 
 
 def test_the_units_of_instants_and_products_are_printed():
-    found = lp.optimise(
-        braked(),
-        vary={"brake.f_max": (8.0, 300.0)},
-        minimise=fun.instant("brake", "stuck"),
-        subject_to=[
-            fun.integral("brake.tau", "body.w") >= -1e3,
-            fun.integral("brake.tau", "body.w") <= 1e3,
-        ],
-        until=2.0,
-    )
+    loss = fun.integral("brake.tau", "body.w")
+    found = best_brake(STOPS, subject_to=[loss >= -1e3, loss <= 1e3])
     rows = [line.split() for line in repr(found).splitlines()]
     assert ["instant(brake,", "stuck,", "0)", "0.0333333333", "s"] in rows
     assert found.active == ("brake.f_max at its upper bound",)

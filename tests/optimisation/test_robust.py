@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy
 from robust_drives import BREAKS, LOAD, SPREAD, STRENGTH, WEAKER, Bar, oscillator, pushed
-from rows import in_a_row
+from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped import distributions as dist
@@ -105,15 +105,13 @@ def test_a_frequency_stays_above_a_limit_with_a_probability():
 def test_a_vibration_stays_below_a_limit_with_a_probability():
     """``|c + i w d| / |c + i w d - w^2 J|`` over the speeds: its root over the scattering c."""
     speeds, J, d, torque, limit = np.linspace(40.0, 80.0, 9), 2.0, 30.0, 100.0, 60.0
-    model = lp.compose(
+    model = in_rows(
+        "wall shaft body",
+        "torque body",
         wall=Fixed(),
         shaft=SpringDamper(c=5e3, d=d),
         body=Inertia(J=J),
         torque=Torque(tau=0.0),
-        connections=lambda m: [
-            *lp.chain(m.wall, m.shaft, m.body),
-            lp.connect(m.torque.flange, m.body.flange_a),
-        ],
     )
     response = lp.vibration.order_response(
         lp.assemble(model), speeds=speeds, of=["shaft.tau"], excitations={"torque.tau": {2: torque}}

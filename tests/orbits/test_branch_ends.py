@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from periodic_motions import ROTOR, TURN, torque_for
 from scipy.integrate import solve_ivp
 
 import lumped as lp
 from lumped.errors import OptionError
 from lumped.ops import cos
-from tests.orbits.test_periodic_design import ROTOR, TURN, torque_for
 
 
 class Bob(lp.Component):

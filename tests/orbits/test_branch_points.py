@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from periodic_motions import Ball, G, W, one_bounce
 from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 from scipy.special import ellipk
@@ -10,32 +11,11 @@ import lumped as lp
 from lumped.ops import cos, where
 from tests.orbits.test_orbit_range import JR, K1, C, Hardening
 
-G, W = 9.81, 2 * np.pi
-
-
-class Ball(lp.Component):
-    """Ball above a plate at ``A cos(W t)``."""
-
-    h: lp.Var = lp.var("m", "gap")
-    v: lp.Var = lp.var("m/s", "its rate", state="prefer")
-    f: lp.Var = lp.var("N", "reaction of the plate, downwards")
-    A: lp.Param = lp.param("m", "amplitude of the plate", 0.3)
-    e: lp.Param = lp.param("1", "restitution", 0.6)
-
-    def equations(self):
-        yield self.v == lp.der(self.h)
-        yield lp.der(self.v) == -G + self.A * W**2 * cos(W * lp.time) - self.f
-        yield lp.hold(self.f, self.v, gap=self.h, restitution=self.e)
-
 
 @pytest.fixture(scope="module")
 def bouncing():
     """One bounce in each period; instant and speeds by hand, as for its multipliers."""
-    e, A = 0.6, 0.3
-    up = G / 2
-    phase = np.arcsin(-up * (1 - e) / (1 + e) / (A * W))
-    flown = 1.0 - (phase / W) % 1.0
-    begin = {"h": A * np.cos(phase) + up * flown - G / 2 * flown**2 - A, "v": up - G * flown}
+    _, begin = one_bounce()
     orbit = lp.periodic(lp.assemble(Ball()), period=1.0, start=begin, warm_up=0)
     return lp.orbits.branch(orbit, along={"A": (0.1, 0.45)})
 

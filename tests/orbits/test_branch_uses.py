@@ -2,30 +2,12 @@
 
 import numpy as np
 import pytest
+from periodic_motions import Slider
 from scipy.optimize import brentq
 
 import lumped as lp
 from lumped.errors import OptionError
 from lumped.ops import where
-
-
-class Brake(lp.Component):
-    """Shoe on a spring with a damper, pressed on a drum of rim speed u."""
-
-    s: lp.Var = lp.var("m", "position")
-    v: lp.Var = lp.var("m/s", "velocity")
-    slip: lp.Var = lp.var("m/s", "velocity less that of the rim", state="always")
-    f: lp.Var = lp.var("N", "friction")
-    c: lp.Param = lp.param("N/m", "stiffness", 9.0)
-    d: lp.Param = lp.param("N.s/m", "damping", 0.4)
-    m: lp.Param = lp.param("kg", "mass", 2.0)
-    u: lp.Param = lp.param("m/s", "speed of the rim", 0.2)
-
-    def equations(self):
-        yield self.v == lp.der(self.s)
-        yield self.slip == self.v - self.u
-        yield self.m * lp.der(self.v) == -self.c * self.s - self.d * self.v - self.f
-        yield lp.hold(self.f, self.slip, forward=3.0, backward=-3.0, upper=5.0, lower=-5.0)
 
 
 def stuck_again(u):
@@ -41,13 +23,13 @@ def stuck_again(u):
     return (np.exp(-fade * t) * (cosine * np.cos(w * t) + sine * np.sin(w * t))).max() - u
 
 
-def test_a_brake_sticks_and_slips_up_to_a_speed():
-    orbit = lp.periodic(lp.assemble(Brake()), near=8.0)
+def test_a_brake_shoe_sticks_and_slips_up_to_a_speed():
+    orbit = lp.periodic(lp.assemble(Slider(d=0.4, u=0.2)), near=8.0)
     branch = lp.orbits.branch(orbit, along={"u": (0.05, 4.0)})
     exact = brentq(stuck_again, 0.1, 3.0, xtol=1e-14)
     (point,) = branch.points
     print(f"{point.value / exact - 1:.1e}")
-    assert (point.kind, point.component) == ("sticking", "Brake")
+    assert (point.kind, point.component) == ("sticking", "Slider")
     assert point.value == pytest.approx(exact, rel=1e-8)
     assert branch.values.max() == point.value
     # while it sticks only the phase is free

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from periodic_motions import ROTOR, Rotor, torque_for
 from torsional_cases import RPM, columns
 
 import lumped as lp
@@ -103,48 +103,12 @@ def test_a_linear_range_is_its_closed_form():
     assert motions.synthesis("x").maximum == pytest.approx(np.abs(wanted), rel=1e-8)
 
 
-class Rotor(lp.Component):
-    """Eccentric rotor under a torque: ``J w' = tau - d w - G sin(phi)``."""
-
-    phi: lp.Var = lp.var("rad", "angle")
-    w: lp.Var = lp.var("rad/s", "speed", start=12.0)
-    J: lp.Param = lp.param("kg.m2", "inertia", 1.0)
-    d: lp.Param = lp.param("N.m.s/rad", "damping", 0.5)
-    G: lp.Param = lp.param("N.m", "weight times eccentricity", 2.0)
-    tau: lp.Param = lp.param("N.m", "torque", 5.0)
-
-    def equations(self):
-        yield lp.der(self.phi) == self.w
-        yield self.J * lp.der(self.w) == self.tau - self.d * self.w - self.G * lp.ops.sin(self.phi)
-
-
 SPEEDS = np.linspace(6.0, 20.0, 8)
-
-
-def rotor_turn(z, speed):
-    """What a turn misses, over the angle: the speed, and its time."""
-
-    def rates(phi, y):
-        return [(z[1] - 0.5 * y[0] - 2.0 * np.sin(phi)) / y[0], 1 / y[0]]
-
-    end = solve_ivp(rates, (0, 2 * np.pi), [z[0], 0.0], "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
-    return np.array([end[0] - z[0], end[1] - 2 * np.pi / speed])
-
-
-def rotor_torque(speed):
-    """Torque with which a turn takes its time."""
-    z = np.array([speed, 0.5 * speed])
-    for _ in range(8):
-        slopes = [
-            (rotor_turn(z + h, speed) - rotor_turn(z - h, speed)) / 2e-4 for h in 1e-4 * np.eye(2)
-        ]
-        z = z - np.linalg.solve(np.column_stack(slopes), rotor_turn(z, speed))
-    return z[1]
 
 
 @pytest.fixture(scope="module")
 def rotor():
-    system = lp.assemble(Rotor())
+    system = ROTOR
     response = lp.vibration.order_response(
         system, speeds=SPEEDS, of=["w"], shaft="phi", free="tau", orders=[1]
     )
@@ -155,7 +119,7 @@ def test_an_order_response_is_a_first_guess_that_needs_no_simulation(rotor):
     system, response = rotor
     for speed in SPEEDS[[0, 3, 7]]:
         orbit = lp.periodic(system, start=response, speed=speed)
-        error = orbit.free["tau"] / rotor_torque(speed) - 1
+        error = orbit.free["tau"] / torque_for(2 * np.pi / speed) - 1
         print(f"{speed} rad/s: {orbit.iterations} iterations, torque {error:.1e}")
         assert orbit.iterations <= 4
         assert abs(error) < 1e-8
@@ -170,7 +134,7 @@ def test_a_drive_that_turns_is_followed_over_its_speed(rotor):
     )
     assert not down.ended
     torques = [orbit.free["tau"] for orbit in down.orbits]
-    assert torques == pytest.approx([rotor_torque(w) for w in falling], rel=1e-8)
+    assert torques == pytest.approx([torque_for(2 * np.pi / w) for w in falling], rel=1e-8)
     assert down.mean("w") == pytest.approx(falling, rel=1e-9)
     # orders count over the mean angle: there the orders of the angle itself have no mean
     for k, orbit in enumerate(down.orbits):

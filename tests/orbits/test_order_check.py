@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from periodic_motions import ROTOR, start_and_torque, turn
 
 import lumped as lp
 from lumped.errors import OptionError
-from tests.orbits.test_orbit_range import Rotor, rotor_torque, rotor_turn
 from tests.vibration.ordered.test_order_means import OPTIONS, ship
 
 SPEEDS = np.array([5.0, 8.0, 16.0])
@@ -15,23 +14,15 @@ SPEEDS = np.array([5.0, 8.0, 16.0])
 @pytest.fixture(scope="module")
 def rotor():
     return lp.vibration.order_response(
-        lp.assemble(Rotor()), speeds=SPEEDS, of=["w"], shaft="phi", free="tau", orders=[1]
+        ROTOR, speeds=SPEEDS, of=["w"], shaft="phi", free="tau", orders=[1]
     )
 
 
 def first_order(speed):
     """Amplitude of the rotor's speed over its mean angle, by a turn over the angle."""
-    tau = rotor_torque(speed)
-    w = speed
-    for _ in range(8):
-        missed, other = (rotor_turn(np.array([v, tau]), speed)[0] for v in (w, w + 1e-4))
-        w -= missed * 1e-4 / (other - missed)
-
-    def rates(phi, y):
-        return [(tau - 0.5 * y[0] - 2.0 * np.sin(phi)) / y[0], 1 / y[0]]
-
+    begin, tau = start_and_torque(2 * np.pi / speed)
     phi = np.linspace(0, 2 * np.pi, 20_001)
-    w, t = solve_ivp(rates, (0, 2 * np.pi), [w, 0.0], "DOP853", phi, rtol=1e-12, atol=1e-13).y
+    w, t = turn(begin, tau=tau, t_eval=phi).y
     offset = np.trapezoid(phi - speed * t, t) / t[-1]
     return np.trapezoid(w * np.exp(-1j * (speed * t + offset)), t) * 2 / t[-1]
 

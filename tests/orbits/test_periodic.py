@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from periodic_motions import ROTOR, Ball, G, W, X, driven, one, one_bounce
 from scipy.integrate import solve_ivp
 
 import lumped as lp
@@ -17,30 +18,6 @@ def close(received, expected, tolerance):
     assert error < tolerance
 
 
-def one(equations, **quantities):
-    body = {"equations": equations, "__doc__": "One component: see equations.", **quantities}
-    return lp.assemble(type("One", (lp.Component,), body)(), keep=[*quantities.get("kept", ())])
-
-
-X = {"x": lp.var("m", "position"), "v": lp.var("m/s", "velocity")}
-
-
-def driven(d=0.3, c=2.0, cubic=0.0, pumped=0.0, F=1.5, Omega=1.1):
-    """``x'' + d x' + (c + pumped cos(Omega t)) x + cubic x^3 = F cos(Omega t)``, and its loss."""
-
-    def equations(self):
-        wave = cos(self.Omega * lp.time)
-        yield lp.der(self.x) == self.v
-        stiffness = self.c + self.pumped * wave
-        force = self.F * wave - self.d * self.v - self.cubic * self.x**3
-        yield lp.der(self.v) == force - stiffness * self.x
-        yield lp.der(self.E) == self.d * self.v**2
-
-    values = {"d": d, "c": c, "cubic": cubic, "pumped": pumped, "F": F, "Omega": Omega}
-    parameters = {name: lp.param("1", name, value) for name, value in values.items()}
-    return one(equations, **parameters, **X, E=lp.var("J", "loss"))
-
-
 def van_der_pol(mu=1.0):
     def equations(self):
         yield lp.der(self.x) == self.v
@@ -53,7 +30,7 @@ def van_der_pol(mu=1.0):
 def test_a_driven_linear_oscillator_answers_as_its_frequency_response():
     d, c, F, Omega = 0.3, 2.0, 1.5, 1.1
     T = 2 * np.pi / Omega
-    orbit = lp.periodic(driven(d, c, F=F, Omega=Omega), period=T, rtol=1e-11)
+    orbit = lp.periodic(driven(d, c, F=F, T=T), period=T, rtol=1e-11)
     H = F / (c - Omega**2 + 1j * Omega * d)
     t, size = orbit.run.t, abs(H)
     close(orbit["x"], np.real(H * np.exp(1j * Omega * t)), 1e-9)
@@ -76,7 +53,7 @@ def test_a_driven_linear_oscillator_answers_as_its_frequency_response():
 
 @pytest.mark.parametrize("Omega", [0.9, 1.6])
 def test_the_harmonics_of_a_duffing_oscillator_balance(Omega):
-    system = driven(d=0.2, c=1.0, cubic=1.0, F=0.8, Omega=Omega)
+    system = driven(d=0.2, c=1.0, cubic=1.0, F=0.8, T=2 * np.pi / Omega)
     orbit = lp.periodic(system, period=2 * np.pi / Omega, warm_up=80)
     t, x, v = orbit.run.t[:-1], orbit["x"][:-1], orbit["v"][:-1]
     assert len(t) == 1000
@@ -134,7 +111,7 @@ def test_an_unstable_orbit_is_found_and_called_so(mu):
 @pytest.mark.parametrize(("c", "pumped"), [(1.3, 0.4), (0.25, 0.1), (0.3, 0.6)])
 def test_multipliers_of_a_mathieu_equation(c, pumped):
     d, T = 0.02, 2 * np.pi
-    system = driven(d=d, c=c, pumped=pumped, F=1.0, Omega=1.0)
+    system = driven(d=d, c=c, pumped=pumped, F=1.0, T=T)
 
     def rate(t, y):
         S = y.reshape(2, 2)
@@ -161,29 +138,6 @@ def test_derivatives_of_a_driven_orbit_by_its_parameters():
     assert len(t) == len(by["x", "c"])
     with pytest.raises(UnknownNameError, match="pumped"):
         by["x", "pumped"]
-
-
-class Rotor(lp.Component):
-    """Rotor with eccentric mass that a motor turns: ``J w' = k (w_0 - w) - G sin(phi) - tau``."""
-
-    phi: lp.Var = lp.var("rad", "angle")
-    w: lp.Var = lp.var("rad/s", "speed", start=5.0)
-    back: lp.Var = lp.var("rad", "angle behind a gear that turns it round")
-    J: lp.Param = lp.param("kg.m2", "inertia", 0.3)
-    k: lp.Param = lp.param("N.m.s/rad", "slope of the motor", 0.5)
-    w_0: lp.Param = lp.param("rad/s", "idle speed", 8.0)
-    G: lp.Param = lp.param("N.m", "weight times eccentricity", 2.0)
-    tau: lp.Param = lp.param("N.m", "load", 1.0)
-    ratio: lp.Param = lp.param("1", "of the gear", -2.0)
-
-    def equations(self):
-        yield lp.der(self.phi) == self.w
-        drive = self.k * (self.w_0 - self.w)
-        yield self.J * lp.der(self.w) == drive - self.G * sin(self.phi) - self.tau
-        yield self.back == self.ratio * self.phi
-
-
-ROTOR = lp.assemble(Rotor())
 
 
 def test_a_system_that_must_repeat_is_named_if_it_does_not():
@@ -280,33 +234,14 @@ def test_a_torque_that_is_switched_on_and_off_in_each_period(on):
 @pytest.mark.parametrize("cosine", [1, -1])
 def test_a_ball_that_bounces_once_in_each_period_of_a_shaken_plate(cosine):
     """Period, place and multipliers by hand (Guckenheimer and Holmes, 1983, section 2.4)."""
-    e, A, W, g = 0.6, 0.3, 2 * np.pi, 9.81
-
-    class Ball(lp.Component):
-        """Ball above a plate at ``A cos(W t)``."""
-
-        h: lp.Var = lp.var("m", "gap")
-        v: lp.Var = lp.var("m/s", "its rate", state="prefer")
-        f: lp.Var = lp.var("N", "reaction of the plate, downwards")
-
-        def equations(self):
-            yield self.v == lp.der(self.h)
-            yield lp.der(self.v) == -g + A * W**2 * cos(W * lp.time) - self.f
-            yield lp.hold(self.f, self.v, gap=self.h, restitution=e)
-
-    up = g / 2  # leaves with it and is back after a second
-    plate = up * (1 - e) / (1 + e)
-    phase = np.arcsin(-plate / (A * W))
-    phase = phase if cosine > 0 else np.pi - phase
-    hit = (phase / W) % 1.0
-    flown = 1.0 - hit
-    begin = {"h": A * np.cos(phase) + up * flown - g / 2 * flown**2 - A, "v": up - g * flown}
+    e, A = 0.6, 0.3
+    phase, begin = one_bounce(cosine)
     beside = {"h": begin["h"] + 1e-3, "v": begin["v"] - 1e-3}
     orbit = lp.periodic(lp.assemble(Ball()), period=1.0, start=beside, warm_up=0)
     assert orbit.run.x[0] == pytest.approx(list(begin.values()), rel=1e-9)
-    assert orbit.run.events[0].time == pytest.approx(hit, rel=1e-9)
+    assert orbit.run.events[0].time == pytest.approx((phase / W) % 1.0, rel=1e-9)
     # map of instant and speed from one impact to the next, linearised
     a = -A * W**2 * np.cos(phase)  # acceleration of the plate
-    exact = np.roots([1, -(1 + e**2 + (1 + e) ** 2 * a / g), e**2])
+    exact = np.roots([1, -(1 + e**2 + (1 + e) ** 2 * a / G), e**2])
     close(np.sort_complex(orbit.multipliers), np.sort_complex(exact), 1e-8)
     assert orbit.stable == (cosine > 0)

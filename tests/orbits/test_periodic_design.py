@@ -2,70 +2,14 @@
 
 import numpy as np
 import pytest
+from periodic_motions import ROTOR, TURN, driven, orbit_of, swing_of, torque_for
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import lumped as lp
 from lumped import functionals as fun
 from lumped.errors import OptionError, SolverError
-from lumped.ops import cos, sin
-
-TURN = {"phi": 2 * np.pi}
-
-
-class Rotor(lp.Component):
-    """Eccentric rotor under a constant torque: ``J w' = tau - d w - G sin(phi)``."""
-
-    phi: lp.Var = lp.var("rad", "angle")
-    w: lp.Var = lp.var("rad/s", "speed", start=8.0)
-    J: lp.Param = lp.param("kg.m2", "inertia", 1.0)
-    d: lp.Param = lp.param("N.m.s/rad", "damping", 0.5)
-    G: lp.Param = lp.param("N.m", "weight times eccentricity", 2.0)
-    tau: lp.Param = lp.param("N.m", "torque", 5.0)
-    idle: lp.Param = lp.param("N.m", "torque of nothing", 1.0)
-
-    def equations(self):
-        yield lp.der(self.phi) == self.w
-        yield self.J * lp.der(self.w) == self.tau - self.d * self.w - self.G * sin(self.phi)
-
-
-ROTOR = lp.assemble(Rotor())
-
-
-def turn(w, tau=5.0, J=1.0, d=0.5, G=2.0, **options):
-    """One turn over the angle from a speed: speed and time as functions of the angle."""
-
-    def rates(phi, y):
-        return [(tau - d * y[0] - G * np.sin(phi)) / (J * y[0]), 1 / y[0]]
-
-    return solve_ivp(rates, (0, 2 * np.pi), [w, 0.0], "DOP853", rtol=1e-12, atol=1e-13, **options)
-
-
-def orbit_of(**values):
-    """The turn that repeats."""
-    w = brentq(lambda w: turn(w, **values).y[0, -1] - w, 4.0, 40.0, xtol=1e-13)
-    return turn(w, **values, dense_output=True)
-
-
-def torque_for(period, **values):
-    """The torque with which a turn takes a time, by Newton's method with differences."""
-
-    def missed(z):
-        w, passed = turn(z[0], tau=z[1], **values).y[:, -1]
-        return np.array([w - z[0], passed - period])
-
-    z = np.array([2 * np.pi / period, 0.5 * 2 * np.pi / period])
-    for _ in range(8):
-        slopes = np.column_stack([(missed(z + h) - missed(z - h)) / 2e-4 for h in 1e-4 * np.eye(2)])
-        z = z - np.linalg.solve(slopes, missed(z))
-    assert np.abs(missed(z)).max() < 1e-11
-    return z[1]
-
-
-def swing_of(found):
-    """Greatest less least speed of a turn."""
-    w = found.sol(np.linspace(0, 2 * np.pi, 20_001))[0]
-    return np.ptp(w)
+from lumped.ops import sin
 
 
 def test_a_torque_is_found_that_keeps_a_given_mean_speed():
@@ -98,25 +42,6 @@ def test_derivatives_at_a_given_mean_speed_follow_the_torque():
         orbit.sensitivity(of=["w"], by=["tau"])
 
 
-def driven(T=5.0):
-    """``x'' + d x' + c x == F cos(2 pi t / T)``: the period is a parameter."""
-
-    class Driven(lp.Component):
-        x: lp.Var = lp.var("m", "position")
-        v: lp.Var = lp.var("m/s", "velocity")
-        T: lp.Param = lp.param("s", "period", 5.0)
-        d: lp.Param = lp.param("1/s", "damping", 0.3)
-        c: lp.Param = lp.param("1/s2", "stiffness", 2.0)
-        F: lp.Param = lp.param("m/s2", "amplitude", 1.5)
-
-        def equations(self):
-            wave = self.F * cos(2 * np.pi / self.T * lp.time)
-            yield lp.der(self.x) == self.v
-            yield lp.der(self.v) == wave - self.d * self.v - self.c * self.x
-
-    return lp.assemble(Driven())
-
-
 def amplitude(T, d=0.3, c=2.0):
     w = 2 * np.pi / T
     return 1.5 / abs(c - w**2 + 1j * w * d)
@@ -124,7 +49,7 @@ def amplitude(T, d=0.3, c=2.0):
 
 def test_derivatives_by_the_period():
     """The amplitude is that of the frequency response."""
-    system = driven()
+    system = driven(T=5.0)
     h = 1e-4
     expected = (amplitude(5 + h) - amplitude(5 - h)) / (2 * h)
     orbit = lp.periodic(system, period="T")
@@ -145,7 +70,7 @@ def test_derivatives_by_the_period():
         ({"free": ["tau", "d"], "period": 0.5}, "one parameter is determined by one period"),
         ({"free": ["tau"], "period": "J"}, "one parameter is determined by one period"),
         ({"period": 0.5}, "or a parameter in free= for which this is the period"),
-        ({"free": ["idle"], "period": 0.5}, "the period does not depend on idle"),
+        ({"free": ["ratio"], "period": 0.5}, "the period does not depend on ratio"),
     ],
 )
 def test_what_a_period_does_not_determine_is_refused(options, text):
@@ -155,7 +80,7 @@ def test_what_a_period_does_not_determine_is_refused(options, text):
 
 def test_a_driven_motion_has_no_parameter_to_free():
     with pytest.raises(OptionError, match=r"functions of time act .* c is not determined"):
-        lp.periodic(driven(), period=5.0, free=["c"])
+        lp.periodic(driven(T=5.0), period=5.0, free=["c"])
 
 
 def test_a_period_out_of_reach_is_told():

@@ -2,42 +2,15 @@
 
 import numpy as np
 import pytest
+from periodic_motions import ROTOR, TURN, Slider, orbit_of, swing_of
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
-from test_periodic import ROTOR
 
 import lumped as lp
 from lumped.errors import OptionError
 from lumped.models.pilger_mill.drive import GEAR, Driven, ElasticallyDriven
 from lumped.models.pilger_mill.stand import SPEED
 
-
-class Slider(lp.Component):
-    """Mass on a spring and a belt of speed u: dry friction, greater while it sticks."""
-
-    s: lp.Var = lp.var("m", "position")
-    v: lp.Var = lp.var("m/s", "velocity")
-    slip: lp.Var = lp.var("m/s", "velocity less that of the belt", state="always")
-    f: lp.Var = lp.var("N", "friction")
-    c: lp.Param = lp.param("N/m", "stiffness", 9.0)
-    m: lp.Param = lp.param("kg", "mass", 2.0)
-    u: lp.Param = lp.param("m/s", "speed of the belt", 0.4)
-    kinetic: lp.Param = lp.param("N", "friction while it slides", 3.0)
-    static: lp.Param = lp.param("N", "greatest friction while it sticks", 5.0)
-    fading: lp.Param = lp.param("N.s/m", "loss of friction with speed", 0.0)
-
-    def equations(self):
-        yield self.v == lp.der(self.s)
-        yield self.slip == self.v - self.u
-        yield self.m * lp.der(self.v) == -self.c * self.s - self.f
-        yield lp.hold(
-            self.f,
-            self.slip,
-            forward=self.kinetic - self.fading * self.slip,
-            backward=-self.kinetic - self.fading * self.slip,
-            upper=self.static,
-            lower=-self.static,
-        )
+LIGHT = {"J": 0.3, "tau": 3.0}
 
 
 @pytest.mark.parametrize("u", [0.2, 0.4, 1.0])
@@ -78,35 +51,22 @@ def test_friction_that_fades_with_speed_agrees_with_pieces_put_together():
     assert orbit.period == pytest.approx(T, rel=1e-9)
 
 
-def rotor_over_angle(J):
-    """Speed over the angle and period, from an equation that does not know the time."""
-
-    def rate(phi, y):
-        return [(0.5 * (8 - y[0]) - 2 * np.sin(phi) - 1) / (J * y[0]), 1 / y[0]]
-
-    def end(w, dense=False):
-        start = (0, 2 * np.pi), [w, 0.0]
-        return solve_ivp(rate, *start, method="DOP853", rtol=1e-12, atol=1e-13, dense_output=dense)
-
-    return end(brentq(lambda w: end(w).y[0, -1] - w, 5.0, 7.0, xtol=1e-12), True)
-
-
-@pytest.mark.parametrize("turn", [{"phi": 2 * np.pi}, {"back": -4 * np.pi}])
+@pytest.mark.parametrize("turn", [TURN, {"back": -4 * np.pi}])
 def test_a_turning_rotor_finds_its_own_mean_speed(turn):
-    exact = rotor_over_angle(0.3)
-    orbit = lp.periodic(ROTOR, turn=turn, warm_up=5.0)
+    exact = orbit_of(**LIGHT)
+    orbit = lp.periodic(ROTOR, turn=turn, warm_up=5.0, parameters=LIGHT)
     assert orbit.period == pytest.approx(exact.y[1, -1], rel=1e-10)
     assert orbit.advance["phi"] == pytest.approx(2 * np.pi)
     assert orbit.mean("w") == pytest.approx(2 * np.pi / orbit.period, rel=1e-9)
-    w = exact.sol(np.linspace(0, 2 * np.pi, 20_001))[0]
-    assert orbit.fluctuation("w") == pytest.approx(np.ptp(w) * orbit.period / (2 * np.pi), rel=1e-7)
+    fluctuation = swing_of(exact) * orbit.period / (2 * np.pi)
+    assert orbit.fluctuation("w") == pytest.approx(fluctuation, rel=1e-7)
     # multipliers: one of a shift in time, the other exp(integral of the trace)
     assert abs(orbit.shift - 1) < 1e-8
     assert orbit.multipliers == pytest.approx([np.exp(-0.5 / 0.3 * orbit.period)], rel=1e-7)
     by = orbit.sensitivity(of=["w"], by=["tau", "J"])
     beside = [
-        lp.periodic(ROTOR, turn=turn, warm_up=5.0, parameters={"tau": tau})
-        for tau in (1.001, 0.999)
+        lp.periodic(ROTOR, turn=turn, warm_up=5.0, parameters=LIGHT | {"tau": tau})
+        for tau in (3.001, 2.999)
     ]
     slope = (beside[0].period - beside[1].period) / 0.002
     assert by.period["tau"] == pytest.approx(slope, rel=1e-5)
@@ -140,11 +100,10 @@ def test_the_pilger_mill_turns_at_the_mean_speed_that_its_controller_integrates(
 
 @pytest.mark.parametrize("wanted", [0.1, 0.02])
 def test_a_flywheel_gives_the_irregularity_asked_for(wanted):
-    orbit = lp.periodic(ROTOR, turn={"phi": 2 * np.pi}, warm_up=5.0)
+    orbit = lp.periodic(ROTOR, turn=TURN, warm_up=5.0, parameters=LIGHT)
     found = lp.orbits.flywheel(orbit, inertia="J", of="w", irregularity=wanted)
-    exact = rotor_over_angle(found.after)
-    w = exact.sol(np.linspace(0, 2 * np.pi, 20_001))[0]
-    assert np.ptp(w) * exact.y[1, -1] / (2 * np.pi) == pytest.approx(wanted, rel=1e-6)
+    exact = orbit_of(**LIGHT | {"J": found.after})
+    assert swing_of(exact) * exact.y[1, -1] / (2 * np.pi) == pytest.approx(wanted, rel=1e-6)
     assert found.irregularity == pytest.approx(wanted, rel=1e-8)
     # excess work of sin(phi) is 2 G; torques do not depend on the angle alone, so it is no more
     assert found.after == pytest.approx(4 / (wanted * orbit.mean("w") ** 2), rel=0.1)
@@ -157,10 +116,8 @@ def test_a_flywheel_gives_the_irregularity_asked_for(wanted):
 
 def test_the_classical_flywheel_is_exact_where_torques_depend_on_the_angle_alone():
     """With a weak motor the torque is constant over a turn, and the excess work 2 G."""
-    weak = {"k": 1e-3, "tau": 0.0, "w_0": 8.0, "J": 3.0}
-    orbit = lp.periodic(
-        ROTOR, turn={"phi": 2 * np.pi}, warm_up=5.0, parameters=weak, start={"w": 8.0}
-    )
+    weak = {"d": 1e-3, "tau": 8e-3, "J": 3.0}
+    orbit = lp.periodic(ROTOR, turn=TURN, warm_up=5.0, parameters=weak, start={"w": 8.0})
     found = lp.orbits.flywheel(orbit, inertia="J", of="w", irregularity=0.005)
     assert found.classical == pytest.approx(found.added, rel=2e-3)
     # w^2 is a mean plus W / J, the mean speed that of idling

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import assemble_row, in_a_row
 from scipy.optimize import brentq
 
 import lumped as lp
@@ -160,7 +160,7 @@ def test_a_motor_torque_follows_from_the_speed_that_it_shall_hold():
 
 
 def test_a_speed_that_is_no_state_is_kept_too():
-    model = in_a_row(
+    system = assemble_row(
         motor=Torque(tau=1.0),
         a=Inertia(J=0.5),
         gear=IdealGear(ratio=4.0),
@@ -168,7 +168,6 @@ def test_a_speed_that_is_no_state_is_kept_too():
         brake=Damper(d=3.0),
         wall=Fixed(),
     )
-    system = lp.assemble(model)
     for name, value in {"a.w": 80.0, "b.w": 20.0}.items():
         point = lp.equilibrium(system, start={name: value}, free=["motor.tau"])
         assert [point["a.w"], point["b.w"]] == pytest.approx([80.0, 20.0], rel=1e-12)
@@ -176,11 +175,10 @@ def test_a_speed_that_is_no_state_is_kept_too():
 
 
 def test_an_initial_equation_goes_on_to_hold_at_an_equilibrium():
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J=0.5),
         shaft=SpringDamper(c=400.0, d=0.2),
         b=Inertia(J=2.0),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
         initial_equations=lambda m: [m.a.w + m.b.w == 50.0],
     )
     point = lp.equilibrium(lp.assemble(model))

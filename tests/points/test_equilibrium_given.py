@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from drive_with_play import geared
-from rows import in_a_row
+from drives_at_points import geared
+from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia, Torque
@@ -29,12 +29,11 @@ def test_what_is_asked_for_comes_before_what_instances_were_given():
 
 
 def test_an_initial_equation_that_no_equilibrium_keeps_is_named():
-    model = lp.compose(
+    model = in_a_row(
         push=Torque(tau=4.0),
         body=Inertia(J=0.5),
         brake=Damper(d=2.0),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.push, m.body, m.brake, m.wall),
         initial_equations=lambda m: [m.body.w == 50.0],
     )
     point = lp.equilibrium(lp.assemble(model))
@@ -46,10 +45,9 @@ def test_an_initial_equation_that_no_equilibrium_keeps_is_named():
 
 def test_an_equilibrium_knows_its_time():
     torque = lp.ops.where(lp.time >= 1.0, 4.0, 0.0)
-    model = in_a_row(
+    system = assemble_row(
         push=Torque(tau=torque), body=Inertia(J=0.5), brake=Damper(d=2.0), wall=Fixed()
     )
-    system = lp.assemble(model)
     point = lp.equilibrium(system, time=1.0)
     assert point.time == 1.0
     run = lp.simulate(system, until=3.0, start=point, grid=4)

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from drive_with_play import geared
-from rows import in_a_row
+from drives_at_points import geared
+from rows import assemble_row, in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import Backlash, Brake, ElastoBacklash, Fixed, Inertia, SpringDamper, Torque
@@ -25,13 +25,12 @@ def test_a_loaded_drive_with_play_turns_steadily_from_the_default_start(torque, 
 @pytest.mark.parametrize("torque", [5.0, -5.0])
 @pytest.mark.parametrize("damping", [0.0, 2.0])
 def test_a_body_comes_to_rest_on_the_flank_of_a_play(torque, damping):
-    model = in_a_row(
+    system = assemble_row(
         wall=Fixed(),
         play=ElastoBacklash(c=100.0, d=damping, b=0.2),
         body=Inertia(J=1.0),
         load=Torque(tau=torque),
     )
-    system = lp.assemble(model)
     expected = np.sign(torque) * (0.1 + 5.0 / 100.0)
     for rest in (False, True):
         point = lp.equilibrium(system, rest=rest)
@@ -44,18 +43,13 @@ def test_a_body_comes_to_rest_on_the_flank_of_a_play(torque, damping):
 @pytest.mark.parametrize("torque", [8.0, -8.0])
 def test_a_train_of_many_plays_is_driven_through(torque):
     count = 6
-    model = lp.compose(
+    model = in_rows(
+        "motor first play/wheel load",
         motor=Torque(tau=torque),
         first=Inertia(J=1.0, w=50.0),
         play=[ElastoBacklash(c=1e3 * (i + 1), d=0.5, b=0.01 * (i + 1)) for i in range(count)],
         wheel=[Inertia(J=0.5 + i) for i in range(count)],
         load=Torque(tau=-torque),
-        connections=lambda m: lp.chain(
-            m.motor,
-            m.first,
-            *(p for pair in zip(m.play, m.wheel, strict=True) for p in pair),
-            m.load,
-        ),
     )
     point = lp.equilibrium(lp.assemble(model))
     for i in range(count):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import assemble_row, in_a_row
 from scipy.optimize import brentq
 
 import lumped as lp
@@ -74,8 +74,7 @@ class Play(lp.Component):
 
 
 def test_a_spring_without_stiffness_where_the_search_begins_finds_its_rest(monkeypatch):
-    model = in_a_row(drive=Torque(tau=4.0), body=Inertia(J=2.0), spring=Play())
-    system = lp.assemble(model)
+    system = assemble_row(drive=Torque(tau=4.0), body=Inertia(J=2.0), spring=Play())
     expected = brentq(lambda p: 300.0 * (p - 0.02 * np.tanh(p / 0.02)) - 4.0, 0, 1, xtol=1e-15)
     for rest in (False, True):
         assert lp.equilibrium(system, rest=rest)["body.phi"] == pytest.approx(expected, rel=1e-9)

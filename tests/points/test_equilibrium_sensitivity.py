@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import assemble_rows
 
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia, SpringDamper, Torque
@@ -22,20 +23,16 @@ class Decay(lp.Component):
 def test_an_equilibrium_moves_as_its_closed_form():
     # tau_0 (1 - w/w_0) == d w behind a spring that carries this torque
     tau, w_0, d, c = 40.0, 100.0, 0.3, 900.0
-    system = lp.assemble(
-        lp.compose(
-            motor=Torque(tau=tau),
-            drag=Damper(d=tau / w_0),
-            rotor=Inertia(J=0.2),
-            shaft=SpringDamper(c=c, d=0.5),
-            load=Inertia(J=1.0),
-            oil=Damper(d=d),
-            wall=Fixed(),
-            connections=lambda m: (
-                *lp.chain(m.motor, m.rotor, m.shaft, m.load, m.oil, m.wall),
-                *lp.chain(m.rotor, m.drag, m.wall),
-            ),
-        )
+    system = assemble_rows(
+        "motor rotor shaft load oil wall",
+        "rotor drag wall",
+        motor=Torque(tau=tau),
+        drag=Damper(d=tau / w_0),
+        rotor=Inertia(J=0.2),
+        shaft=SpringDamper(c=c, d=0.5),
+        load=Inertia(J=1.0),
+        oil=Damper(d=d),
+        wall=Fixed(),
     )
     point = lp.equilibrium(system)
     of, to = ["load.w", "shaft.phi_rel"], ["motor.tau", "drag.d", "oil.d", "shaft.c", "load.J"]

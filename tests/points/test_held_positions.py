@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from rows import assemble_row, in_a_row
+from drives_at_points import Fan
+from rows import assemble_row, assemble_rows, in_a_row, in_rows
 from scipy.optimize import brentq
 
 import lumped as lp
@@ -32,17 +33,15 @@ def derivatives(point, of, to):
 
 def test_a_stuck_brake_stays_where_it_is():
     """Closed form: tau = c2 c3 (phi_wall - phi_brake) / (c2 + c3)."""
-    model = lp.compose(
+    model = in_rows(
+        "b brake",
+        "b s2 b2 s3 wall",
         b=Inertia(J=1.0),
         brake=Brake(f_max=100.0, u=1.0),
         s2=SpringDamper(c=50.0, d=1.0),
         b2=Inertia(J=1.0),
         s3=SpringDamper(c=70.0, d=1.0),
         wall=Fixed(),
-        connections=lambda m: [
-            lp.connect(m.b.flange_b, m.brake.flange_a),
-            *lp.chain(m.b, m.s2, m.b2, m.s3, m.wall),
-        ],
     )
     point = lp.equilibrium(lp.assemble(model), start={"b.phi": 0.2})
     received = derivatives(point, "s3.tau", ["wall.phi0", "s2.c", "s3.c"])
@@ -53,17 +52,15 @@ def test_a_stuck_brake_stays_where_it_is():
 @pytest.mark.parametrize("keep", [(), ("b.phi",)])
 def test_two_stuck_brakes_keep_the_twist_between_them(keep):
     """The absolute angle may be left out: the brakes hold its differences all the same."""
-    model = lp.compose(
+    model = in_rows(
+        "a shaft b",
+        "a one",
+        "b two",
         a=Inertia(J=1.0),
         one=Brake(f_max=100.0, u=1.0),
         shaft=SpringDamper(c=50.0, d=1.0, phi_rel=0.3),
         b=Inertia(J=1.0),
         two=Brake(f_max=100.0, u=1.0),
-        connections=lambda m: [
-            *lp.chain(m.a, m.shaft, m.b),
-            lp.connect(m.a.flange_a, m.one.flange_a),
-            lp.connect(m.b.flange_b, m.two.flange_a),
-        ],
     )
     point = lp.equilibrium(lp.assemble(model, keep=keep))
     received = derivatives(point, "one.tau", ["shaft.c", "shaft.phi_rel0"])
@@ -72,7 +69,7 @@ def test_two_stuck_brakes_keep_the_twist_between_them(keep):
 
 def test_a_locked_clutch_keeps_the_angle_at_which_it_locked():
     """Two springs in series between walls, the clutch between them locked at 0.25 rad."""
-    model = in_a_row(
+    system = assemble_row(
         left=Fixed(),
         s1=SpringDamper(c=30.0, d=1.0),
         a=Inertia(J=1.0),
@@ -81,7 +78,6 @@ def test_a_locked_clutch_keeps_the_angle_at_which_it_locked():
         s2=SpringDamper(c=60.0, d=1.0),
         right=Fixed(),
     )
-    system = lp.assemble(model)
     point = lp.equilibrium(system, start={"clutch.phi_rel": 0.25})
     assert point["clutch.phi_rel"] == pytest.approx(0.25, rel=1e-9)
     # tau (1 / c1 + 1 / c2) == phi_right - phi_left - 0.25
@@ -93,18 +89,16 @@ def test_a_locked_clutch_keeps_the_angle_at_which_it_locked():
 
 def test_a_body_that_is_carried_keeps_its_place_on_the_shaft():
     """The held speed of a body picked up is the derivative of no quantity."""
-    model = lp.compose(
+    system = assemble_rows(
+        "wall spring a torque",
+        "a body",
         wall=Fixed(),
         spring=SpringDamper(c=40.0, d=1.0),
         a=Inertia(J=1.0),
         body=PickUp(J=0.5, u=1.0),
         torque=Torque(tau=8.0),
-        connections=lambda m: [
-            *lp.chain(m.wall, m.spring, m.a, m.torque),
-            lp.connect(m.a.flange_b, m.body.flange),
-        ],
+        keep=["body.phi"],
     )
-    system = lp.assemble(model, keep=["body.phi"])
     point = lp.equilibrium(system, start={"a.phi": 0.2, "body.phi": 1.0})
     received = derivatives(point, "body.phi", ["torque.tau", "spring.c"])
     # the shaft turns by tau / c, and the body with it
@@ -128,15 +122,13 @@ def test_a_play_in_contact_stays_in_contact():
 
 def test_a_body_stays_on_its_stop():
     """Closed form: f = -c s_max."""
-    model = lp.compose(
+    model = in_rows(
+        "push body",
+        "body spring wall",
         push=translation.Force(f=50.0),
         body=translation.MassWithStops(m=1.0, s_min=-0.1, s_max=0.2),
         spring=translation.SpringDamper(c=100.0, d=1.0),
         wall=translation.Fixed(),
-        connections=lambda m: [
-            lp.connect(m.push.flange, m.body.flange_a),
-            *lp.chain(m.body, m.spring, m.wall),
-        ],
     )
     point = lp.equilibrium(lp.assemble(model), start={"body.s": 0.2})
     received = derivatives(point, "spring.f", ["body.s_max", "spring.c", "push.f"])
@@ -145,20 +137,16 @@ def test_a_body_stays_on_its_stop():
 
 def pendulum():
     """A pendulum on a spring whose other end a stuck brake holds at 0.6 rad."""
-    return lp.assemble(
-        lp.compose(
-            b=Inertia(J=1.0),
-            brake=Brake(f_max=100.0, u=1.0),
-            spring=SpringDamper(c=50.0, d=1.0),
-            p=SwingingMass(m=2.0, R=0.5, J=0.1),
-            t=Torque(tau=0.0),
-            connections=lambda m: [
-                lp.connect(m.b.flange_b, m.brake.flange_a),
-                *lp.chain(m.b, m.spring),
-                lp.connect(m.spring.flange_b, m.p.flange),
-                lp.connect(m.t.flange, m.p.flange),
-            ],
-        )
+    return assemble_rows(
+        "b brake",
+        "b spring",
+        "spring p",
+        "t p",
+        b=Inertia(J=1.0),
+        brake=Brake(f_max=100.0, u=1.0),
+        spring=SpringDamper(c=50.0, d=1.0),
+        p=SwingingMass(m=2.0, R=0.5, J=0.1),
+        t=Torque(tau=0.0),
     )
 
 
@@ -248,8 +236,7 @@ def test_a_given_speed_stays_in_decays_too():
 
 def test_a_free_drive_keeps_the_speed_that_was_given_on_the_shaft_that_it_was_given_to():
     """Nothing determines the speed: that of the second shaft was given, so it stays."""
-    model = in_a_row(a=Inertia(J=0.3), gear=IdealGear(ratio=3.0), b=Inertia(J=0.2))
-    system = lp.assemble(model)
+    system = assemble_row(a=Inertia(J=0.3), gear=IdealGear(ratio=3.0), b=Inertia(J=0.2))
     for given, other, expected in (("a.w", "b.w", -12.0 / 9), ("b.w", "a.w", 12.0)):
         point = lp.equilibrium(system, start={given: 12.0})
         received = [derivatives(point, name, ["gear.ratio"])[0] for name in (given, other)]
@@ -267,21 +254,17 @@ def test_at_rest_no_speed_appears():
 
 def touching():
     """An elastic play between two springs, whose flank just touches: no torque."""
-    return lp.assemble(
-        lp.compose(
-            left=Fixed(phi0=-0.05),
-            s1=SpringDamper(c=30.0, d=1.0),
-            a=Inertia(J=1.0),
-            play=ElastoBacklash(c=100.0, b=0.1, d=1.0),
-            b=Inertia(J=1.0),
-            s2=SpringDamper(c=60.0, d=1.0),
-            right=Fixed(),
-            force=Torque(tau=0.0),
-            connections=lambda m: [
-                *lp.chain(m.left, m.s1, m.a, m.play, m.b, m.s2, m.right),
-                lp.connect(m.b.flange_b, m.force.flange),
-            ],
-        )
+    return assemble_rows(
+        "left s1 a play b s2 right",
+        "b force",
+        left=Fixed(phi0=-0.05),
+        s1=SpringDamper(c=30.0, d=1.0),
+        a=Inertia(J=1.0),
+        play=ElastoBacklash(c=100.0, b=0.1, d=1.0),
+        b=Inertia(J=1.0),
+        s2=SpringDamper(c=60.0, d=1.0),
+        right=Fixed(),
+        force=Torque(tau=0.0),
     )
 
 
@@ -304,29 +287,25 @@ def test_a_flank_that_just_touches_has_two_derivatives_which_is_refused():
 
 def test_a_contact_without_force_and_friction_at_its_limit_are_refused():
     """On one side the contact opens; on one side the brake slides."""
-    model = lp.compose(
+    model = in_rows(
+        "wall spring a t",
+        "stop a",
         wall=Fixed(),
         spring=SpringDamper(c=40.0, d=1.0),
         a=Inertia(J=1.0),
         stop=Stop(),
         t=Torque(tau=0.0),
-        connections=lambda m: [
-            *lp.chain(m.wall, m.spring, m.a, m.t),
-            lp.connect(m.a.flange_b, m.stop.flange_b),
-        ],
     )
     point = lp.equilibrium(lp.assemble(model), start={"stop.gap": 0.0})
     with pytest.raises(SolverError, match=r"border of stop .* t\.tau moves it across"):
         lp.points.equilibrium_sensitivity(point, of=["a.phi"], by=["t.tau"])
-    held = lp.compose(
+    held = in_rows(
+        "wall spring a",
+        "a brake",
         wall=Fixed(),
         spring=SpringDamper(c=40.0, d=1.0, phi_rel=0.25),
         a=Inertia(J=1.0),
         brake=Brake(f_max=20.0, u=1.0),
-        connections=lambda m: [
-            *lp.chain(m.wall, m.spring, m.a),
-            lp.connect(m.a.flange_b, m.brake.flange_a),
-        ],
     )
     point = lp.equilibrium(lp.assemble(held))
     assert point["brake.position"] == 0
@@ -335,28 +314,15 @@ def test_a_contact_without_force_and_friction_at_its_limit_are_refused():
         lp.points.equilibrium_sensitivity(point, of=["a.phi"], by=["spring.c"])
 
 
-class Fan(lp.Component):
-    """Torque ``k w |w|`` against the motion, in two pieces that join smoothly."""
-
-    flange = lp.Flange()
-    k: lp.Param = lp.param("N.m.s2/rad2", "factor", 2.0)
-
-    def equations(self):
-        w = lp.der(self.flange.phi)
-        yield self.flange.tau == lp.ops.where(w > 0, self.k * w**2, -self.k * w**2)
-
-
 def test_pieces_that_join_smoothly_have_a_derivative_where_they_meet():
-    model = lp.compose(
+    model = in_rows(
+        "t a d wall",
+        "a fan",
         t=Torque(tau=0.0),
         a=Inertia(J=1.0),
         d=Damper(d=4.0),
         wall=Fixed(),
         fan=Fan(),
-        connections=lambda m: [
-            *lp.chain(m.t, m.a, m.d, m.wall),
-            lp.connect(m.a.flange_b, m.fan.flange),
-        ],
     )
     point = lp.equilibrium(lp.assemble(model))
     assert derivatives(point, "a.w", ["t.tau", "fan.k"]) == pytest.approx([0.25, 0.0], rel=1e-9)
@@ -364,18 +330,16 @@ def test_pieces_that_join_smoothly_have_a_derivative_where_they_meet():
 
 def test_what_cannot_move_while_it_is_held_is_named():
     """Two stuck brakes and a rigid gear between them: its ratio cannot change."""
-    model = lp.compose(
+    system = assemble_rows(
+        "a gear b",
+        "a one",
+        "b two",
         a=Inertia(J=1.0, phi=0.3),
         one=Brake(f_max=100.0, u=1.0),
         gear=IdealGear(ratio=2.0),
         b=Inertia(J=1.0),
         two=Brake(f_max=100.0, u=1.0),
-        connections=lambda m: [
-            *lp.chain(m.a, m.gear, m.b),
-            lp.connect(m.a.flange_a, m.one.flange_a),
-            lp.connect(m.b.flange_b, m.two.flange_a),
-        ],
+        keep=["a.phi", "b.phi"],
     )
-    system = lp.assemble(model, keep=["a.phi", "b.phi"])
     with pytest.raises(SolverError, match=r"gear\.ratio changes while one, two stay held"):
         lp.points.equilibrium_sensitivity(lp.equilibrium(system), of=["a.phi"], by=["gear.ratio"])

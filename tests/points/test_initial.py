@@ -2,18 +2,12 @@
 
 import numpy as np
 import pytest
-from rows import assemble_row, in_a_row
+from drives_at_points import Steady
+from rows import assemble_row, in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, Torque, translation
 from lumped.errors import OptionError, StartError
-
-
-class SteadyInertia(Inertia):
-    """Inertia that starts without acceleration."""
-
-    def initial_equations(self):
-        yield lp.der(self.w) == 0
 
 
 def hanging(**changes):
@@ -45,7 +39,7 @@ def test_an_initial_equation_of_a_class_holds_for_all_its_instances():
     model = lp.compose(
         wall=Fixed(),
         spring=[Spring(c=100.0 * (i + 1)) for i in range(3)],
-        body=[SteadyInertia(J=1.0 + i) for i in range(3)],
+        body=[Steady(J=1.0 + i) for i in range(3)],
         drive=[Torque(tau=t) for t in torques],
         connections=lambda m: [
             *lp.chain(m.wall, *(p for pair in zip(m.spring, m.body, strict=True) for p in pair)),
@@ -59,11 +53,10 @@ def test_an_initial_equation_of_a_class_holds_for_all_its_instances():
 
 
 def test_an_initial_equation_relates_quantities_of_different_parts():
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J=1.0, w=7.0),
         shaft=Spring(c=50.0),
         b=Inertia(J=1.0),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
         initial_equations=lambda m: [m.b.w == 2 * m.a.w + 1, m.shaft.tau == m.shaft.c * 0.3],
     )
     point = lp.start_point(lp.assemble(model))
@@ -73,11 +66,10 @@ def test_an_initial_equation_relates_quantities_of_different_parts():
 
 def test_an_initial_equation_may_ask_for_derivatives_that_the_equations_do_not_have():
     # tau = c phi_rel: der(tau) = c (w_b - w_a); its second derivative is c (a_b - a_a)
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J=2.0, w=1.0),
         shaft=Spring(c=50.0),
         b=Inertia(J=0.5),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
         initial_equations=lambda m: [
             lp.der(m.shaft.tau) == 20.0,
             lp.der(lp.der(lp.der(m.b.w))) == 600.0,
@@ -162,14 +154,13 @@ def test_an_initial_equation_takes_the_side_that_holds_at_the_start():
 
 
 def test_start_values_and_initial_equations_pass_through_gears():
-    model = lp.compose(
+    model = in_a_row(
         drive=Torque(tau=6.0),
         a=Inertia(J=1.0),
         gear=IdealGear(ratio=4.0),
         b=Inertia(J=1.0),
         brake=Damper(d=2.0),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.drive, m.a, m.gear, m.b, m.brake, m.wall),
         initial_equations=lambda m: [lp.der(m.b.w) == 0],
     )
     point = lp.start_point(lp.assemble(model))
@@ -180,14 +171,12 @@ def test_start_values_and_initial_equations_pass_through_gears():
 
 def test_a_thousand_initial_equations_of_one_class_are_lowered_once():
     count = 1000
-    model = lp.compose(
+    model = in_rows(
+        "wall spring/body drive",
         wall=Fixed(),
         spring=[Spring(c=1e3) for _ in range(count)],
-        body=[SteadyInertia(J=1.0) for _ in range(count)],
+        body=[Steady(J=1.0) for _ in range(count)],
         drive=Torque(tau=2.0),
-        connections=lambda m: lp.chain(
-            m.wall, *(p for pair in zip(m.spring, m.body, strict=True) for p in pair), m.drive
-        ),
     )
     system = lp.assemble(model)
     assert [len(group.nodes) for group in system.structure.flat.initial] == [count]

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 from linkages import double_rocker
-from rows import in_a_row
+from rows import assemble_row, assemble_rows, in_a_row
 
 import lumped as lp
 from lumped.components import (
     Damper,
     Fixed,
-    IdealGear,
     Inertia,
     Spring,
     SpringDamper,
@@ -42,13 +41,12 @@ def test_a_start_acceleration_sets_the_twist(two_mass):
 def test_a_rest_length_follows_from_the_position_in_which_it_holds_a_body():
     from lumped.components import translation
 
-    model = in_a_row(
+    system = assemble_row(
         wall=translation.Fixed(),
         spring=translation.Spring(c=1e3),
         body=translation.Mass(m=2.0, s=0.5, v=0.0, a=0.0),
         weight=translation.Force(f=-19.62),
     )
-    system = lp.assemble(model)
     point = lp.start_point(system, free=["spring.s_rel0"])
     # c (0.5 - s_rel0) = -m g
     assert point.parameters["spring.s_rel0"] == pytest.approx(0.5 + 19.62 / 1e3, rel=1e-12)
@@ -61,7 +59,7 @@ def test_a_rest_length_follows_from_the_position_in_which_it_holds_a_body():
 
 
 def test_a_run_starts_from_an_equilibrium():
-    model = in_a_row(
+    system = assemble_row(
         drive=Torque(tau=12.0),
         a=Inertia(J=1.0),
         shaft=SpringDamper(c=400.0, d=0.2),
@@ -69,7 +67,6 @@ def test_a_run_starts_from_an_equilibrium():
         load=Damper(d=0.5),
         ground=Fixed(),
     )
-    system = lp.assemble(model)
     steady = lp.equilibrium(system, parameters={"drive.tau": 10.0})
     run = lp.simulate(system, until=5.0, start=steady, grid=20)
     assert run["b.w"] == pytest.approx(np.full(21, 20.0), rel=1e-6)
@@ -87,47 +84,6 @@ def test_a_start_value_bound_to_a_parameter_follows_it():
     system = lp.assemble(Rig())
     assert lp.start_point(system)["body.w"] == 6.0
     assert lp.start_point(system, parameters={"v": 5.0})["body.w"] == 10.0
-
-
-def test_a_loaded_shaft_comes_to_rest_twisted():
-    model = in_a_row(
-        drive=Torque(tau=12.0), body=Inertia(J=1.0), shaft=Spring(c=400.0), wall=Fixed()
-    )
-    point = lp.equilibrium(lp.assemble(model))
-    assert point["body.phi"] == pytest.approx(12.0 / 400.0, rel=1e-12)
-    assert point["body.w"] == pytest.approx(0.0, abs=1e-12)
-
-
-def test_a_driven_and_braked_shaft_turns_at_its_steady_speed():
-    model = in_a_row(
-        drive=Torque(tau=12.0),
-        a=Inertia(J=1.0),
-        shaft=SpringDamper(c=400.0, d=0.2),
-        b=Inertia(J=2.0),
-        load=Damper(d=0.5),
-        ground=Fixed(),
-    )
-    system = lp.assemble(model)
-    point = lp.equilibrium(system)
-    received = [point[n] for n in ("a.w", "b.w", "shaft.phi_rel")]
-    assert received == pytest.approx([24.0, 24.0, -0.03], rel=1e-10)
-    run = lp.simulate(system, until=160.0, grid=[160.0], rtol=1e-9)
-    assert run["b.w"][-1] == pytest.approx(24.0, rel=1e-7)
-
-
-def test_a_free_drive_turns_at_the_speed_that_was_given():
-    model = in_a_row(
-        motor=Inertia(J=0.02, w=100.0),
-        shaft=SpringDamper(c=2e3, d=0.4),
-        gear=IdealGear(ratio=3.0),
-        load=Inertia(J=1.5),
-    )
-    system = lp.assemble(model)
-    point = lp.equilibrium(system)
-    received = [point[n] for n in ("motor.w", "load.w", "shaft.tau")]
-    assert received == pytest.approx([100.0, 100.0 / 3, 0.0], rel=1e-12, abs=1e-9)
-    point = lp.equilibrium(system, start={"load.w": 20.0})  # both cannot stay: the nearest
-    assert point["motor.w"] == pytest.approx(3 * point["load.w"], rel=1e-12)
 
 
 class Cubic(lp.Component):
@@ -190,16 +146,13 @@ def test_a_linearisation_that_is_not_finite_is_refused():
 
 def test_a_point_of_a_run_is_where_it_is_linearised():
     """A swinging arm on a spring: its frequency at an angle is that of the tangent there."""
-    model = lp.compose(
+    system = assemble_rows(
+        "spring arm",
+        "ground spring",
         arm=SwingingMass(m=2.0, R=0.5, g=9.81),
         ground=Fixed(),
         spring=Spring(c=3.0),
-        connections=lambda m: [
-            lp.connect(m.arm.flange, m.spring.flange_b),
-            lp.connect(m.spring.flange_a, m.ground.flange),
-        ],
     )
-    system = lp.assemble(model)
     run = lp.simulate(system, until=2.0, start={"arm.flange.phi": 0.4}, rtol=1e-9)
     for time in (0.0, 0.7, 2.0):
         point = run.point(time)
@@ -232,16 +185,13 @@ class Soft(lp.Component):
 
 
 def test_a_preferred_state_leads_although_what_it_makes_is_steep():
-    model = lp.compose(
+    system = assemble_rows(
+        "push body",
+        "body tyre",
         push=Torque(tau=5.0),
         body=Inertia(J=1.0),
         tyre=Soft(),
-        connections=lambda m: [
-            *lp.chain(m.push, m.body),
-            lp.connect(m.body.flange_b, m.tyre.flange),
-        ],
     )
-    system = lp.assemble(model)
     run = lp.simulate(system, until=1.0, rtol=1e-9, grid=[1.0])
     assert run.events == ()
     assert {piece.system for piece in run.pieces} == {system}

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from rows import assemble_row, in_a_row
+from drives_at_points import Fan
+from rows import assemble_row, in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -71,7 +72,13 @@ def test_a_locus_that_passes_several_situations_names_them_all():
 
 def held():
     """A brake that sticks, one that slides, a clutch that is released, a play that is closed."""
-    return lp.compose(
+    return in_rows(
+        "t a",
+        "play a",
+        "b play",
+        "b spring c clutch d",
+        "b stuck",
+        "d sliding",
         t=Torque(tau=1.0),
         a=Inertia(J=1.0),
         play=Backlash(b=0.1, phi_rel=0.05),
@@ -82,14 +89,6 @@ def held():
         clutch=Clutch(f_max=100.0, u=0.0),
         d=Inertia(J=1.0, w=5.0),
         sliding=BearingFriction(characteristic=((0.0, 2.0),)),
-        connections=lambda m: [
-            *lp.chain(m.t, m.a),
-            lp.connect(m.a.flange_b, m.play.flange_b),
-            lp.connect(m.play.flange_a, m.b.flange_a),
-            *lp.chain(m.b, m.spring, m.c, m.clutch, m.d),
-            lp.connect(m.b.flange_a, m.stuck.flange_a),
-            lp.connect(m.d.flange_b, m.sliding.flange_a),
-        ],
     )
 
 
@@ -100,17 +99,15 @@ def test_what_sticks_slides_is_closed_or_released_is_named():
 
 def test_what_a_brake_holds_is_no_rigid_body_mode():
     """One body on a spring from the body that the brake holds, between two other springs."""
-    model = lp.compose(
+    model = in_rows(
+        "a spring b soft wall",
+        "a brake",
         a=Inertia(J=1.0),
         brake=Brake(f_max=100.0, u=1.0),
         spring=SpringDamper(c=50.0, d=1.0),
         b=Inertia(J=2.0),
         soft=SpringDamper(c=30.0, d=1.0),
         wall=Fixed(),
-        connections=lambda m: [
-            *lp.chain(m.a, m.spring, m.b, m.soft, m.wall),
-            lp.connect(m.a.flange_a, m.brake.flange_a),
-        ],
     )
     modes = lp.modes(lp.assemble(model, keep=["a.phi"]))
     assert modes.rigid == 0
@@ -123,20 +120,10 @@ def test_a_drive_without_contact_or_friction_has_nothing_to_say():
     assert received == "Model: 1 oscillating and 1 rigid-body modes, 0 decays"
 
 
-class Fan(lp.Component):
-    """Torque ``k w |w|`` against the motion, in two pieces that join smoothly."""
-
-    flange = lp.Flange()
-    k: lp.Param = lp.param("N.m.s2/rad2", "factor", 2.0)
-
-    def equations(self):
-        w = lp.der(self.flange.phi)
-        yield self.flange.tau == lp.ops.where(w > 0, self.k * w**2, -self.k * w**2)
-
-
 def test_a_fan_at_rest_is_not_open_and_has_one_linearisation():
-    model = lp.compose(
-        a=Inertia(J=1.0), fan=Fan(), connections=lambda m: [lp.connect(m.a.flange_b, m.fan.flange)]
+    model = in_a_row(
+        a=Inertia(J=1.0),
+        fan=Fan(),
     )
     received = repr(lp.linearise(lp.assemble(model)))
     assert "open" not in received

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from drives_at_points import Steady
+from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import Backlash, ElastoBacklash, Fixed, Inertia, OneWayClutch, Spring, Torque
@@ -45,24 +46,15 @@ def test_a_rigid_play_starts_closed_where_nothing_shall_accelerate():
     assert point["play.tau"] == pytest.approx(5.0, rel=1e-12)
 
 
-class Resting(Inertia):
-    """Inertia that starts without acceleration."""
-
-    def initial_equations(self):
-        yield lp.der(self.w) == 0
-
-
 @pytest.mark.parametrize("torque", [7.0, -7.0])
 def test_several_plays_start_in_contact_one_behind_the_other(torque):
     count = 4
-    model = lp.compose(
+    model = in_rows(
+        "wall play/body load",
         wall=Fixed(),
         play=[ElastoBacklash(c=100.0 * (i + 1), d=0.0, b=0.02 * (i + 1)) for i in range(count)],
-        body=[Resting(J=1.0, w=0.0) for _ in range(count)],
+        body=[Steady(J=1.0, w=0.0) for _ in range(count)],
         load=Torque(tau=torque),
-        connections=lambda m: lp.chain(
-            m.wall, *(p for pair in zip(m.play, m.body, strict=True) for p in pair), m.load
-        ),
     )
     point = lp.start_point(lp.assemble(model))
     for i in range(count):
@@ -70,30 +62,17 @@ def test_several_plays_start_in_contact_one_behind_the_other(torque):
         assert point[f"play[{i}].phi_rel"] == pytest.approx(expected, rel=1e-10)
 
 
-def test_a_closed_stop_and_a_locked_freewheel_carry_what_is_demanded():
-    # a spring presses a body against the flank of a rigid play, which takes what is left
-    model = lp.compose(
+@pytest.mark.parametrize("part", [Backlash(b=0.2, phi_rel=-0.1), OneWayClutch(f_max=1e3, u=1.0)])
+def test_a_closed_stop_and_a_locked_freewheel_carry_what_is_demanded(part):
+    # a spring presses a body against the part, which takes what is left
+    model = in_a_row(
         push=Torque(tau=6.0),
         a=Inertia(J=1.0, w=0.0),
-        play=Backlash(b=0.2, phi_rel=-0.1),
-        b=Inertia(J=2.0),
+        part=part,
+        b=Steady(J=2.0),
         shaft=Spring(c=50.0),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.push, m.a, m.play, m.b, m.shaft, m.wall),
-        initial_equations=lambda m: [lp.der(m.b.w) == 0],
     )
     point = lp.start_point(lp.assemble(model))
     assert [point["a.a"], point["b.a"]] == pytest.approx([0.0, 0.0], abs=1e-9)
     assert point["shaft.tau"] == pytest.approx(-6.0, rel=1e-10)
-    model = lp.compose(
-        push=Torque(tau=6.0),
-        a=Inertia(J=1.0, w=0.0),
-        free=OneWayClutch(f_max=1e3, u=1.0),
-        b=Inertia(J=2.0),
-        shaft=Spring(c=50.0),
-        wall=Fixed(),
-        connections=lambda m: lp.chain(m.push, m.a, m.free, m.b, m.shaft, m.wall),
-        initial_equations=lambda m: [lp.der(m.b.w) == 0],
-    )
-    point = lp.start_point(lp.assemble(model))
-    assert abs(point["shaft.tau"]) == pytest.approx(6.0, rel=1e-10)

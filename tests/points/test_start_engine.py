@@ -14,15 +14,21 @@ BANKS = np.deg2rad([-30.0, 30.0, -30.0, 30.0, -30.0, 30.0])
 PINS = np.deg2rad([-30.0, 90.0, -150.0, -90.0, 30.0, -210.0])
 
 
+CLOSING = (
+    (177.4132, -287.2189, 151.8252, -24.9973, 2.4),
+    (2836360.0, -10569296.0, 14761814.0, -9158505.0, 2129670.0),
+)
+OPENING = (
+    (145.930, -131.707, 17.3438, 17.9272, 2.4),
+    (-3929704.0, 14748765.0, -20747000.0, 12964477.0, -3036495.0),
+)
+"""Gas pressure of the reference case, bar, below its peak and about it: polynomials of x."""
+
+
 def pressure(x, rising):
-    """Gas pressure in bar of the reference case; `rising`: the piston moves to the head."""
-    if rising:
-        row = (177.4132, -287.2189, 151.8252, -24.9973, 2.4)
-        peak = (2836360.0, -10569296.0, 14761814.0, -9158505.0, 2129670.0)
-        return np.polyval(row if x < 0.986061 else peak, x)
-    row = (145.930, -131.707, 17.3438, 17.9272, 2.4)
-    peak = (-3929704.0, 14748765.0, -20747000.0, 12964477.0, -3036495.0)
-    return np.polyval(row if x <= 0.933 else peak, x)
+    """Gas pressure in bar; `rising`: the piston moves to the head."""
+    row, peak = CLOSING if rising else OPENING
+    return np.polyval(row if (x < 0.986061 if rising else x <= 0.933) else peak, x)
 
 
 class Gas(lp.Component):
@@ -34,16 +40,12 @@ class Gas(lp.Component):
     def equations(self):
         x = 1.0 - (0.45 - (self.flange.s + 0.1)) / 0.35
         yield self.v == -lp.der(self.flange.s)
-        closing = where(
-            x < 0.986061,
-            177.4132 * x**4 - 287.2189 * x**3 + 151.8252 * x**2 - 24.9973 * x + 2.4,
-            2836360 * x**4 - 10569296 * x**3 + 14761814 * x**2 - 9158505 * x + 2129670,
+        low_closing, high_closing, low_opening, high_opening = (
+            sum(a * x**k for a, k in zip(row, (4, 3, 2, 1, 0), strict=True))
+            for row in (*CLOSING, *OPENING)
         )
-        opening = where(
-            x <= 0.933,
-            145.930 * x**4 - 131.707 * x**3 + 17.3438 * x**2 + 17.9272 * x + 2.4,
-            -3929704 * x**4 + 14748765 * x**3 - 20747000 * x**2 + 12964477 * x - 3036495,
-        )
+        closing = where(x < 0.986061, low_closing, high_closing)
+        opening = where(x <= 0.933, low_opening, high_opening)
         bar = where(self.v < 0, closing, opening)
         yield self.flange.f == 1e5 * bar * np.pi * BORE**2 / 4
 

@@ -55,11 +55,6 @@ def test_what_follows_from_the_root_holds(system):
     assert point["x"] == pytest.approx(cubic(point["y"]), abs=2e-9)
 
 
-def test_a_value_given_to_the_instance_holds():
-    point = lp.start_point(lp.assemble(Rig(y=1.5)))
-    assert point["x"] == pytest.approx(cubic(1.5), abs=2e-9)
-
-
 def test_a_free_parameter_meets_state_and_root(system):
     point = lp.start_point(system, start={"x": 1.0, "y": 1.5}, free=["k"])
     assert point.parameters["k"] == pytest.approx(1.5**3 + 1.5, rel=4e-9)

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from drives_at_points import Steady
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -70,17 +72,20 @@ def test_a_lag_of_friction_starts_with_what_slides(w):
     assert point["felt"] == pytest.approx(np.sign(w) * 7.0, rel=1e-12)
 
 
-def test_a_damping_follows_from_a_steady_speed_beside_friction():
-    model = lp.compose(
-        push=Torque(tau=8.0),
-        body=Inertia(J=1.0, w=10.0),
-        bearing=BearingFriction(characteristic=((0.0, 5.0), (100.0, 15.0))),
-        oil=Damper(d=0.1),
+def rubbing(torque, characteristic):
+    """A body in a bearing with friction, before a damper, that starts steadily."""
+    return in_a_row(
+        push=Torque(tau=torque),
+        body=Steady(J=1.0),
+        bearing=BearingFriction(characteristic=characteristic),
+        oil=Damper(d=2.0),
         ground=Fixed(),
-        connections=lambda m: lp.chain(m.push, m.body, m.bearing, m.oil, m.ground),
-        initial_equations=lambda m: [lp.der(m.body.w) == 0],
     )
-    point = lp.start_point(lp.assemble(model), free=["oil.d"])
+
+
+def test_a_damping_follows_from_a_steady_speed_beside_friction():
+    model = rubbing(8.0, ((0.0, 5.0), (100.0, 15.0)))
+    point = lp.start_point(lp.assemble(model), start={"body.w": 10.0}, free=["oil.d"])
     assert point.parameters["oil.d"] == pytest.approx((8.0 - 6.0) / 10.0, rel=1e-12)
     assert point["body.a"] == pytest.approx(0.0, abs=1e-12)
 
@@ -88,30 +93,19 @@ def test_a_damping_follows_from_a_steady_speed_beside_friction():
 @pytest.mark.parametrize(("torque", "speed"), [(3.0, 0.0), (-3.0, 0.0), (8.0, 1.5), (-8.0, -1.5)])
 def test_a_body_with_friction_starts_steadily_at_rest_or_sliding(torque, speed):
     # 5 N.m of friction; what is left turns a damper of 2 N.m.s/rad
-    model = lp.compose(
-        push=Torque(tau=torque),
-        body=Inertia(J=1.0),
-        bearing=BearingFriction(characteristic=((0.0, 5.0),)),
-        oil=Damper(d=2.0),
-        ground=Fixed(),
-        connections=lambda m: lp.chain(m.push, m.body, m.bearing, m.oil, m.ground),
-        initial_equations=lambda m: [lp.der(m.body.w) == 0],
-    )
-    point = lp.start_point(lp.assemble(model))
+    point = lp.start_point(lp.assemble(rubbing(torque, ((0.0, 5.0),))))
     assert point["body.w"] == pytest.approx(speed, abs=1e-12)
     assert point["body.a"] == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("w", [10.0, -10.0])
 def test_behind_a_slipping_clutch_a_body_starts_at_its_steady_speed(w):
-    model = lp.compose(
+    model = in_a_row(
         a=Inertia(J=1.0, w=w),
         slip=Clutch(f_max=20.0, u=1.0, characteristic=((0.0, 0.5),)),
-        b=Inertia(J=1.0),
+        b=Steady(J=1.0),
         oil=Damper(d=2.0),
         ground=Fixed(),
-        connections=lambda m: lp.chain(m.a, m.slip, m.b, m.oil, m.ground),
-        initial_equations=lambda m: [lp.der(m.b.w) == 0],
     )
     point = lp.start_point(lp.assemble(model))
     # it carries mu f_n = 0.5 * 20 N.m, which the damper takes
@@ -134,14 +128,12 @@ def test_a_drive_at_its_limit_starts_with_its_limit():
 @pytest.mark.parametrize(("w", "torque"), [(10.0, 16.0), (-10.0, 25.0)])
 def test_a_lossy_gear_starts_with_the_losses_of_its_direction(w, torque):
     # forward the motor drives: tau_b = 2 * 10 * 0.8; backward the load does: 2 * 10 / 0.8
-    model = lp.compose(
+    model = in_a_row(
         push=Torque(tau=10.0),
         a=Inertia(J=1.0, w=w),
         gear=LossyGear(ratio=2.0, losses=((0.0, 0.8, 0.8, 0.0, 0.0),)),
-        b=Inertia(J=1.0),
+        b=Steady(J=1.0),
         load=Torque(tau=-1.0),
-        connections=lambda m: lp.chain(m.push, m.a, m.gear, m.b, m.load),
-        initial_equations=lambda m: [lp.der(m.b.w) == 0],
     )
     point = lp.start_point(lp.assemble(model), free=["load.tau"])
     assert point.parameters["load.tau"] == pytest.approx(-torque, rel=1e-12)

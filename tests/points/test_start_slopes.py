@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_rows
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper
@@ -19,14 +20,14 @@ def pulled():
 def turning():
     """A speed that is given is an expression of a parameter; a default and a given one vary."""
     speed = lp.param("rad/s", "speed at the start", 0.0)
-    model = lp.compose(
+    model = in_rows(
+        "a shaft b rest wall",
         speed=speed,
         a=Inertia(J=1.0, w=2.0 * speed),
         shaft=SpringDamper(c=50.0, d=0.1),
         b=Inertia(J=2.0, w=0.0),
         rest=SpringDamper(c=20.0),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.a, m.shaft, m.b, m.rest, m.wall),
     )
     return lp.assemble(model), {"shaft.tau": 3.0}, ["speed", "shaft.c"], ["b.w", "shaft.tau"]
 

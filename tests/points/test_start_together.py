@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -25,20 +25,14 @@ from lumped.errors import StartError
 
 def train(**given):
     """Motor, six elastic shafts with wheels, a gear that reverses, a play and a load."""
-    return lp.compose(
+    return in_rows(
+        "motor shaft/wheel gear play load",
         motor=Inertia(J=0.5),
         shaft=[SpringDamper(c=1e3 * (i + 1), d=1.0) for i in range(6)],
         wheel=[Inertia(J=1.0 + i) for i in range(6)],
         gear=IdealGear(ratio=-4.0),
         play=ElastoBacklash(c=1e4, d=2.0, b=0.01),
         load=Inertia(J=3.0),
-        connections=lambda m: lp.chain(
-            m.motor,
-            *(p for pair in zip(m.shaft, m.wheel, strict=True) for p in pair),
-            m.gear,
-            m.play,
-            m.load,
-        ),
     ).with_(given)
 
 

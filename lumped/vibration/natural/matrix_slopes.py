@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from lumped.compiler.system import System
-from lumped.points.kink_refusals import refuse_kinks
+from lumped.points.borders import refuse_kinks
 from lumped.points.moved_equilibrium import MovedPoint, find_moved_point, point_matters, still_point
 from lumped.support.arrays import Complex, Real
 from lumped.support.made_once import made_once

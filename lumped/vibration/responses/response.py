@@ -80,7 +80,7 @@ class FrequencyResponse(ByName, RichHtml):
     @cached_property
     def matrices(self) -> Held:
         """A, B, C and D at any frequency."""
-        return Held(self.point, Matrices(self.system, self.point, self.inputs, self.outputs))
+        return Held(self.point, Matrices(self.point, self.inputs, self.outputs))
 
     @checked
     def __getitem__(self, names: tuple[Name, Name]) -> Complex:

@@ -1,7 +1,8 @@
-"""A drive with play in it, which several tests use."""
+"""Parts and drives that several tests use."""
 
 from rows import in_a_row
 
+import lumped as lp
 from lumped.components import ElastoBacklash, IdealGear, Inertia, SpringDamper, Torque
 
 
@@ -17,3 +18,21 @@ def geared(torque=5.0, ratio=5.0, **starts):
         e=Inertia(J=20.0),
         load=Torque(tau=-torque * ratio),
     ).with_(starts)
+
+
+class Fan(lp.Component):
+    """Torque ``k w |w|`` against the motion, in two pieces that join smoothly."""
+
+    flange = lp.Flange()
+    k: lp.Param = lp.param("N.m.s2/rad2", "factor", 2.0)
+
+    def equations(self):
+        w = lp.der(self.flange.phi)
+        yield self.flange.tau == lp.ops.where(w > 0, self.k * w**2, -self.k * w**2)
+
+
+class Steady(Inertia):
+    """Inertia that starts without acceleration."""
+
+    def initial_equations(self):
+        yield lp.der(self.w) == 0
