@@ -8,10 +8,9 @@ import casadi as ca
 import numpy as np
 
 from lumped.errors import SolverError
-from lumped.gradients.adjoint import crossings_of
 from lumped.gradients.jumps import Crossing
-from lumped.gradients.legs import Leg
-from lumped.gradients.state_changes import exchange_fault
+from lumped.gradients.legs import legs_of, pieces_of
+from lumped.gradients.saltation import crossings_of
 from lumped.gradients.steps import Steps
 from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.plants.executable import Executable, smooth_executable
@@ -188,22 +187,20 @@ class Forward:
         SolverError
             Where the run has no derivative, or none that is followed.
         """
-        pieces = self.pieces(run)
-        found = self._of_all_orders(run, pieces, pieces, S)
+        found = self._of_all_orders(run, pieces_of(run), S)
         return found.states, found.instants
 
     def at_end(self, run: Trajectory, S: np.ndarray) -> np.ndarray:
         """As `sensitivities`, but only those at the end of the run, shape (n, k)."""
-        pieces = self.pieces(run)
-        ends = [Piece(p.system, p.t[[0, -1]], p.x[[0, -1]], p.settings[[0, -1]]) for p in pieces]
-        found: np.ndarray = self._of_all_orders(run, pieces, ends, S).states[-1][-1]
+        ends = [
+            Piece(p.system, p.t[[0, -1]], p.x[[0, -1]], p.settings[[0, -1]]) for p in pieces_of(run)
+        ]
+        found: np.ndarray = self._of_all_orders(run, ends, S).states[-1][-1]
         return found
 
-    def _of_all_orders(
-        self, run: Trajectory, pieces: list[Piece], wanted: list[Piece], S: np.ndarray
-    ) -> Followed:
+    def _of_all_orders(self, run: Trajectory, wanted: list[Piece], S: np.ndarray) -> Followed:
         """Derivatives at wanted points of the pieces, which must agree in all orders of changes."""
-        crossings = self.crossings(run, pieces)
+        crossings = self.crossings(run)
         found = self.follow(run, wanted, crossings, S, 1)
         if any(len(crossing.orders) > 1 for crossing in crossings):
             other = self.follow(run, wanted, crossings, S, -1)
@@ -212,24 +209,9 @@ class Forward:
                     raise coincide(run, crossings)
         return found
 
-    def pieces(self, run: Trajectory) -> list[Piece]:
-        """Smooth parts of a run.
-
-        Raises
-        ------
-        SolverError
-            If states change places.
-        """
-        pieces = [piece for piece in run.pieces if len(piece.t)]
-        for piece in pieces:
-            if piece.system is not self.system:
-                raise SolverError(exchange_fault(run, float(piece.t[0])), run)
-        return pieces
-
-    def crossings(self, run: Trajectory, pieces: list[Piece]) -> list[Crossing]:
+    def crossings(self, run: Trajectory) -> list[Crossing]:
         """How derivatives jump between the pieces."""
-        legs = [Leg(run, piece) for piece in pieces]
-        return crossings_of(run, legs, self.rtol)
+        return crossings_of(run, legs_of(run), self.rtol)
 
     def follow(
         self,

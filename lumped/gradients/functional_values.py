@@ -12,13 +12,13 @@ from lumped.errors import OptionError, SolverError
 from lumped.functionals import Functional
 from lumped.functionals.functional import refuse_other
 from lumped.functionals.readings import Integral, Reading
-from lumped.gradients.adjoint import AdjointPoint, crossings_of
 from lumped.gradients.forward import Followed
 from lumped.gradients.legs import legs_of
 from lumped.gradients.readings.chained import Chained
-from lumped.gradients.readings.functional_terms import SmoothParts
-from lumped.gradients.readings.instant_terms import InstantTerms, ReadingTerms
+from lumped.gradients.readings.functional_terms import ReadParts
+from lumped.gradients.readings.instant_terms import AdjointPoint, InstantTerms, ReadingTerms
 from lumped.gradients.resolved_steps import Resolved, refine_sweep
+from lumped.gradients.saltation import crossings_of
 from lumped.gradients.steps import steps_of
 from lumped.gradients.sweep import Seeds, SweepResult, find_place
 from lumped.gradients.touches import refuse_touches
@@ -31,7 +31,7 @@ class RunReadings:
 
     Attributes
     ----------
-    course : SmoothParts
+    course : ReadParts
         The run in its smooth parts, every instant that counts an end of a step.
     wanted : tuple of Reading
         What they are.
@@ -46,7 +46,7 @@ class RunReadings:
         Integrals of the sizes of what is integrated.
     """
 
-    course: SmoothParts
+    course: ReadParts
     wanted: tuple[Reading, ...]
     terms: dict[int, ReadingTerms]
     integrals: tuple[int, ...]
@@ -68,8 +68,8 @@ class RunReadings:
         found = {k: f for k, f in enumerate(wanted) if isinstance(f, Integral)}
         integrals, keys = list(found), [tuple(map(system.key, f.factors)) for f in found.values()]
         steps = steps_of(system, tuple(keys))
-        course = SmoothParts(run, legs, crossings_of(run, legs, rtol), steps, rtol)
-        refuse_touches(run, legs, steps, rtol, any(course.ends(f) for f in wanted))
+        course = ReadParts(run, legs, steps, rtol, crossings_of(run, legs, rtol))
+        refuse_touches(course, any(course.ends(f) for f in wanted))
         for reading in wanted:
             course.cut(reading)
         until = course.until
@@ -85,11 +85,7 @@ class RunReadings:
     def integrate(self) -> RunReadings:
         """The same with its integrals."""
         seeds = Seeds(np.zeros((len(self.integrals), 0)), self.seeds.spans)
-        return self._with(self._sweep(seeds, []))
-
-    def _sweep(self, seeds: Seeds, points: list[AdjointPoint]) -> Resolved:
-        c = self.course
-        return refine_sweep(c.run, c.legs, c.crossings, c.steps, seeds, points, c.rtol)
+        return self._with(refine_sweep(self.course, seeds, []))
 
     def _with(self, found: Resolved) -> RunReadings:
         """The same with integrals that were found."""
@@ -165,7 +161,7 @@ class RunReadings:
                 chosen.append(np.zeros(len(self.integrals)))
                 count += 1
         whole = np.array(chosen).T.reshape(len(self.integrals), count)
-        results = self._sweep(Seeds(whole, self.seeds.spans), points)
+        results = refine_sweep(self.course, Seeds(whole, self.seeds.spans), points)
         return self._with(results), results.found, results.errors, columns, guards
 
     # -- forwards ----------------------------------------------------------------------------

@@ -6,15 +6,17 @@ Steps made again have the lengths of those of the run, and so their bits.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NoReturn
 
 import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.gradients.jumps import Side
+from lumped.gradients.jumps import Crossing, Side
 from lumped.gradients.spans import Span
-from lumped.gradients.state_changes import exchange_fault
-from lumped.gradients.steps import steps_of
+from lumped.gradients.steps import Steps, steps_of
 from lumped.points.start import run_start
 from lumped.simulation.simulate import interruptible, run_on
 from lumped.timeloop.results.recorder import Recorder, SparingRecorder
@@ -175,17 +177,62 @@ def record_run(system: System, plan: RunPlan) -> Trajectory:
     return run_on(point, plan, SparingRecorder(point, plan.until, _KEPT_BYTES))
 
 
-def legs_of(run: Trajectory) -> list[Leg]:
-    """Smooth parts of a run that was recorded at the steps of the solver.
+@dataclass(frozen=True, eq=False)
+class SmoothParts:
+    """A run in its smooth parts.
+
+    Attributes
+    ----------
+    run : Trajectory
+        The run.
+    legs : list of Leg
+        Its smooth parts.
+    steps : Steps
+        How it was made, with what is integrated.
+    rtol : float
+        Its accuracy.
+    crossings : sequence of Crossing
+        How derivatives jump where each part but the first begins.
+    """
+
+    run: Trajectory
+    legs: list[Leg]
+    steps: Steps
+    rtol: float
+    crossings: Sequence[Crossing] = ()
+
+    @property
+    def until(self) -> float:
+        """End of the run, s."""
+        return float(self.legs[-1].t[-1])
+
+
+def pieces_of(run: Trajectory) -> list[Piece]:
+    """Smooth parts of a run as they were recorded.
 
     Raises
     ------
     SolverError
         If states change places.
     """
-    legs = []
-    for piece in (p for p in run.pieces if len(p.t)):
+    pieces = [piece for piece in run.pieces if len(piece.t)]
+    for piece in pieces:
         if piece.system is not run.system:
-            raise SolverError(exchange_fault(run, float(piece.t[0])), run)
-        legs.append(Leg(run, piece))
-    return legs
+            _refuse_exchange(run, float(piece.t[0]))
+    return pieces
+
+
+def legs_of(run: Trajectory) -> list[Leg]:
+    """The same of a run that was recorded at the steps of the solver."""
+    return [Leg(run, piece) for piece in pieces_of(run)]
+
+
+def _refuse_exchange(run: Trajectory, t: float) -> NoReturn:
+    """Say why derivatives end where another motion leads, and what to do."""
+    last = [e for e in run.events if e.kind == "states" and e.time <= t][-1]
+    raise SolverError(
+        f"{run.system.name}: at t = {t:.9g} s states change places: {last.after} leads instead of "
+        f"{last.before}. Derivatives are not followed across that. Declare {last.after} with "
+        "state='always', so that it leads from the start, or end the run before.",
+        run,
+    )

@@ -11,13 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from lumped.errors import SolverError
-from lumped.gradients.adjoint import AdjointPoint
-from lumped.gradients.jumps import Crossing
-from lumped.gradients.legs import Leg
-from lumped.gradients.steps import Steps
+from lumped.gradients.legs import Leg, SmoothParts
+from lumped.gradients.readings.instant_terms import AdjointPoint
 from lumped.gradients.sweep import Seeds, StepResults, SweepResult, sweep
 from lumped.gradients.varied import TIGHTER
-from lumped.timeloop.results.trajectory import Trajectory
 
 _ROUNDS = 40
 _MOST = 1_000_000
@@ -47,15 +44,7 @@ class Resolved(NamedTuple):
     sizes: np.ndarray
 
 
-def refine_sweep(
-    run: Trajectory,
-    legs: list[Leg],
-    crossings: list[Crossing],
-    steps: Steps,
-    seeds: Seeds,
-    points: list[AdjointPoint],
-    rtol: float,
-) -> Resolved:
+def refine_sweep(course: SmoothParts, seeds: Seeds, points: list[AdjointPoint]) -> Resolved:
     """Sweep back, and divide steps until integrals and derivatives are accurate.
 
     Raises
@@ -64,83 +53,64 @@ def refine_sweep(
         If that needs too many steps.
     """
     for _ in range(_ROUNDS):
-        found, by_step = sweep(run, legs, crossings, steps, seeds, points)
-        sums, sizes = _totals(legs, by_step, seeds)
-        each = [steps.relative(swept.largest, swept.lost) for swept in found]
+        found, by_step = sweep(course, seeds, points)
+        sums, sizes = _totals(course.legs, by_step, seeds)
+        each = [course.steps.relative(swept.largest, swept.lost) for swept in found]
         errors: np.ndarray = np.max(each, axis=0)
-        many = _for_integrals(run, legs, by_step, sizes, rtol)
-        if not _divide_steps(run, legs, by_step.errors, errors, rtol, many):
+        if not _divide_steps(course, by_step, sizes, errors):
             return Resolved(found, errors, sums, sizes)
-    raise _too_many(run, rtol)
-
-
-def _for_integrals(
-    run: Trajectory, legs: list[Leg], by_step: StepResults, sizes: np.ndarray, rtol: float
-) -> list[np.ndarray] | None:
-    """Into how many parts each step is divided, so that integrals are accurate."""
-    allowed = max(rtol / TIGHTER, _ROUNDING) * sizes
-    over = ~(np.sum([e.sum(axis=0) for e in by_step.part_errors], axis=0) <= allowed)
-    if not over.any():
-        return None
-    span = float(legs[-1].t[-1] - legs[0].t[0])
-    many = []
-    for leg, own in zip(legs, by_step.part_errors, strict=True):
-        share = allowed * np.diff(leg.t)[:, None] / span
-        many.append(_parts(own[:, over], share[:, over], run, leg))
-    return many
+    raise _too_many(course)
 
 
 def _divide_steps(
-    run: Trajectory,
-    legs: list[Leg],
-    each: list[np.ndarray],
-    errors: np.ndarray,
-    rtol: float,
-    many: list[np.ndarray] | None,
+    course: SmoothParts, by_step: StepResults, sizes: np.ndarray, errors: np.ndarray
 ) -> bool:
-    """Whether steps were divided, so that derivatives become accurate.
+    """Whether steps were divided, as integrals or derivatives are not accurate.
 
     Parameters
     ----------
-    each : list of ndarray, shape (steps, k)
-        Error of each result by each step, relative to its derivatives by the states there.
+    sizes : ndarray, shape (q,)
+        Integrals of the sizes.
     errors : ndarray, shape (k,)
-        Errors of the results by all steps.
-    many : list of ndarray, shape (steps,), or None
-        Into how many parts each step is divided at least.
+        Errors of the derivatives of the results by all steps.
     """
-    allowed = max(rtol / TIGHTER, _ROUNDING)
-    over = ~(errors <= allowed)  # also where an adjoint has grown beyond all numbers
+    legs, rtol = course.legs, max(course.rtol / TIGHTER, _ROUNDING)
+    allowed = rtol * sizes
+    rough = ~(np.sum([e.sum(axis=0) for e in by_step.part_errors], axis=0) <= allowed)
+    over = ~(errors <= rtol)  # also where an adjoint has grown beyond all numbers
     count = sum(len(leg.t) for leg in legs)
-    share = np.full(1, allowed / count)
+    span = course.until - float(legs[0].t[0])
     finer = False
-    for number, leg in enumerate(legs):
-        parts = np.ones(len(leg.t) - 1, dtype=int) if many is None else many[number]
-        if over.any():
-            parts = np.maximum(parts, _parts(each[number][:, over], share, run, leg))
-        parts[np.diff(leg.t) <= 1e-12 * (1.0 + np.abs(leg.t[1:]))] = 1
+    for leg, each, of_integrals in zip(legs, by_step.errors, by_step.part_errors, strict=True):
+        length = np.diff(leg.t)
+        implicit = course.run.statistics.is_implicit(leg.t[:-1])
+        share = allowed * length[:, None] / span
+        parts = np.maximum(
+            _parts(of_integrals[:, rough], share[:, rough], implicit),
+            _parts(each[:, over], np.full(1, rtol / count), implicit),
+        )
+        parts[length <= 1e-12 * (1.0 + np.abs(leg.t[1:]))] = 1
         if (parts > 1).any():
             finer = True
             if count + parts.sum() > _MOST:
-                raise _too_many(run, rtol)
+                raise _too_many(course)
             leg.divide(parts)
     return finer
 
 
-def _too_many(run: Trajectory, rtol: float) -> SolverError:
+def _too_many(course: SmoothParts) -> SolverError:
     return SolverError(
-        f"{run.system.name}: an integral or a derivative needs more than {_MOST} steps at rtol = "
-        f"{rtol:g}. Loosen rtol, end the run earlier, or take method='implicit' for a stiff drive "
-        "that rests.",
-        run,
+        f"{course.run.system.name}: an integral or a derivative needs more than {_MOST} steps at "
+        f"rtol = {course.rtol:g}. Loosen rtol, end the run earlier, or take method='implicit' for "
+        "a stiff drive that rests.",
+        course.run,
     )
 
 
-def _parts(errors: np.ndarray, allowed: np.ndarray, run: Trajectory, leg: Leg) -> np.ndarray:
+def _parts(errors: np.ndarray, allowed: np.ndarray, implicit: np.ndarray) -> np.ndarray:
     """Into how many parts each step is divided, so that its errors are allowed, shape (steps,)."""
     if not errors.size:
         return np.ones(len(errors), dtype=int)
-    implicit = run.statistics.is_implicit(leg.t[:-1])
     with np.errstate(divide="ignore", invalid="ignore"):
         over = np.where(errors == 0, 0.0, errors / allowed)
     over = np.nan_to_num(over, nan=1e300, posinf=1e300).max(axis=1)

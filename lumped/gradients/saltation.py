@@ -22,6 +22,8 @@ from lumped.timeloop.results.trajectory import Trajectory
 _SHARING = (hold_modes.COMPLIANCE, hold_modes.SHARE)
 _MOST = 4
 """Different causes at one instant whose orders are all followed."""
+_AT_ONCE = 1e-10
+"""Part of a run within which changes are at the same instant."""
 
 
 class Saltation:
@@ -292,3 +294,23 @@ class Saltation:
 def saltation_of(system: System) -> Saltation:
     """Jumps of the derivatives of a system."""
     return Saltation(system)
+
+
+def crossings_of(run: Trajectory, legs: list[Leg], rtol: float) -> list[Crossing]:
+    """How derivatives jump where each leg but the first begins.
+
+    Raises
+    ------
+    SolverError
+        Where the run has no derivatives.
+    """
+    saltation = saltation_of(run.system)
+    found = saltation.between(run, legs, rtol)
+    soon = _AT_ONCE * float(legs[-1].t[-1])
+    for k in range(len(found) - 1):
+        if found[k + 1].t - found[k].t <= soon and found[k].orders:
+            accuracy = max(rtol, _AT_ONCE) * margin_sizes(run, [legs[k]])[0]
+            both = saltation.join(run, found[k], found[k + 1], accuracy)
+            if both is not None:
+                found[k], found[k + 1] = Crossing(found[k].t, ()), both
+    return found

@@ -16,7 +16,7 @@ from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
 from lumped.gradients.forward import Followed, Forward, coincide
 from lumped.gradients.functional_values import RunReadings, check, refuse
-from lumped.gradients.legs import legs_of
+from lumped.gradients.legs import SmoothParts, legs_of, pieces_of
 from lumped.gradients.readings.chained import Chained, differ
 from lumped.gradients.sensitivity_result import MovedInstant, Sensitivity
 from lumped.gradients.steps import steps_of
@@ -123,7 +123,7 @@ def sensitivity(
     found = None
     if names:
         if steps is not None and not functionals:
-            refuse_touches(steps, legs_of(steps), steps_of(system, ()), fine, True)
+            refuse_touches(SmoothParts(steps, legs_of(steps), steps_of(system, ()), fine), True)
         found = varied.go(steps if steps is not None and grid == every else run(grid), side)
     if not functionals:
         assert found is not None
@@ -168,8 +168,7 @@ class Varied:
         """Follow the derivatives along the pieces of a run."""
         forward = copy(self.forward)  # with a count of evaluations of its own
         begin = slopes_at_start(run, self.given, self.seed, self.varied)
-        pieces = forward.pieces(run)
-        crossings = forward.crossings(run, pieces)
+        pieces, crossings = pieces_of(run), forward.crossings(run)
         several = any(len(crossing.orders) > 1 for crossing in crossings)
         values: np.ndarray | None = None
         for sign in _signs(side, several):

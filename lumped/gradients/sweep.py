@@ -12,13 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from lumped.errors import SolverError
-from lumped.gradients.adjoint import AdjointPoint
-from lumped.gradients.jumps import Crossing, EventDerivatives
-from lumped.gradients.legs import Leg
+from lumped.gradients.jumps import EventDerivatives
+from lumped.gradients.legs import Leg, SmoothParts
+from lumped.gradients.readings.instant_terms import AdjointPoint
 from lumped.gradients.spans import Back, Jump, Pulse, Span
-from lumped.gradients.steps import Steps
 from lumped.gradients.stretches import Stretch, stretches
-from lumped.timeloop.results.trajectory import Trajectory
 
 _MOST = 16
 """Orders of coinciding changes that are followed in one run."""
@@ -117,19 +115,11 @@ Lates = list[list[list[np.ndarray]]]
 class _Sweep:
     """A sweep over a run; arguments as for `sweep`."""
 
-    def __init__(
-        self,
-        run: Trajectory,
-        legs: list[Leg],
-        crossings: list[Crossing],
-        steps: Steps,
-        seeds: Seeds,
-        points: list[AdjointPoint],
-    ) -> None:
-        self.run, self.legs, self.crossings, self.steps = run, legs, crossings, steps
-        self.seeds, self.points = seeds, points
+    def __init__(self, course: SmoothParts, seeds: Seeds, points: list[AdjointPoint]) -> None:
+        self.legs, self.crossings, self.steps = course.legs, course.crossings, course.steps
+        self.theta, self.seeds, self.points = course.run.theta, seeds, points
         q, count = seeds.chosen.shape
-        self.by_step = StepResults.of(legs, count, q)
+        self.by_step = StepResults.of(course.legs, count, q)
         self.late = self._lates()
 
     def _lates(self) -> Lates:
@@ -143,7 +133,7 @@ class _Sweep:
                 np.array([side[v] for _, j in jumps for side in (j.before, j.after)])
                 for v in (0, 1)
             )
-            rates = self.steps.integrated_along(x, self.run.theta, t, m)
+            rates = self.steps.integrated_along(x, self.theta, t, m)
             gains = rates[::2] - rates[1::2]
         edges: dict[int, list[AdjointPoint]] = {}
         for point in self.points:
@@ -200,12 +190,7 @@ class _Sweep:
 
 
 def sweep(
-    run: Trajectory,
-    legs: list[Leg],
-    crossings: list[Crossing],
-    steps: Steps,
-    seeds: Seeds,
-    points: list[AdjointPoint],
+    course: SmoothParts, seeds: Seeds, points: list[AdjointPoint]
 ) -> tuple[list[SweepResult], StepResults]:
     """Derivatives of results by states at the time zero and by parameters.
 
@@ -213,12 +198,13 @@ def sweep(
 
     Parameters
     ----------
-    legs : list of Leg
-        From `legs_of`, with the instants of the points and spans among their times.
+    course : SmoothParts
+        With the instants of the points and spans among the ends of steps.
     """
     q, count = seeds.chosen.shape
+    run, legs, crossings = course.run, course.legs, course.crossings
     n = len(run.system.structure.states)
-    own = _Sweep(run, legs, crossings, steps, seeds, points)
+    own = _Sweep(course, seeds, points)
     found = [SweepResult(*(np.zeros((rows, count)) for rows in (n, len(run.theta), n + q, n + q)))]
     for point in points:
         found[0].by_parameters[:, point.column] += point.by_parameters

@@ -56,7 +56,7 @@ def test_values_between_steps_of_both_methods():
     system = lp.assemble(InTurn())
     run = lp.simulate(system, until=UNTIL, grid=None, rtol=1e-9, method="steps")
     assert used(run) == IN_TURN
-    own, steps = legs.legs_of(run), steps_of(run.system, ())
+    course = legs.SmoothParts(run, legs.legs_of(run), steps_of(run.system, ()), 1e-9)
     look = ManyPoints(ca.Function("look", system.inputs, [system.expressions(["phi"])]))
 
     def angle(t):
@@ -70,8 +70,8 @@ def test_values_between_steps_of_both_methods():
 
     times = np.array([3.9, 0.3, 2.7, 1.4, 3.00001, 0.999, 2.0005, 1.00001])
     numbers = times.astype(int)
-    found = values_at(run, own, steps, look, numbers, times)[:, 0]
+    found = values_at(course, look, numbers, times)[:, 0]
     assert found == pytest.approx([angle(t) for t in times], abs=1e-8)
-    for samples in sample_steps(own, steps, look):
+    for samples in sample_steps(course, look):
         expected = np.vectorize(angle)(samples.t)
         assert np.abs(samples.values[:, :, 0] - expected).max() < 1e-8

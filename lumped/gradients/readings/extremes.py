@@ -7,11 +7,9 @@ from typing import Literal
 import numpy as np
 
 from lumped.functionals.readings import Extreme
-from lumped.gradients.legs import Leg
+from lumped.gradients.legs import SmoothParts
 from lumped.gradients.readings.enclosed_points import highest_points
 from lumped.gradients.readings.product_curve import Ends, Points, ProductCurve, Turn, Window
-from lumped.gradients.steps import Steps
-from lumped.timeloop.results.trajectory import Trajectory
 
 _LOCATED, _TIES = 64, 6
 """Most extremes of nearly the same height that are located, and that are kept."""
@@ -21,16 +19,14 @@ _EXACT = 1e-10
 """Relative height by which kernels may miss an extreme."""
 
 
-def extremes(
-    run: Trajectory, legs: list[Leg], steps: Steps, extreme: Extreme, rtol: float
-) -> list[Turn]:
+def extremes(course: SmoothParts, extreme: Extreme) -> list[Turn]:
     """The extremes of a run that are highest within its accuracy, the highest first.
 
     A quantity is enclosed inside steps, as while a run goes on (see
     `lumped.kernel.enclosures.extremes`).
     """
-    curve = ProductCurve(run, legs, steps, tuple(map(run.system.key, extreme.factors)))
-    sign, between = extreme.sign, extreme.between
+    curve = ProductCurve(course, tuple(map(course.run.system.key, extreme.factors)))
+    sign, between, rtol = extreme.sign, extreme.between, course.rtol
     ends = curve.ends(between)
     signs = (1.0, -1.0) if sign == 0 else (float(sign),)
     best = max(float((each * ends.y).max()) for each in signs)
@@ -44,7 +40,7 @@ def extremes(
     slack = 10 * rtol * size
     order = np.argsort(-tops.value, kind="stable")
     order = order[tops.value[order] >= best - slack][:_LOCATED]
-    found = [end for each in signs for end in _ends(ends, each, len(legs) - 1, between)]
+    found = [end for each in signs for end in _ends(ends, each, len(course.legs) - 1, between)]
     at_ends = {(end.leg, end.time, end.sign) for end in found}
     points, is_located = curve.locate(tops.of(order), between)
     inner = _turns(points.of(np.flatnonzero(is_located)))
@@ -64,7 +60,7 @@ def _tops(
     """Where a quantity times its sign is highest in parts of steps, up to a slack, and how high."""
     found: list[Points] = []
     for numbers, span in curve.spans(between):
-        rows, best = highest_points(curve.steps, span, curve.factors, sign, best, slack)
+        rows, best = highest_points(curve.course.steps, span, curve.factors, sign, best, slack)
         curve.check(np.array(best))
         points = curve.points(numbers, span, rows)
         own = np.where(points.value < 0, -1.0, 1.0) if sign == 0 else np.full(len(rows), sign)

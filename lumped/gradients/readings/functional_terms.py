@@ -19,13 +19,13 @@ from lumped.functionals.readings import (
     Span,
     Value,
 )
-from lumped.gradients.adjoint import AdjointPoint
 from lumped.gradients.jumps import Crossing, EventDerivatives
-from lumped.gradients.legs import Leg
+from lumped.gradients.legs import SmoothParts
 from lumped.gradients.readings.bounces import find_last_bounces, find_limit_of_flights
 from lumped.gradients.readings.damage_slopes import damage_slopes
 from lumped.gradients.readings.extremes import extremes
 from lumped.gradients.readings.instant_terms import (
+    AdjointPoint,
     InstantTerms,
     ReadingTerms,
     add_terms,
@@ -36,8 +36,6 @@ from lumped.gradients.readings.product_slopes import differentiate_at_many, diff
 from lumped.gradients.readings.samples import values_at
 from lumped.gradients.readings.turning_points import turning_points
 from lumped.gradients.saltation import saltation_of
-from lumped.gradients.steps import Steps
-from lumped.timeloop.results.trajectory import Trajectory
 
 _AT_ONCE = 1e-10
 """Part of a run within which a change counts as happening at a given instant."""
@@ -53,28 +51,15 @@ class _Look(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class SmoothParts:
-    """A run in its smooth parts, which functionals look at.
+class ReadParts(SmoothParts):
+    """The smooth parts of a run, which readings look at.
 
     Attributes
     ----------
-    run : Trajectory
-        The run.
-    legs, crossings : list
-        Its smooth parts, and what happens between them.
-    steps : Steps
-        How it was made.
-    rtol : float
-        Its accuracy.
     turns : dict of tuple of str to list
         Where quantities turn, as far as this was asked for.
     """
 
-    run: Trajectory
-    legs: list[Leg]
-    crossings: list[Crossing]
-    steps: Steps
-    rtol: float
     turns: dict[tuple[str, ...], list[Turn]] = field(default_factory=dict)
 
     def find_terms(self, reading: Reading) -> ReadingTerms:
@@ -104,11 +89,6 @@ class SmoothParts:
         if reading.what == "instant":
             return self._instant(reading)
         return ReadingTerms((add_terms(list(self._impacts(reading))),))
-
-    @property
-    def until(self) -> float:
-        """End of the run, s."""
-        return float(self.legs[-1].t[-1])
 
     def ends(self, reading: Reading) -> bool:
         """Whether a reading looks at the very end of the run."""
@@ -202,7 +182,7 @@ class SmoothParts:
     # -- extremes ----------------------------------------------------------------------------
 
     def _extreme(self, reading: Extreme) -> ReadingTerms:
-        tops = extremes(self.run, self.legs, self.steps, reading, self.rtol)
+        tops = extremes(self, reading)
         terms = self._find_turn_terms(tops, self._keys(reading), reading.between is None)
         if reading.sign == 0:
             terms = [scale_terms(one, top.sign) for top, one in zip(tops, terms, strict=True)]
@@ -220,8 +200,7 @@ class SmoothParts:
         """Values at which a quantity turns, one of which may be that at the end of the run."""
         system, n = self.run.system, len(self.run.system.structure.states)
         legs, times = np.array([top.leg for top in tops]), np.array([top.time for top in tops])
-        given = (self.run, self.legs, self.steps, differentiate_at_many(system, factors))
-        found = values_at(*given, legs, times)
+        found = values_at(self, differentiate_at_many(system, factors), legs, times)
         alternatives = []
         for top, row in zip(tops, found, strict=True):
             value, rate = float(row[0]), float(row[1])
@@ -237,8 +216,7 @@ class SmoothParts:
     def _damage(self, reading: Cycles) -> ReadingTerms:
         factors = self._keys(reading)
         if factors not in self.turns:
-            given = (self.run, self.legs, self.steps, factors, self.rtol)
-            self.turns[factors] = turning_points(*given)
+            self.turns[factors] = turning_points(self, factors)
         turns = self.turns[factors]
         values = np.array([turn.value for turn in turns])
         slack = 10 * self.rtol * float(np.abs(values).max())

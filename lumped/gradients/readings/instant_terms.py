@@ -6,7 +6,39 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
-from lumped.gradients.adjoint import AdjointPoint
+import numpy as np
+
+
+@dataclass(frozen=True)
+class AdjointPoint:
+    """Derivatives of a result through one instant of a run.
+
+    Attributes
+    ----------
+    leg : int
+        Number of the smooth part.
+    time : float
+        Where in it, s.
+    column : int
+        Number of the result.
+    by_states, by_parameters : ndarray, shapes (n,) and (p,)
+        Derivatives of the result at that instant.
+    edge : int
+        Number of the leg with whose begin the instant moves; 0 if it does not move.
+    late : float
+        Derivative of the result by that begin.
+    name : str
+        Component whose change this is about, if others may change at the same instant.
+    """
+
+    leg: int
+    time: float
+    column: int
+    by_states: np.ndarray
+    by_parameters: np.ndarray
+    edge: int = 0
+    late: float = 0.0
+    name: str = ""
 
 
 @dataclass(frozen=True)

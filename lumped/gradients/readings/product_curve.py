@@ -10,15 +10,13 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.gradients.legs import Leg
+from lumped.gradients.legs import SmoothParts
 from lumped.gradients.readings.samples import values_at
 from lumped.gradients.spans import Span
-from lumped.gradients.steps import Steps
 from lumped.gradients.stretches import stretches
 from lumped.numerics.bracketed_roots import find_bracketed_roots
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.timeloop.results.trajectory import Trajectory
 
 Window: TypeAlias = tuple[float, float] | None
 """Part of a run, s; None is the whole run."""
@@ -100,11 +98,9 @@ def _look(system: System, factors: tuple[str, ...]) -> ManyPoints:
 class ProductCurve:
     """A product of quantities and its slope anywhere in a run."""
 
-    def __init__(
-        self, run: Trajectory, legs: list[Leg], steps: Steps, factors: tuple[str, ...]
-    ) -> None:
-        self.run, self.legs, self.steps, self.factors = run, legs, steps, factors
-        self.look = _look(run.system, factors)
+    def __init__(self, course: SmoothParts, factors: tuple[str, ...]) -> None:
+        self.course, self.run, self.legs, self.factors = course, course.run, course.legs, factors
+        self.look = _look(course.run.system, factors)
 
     @property
     def text(self) -> str:
@@ -147,7 +143,7 @@ class ProductCurve:
 
     def at(self, legs: np.ndarray, t: np.ndarray) -> np.ndarray:
         """Quantity and slope at times in smooth parts, shape (2, times)."""
-        return values_at(self.run, self.legs, self.steps, self.look, legs, t).T
+        return values_at(self.course, self.look, legs, t).T
 
     def points(self, numbers: np.ndarray, span: Span, rows: np.ndarray) -> Points:
         """Points that kernels list, without signs; not ends at which the quantity goes on."""

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from lumped.gradients.legs import Leg
+from lumped.gradients.legs import SmoothParts
 from lumped.gradients.spans import Span
 from lumped.gradients.step_code import FRACTIONS
 from lumped.gradients.steps import Steps
 from lumped.gradients.stretches import stretches
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.timeloop.results.trajectory import Trajectory
 
 _AT_ONCE = 1024
 """Steps that are looked at in one call."""
@@ -37,11 +36,11 @@ class Samples(NamedTuple):
     values: np.ndarray
 
 
-def sample_steps(legs: Sequence[Leg], steps: Steps, function: ManyPoints) -> Iterator[Samples]:
+def sample_steps(course: SmoothParts, function: ManyPoints) -> Iterator[Samples]:
     """A function in all steps of a run, some at once."""
     last = np.zeros(function.results)
-    for stretch in stretches(legs):
-        whole = stretch.span(legs)
+    for stretch in stretches(course.legs):
+        whole = stretch.span(course.legs)
         number, begin, end = np.array(stretch.legs).T
         numbers = np.repeat(number, end - begin + 1)
         follows = np.ones(len(whole.t), dtype=bool)  # on a step of the same part
@@ -50,7 +49,7 @@ def sample_steps(legs: Sequence[Leg], steps: Steps, function: ManyPoints) -> Ite
             span = whole.part(k, min(k + _AT_ONCE, len(whole.t) - 1))
             count = len(span.t) - 1
             values = np.empty((count, len(FRACTIONS) + 1, function.results))
-            values[:, 1:] = steps.evaluate_inside(span, function.counted, function.results)
+            values[:, 1:] = course.steps.evaluate_inside(span, function.counted, function.results)
             values[0, 0], values[1:, 0] = last, values[:-1, -1]
             last = values[-1, -1]
             new = np.flatnonzero(~follows[k : k + count])
@@ -63,15 +62,10 @@ def sample_steps(legs: Sequence[Leg], steps: Steps, function: ManyPoints) -> Ite
 
 
 def values_at(
-    run: Trajectory,
-    legs: Sequence[Leg],
-    steps: Steps,
-    function: ManyPoints,
-    numbers: np.ndarray,
-    times: np.ndarray,
+    course: SmoothParts, function: ManyPoints, numbers: np.ndarray, times: np.ndarray
 ) -> np.ndarray:
     """A function at times in given smooth parts, shape (times, results): ends of shorter steps."""
-    t = np.empty(len(times))
+    run, legs, t = course.run, course.legs, np.empty(len(times))
     x, m = (np.empty((len(times), len(v))) for v in legs[0].side(0))
     for number in np.unique(numbers).tolist():
         own, leg = numbers == number, legs[number]
@@ -85,7 +79,9 @@ def values_at(
     if inner.any():
         implicit = run.statistics.is_implicit(t[inner])
         given = run.theta, t[inner], times[inner], x[inner], m[inner], implicit
-        found[inner] = function(states_at_ends(steps, *given), run.theta, times[inner], m[inner])
+        found[inner] = function(
+            states_at_ends(course.steps, *given), run.theta, times[inner], m[inner]
+        )
     return found
 
 

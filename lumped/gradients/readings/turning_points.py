@@ -7,14 +7,12 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.gradients.legs import Leg
+from lumped.gradients.legs import SmoothParts
 from lumped.gradients.readings.enclosed_points import range_of, turning_points_in
 from lumped.gradients.readings.product_curve import Points, ProductCurve, Turn
 from lumped.gradients.readings.samples import states_at_ends
-from lumped.gradients.steps import Steps
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.timeloop.results.trajectory import Trajectory
 
 _COARSE = 1e-3
 """Part of the range of a quantity by which a step may miss the next point of the run at most."""
@@ -25,21 +23,19 @@ _ROUNDING = 1e-12
 """Of the terms of a quantity: swings below are rounding."""
 
 
-def turning_points(
-    run: Trajectory, legs: list[Leg], steps: Steps, factors: tuple[str, ...], rtol: float
-) -> list[Turn]:
+def turning_points(course: SmoothParts, factors: tuple[str, ...]) -> list[Turn]:
     """All points at which a quantity turns, in order of time; the first and the last among them.
 
-    Of a jump, both sides are among them where the quantity turns there. Swings smaller than `rtol`
-    of its range are left out, the last one too. Where points of the run are farther apart than
-    steps, the steps between them are divided.
+    Of a jump, both sides are among them where the quantity turns there. Swings that are
+    smaller, over its range, than the accuracy are left out, the last one too. Where points of the
+    run are farther apart than steps, the steps between them are divided.
 
     Raises
     ------
     SolverError
         If the points of the run are too far apart to follow the quantity between them.
     """
-    curve = ProductCurve(run, legs, steps, factors)
+    curve, steps, rtol = ProductCurve(course, factors), course.steps, course.rtol
     rounding = _follow(curve, rtol)
     ends = curve.ends()
     least, most = float(ends.y.min()), float(ends.y.max())
@@ -119,7 +115,7 @@ def _measure_misses(curve: ProductCurve, origins: list[np.ndarray]) -> list[np.n
         own = np.flatnonzero(span.is_step)
         t, after = span.t[own], own + 1
         given = span.theta, t, span.t[after], span.x[own], span.m[own], span.is_implicit[own]
-        x = states_at_ends(curve.steps, *given)
+        x = states_at_ends(curve.course.steps, *given)
         found = curve.look(x, span.theta, span.t[after], span.m[own])
         off = np.abs(found - curve.look(span.x[after], span.theta, span.t[after], span.m[after]))
         off[:, 1] *= span.t[after] - t  # a slope that is off moves the turning points
