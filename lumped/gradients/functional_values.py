@@ -19,8 +19,9 @@ from lumped.gradients.readings.functional_terms import ReadParts
 from lumped.gradients.readings.instant_terms import AdjointPoint, InstantTerms, ReadingTerms
 from lumped.gradients.resolved_steps import Resolved, refine_sweep
 from lumped.gradients.saltation import crossings_of
+from lumped.gradients.spans import Carried
 from lumped.gradients.steps import steps_of
-from lumped.gradients.sweep import Seeds, SweepResult, find_place
+from lumped.gradients.sweep import Seeds
 from lumped.gradients.touches import refuse_touches
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 
@@ -129,14 +130,14 @@ class RunReadings:
 
     def sweep_back(
         self,
-    ) -> tuple[RunReadings, list[SweepResult], np.ndarray, list[slice], list[int | None]]:
+    ) -> tuple[RunReadings, list[Carried], np.ndarray, list[slice], list[int | None]]:
         """Derivatives by states at the time zero and parameters, for all alternatives.
 
         Returns
         -------
         RunReadings
             The same with its integrals.
-        list of Swept
+        list of Carried
             For all orders of changes that coincide.
         ndarray
             Errors of all alternatives, relative to the terms of which a derivative consists.
@@ -240,7 +241,7 @@ class RunReadings:
         if point.edge:
             order = self.course.crossings[point.edge - 1].orders[0]
             own = [i for i in found.instants if i.number == point.edge]
-            total = total + point.late * own[find_place(point, point.edge, order)].slopes
+            total = total + point.late * own[point.find_jump(order)].slopes
         return total
 
 

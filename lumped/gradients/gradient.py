@@ -18,6 +18,7 @@ from lumped.functionals.functional import readings_of
 from lumped.gradients.functional_values import RunReadings, check, refuse
 from lumped.gradients.legs import record_run
 from lumped.gradients.readings.chained import Chained, differ
+from lumped.gradients.spans import Carried
 from lumped.gradients.varied import (
     END,
     read_varied_values,
@@ -260,7 +261,7 @@ def gradient_of(
     summed, orders, each_error, columns, guards = RunReadings.of(
         run, read, tighten(rtol)
     ).sweep_back()
-    found = [_chain_derivatives(run, plan.start, places, varied, *order[:2]) for order in orders]
+    found = [_chain_derivatives(run, plan.start, places, varied, order) for order in orders]
     errors = np.array([each_error[column].max() for column in columns])
     slopes = np.zeros((len(read), len(names)))
     absent = np.zeros(slopes.shape, dtype=bool)
@@ -309,10 +310,10 @@ def _chain_derivatives(
     start: Changes | OperatingPoint | None,
     places: list[int],
     varied: dict[int, np.ndarray],
-    by_states: np.ndarray,
-    by_parameters: np.ndarray,
+    carried: Carried,
 ) -> np.ndarray:
     """Derivatives by what is varied, through states at the time zero and directly."""
+    by_states, by_parameters = carried.adjoint, carried.by_parameters
     found = np.zeros((by_states.shape[1], len(places)))
     for begin in range(0, len(places), _COLUMNS):
         own = slice(begin, begin + _COLUMNS)
@@ -322,7 +323,7 @@ def _chain_derivatives(
                 seed[place, column] = 1.0
         units = {unknown: unit[own] for unknown, unit in varied.items()}
         S = slopes_at_start(run, start, seed, units)
-        found[:, own] = by_states.T @ S
+        found[:, own] = by_states[: len(S)].T @ S
     # one by one: what has no derivative by one parameter may have one by others
     for column, place in enumerate(places):
         if place >= 0:

@@ -13,7 +13,8 @@ import numpy as np
 from lumped.errors import SolverError
 from lumped.gradients.legs import Leg, SmoothParts
 from lumped.gradients.readings.instant_terms import AdjointPoint
-from lumped.gradients.sweep import Seeds, StepResults, SweepResult, sweep
+from lumped.gradients.spans import Carried
+from lumped.gradients.sweep import Seeds, StepResults, sweep
 from lumped.gradients.varied import TIGHTER
 
 _ROUNDS = 40
@@ -30,7 +31,7 @@ class Resolved(NamedTuple):
 
     Attributes
     ----------
-    found : list of Swept
+    found : list of Carried
         For all orders of changes that coincide.
     errors : ndarray, shape (k,)
         Estimated errors, relative to the terms of which a derivative consists.
@@ -38,7 +39,7 @@ class Resolved(NamedTuple):
         Integrals, and those of the sizes.
     """
 
-    found: list[SweepResult]
+    found: list[Carried]
     errors: np.ndarray
     sums: np.ndarray
     sizes: np.ndarray

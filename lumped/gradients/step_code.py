@@ -10,7 +10,7 @@ import numpy as np
 from lumped.code.operations import Operations, operations_of
 from lumped.code.records import Record
 from lumped.errors import SolverError
-from lumped.gradients.spans import Back, Jump, Pulse, Span
+from lumped.gradients.spans import Back, Carried, Jump, Pulse, Span
 from lumped.kernel import engine
 from lumped.kernel.enclosures.curves import POINT
 from lumped.kernel.plant import Function
@@ -194,33 +194,27 @@ class StepCode(Shared):
     def back(
         self,
         span: Span,
-        adjoint: np.ndarray,
-        by_parameters: np.ndarray,
-        largest: np.ndarray,
-        lost: np.ndarray,
+        later: Carried,
         pulses: Sequence[Pulse] = (),
         jumps: Sequence[Jump] = (),
     ) -> Back:
-        """Carry back derivatives of results by the states at the end, and by integrals.
-
-        `by_parameters`, `largest` and `lost` are those of later steps; `pulses` and `jumps` are in
-        the order of time.
-        """
-        count = adjoint.shape[1]
+        """Carry back the derivatives at the end; `pulses` and `jumps` are in the order of time."""
+        count = later.adjoint.shape[1]
         most = _WIDTHS[-1] // 2
         found = []
         for k in range(0, max(count, 1), most):
             own = slice(k, k + most)
             some = [p._replace(column=p.column - k) for p in pulses if k <= p.column < k + most]
             stops = self._stops(some, [j._replace(late=j.late[own]) for j in jumps])
-            later = adjoint[:, own], by_parameters[:, own], largest[:, own], lost[:, own]
-            found.append(self._back(span, *later, stops))
+            found.append(self._back(span, Carried(*(v[:, own] for v in later)), stops))
         if len(found) == 1:
             return found[0]
-        both = (np.concatenate(v, axis=1) for v in zip(*(some[:5] for some in found), strict=True))
-        adjoint, by_parameters, largest, lost, errors = both
-        parts, part_errors = found[0][5:]
-        return Back(adjoint, by_parameters, largest, lost, errors, parts, part_errors)
+        every = (
+            np.concatenate(v, axis=1)
+            for v in zip(*((*some.carried, some.errors) for some in found), strict=True)
+        )
+        *carried, errors = every
+        return found[0]._replace(carried=Carried(*carried), errors=errors)
 
     def _stops(self, pulses: Sequence[Pulse], jumps: Sequence[Jump]) -> Stops:
         """Pulses and jumps as the kernel takes them."""
@@ -229,14 +223,15 @@ class StepCode(Shared):
         stops.pulse_column = np.array([p.column for p in pulses], dtype=np.int64)
         stops.pulse = _one_after_the_other(p.slopes for p in pulses)
         stops.jump_step = np.array([j.step for j in jumps], dtype=np.int64)
-        matrices = ("", [j.states for j in jumps]), ("parameter_", [j.parameters for j in jumps])
-        for name, own in matrices:
-            firsts = np.cumsum([0, *(len(entries[0]) for entries in own)])
+        changes = [j.change for j in jumps]
+        matrices = {"": [c.states for c in changes], "parameter_": [c.parameters for c in changes]}
+        for name, own in matrices.items():
+            firsts = np.cumsum([0, *(len(entries.rows) for entries in own)])
             setattr(stops, f"first_{name}entry", firsts.astype(np.int64))
             for i, (what, kind) in enumerate((("row", int), ("column", int), ("entry", float))):
                 setattr(stops, name + what, _one_after_the_other((e[i] for e in own), kind))
-        stops.drift = _one_after_the_other(j.drift for j in jumps)
-        stops.instant = _one_after_the_other(j.instant for j in jumps)
+        stops.drift = _one_after_the_other(c.drift for c in changes)
+        stops.instant = _one_after_the_other(c.instant for c in changes)
         stops.late = _one_after_the_other(j.late for j in jumps)
         return stops
 
@@ -251,17 +246,10 @@ class StepCode(Shared):
             found: np.ndarray = np.sqrt((parts**2).sum(axis=0) / max(own.sum(), 1))
         return found
 
-    def _back(
-        self,
-        span: Span,
-        adjoint: np.ndarray,
-        by_parameters: np.ndarray,
-        largest: np.ndarray,
-        lost: np.ndarray,
-        stops: Stops,
-    ) -> Back:
+    def _back(self, span: Span, later: Carried, stops: Stops) -> Back:
         """The same for a few results."""
-        n, count, p, steps = self._all, adjoint.shape[1], self._p.numel(), len(span.t) - 1
+        count, steps = later.adjoint.shape[1], len(span.t) - 1
+        n, p = self._all, self._p.numel()
         width = next(w for w in _WIDTHS if w >= 2 * count) if count else 0
         results = width // 2
         implicit = span.needs_matrix
@@ -280,11 +268,10 @@ class StepCode(Shared):
             else:
                 setattr(sweep, name, none)
         run = self._run(span, work, implicit)
-        columns = (n, width)
-        sweep.adjoint.reshape(columns)[:, :count] = adjoint
-        sweep.by_parameters.reshape(p, width)[:, :count] = by_parameters
-        sweep.largest.reshape(columns)[:, :count] = largest
-        sweep.errors.reshape(columns)[:, :count] = lost
+        rows = {"adjoint": n, "by_parameters": p, "largest": n, "errors": n}
+        carried = [getattr(sweep, v).reshape(k, width)[:, :count] for v, k in rows.items()]
+        for own, given in zip(carried, later, strict=True):
+            own[:] = given
         sweep.weight[:] = self._nominal
         course = self._course(span)
         course.errors = np.zeros(steps * results)
@@ -293,14 +280,8 @@ class StepCode(Shared):
         self._call("sweep_steps", run, sweep, course, stops)
         each = (steps, self.integrals)
         sums = course.parts.reshape(each), course.part_errors.reshape(each)
-        return Back(
-            sweep.adjoint.reshape(columns)[:, :count].copy(),
-            sweep.by_parameters.reshape(p, width)[:, :count].copy(),
-            sweep.largest.reshape(columns)[:, :count].copy(),
-            sweep.errors.reshape(columns)[:, :count].copy(),
-            course.errors.reshape(steps, results)[:, :count],
-            *sums,
-        )
+        errors = course.errors.reshape(steps, results)[:, :count]
+        return Back(Carried(*(own.copy() for own in carried)), errors, *sums)
 
 
 def _one_after_the_other(parts: Iterable[np.ndarray], kind: type = float) -> np.ndarray:

@@ -15,29 +15,11 @@ from lumped.errors import SolverError
 from lumped.gradients.jumps import EventDerivatives
 from lumped.gradients.legs import Leg, SmoothParts
 from lumped.gradients.readings.instant_terms import AdjointPoint
-from lumped.gradients.spans import Back, Jump, Pulse, Span
+from lumped.gradients.spans import Back, Carried, Jump, Pulse, Span
 from lumped.gradients.stretches import Stretch, stretches
 
 _MOST = 16
 """Orders of coinciding changes that are followed in one run."""
-
-
-class SweepResult(NamedTuple):
-    """What a sweep finds: derivatives of results by states at the time zero and by parameters.
-
-    Attributes
-    ----------
-    by_states, by_parameters : ndarray, shapes (n, k) and (p, k)
-        The derivatives, if coinciding changes come in one of their orders.
-    largest, lost : ndarray, shape (n + q, k)
-        Largest size of the derivatives by states, and integrals, at any time; the sizes of the
-        errors that steps add to them, together.
-    """
-
-    by_states: np.ndarray
-    by_parameters: np.ndarray
-    largest: np.ndarray
-    lost: np.ndarray
 
 
 class StepResults(NamedTuple):
@@ -145,13 +127,13 @@ class _Sweep:
             orders = [[next(rows) @ chosen for _ in order] for order in crossing.orders]
             for point in edges.get(number, ()):
                 for order, own in zip(crossing.orders, orders, strict=True):
-                    own[find_place(point, number, order)][point.column] += point.late
+                    own[point.find_jump(order)][point.column] += point.late
             found.append(orders)
         return found
 
-    def over(self, part: Stretch, span: Span, after: SweepResult) -> SweepResult:
+    def over(self, part: Stretch, span: Span, after: Carried) -> Carried:
         """Back over one part and its steps."""
-        n = len(after.by_states)
+        n = self.steps.states
         pulses = self.seeds.pulses(span.t, n)
         none = np.zeros(self.steps.integrals)
         for point in self.points:
@@ -161,7 +143,7 @@ class _Sweep:
                 pulses.append(Pulse(place, point.column, slopes))
         pulses.sort(key=lambda pulse: pulse.end)
         jumps = [
-            Jump(place - 1, jump.states[:3], jump.parameters[:3], jump.drift, jump.instant, late)
+            Jump(place - 1, jump, late)
             for (number, _, _), place in list(zip(part.legs, part.places, strict=True))[1:]
             for order, lates in zip(
                 self.crossings[number - 1].orders, self.late[number - 1], strict=True
@@ -170,28 +152,28 @@ class _Sweep:
         ]
         begin, end = self.seeds.spans.T
         chosen = self.seeds.chosen * ((begin < span.t[-1]) & (span.t[-1] <= end))[:, None]
-        adjoint = np.vstack([after.by_states, chosen])
-        back = self.steps.back(span, adjoint, *after[1:], pulses, jumps)
+        after = after._replace(adjoint=np.vstack([after.adjoint[:n], chosen]))
+        back = self.steps.back(span, after, pulses, jumps)
         self.by_step.take(part, back)
-        return SweepResult(back.adjoint[:n], *back[1:4])
+        return back.carried
 
     def across(
         self,
         order: tuple[EventDerivatives, ...],
         lates: list[np.ndarray],
-        after: SweepResult,
-    ) -> SweepResult:
+        after: Carried,
+    ) -> Carried:
         """Back over the changes between two parts."""
-        adjoint, by_parameters = after[:2]
+        adjoint, by_parameters = after.adjoint[: self.steps.states], after.by_parameters
         for jump, late in zip(reversed(order), reversed(lates), strict=True):
             adjoint, by_p = jump.backward(adjoint, late)
             by_parameters = by_parameters + by_p
-        return after._replace(by_states=adjoint, by_parameters=by_parameters)
+        return after._replace(adjoint=adjoint, by_parameters=by_parameters)
 
 
 def sweep(
     course: SmoothParts, seeds: Seeds, points: list[AdjointPoint]
-) -> tuple[list[SweepResult], StepResults]:
+) -> tuple[list[Carried], StepResults]:
     """Derivatives of results by states at the time zero and by parameters.
 
     Where different changes coincide, there is one answer for each order in which they can come.
@@ -203,9 +185,9 @@ def sweep(
     """
     q, count = seeds.chosen.shape
     run, legs, crossings = course.run, course.legs, course.crossings
-    n = len(run.system.structure.states)
+    n = course.steps.states
     own = _Sweep(course, seeds, points)
-    found = [SweepResult(*(np.zeros((rows, count)) for rows in (n, len(run.theta), n + q, n + q)))]
+    found = [Carried(*(np.zeros((rows, count)) for rows in (n, len(run.theta), n + q, n + q)))]
     for point in points:
         found[0].by_parameters[:, point.column] += point.by_parameters
     several = {k for k, crossing in enumerate(crossings, 1) if len(crossing.orders) > 1}
@@ -228,19 +210,12 @@ def sweep(
     return found, own.by_step
 
 
-def _different(found: list[SweepResult]) -> list[SweepResult]:
+def _different(found: list[Carried]) -> list[Carried]:
     """Answers that are not the same."""
-    kept: list[SweepResult] = []
+    kept: list[Carried] = []
     for one in found:
         both = np.vstack(one[:2])
         known = [np.vstack(other[:2]) for other in kept]
         if not any((np.abs(both - k) <= 1e-9 * np.abs(k).max(axis=0)).all() for k in known):
             kept.append(one)
     return kept
-
-
-def find_place(point: AdjointPoint, number: int, order: tuple[EventDerivatives, ...]) -> int:
-    """Which of the jumps at the begin of a leg a result hangs on."""
-    if point.name:
-        return next((i for i, jump in enumerate(order) if point.name in jump.names), 0)
-    return len(order) - 1 if point.leg == number else 0

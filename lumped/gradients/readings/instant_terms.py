@@ -8,6 +8,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from lumped.gradients.jumps import EventDerivatives
+
 
 @dataclass(frozen=True)
 class AdjointPoint:
@@ -39,6 +41,12 @@ class AdjointPoint:
     edge: int = 0
     late: float = 0.0
     name: str = ""
+
+    def find_jump(self, order: Sequence[EventDerivatives]) -> int:
+        """Which of the jumps at the begin of the leg of the edge the instant moves with."""
+        if self.name:
+            return next((i for i, jump in enumerate(order) if self.name in jump.names), 0)
+        return len(order) - 1 if self.leg == self.edge else 0
 
 
 @dataclass(frozen=True)
