@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import casadi as ca
@@ -67,7 +68,7 @@ class Followed(NamedTuple):
     instants: list[StopInstant]
 
 
-def coincide(run: Trajectory, crossings: list[Crossing]) -> SolverError:
+def coincide(run: Trajectory, crossings: Sequence[Crossing]) -> SolverError:
     """What is raised where derivatives depend on which of several changes comes first."""
     texts = [f"t = {c.t:.9g} s ({', '.join(c.names)})" for c in crossings if len(c.orders) > 1]
     return SolverError(
@@ -217,7 +218,7 @@ class Forward:
         self,
         run: Trajectory,
         pieces: list[Piece],
-        crossings: list[Crossing],
+        crossings: Sequence[Crossing],
         S: np.ndarray,
         side: int,
     ) -> Followed:

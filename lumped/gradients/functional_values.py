@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,88 +19,78 @@ from lumped.gradients.readings.functional_terms import ReadParts
 from lumped.gradients.readings.instant_terms import AdjointPoint, InstantTerms, ReadingTerms
 from lumped.gradients.resolved_steps import Resolved, refine_sweep
 from lumped.gradients.saltation import crossings_of
-from lumped.gradients.spans import Carried
 from lumped.gradients.steps import steps_of
 from lumped.gradients.sweep import Seeds
 from lumped.gradients.touches import refuse_touches
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 
 
-@dataclass(frozen=True, eq=False)
 class RunReadings:
     """Readings of a run.
+
+    Parameters
+    ----------
+    run : Trajectory
+        Recorded at the steps of the solver.
+    wanted : sequence of Reading
+        What they are.
+    rtol : float
+        Accuracy of the run.
 
     Attributes
     ----------
     course : ReadParts
         The run in its smooth parts, every instant that counts an end of a step.
-    wanted : tuple of Reading
-        What they are.
     terms : dict of int to ReadingTerms
         Values and terms at single instants, by the number of the reading; those of integrals are
         known when they are resolved.
-    integrals : tuple of int
+    integrals : list of int
         Which of them are integrals.
-    seeds : Seeds
-        Which integral belongs to each, and over which part of the run.
+    spans : ndarray, shape (len(integrals), 2)
+        Begin and end of these, s.
     sizes : ndarray, shape (len(integrals),)
         Integrals of the sizes of what is integrated.
+
+    Raises
+    ------
+    OptionError
+        If one asks for what is not in the run.
+    SolverError
+        If the run, or one of them, has no derivative.
     """
 
-    course: ReadParts
-    wanted: tuple[Reading, ...]
-    terms: dict[int, ReadingTerms]
-    integrals: tuple[int, ...]
-    seeds: Seeds
-    sizes: np.ndarray
-
-    @classmethod
-    def of(cls, run: Trajectory, wanted: Sequence[Reading], rtol: float) -> RunReadings:
-        """Readings of a run that was recorded at the steps of the solver.
-
-        Raises
-        ------
-        OptionError
-            If one asks for what is not in the run.
-        SolverError
-            If the run, or one of them, has no derivative.
-        """
+    def __init__(self, run: Trajectory, wanted: Sequence[Reading], rtol: float) -> None:
         system, legs = run.system, legs_of(run)
-        found = {k: f for k, f in enumerate(wanted) if isinstance(f, Integral)}
-        integrals, keys = list(found), [tuple(map(system.key, f.factors)) for f in found.values()]
-        steps = steps_of(system, tuple(keys))
-        course = ReadParts(run, legs, steps, rtol, crossings_of(run, legs, rtol))
+        integrals = {k: f for k, f in enumerate(wanted) if isinstance(f, Integral)}
+        products = tuple(tuple(map(system.key, f.factors)) for f in integrals.values())
+        crossings = crossings_of(run, legs, rtol)
+        course = ReadParts(run, legs, steps_of(system, products), rtol, crossings)
         refuse_touches(course, any(course.ends(f) for f in wanted))
         for reading in wanted:
             course.cut(reading)
-        until = course.until
-        begin = float(legs[0].t[0])
-        spans = np.array([f.between or (begin, until) for f in found.values()])
-        spans = spans.reshape(-1, 2)
-        terms = {k: course.find_terms(f) for k, f in enumerate(wanted) if k not in integrals}
-        chosen = np.zeros((len(integrals), len(wanted)))
-        chosen[np.arange(len(integrals)), integrals] = 1.0
-        seeds, sizes = Seeds(chosen, spans), np.ones(len(integrals))
-        return cls(course, tuple(wanted), terms, tuple(integrals), seeds, sizes)
+        self.course, self.wanted, self.integrals = course, tuple(wanted), list(integrals)
+        whole = float(legs[0].t[0]), course.until
+        spans = np.array([f.between or whole for f in integrals.values()])
+        self.spans, self.sizes = spans.reshape(-1, 2), np.ones(len(integrals))
+        self.terms = {k: course.find_terms(f) for k, f in enumerate(wanted) if k not in integrals}
 
-    def integrate(self) -> RunReadings:
-        """The same with its integrals."""
-        seeds = Seeds(np.zeros((len(self.integrals), 0)), self.seeds.spans)
-        return self._with(refine_sweep(self.course, seeds, []))
+    def integrate(self) -> None:
+        """Find the integrals."""
+        self._resolve(np.zeros((len(self.integrals), 0)), [])
 
-    def _with(self, found: Resolved) -> RunReadings:
-        """The same with integrals that were found."""
-        run, course, until = self.course.run, self.course, self.course.until
-        terms = dict(self.terms)
+    def _resolve(self, chosen: np.ndarray, points: list[AdjointPoint]) -> Resolved:
+        """Derivatives of results by integrals and at points, and with them the integrals."""
+        course = self.course
+        found = refine_sweep(course, Seeds(chosen, self.spans), points)
         x, m = course.legs[-1].side(-1)
-        rates = np.asarray(course.steps.integrated(x, run.theta, until, m)).ravel()
+        rates = np.asarray(course.steps.integrated(x, course.run.theta, course.until, m)).ravel()
         for place, k in enumerate(self.integrals):
             reading = self.wanted[k]
             assert isinstance(reading, Integral)
             by_end = float(rates[place]) if reading.between is None else 0.0
-            terms[k] = ReadingTerms((InstantTerms(float(found.sums[place]), (), by_end),))
-        sizes = np.where(found.sizes > 0, found.sizes, 1.0)
-        return replace(self, terms=terms, sizes=sizes)
+            self.terms[k] = ReadingTerms((InstantTerms(float(found.sums[place]), (), by_end),))
+        self.sizes = np.where(found.sizes > 0, found.sizes, 1.0)
+        return found
 
     @property
     def values(self) -> np.ndarray:
@@ -120,50 +110,35 @@ class RunReadings:
         """Whether the derivative of a reading has alternatives."""
         return any(len(terms.alternatives) > 1 for terms in self.terms.values())
 
-    @property
-    def by_end(self) -> np.ndarray:
-        """Derivatives by the end of the run, one row for each alternative."""
-        every = (self.terms[k] for k in range(len(self.wanted)))
-        return np.array([own.by_end for terms in every for own in terms.alternatives])
-
     # -- backwards ---------------------------------------------------------------------------
 
-    def sweep_back(
-        self,
-    ) -> tuple[RunReadings, list[Carried], np.ndarray, list[slice], list[int | None]]:
+    def sweep_back(self) -> tuple[Resolved, list[slice], list[int | None]]:
         """Derivatives by states at the time zero and parameters, for all alternatives.
 
         Returns
         -------
-        RunReadings
-            The same with its integrals.
-        list of Carried
-            For all orders of changes that coincide.
-        ndarray
-            Errors of all alternatives, relative to the terms of which a derivative consists.
+        Resolved
+            With a column for each alternative.
         list of slice
             Columns of the alternatives of each reading.
         list of int or None
             Column of the instant that decides between alternatives.
         """
         points: list[AdjointPoint] = []
-        columns, guards, count = [], [], 0
-        chosen = []
+        chosen: list[np.ndarray] = []
+        columns, guards = [], []
         for k in range(len(self.wanted)):
             terms = self.terms.get(k, ReadingTerms((InstantTerms(0.0),)))
-            columns.append(slice(count, count + len(terms.alternatives)))
+            columns.append(slice(len(chosen), len(chosen) + len(terms.alternatives)))
             for own in terms.alternatives:
-                points += [replace(point, column=count) for point in own.points]
-                chosen.append(self.seeds.chosen[:, k])
-                count += 1
-            guards.append(count if terms.guard else None)
+                points += [replace(point, column=len(chosen)) for point in own.points]
+                chosen.append(np.array(self.integrals) == k)
+            guards.append(len(chosen) if terms.guard else None)
             for point in terms.guard:
-                points.append(replace(point, column=count))
+                points.append(replace(point, column=len(chosen)))
                 chosen.append(np.zeros(len(self.integrals)))
-                count += 1
-        whole = np.array(chosen).T.reshape(len(self.integrals), count)
-        results = refine_sweep(self.course, Seeds(whole, self.seeds.spans), points)
-        return self._with(results), results.found, results.errors, columns, guards
+        whole = np.array(chosen, dtype=float).T.reshape(len(self.integrals), len(chosen))
+        return self._resolve(whole, points), columns, guards
 
     # -- forwards ----------------------------------------------------------------------------
 
@@ -210,7 +185,7 @@ class RunReadings:
 
     def _integral(self, found: Followed, place: int) -> np.ndarray:
         """Derivatives of one integral."""
-        begin, end = self.seeds.spans[place]
+        begin, end = self.spans[place]
         total = np.zeros(found.integrals[0].shape[2])
         for number, (leg, Q) in enumerate(zip(self.course.legs, found.integrals, strict=True)):
             if number and begin < leg.t[0] < end:

@@ -258,32 +258,22 @@ def gradient_of(
         run = run_on(point, plan, recorder(point, plan, _GRID))
     begin = clock.perf_counter()
     read = readings_of(wanted)
-    summed, orders, each_error, columns, guards = RunReadings.of(
-        run, read, tighten(rtol)
-    ).sweep_back()
-    found = [_chain_derivatives(run, plan.start, places, varied, order) for order in orders]
-    errors = np.array([each_error[column].max() for column in columns])
+    summed = RunReadings(run, read, tighten(rtol))
+    swept, columns, guards = summed.sweep_back()
+    found = [_chain_derivatives(run, plan.start, places, varied, order) for order in swept.found]
+    errors = np.array([swept.errors[column].max() for column in columns])
     slopes = np.zeros((len(read), len(names)))
     absent = np.zeros(slopes.shape, dtype=bool)
-    inner = [i for i, name in enumerate(names) if name != END]
-    by_end = summed.by_end
-    done = 0
-    for k, column in enumerate(columns):
+    is_end = np.array(names) == END
+    for k, (column, guard) in enumerate(zip(columns, guards, strict=True)):
         alternatives = np.concatenate([each[column] for each in found])
-        slopes[k, inner] = alternatives[0]
-        apart = np.zeros(len(own), dtype=bool)
-        for own in alternatives[1:]:
-            apart |= differ(alternatives[0], own)
-        guard = guards[k]
+        apart = np.any([differ(alternatives[0], other) for other in alternatives], axis=0)
         if guard is not None:
             moves = np.array([np.abs(each[guard]) for each in found]).max(axis=0)
             apart &= moves > 1e-12 * moves.max(initial=0.0)
-        absent[k, inner] = apart
-        ends = by_end[done : done + len(summed.terms[k].alternatives)]
-        done += len(ends)
-        for i in set(range(len(names))) - set(inner):
-            slopes[k, i] = ends[0]
-            absent[k, i] = bool(differ(ends[:1], ends).any())
+        ends = np.array([each.by_end for each in summed.terms[k].alternatives])
+        slopes[k, ~is_end], absent[k, ~is_end] = alternatives[0], apart
+        slopes[k, is_end], absent[k, is_end] = ends[0], differ(ends[:1], ends).any()
     chained = Chained(wanted, summed.values, tighten(rtol))
     derivatives, kinked = chained.slopes(slopes)
     labels = tuple(str(functional) for functional in wanted)

@@ -192,18 +192,18 @@ class Varied:
         curves: Sensitivity | None,
     ) -> Sensitivity:
         """Derivatives of functionals, besides those over time."""
-        summed = RunReadings.of(run, readings_of(functionals), self.rtol).integrate()
+        summed = RunReadings(run, readings_of(functionals), self.rtol)
+        summed.integrate()
         chained = Chained(tuple(functionals), summed.values, self.rtol)
-        steps, course = summed.course.steps, summed.course
-        sizes = summed.sizes
-        forward = Forward(steps, self.seed, self.rtol, sizes)
+        crossings = summed.course.crossings
+        forward = Forward(summed.course.steps, self.seed, self.rtol, summed.sizes)
         begin = slopes_at_start(run, self.given, self.seed, self.varied)
-        several = any(len(crossing.orders) > 1 for crossing in course.crossings)
+        several = any(len(crossing.orders) > 1 for crossing in crossings)
         sides: list[np.ndarray] = []
         parted = several or summed.parted or chained.has_kinks
         for sign in _signs(side, parted):
             if not sides or several:
-                found = forward.follow(run, summed.pieces, course.crossings, begin, sign)
+                found = forward.follow(run, summed.pieces, crossings, begin, sign)
             own_side = summed.forward(found, self.seed, sign) / self.scale
             sides.append(chained.slopes(own_side, sign)[0])
         absent = np.array([differ(a, b) for a, b in zip(sides[0], sides[-1], strict=True)])

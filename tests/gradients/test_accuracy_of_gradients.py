@@ -2,7 +2,6 @@
 
 import math
 
-import casadi as ca
 import numpy as np
 import pytest
 from rows import assemble_row
@@ -14,7 +13,6 @@ from lumped.code.operations import operations_of
 from lumped.components import Damper, Fixed, Inertia, SpringDamper, Torque
 from lumped.gradients.legs import legs_of
 from lumped.gradients.spans import Carried, Span
-from lumped.gradients.step_code import StepCode
 from lumped.gradients.steps import steps_of
 from lumped.kernel import engine
 from lumped.numerics import rodas5p
@@ -246,12 +244,21 @@ def test_an_implicit_step_without_a_solution_is_an_error():
         for h in np.linspace(1.0, 2.0, 100).tolist()
         if h * rodas5p.GAMMA * (1 / (h * rodas5p.GAMMA)) == 1.0
     )
-    x, p, t, m = (ca.SX.sym(name, size) for name, size in (("x", 1), ("p", 1), ("t", 1), ("m", 0)))
-    inputs = [x, p, t, m]
-    steps = StepCode("Growth", inputs, p * x, ca.SX(0, 1), np.ones(1))
+
+    class Growth(lp.Component):
+        """``x' == p x``."""
+
+        p: lp.Param = lp.param("1/s", "growth", a)
+        x: lp.Var = lp.var("1", "what grows", state="always")
+
+        def equations(self):
+            yield lp.der(self.x) == self.p * self.x
+
+    system = lp.assemble(Growth())
+    steps = steps_of(system, ())
     ends, none = np.array([0.0, h]), np.zeros((2, 0))
     span = Span(np.array([a]), ends, np.ones((2, 1)), none, np.array([True]))
-    look = CountedFunction(operations_of(ca.Function("look", inputs, [x])))
+    look = CountedFunction(operations_of(system.rhs))
     for action in (
         lambda: steps.replay(span, np.array([1, 0])),
         lambda: steps.evaluate_inside(span, look, 1),

@@ -9,8 +9,7 @@ import numpy as np
 
 from lumped.gradients.legs import SmoothParts
 from lumped.gradients.spans import Span
-from lumped.gradients.step_code import FRACTIONS
-from lumped.gradients.steps import Steps
+from lumped.gradients.steps import FRACTIONS, Steps
 from lumped.gradients.stretches import stretches
 from lumped.timeloop.plants.many_points import ManyPoints
 
