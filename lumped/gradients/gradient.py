@@ -15,9 +15,8 @@ from lumped.compiler.system import Changes, System
 from lumped.errors import SolverError, UnknownNameError, nearest
 from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
-from lumped.gradients.functional_values import RunReadings, check, refuse
+from lumped.gradients.functional_values import Chained, RunReadings, check, differ, refuse
 from lumped.gradients.legs import record_run
-from lumped.gradients.readings.chained import Chained, differ
 from lumped.gradients.spans import Carried
 from lumped.gradients.varied import (
     END,

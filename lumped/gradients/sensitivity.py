@@ -15,9 +15,8 @@ from lumped.errors import OptionError
 from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
 from lumped.gradients.forward import Followed, Forward, coincide
-from lumped.gradients.functional_values import RunReadings, check, refuse
+from lumped.gradients.functional_values import Chained, RunReadings, check, differ, refuse
 from lumped.gradients.legs import SmoothParts, legs_of, pieces_of
-from lumped.gradients.readings.chained import Chained, differ
 from lumped.gradients.sensitivity_result import MovedInstant, Sensitivity
 from lumped.gradients.steps import steps_of
 from lumped.gradients.touches import refuse_touches

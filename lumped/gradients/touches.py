@@ -12,7 +12,7 @@ from lumped.errors import SolverError
 from lumped.gradients.causes import TURNING
 from lumped.gradients.instant_values import margin_sizes
 from lumped.gradients.legs import Leg, SmoothParts
-from lumped.gradients.readings.samples import sample_steps, values_at
+from lumped.gradients.readings.product_curve import sample_steps, values_at
 from lumped.numerics.bracketed_roots import find_bracketed_roots
 from lumped.support.made_once import made_once
 from lumped.timeloop.holds import turn_condition

@@ -9,7 +9,7 @@ import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
 from lumped.errors import SolverError
-from lumped.gradients.readings.damage_slopes import damage_slopes
+from lumped.gradients.readings.turning_points import damage_slopes
 from lumped.life import SNCurve, fkm, goodman
 from lumped.ops import sin, where
 

@@ -8,7 +8,7 @@ from stiff_in_turn import EDGES, UNTIL, VALUES, InTurn, end, moved
 import lumped as lp
 from lumped import functionals as fun
 from lumped.gradients import legs
-from lumped.gradients.readings.samples import sample_steps, values_at
+from lumped.gradients.readings.product_curve import sample_steps, values_at
 from lumped.gradients.steps import steps_of
 from lumped.timeloop.plants.many_points import ManyPoints
 

@@ -21,20 +21,23 @@ from lumped.functionals.readings import (
 )
 from lumped.gradients.jumps import Crossing, EventDerivatives
 from lumped.gradients.legs import SmoothParts
-from lumped.gradients.readings.bounces import find_last_bounces, find_limit_of_flights
-from lumped.gradients.readings.damage_slopes import damage_slopes
 from lumped.gradients.readings.extremes import extremes
 from lumped.gradients.readings.instant_terms import (
     AdjointPoint,
     InstantTerms,
     ReadingTerms,
     add_terms,
+    find_last_bounces,
+    find_limit_of_flights,
     scale_terms,
 )
-from lumped.gradients.readings.product_curve import Turn
-from lumped.gradients.readings.product_slopes import differentiate_at_many, differentiate_at_one
-from lumped.gradients.readings.samples import values_at
-from lumped.gradients.readings.turning_points import turning_points
+from lumped.gradients.readings.product_curve import (
+    Turn,
+    differentiate_at_many,
+    differentiate_at_one,
+    values_at,
+)
+from lumped.gradients.readings.turning_points import damage_slopes, turning_points
 from lumped.gradients.saltation import saltation_of
 
 _AT_ONCE = 1e-10
