@@ -23,7 +23,7 @@ from lumped.optimisation.design import Bounds, room_of
 from lumped.optimisation.first_designs import TRIED, apart
 from lumped.optimisation.identification import Identification
 from lumped.points.start import by_name, run_start
-from lumped.simulation.sampled_runs import places_of, run_sampled
+from lumped.simulation.simulate import places_of, run_sampled
 from lumped.support.made_once import made_once
 from lumped.support.units import plain
 from lumped.timeloop.results.operating_point import OperatingPoint

@@ -9,7 +9,7 @@ import numpy as np
 
 from lumped.optimisation.fit_picture import draw_fit
 from lumped.plots.draw import Backend, draw
-from lumped.simulation.sampled_runs import places_of
+from lumped.simulation.simulate import places_of
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units, display, time_unit
 from lumped.support.rich_html import RichHtml

@@ -16,13 +16,12 @@ from lumped.plots import numbers
 from lumped.plots.draw import Backend, draw
 from lumped.points.start import run_start
 from lumped.simulation.compare import choose_names, compare_runs
-from lumped.simulation.method_choice import closed_form_pays
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
-from lumped.timeloop.linear_form import linear_form
 from lumped.timeloop.results.trajectory import Trajectory
+from lumped.timeloop.run_in_closed_form import closed_form_pays, linear_form
 from lumped.timeloop.run_options import Method, RunOptions, run_plan
 
 _INTERVALS = 997

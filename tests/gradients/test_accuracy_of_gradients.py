@@ -17,7 +17,7 @@ from lumped.gradients.steps import steps_of
 from lumped.kernel import engine
 from lumped.numerics import rodas5p
 from lumped.simulation.simulate import simulate
-from lumped.timeloop.plants.counted_function import CountedFunction
+from lumped.timeloop.plants.many_points import CountedFunction
 
 J, C, D, END = 1.0, 100.0, 0.1, 10.0
 

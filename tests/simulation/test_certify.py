@@ -75,7 +75,7 @@ def test_a_second_run_that_fails_leaves_the_first(two_mass, monkeypatch):
                 raise SolverError("enough")
             super().go()
 
-    monkeypatch.setattr(import_module("lumped.simulation.run_again"), "RunBySteps", Impatient)
+    monkeypatch.setattr(import_module("lumped.simulation.simulate"), "RunBySteps", Impatient)
     system = lp.assemble(two_mass)
     with pytest.raises(SolverError, match=r"certify: the second run.*enough") as e:
         lp.simulate(system, until=1.0, rtol=1e-5, method="explicit", certify=True)

@@ -14,7 +14,7 @@ from lumped.gradients.steps import Steps
 from lumped.kernel.watch import Watch
 from lumped.support.made_once import made_once
 from lumped.timeloop.cycle_count import count_record
-from lumped.timeloop.plants.counted_function import CountedFunction
+from lumped.timeloop.plants.many_points import CountedFunction
 from lumped.timeloop.plants.parts import make_enclosed
 from lumped.timeloop.step_bounds import heights, kinks
 

@@ -18,8 +18,7 @@ from lumped.kernel.methods.pivots import pattern_of
 from lumped.kernel.plant import Function, Plant
 from lumped.kernel.run import Matrix, Pattern, Run
 from lumped.support.made_once import made_once
-from lumped.timeloop.plants.kept_run import KeptRun, make_run, remember
-from lumped.timeloop.plants.output_room import OutputRoom
+from lumped.timeloop.plants.kept_run import KeptRun, OutputRoom, make_run, remember
 from lumped.timeloop.plants.parts import (
     any_direction,
     find_enclosed_sizes,
