@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from lumped.compiler.structure import Name
-from lumped.simulation.compare import Comparison, Deviation, choose_names, compare_runs
+from lumped.simulation.compare import Comparison, Deviation, compare_runs
 from lumped.simulation.energy_audit import EnergyAudit
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
@@ -76,32 +76,6 @@ class Certificate(RichHtml):
         return (
             "\n".join(lines) + "\n" + table(("state", "error / range", "at s", "range", ""), rows)
         )
-
-
-def certify_run(
-    run: Trajectory,
-    again: Trajectory,
-    tighter: Trajectory,
-    rtol: float,
-    energy: EnergyAudit | None,
-) -> Trajectory:
-    """The run with its certificate.
-
-    Parameters
-    ----------
-    run : Trajectory
-        What is judged.
-    again, tighter : Trajectory
-        The same run, and the second one, at the times of the run and at those of `between`.
-    rtol : float
-        Tolerance of the second.
-    energy : EnergyAudit or None
-        Energy balance.
-    """
-    names = choose_names(run.system, None) if run.system.structure.states else []
-    states = compare_runs(again, tighter, names)
-    inner = len(again.t) - len(run.t)
-    return replace(run, certificate=Certificate(again, tighter, inner, rtol, states, energy))
 
 
 def _where(t: np.ndarray, inner: int) -> str:

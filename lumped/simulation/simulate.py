@@ -15,8 +15,8 @@ from lumped.compiler.system import System
 from lumped.errors import Interrupted, SolverError, doubt
 from lumped.many_runs.read_run import read_run
 from lumped.points.start import run_start
-from lumped.simulation.certify import certify_run
-from lumped.simulation.compare import between
+from lumped.simulation.certify import Certificate
+from lumped.simulation.compare import between, choose_names, compare_runs
 from lumped.simulation.energy_audit import audit_energy
 from lumped.support.arguments import checked
 from lumped.timeloop.results.left_out_states import PointOfRun
@@ -60,41 +60,6 @@ def _make_interrupted(run: Simulation) -> Interrupted:
 
 
 @dataclass(eq=False, slots=True)
-class _BegunRun:
-    """A run that began at a point.
-
-    Attributes
-    ----------
-    point : OperatingPoint
-        Where it starts; of a run that goes on from another, without that.
-    plan : RunPlan
-        Its options.
-    left : float
-        When it left the run from which it goes on, s.
-    whole : OperatingPoint or None
-        Where it starts, with the states that were left out, once these are known.
-    """
-
-    point: OperatingPoint
-    plan: RunPlan
-    left: float = math.nan
-    whole: OperatingPoint | None = None
-
-    def begin_with(self, again: Callable[[System], OperatingPoint] | None) -> None:
-        """Take the states that were left out from the same point of the whole system."""
-        self.whole = replace(self.point, again=again).whole
-
-    def again(self, times: np.ndarray) -> Trajectory:
-        """The same run of the whole system, at some times."""
-        assert self.whole is not None
-        until = float(times[-1])
-        if until == self.whole.time:
-            until = self.plan.until
-        output = Recorder(self.whole, until, times, True)
-        return run_from(self.whole, self.plan._replace(until=until), output)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
 class _RepeatedRun:
     """Makes a run again, with the states that were left out.
 
@@ -103,51 +68,64 @@ class _RepeatedRun:
 
     Attributes
     ----------
-    run : _BegunRun
-        The run.
+    point : OperatingPoint
+        Where it starts; of a run that goes on from another, without that.
+    plan : RunPlan
+        Its options.
     before : _RepeatedRun or None
-        That from which it goes on.
+        The run from which it goes on.
+    left : float
+        When it left that, s.
+    whole : OperatingPoint or None
+        Where it starts, with the states that were left out, once these are known.
     """
 
-    run: _BegunRun
-    before: _RepeatedRun | None
+    point: OperatingPoint
+    plan: RunPlan
+    before: _RepeatedRun | None = None
+    left: float = math.nan
+    whole: OperatingPoint | None = None
 
     def __call__(self, times: np.ndarray) -> Trajectory:
-        row = self._row(known=True)
-        if row[0].whole is None:
-            row[0].begin_with(row[0].point.again)
-        for before, run in itertools.pairwise(row):
-            run.begin_with(PointOfRun(before.again, run.left))
-        return self.run.again(times)
+        row = [self]
+        while row[-1].whole is None and row[-1].before is not None:
+            row.append(row[-1].before)
+        if row[-1].whole is None:
+            row[-1].whole = row[-1].point.whole
+        for before, run in itertools.pairwise(row[::-1]):
+            run.whole = replace(run.point, again=PointOfRun(before._again, run.left)).whole
+        return self._again(times)
 
-    def _row(self, *, known: bool) -> list[_BegunRun]:
-        """Runs up to this one, from the first on, or from the last whose start is known."""
-        found, link = [self.run], self.before
-        while link is not None and not (known and found[-1].whole is not None):
-            found.append(link.run)
-            link = link.before
-        return found[::-1]
+    def _again(self, times: np.ndarray) -> Trajectory:
+        """The same run of the whole system, at some times; its start is known."""
+        assert self.whole is not None
+        until = float(times[-1])
+        if until == self.whole.time:
+            until = self.plan.until
+        output = Recorder(self.whole, until, times, True)
+        return run_from(self.whole, self.plan._replace(until=until), output)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _as_row, tuple(self._row(known=False))
+        row = [self]
+        while row[-1].before is not None:
+            row.append(row[-1].before)
+        return _as_row, tuple((r.point, r.plan, r.left, r.whole) for r in row[::-1])
 
 
-def _as_row(*runs: _BegunRun) -> _RepeatedRun:
+def _as_row(*parts: Any) -> _RepeatedRun | None:
     """The last of runs that go on from each other."""
     found = None
-    for run in runs:
-        found = _RepeatedRun(run, found)
-    assert found is not None
+    for point, plan, left, whole in parts:
+        found = _RepeatedRun(point, plan, found, left, whole)
     return found
 
 
-def again_from(point: OperatingPoint, plan: RunPlan) -> _RepeatedRun:
+def _again_from(point: OperatingPoint, plan: RunPlan) -> _RepeatedRun:
     """Makes the run from a point again."""
-    run, came = _BegunRun(point, plan._replace(start=None)), point.again
+    plan, came = plan._replace(start=None), point.again
     if not isinstance(came, PointOfRun):
-        return _RepeatedRun(run, None)
-    run.point, run.left = replace(point, again=None), came.time
-    return _RepeatedRun(run, came.run)
+        return _RepeatedRun(point, plan)
+    return _RepeatedRun(replace(point, again=None), plan, came.run, came.time)
 
 
 def interruptible(analysis: Callable[_P, Trajectory]) -> Callable[_P, Trajectory]:
@@ -258,7 +236,7 @@ def run_on(point: OperatingPoint, plan: RunPlan, output: Recorder) -> Trajectory
     """The run from a point, which can be read and made again, and leaves no range of equations."""
     found = run_from(point, plan, output)
     refuse_run_outside(found)
-    again = None if point.again is None else again_from(point, plan)
+    again = None if point.again is None else _again_from(point, plan)
     return replace(found, read=functools.partial(read_run, plan, point), again=again)
 
 
@@ -279,7 +257,10 @@ def _certify(found: Trajectory, point: OperatingPoint, plan: RunPlan) -> Traject
         same = again(times, tightly=False) if len(inner) else found
         tighter = again(times, tightly=True)
         energy = audit_energy(found, lambda times: again(times, tightly=closed))
-        return certify_run(found, same, tighter, tight, energy)
+        names = choose_names(found.system, None) if found.system.structure.states else []
+        states = compare_runs(same, tighter, names)
+        certificate = Certificate(same, tighter, len(inner), tight, states, energy)
+        return replace(found, certificate=certificate)
     except SolverError as error:
         raise SolverError(f"certify: the second run, at rtol = {tight:g}: {error}", found) from None
     except KeyboardInterrupt:
