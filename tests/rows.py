@@ -1,4 +1,4 @@
-"""Models of parts in a row."""
+"""Models of one part, and of parts in a row."""
 
 import lumped as lp
 
@@ -13,3 +13,9 @@ def in_a_row(**parts):
 def assemble_row(**parts):
     """Assemble a model of these parts, each joined to the next one."""
     return lp.assemble(in_a_row(**parts))
+
+
+def one(equations, **declared):
+    """A component, called One, with these equations and what else is declared."""
+    body = {"equations": equations, "__doc__": "See equations.", **declared}
+    return type("One", (lp.Component,), body)()

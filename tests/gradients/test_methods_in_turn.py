@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
+from checks import by_complex_step
 from stiff_in_turn import EDGES, UNTIL, VALUES, InTurn, end, moved
 
 import lumped as lp
@@ -14,12 +15,6 @@ from lumped.timeloop.plants.many_points import ManyPoints
 
 POINT = np.array(list(VALUES.values()))
 IN_TURN = ["explicit", "implicit", "explicit", "implicit"]
-
-
-def gradients(point):
-    """Derivatives of angle and speed at the end, by complex steps."""
-    moved_points = point + 1e-30j * np.eye(len(point))
-    return np.array([end(*p).imag / 1e-30 for p in moved_points]).T
 
 
 def used(run):
@@ -36,7 +31,7 @@ def test_gradients_are_those_of_the_closed_form(kept, monkeypatch):
     found = lp.gradient(system, of=of, by=list(VALUES), until=UNTIL, rtol=1e-9)
     assert used(found.run) == IN_TURN
     assert any(piece.ends is not None for piece in found.run.pieces) == bool(kept)
-    shares = gradients(POINT) * POINT
+    shares = by_complex_step(end, POINT) * POINT
     error = np.abs(found.derivatives * POINT - shares).max(axis=1) / np.abs(shares).max(axis=1)
     print(f"\nerrors relative to the largest share: {error}")
     assert error.max() < 1e-7
@@ -46,7 +41,7 @@ def test_sensitivities_are_those_of_the_closed_form():
     system = lp.assemble(InTurn())
     found = lp.sensitivity(system, of=["phi", "w"], by=list(VALUES), until=UNTIL, rtol=1e-8)
     assert used(found.run) == IN_TURN
-    shares = gradients(POINT) * POINT
+    shares = by_complex_step(end, POINT) * POINT
     error = np.abs(found.derivatives[-1] * POINT - shares).max(axis=1) / np.abs(shares).max(axis=1)
     assert error.max() < 1e-6
 

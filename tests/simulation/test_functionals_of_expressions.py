@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from checks import by_complex_step
 from ensemble_runs import Alone, assert_same_bits, ran
 
 import lumped as lp
@@ -15,7 +16,6 @@ from lumped.functionals.functional import watching
 from lumped.many_runs.native_runs import NativeRuns
 
 A, B, SHARE, UNTIL = 3.0, 20.0, 0.4, 2.0
-STEP = 1e-30j
 
 
 class Waves(lp.Component):
@@ -111,9 +111,7 @@ FORMULAS = [
 OF = [functional for functional, _ in FORMULAS]
 EXACT = np.array([exact(A, B, SHARE).real for _, exact in FORMULAS])
 POINT = np.array([A, B, SHARE])
-SLOPES = np.array(
-    [[exact(*(POINT + STEP * row)).imag / STEP.imag for row in np.eye(3)] for _, exact in FORMULAS]
-)
+SLOPES = by_complex_step(lambda *point: [exact(*point) for _, exact in FORMULAS], POINT)
 
 
 def test_values_and_derivatives_of_a_single_run(system):
