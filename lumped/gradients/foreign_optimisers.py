@@ -12,11 +12,10 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.functionals import Functional
 from lumped.gradients.functional_values import check
-from lumped.gradients.gradient import Gradient, gradient_of
-from lumped.gradients.gradient_ensemble import gradients_at
+from lumped.gradients.gradient_ensemble import gradient_at, gradients_at
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
-from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
+from lumped.timeloop.run_options import RunOptions, run_plan
 
 
 @checked
@@ -71,7 +70,7 @@ def value_and_gradient(
     def function(values: np.ndarray) -> tuple[float, np.ndarray]:
         point = np.asarray(values, dtype=float)
         _check_shape(system, names, point.shape)
-        found = _at(system, names, point, tuple(weights), plan)
+        found = gradient_at(system, names, point, tuple(weights), names, plan)
         return float(factors @ found.values), factors @ found.derivatives
 
     return function
@@ -134,7 +133,7 @@ def to_jax(
     def compute(values: Any) -> tuple[np.ndarray, np.ndarray]:
         points = np.asarray(values, dtype=float)
         if points.ndim == 1:
-            found = _at(system, names, points, wanted, plan)
+            found = gradient_at(system, names, points, wanted, names, plan)
             return found.values, found.derivatives
         rows = points.reshape(-1, sizes[1])
         many = gradients_at(system, names, rows, wanted, names, plan, workers)
@@ -184,14 +183,3 @@ def _check_shape(system: System, names: tuple[str, ...], shape: tuple[int, ...])
             f"{system.name}: values of the shape {shape}; {len(names)} are needed, those of "
             f"{', '.join(names)}."
         )
-
-
-def _at(
-    system: System,
-    names: tuple[str, ...],
-    values: np.ndarray,
-    of: tuple[Functional, ...],
-    plan: RunPlan,
-) -> Gradient:
-    given = plan.changes(system) | dict(zip(names, values.tolist(), strict=True))
-    return gradient_of(system, of, names, plan._replace(parameters=given))

@@ -138,6 +138,19 @@ def gradient_ensemble(
     return gradients_at(system, varied.names, varied.values, tuple(of), names, plan, workers)
 
 
+def gradient_at(
+    system: System,
+    names: tuple[str, ...],
+    values: np.ndarray,
+    of: Sequence[Functional],
+    by: tuple[str, ...],
+    plan: RunPlan,
+) -> Gradient:
+    """The gradient at a point that was checked."""
+    given = plan.changes(system) | dict(zip(names, values.tolist(), strict=True))
+    return gradient_of(system, of, by, plan._replace(parameters=given))
+
+
 def gradients_at(
     system: System,
     names: tuple[str, ...],
@@ -148,12 +161,10 @@ def gradients_at(
     workers: int | None = None,
 ) -> GradientEnsemble:
     """Gradients at points, shape (n, len(names)), that were checked."""
-    known = plan.changes(system)
 
     def one(row: np.ndarray) -> Gradient | LumpedError:
-        values = known | dict(zip(names, row.tolist(), strict=True))
         try:
-            return gradient_of(system, of, by, plan._replace(parameters=values))
+            return gradient_at(system, names, row, of, by, plan)
         except LumpedError as error:
             return error
 

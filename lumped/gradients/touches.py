@@ -111,14 +111,11 @@ class _Touches:
             return
         s = self.system.switching
         kind, k = s.rows[row]
-        name = s.relation_text(k, True)[0] if kind == "relation" else s.names[k]
-        words = (
-            s.relation_text(k, m[s.relation_modes[k]])[1]
-            if kind == "relation"
-            else {"upper": "its limit", "lower": "its limit", "slide": "standstill or contact"}[
-                kind
-            ]
-        )
+        if kind == "relation":
+            name, words = s.relation_text(k, m[s.relation_modes[k]])
+        else:
+            name = s.names[k]
+            words = "standstill or contact" if kind == "slide" else "its limit"
         raise SolverError(
             f"{self.system.name}: at t = {t:.9g} s {name} {what} ({words}), to the accuracy of "
             "the run: there is no derivative. Change a parameter a little, or tighten rtol if it "
