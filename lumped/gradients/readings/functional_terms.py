@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
@@ -42,15 +42,6 @@ from lumped.gradients.saltation import saltation_of
 
 _AT_ONCE = 1e-10
 """Part of a run within which a change counts as happening at a given instant."""
-
-
-class _Look(NamedTuple):
-    """A quantity: value, derivatives by states and parameters, by time along the run."""
-
-    value: float
-    by_states: np.ndarray
-    by_parameters: np.ndarray
-    rate: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +138,8 @@ class ReadParts(SmoothParts):
             )
         if reading.at is None:
             alternatives[0] = [
-                replace(one, by_end=self._rate(one, names)) for one in alternatives[0]
+                replace(one, by_end=self._look(one.points[0].leg, one.points[0].time, names)[1])
+                for one in alternatives[0]
             ]
         if guards:
             return ReadingTerms(tuple(alternatives[0]), "later", tuple(guards), where)
@@ -163,19 +155,18 @@ class ReadParts(SmoothParts):
     def _find_terms_at(self, number: int, t: float, names: tuple[str, ...]) -> InstantTerms:
         leg = self.legs[number]
         t = min(max(t, float(leg.t[0])), float(leg.t[-1]))
-        look = self._look(number, t, names)
-        point = AdjointPoint(number, t, 0, look.by_states, look.by_parameters)
-        return InstantTerms(look.value, (point,))
+        return self._look(number, t, names)[0]
 
-    def _rate(self, terms: InstantTerms, names: tuple[str, ...]) -> float:
-        """Slope of a product at the only instant of terms."""
-        return self._look(terms.points[0].leg, terms.points[0].time, names).rate
-
-    def _look(self, number: int, t: float, names: tuple[str, ...]) -> _Look:
+    def _look(
+        self, number: int, t: float, names: tuple[str, ...], edge: int = 0
+    ) -> tuple[InstantTerms, float]:
+        """A product at an instant, which moves with the begin of a leg, and its slope."""
         x, m = self.legs[number].state(t)
         keys = tuple(self.run.system.key(name) for name in names)
         y, by_x, by_p, rate = differentiate_at_one(self.run.system, keys)(x, self.run.theta, t, m)
-        return _Look(float(y[0]), by_x, by_p, float(rate[0]))
+        late = float(rate[0])
+        point = AdjointPoint(number, t, 0, by_x, by_p, edge, late if edge else 0.0)
+        return InstantTerms(float(y[0]), (point,)), late
 
     def _moving(self, number: int, name: str = "") -> AdjointPoint:
         """The instant at which a leg begins."""
@@ -310,9 +301,7 @@ class ReadParts(SmoothParts):
                 raise self._coincident(label, self.crossings[number - 1])
             leg = number - (at.side == "before")
             t = float(self.legs[leg].t[-1 if at.side == "before" else 0])
-            look = self._look(leg, t, reading.factors)
-            slopes = look.by_states, look.by_parameters
-            yield InstantTerms(look.value, (AdjointPoint(leg, t, 0, *slopes, number, look.rate),))
+            yield self._look(leg, t, reading.factors, number)[0]
 
     def _impacts(self, reading: Occurrence) -> Iterator[InstantTerms]:
         label, run = str(reading), self.run
@@ -342,20 +331,19 @@ class ReadParts(SmoothParts):
             if len(self.crossings[number - 1].orders) > 1:
                 raise self._coincident(label, self.crossings[number - 1])
             for h in holds:
-                look = self._impact(reading.what, number, jump, h)
-                t = float(self.legs[number - 1].t[-1])
-                slopes = look.by_states, look.by_parameters
-                point = AdjointPoint(number - 1, t, 0, *slopes, number, look.rate)
-                yield InstantTerms(look.value, (point,))
+                yield self._impact(reading.what, number, jump, h)
 
-    def _impact(self, kind: str, number: int, jump: EventDerivatives, hold: int) -> _Look:
+    def _impact(self, kind: str, number: int, jump: EventDerivatives, hold: int) -> InstantTerms:
+        """Loss or impulse of a hold where a leg begins."""
         jumps, blow = jump.act
         assert blow is not None
         changes = saltation_of(self.run.system).changes
         function = changes.impact(kind, hold, jumps, blow, jump.after[1])
         x, m = jump.before
         y, by_x, by_p, along = function.at(x, self.run.theta, self.crossings[number - 1].t, m)
-        return _Look(float(y[0]), by_x.only_row, by_p.only_row, float(along[0]))
+        t, slopes = float(self.legs[number - 1].t[-1]), (by_x.only_row, by_p.only_row)
+        point = AdjointPoint(number - 1, t, 0, *slopes, number, float(along[0]))
+        return InstantTerms(float(y[0]), (point,))
 
     def _coincident(self, label: str, crossing: Crossing) -> SolverError:
         return SolverError(
