@@ -15,12 +15,10 @@ from lumped.compiler.system import System
 from lumped.errors import Interrupted, SolverError, doubt
 from lumped.many_runs.read_run import read_run
 from lumped.points.start import run_start
-from lumped.simulation.certify import Certificate
-from lumped.simulation.compare import between, choose_names, compare_runs
+from lumped.simulation.certify import Certificate, between, choose_names, compare_runs
 from lumped.simulation.energy_audit import audit_energy
 from lumped.support.arguments import checked
-from lumped.timeloop.results.left_out_states import PointOfRun
-from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint, PointOfRun
 from lumped.timeloop.results.recorder import Recorder, output_times
 from lumped.timeloop.results.statistics import Statistics
 from lumped.timeloop.results.trajectory import Trajectory

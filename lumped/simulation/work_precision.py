@@ -15,7 +15,7 @@ from lumped.errors import LumpedError, OptionError
 from lumped.plots import numbers
 from lumped.plots.draw import Backend, draw
 from lumped.points.start import run_start
-from lumped.simulation.compare import choose_names, compare_runs
+from lumped.simulation.certify import choose_names, compare_runs
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml

@@ -9,8 +9,7 @@ import lumped as lp
 from lumped import functionals as fun
 from lumped.errors import SolverError
 from lumped.gradients.legs import SmoothParts, legs_of
-from lumped.gradients.readings.enclosed_points import highest_points, range_of, turning_points_in
-from lumped.gradients.readings.extremes import extremes
+from lumped.gradients.readings.extremes import extremes, highest_points, range_of, turning_points_in
 from lumped.gradients.steps import steps_of
 from lumped.kernel import engine
 from lumped.life import SNCurve, turning_points

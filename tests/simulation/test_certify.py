@@ -22,7 +22,7 @@ from lumped.components import (
 )
 from lumped.errors import EquationError, Interrupted, SolverError
 from lumped.ops import sin, where
-from lumped.simulation.compare import compare_runs
+from lumped.simulation.certify import compare_runs
 from lumped.timeloop.run_by_steps import RunBySteps
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from lumped.errors import SolverError
 from lumped.functionals.damage_law import DamageLaw
 from lumped.gradients.legs import SmoothParts
-from lumped.gradients.readings.enclosed_points import range_of, turning_points_in
+from lumped.gradients.readings.extremes import range_of, turning_points_in
 from lumped.gradients.readings.product_curve import (
     Points,
     ProductCurve,

@@ -23,8 +23,13 @@ from lumped.support.units import read_time
 from lumped.timeloop.plants.many_points import quantity_along
 from lumped.timeloop.programs import ProgramInputs
 from lumped.timeloop.results.event import Event
-from lumped.timeloop.results.left_out_states import PointOfRun, on_both_sides, with_left_out
-from lumped.timeloop.results.operating_point import Named, OperatingPoint
+from lumped.timeloop.results.operating_point import (
+    Named,
+    OperatingPoint,
+    PointOfRun,
+    on_both_sides,
+    with_left_out,
+)
 from lumped.timeloop.results.result_files import Saved, draw_curves, select_quantities, state_names
 from lumped.timeloop.results.statistics import Statistics
 
