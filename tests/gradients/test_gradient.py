@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from checks import by_complex_step, refused
 from rows import assemble_row, one
-from scipy.optimize import brentq
 
 import lumped as lp
 from lumped import functionals as fun
@@ -79,32 +78,6 @@ def test_a_damped_oscillation_has_the_gradients_of_its_closed_form(oscillator, m
     assert method in found.run.statistics.method
     assert found.values == pytest.approx(sums(*POINT), rel=1e-9)
     assert found.derivatives == pytest.approx(by_complex_step(sums, POINT), rel=1e-8, abs=1e-9)
-
-
-@pytest.mark.parametrize("rtol", [1e-5, 1e-11])
-def test_an_extreme_inside_a_step_moves_as_it_does_at_a_fixed_instant(oscillator, rtol):
-    of = [fun.peak("v"), fun.highest("x"), fun.lowest("x"), fun.peak("x")]
-    found = lp.gradient(oscillator, of=of, by=["k", "d", "x", "v"], until=UNTIL, rtol=rtol)
-    k, d = POINT[:2]
-
-    def force(t):
-        x, v = damped(t, *POINT)
-        return -k * x - d * v
-
-    instants = [
-        brentq(force, 0.4, 1.4),
-        brentq(lambda t: damped(t, *POINT)[1], 0.2, 1.0),
-        brentq(lambda t: damped(t, *POINT)[1], 1.6, 2.6),
-    ]
-    parts = ((instants[0], 1, -1.0), (instants[1], 0, 1.0), (instants[2], 0, 1.0))
-    parts += ((instants[1], 0, 1.0),)
-    expected = [sign * damped(t, *POINT)[which] for t, which, sign in parts]
-    slopes = [
-        sign * by_complex_step(lambda *p, t=t, which=which: damped(t, *p)[which], POINT)
-        for t, which, sign in parts
-    ]
-    assert found.values == pytest.approx(expected, rel=100 * rtol)
-    assert found.derivatives == pytest.approx(np.array(slopes), rel=1e3 * rtol, abs=100 * rtol)
 
 
 def test_a_run_without_states_has_derivatives_too():

@@ -370,11 +370,6 @@ def test_a_list_of_names_gives_columns(name):
         one[[names[0], "nothing.such"]]
 
 
-def test_a_list_of_names_gives_the_values_of_a_point():
-    point = made()["OperatingPoint"]
-    np.testing.assert_array_equal(point[["a.w", "b.w"]], [point["a.w"], point["b.w"]])
-
-
 WAYS = {"pickle": lambda x: pickle.loads(pickle.dumps(x)), "deepcopy": copy.deepcopy}
 
 
