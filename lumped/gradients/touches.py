@@ -67,7 +67,7 @@ class _Touches:
     def lowest(self) -> Iterator[tuple[int, int, float]]:
         """Margins that turn near zero: number of the smooth part, of the margin, and when."""
         highest = np.zeros((len(self.course.legs), self.count))
-        found: list[np.ndarray] = []
+        found = [np.zeros((6, 0))]
         for leg, t, both in sample_steps(self.course, self.look):
             values, slopes = both[:, :, : self.count], both[:, :, self.count :]
             h = np.diff(t)[:, :, None]
@@ -79,8 +79,6 @@ class _Touches:
             brackets = t[step, k], t[step, k + 1], s_a[step, k, row], s_b[step, k, row]
             found.append(np.array([leg[step], row, *brackets]))
             np.maximum.at(highest, leg, np.abs(values).max(axis=1))
-        if not found:
-            return
         candidates = np.concatenate(found, axis=1)
         if not candidates.size:
             return

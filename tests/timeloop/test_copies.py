@@ -29,7 +29,6 @@ from lumped.components import (
 )
 from lumped.errors import LumpedError
 from lumped.ops import sin, where
-from lumped.timeloop.results.result_files import select_quantities
 
 
 class Rotor(lp.Component):
@@ -272,7 +271,7 @@ def made():
         lp.sweep(system, over={"shaft.c": [1.0]}, until=0.1, of={"x": last}, workers=1),
         precision,
         precision.rows[0],
-        select_quantities(run.system, None, run.t, run.theta, run.events, run.__getitem__),
+        run._select(None),
         lp.exchange.ExportedFMU(*[None] * 7),
     ]
     return {type(one).__name__: one for one in found}

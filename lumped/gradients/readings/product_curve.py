@@ -207,11 +207,6 @@ class ProductCurve:
         self.course, self.run, self.legs, self.factors = course, course.run, course.legs, factors
         self.look = _look(course.run.system, factors)
 
-    @property
-    def text(self) -> str:
-        """The product as printed."""
-        return ", ".join(self.factors)
-
     def spans(self, between: Window = None) -> Iterator[tuple[np.ndarray, Span]]:
         """Steps, some at once, and the smooth part of each of their ends."""
         for stretch in stretches(self.legs):
@@ -242,8 +237,9 @@ class ProductCurve:
     def check(self, found: np.ndarray) -> None:
         """Refuse what is not finite."""
         if not np.isfinite(found).all():
+            names, run = ", ".join(self.factors), self.run
             raise SolverError(
-                f"{self.run.system.name}: {self.text} is not finite somewhere in the run.", self.run
+                f"{run.system.name}: {names} is not finite somewhere in the run.", run
             )
 
     def at(self, legs: np.ndarray, t: np.ndarray) -> np.ndarray:

@@ -90,9 +90,9 @@ def _follow(curve: ProductCurve, rtol: float) -> float:
     worst = max(float(m.max(initial=0.0)) for m in missed)
     if not worst <= _COARSE * size:
         raise SolverError(
-            f"{curve.run.system.name}: {curve.text} is off by {worst:.3g} where it is followed "
-            "from one point of the run to the next. Record the run at its steps, simulate(..., "
-            "grid=None), or make it with a smaller rtol.",
+            f"{curve.run.system.name}: {', '.join(curve.factors)} is off by {worst:.3g} where it "
+            "is followed from one point of the run to the next. Record the run at its steps, "
+            "simulate(..., grid=None), or make it with a smaller rtol.",
             curve.run,
         )
     return floor

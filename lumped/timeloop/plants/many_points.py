@@ -69,6 +69,24 @@ class CountedFunction:
                 self._count(evaluations * max(self._columns, 1))
         return self._record
 
+    def along(self, x: np.ndarray, p: np.ndarray, t: np.ndarray, m: np.ndarray) -> np.ndarray:
+        """Results at each point, shape (points, results); arguments as for `ManyPoints`."""
+        found = np.empty((len(t), self._operations.results))
+        run = Run({**_NOTHING, "work": self.work, "parameters": len(p)})
+        run.p[:] = p
+        course = Samples(
+            points=len(t),
+            states=x.shape[1],
+            settings=m.shape[1],
+            results=self._operations.results,
+            t=np.ascontiguousarray(t, dtype=float),
+            x=np.ascontiguousarray(x, dtype=float).ravel(),
+            m=np.ascontiguousarray(m, dtype=float).ravel(),
+            found=found.ravel(),
+        )
+        engine.call("values", run, self.for_more(len(t)), course)
+        return found
+
     def _count(self, evaluations: int) -> None:
         self._evaluations += evaluations
         if self._code is not None or self._evaluations <= WORTH:
@@ -108,9 +126,9 @@ class ManyPoints:
         self.results = operations.results
         self._lookup = tabulate_steps(operations, function.numel_in(3))
         if self._lookup is not None:
-            self._arguments = _Evaluated(self._lookup.arguments)
+            self._arguments = CountedFunction(self._lookup.arguments)
             operations = self._lookup.rest
-        self._rest = _Evaluated(operations)
+        self._rest = CountedFunction(operations)
 
     @cached_property
     def counted(self) -> CountedFunction:
@@ -130,32 +148,8 @@ class ManyPoints:
             Times.
         """
         if self._lookup is not None:
-            m = np.hstack([m, self._lookup.settings(self._arguments(x, p, t, m))])
-        return self._rest(x, p, t, m)
-
-
-class _Evaluated:
-    """Operations made at many points."""
-
-    def __init__(self, operations: Operations) -> None:
-        self._results, self._code = operations.results, CountedFunction(operations)
-
-    def __call__(self, x: np.ndarray, p: np.ndarray, t: np.ndarray, m: np.ndarray) -> np.ndarray:
-        found = np.empty((len(t), self._results))
-        run = Run({**_NOTHING, "work": self._code.work, "parameters": len(p)})
-        run.p[:] = p
-        course = Samples(
-            points=len(t),
-            states=x.shape[1],
-            settings=m.shape[1],
-            results=self._results,
-            t=np.ascontiguousarray(t, dtype=float),
-            x=np.ascontiguousarray(x, dtype=float).ravel(),
-            m=np.ascontiguousarray(m, dtype=float).ravel(),
-            found=found.ravel(),
-        )
-        engine.call("values", run, self._code.for_more(len(t)), course)
-        return found
+            m = np.hstack([m, self._lookup.settings(self._arguments.along(x, p, t, m))])
+        return self._rest.along(x, p, t, m)
 
 
 def quantity_along(
