@@ -253,12 +253,8 @@ def test_functions_of_time_tell_the_pieces_before_and_after():
 
 def test_a_play_tells_its_flanks():
     """A body of 1 kg.m2 in a play of 0.2 rad between springs that turns at 1 rad/s: 0.1 s each."""
-    model = lp.compose(
-        body=Inertia(J=1.0, phi=0.0, w=1.0),
-        play=ElastoBacklash(c=4e4, b=0.2),
-        wall=Fixed(),
-        connections=lambda m: lp.chain(m.wall, m.play, m.body),
-    )
+    play, body = ElastoBacklash(c=4e4, b=0.2), Inertia(J=1.0, phi=0.0, w=1.0)
+    model = in_a_row(wall=Fixed(), play=play, body=body)
     run = lp.simulate(lp.assemble(model), until=0.5, rtol=1e-9)
     contact = np.pi / 200  # half a period at 200 rad/s
     begins = [0.1, 0.1 + contact, 0.3 + contact, 0.3 + 2 * contact]

@@ -11,6 +11,7 @@ from checks import in_all_engines
 from ensemble_runs import Alone, assert_same_bits, ran
 from known_cases import PULSES, Known, families
 from known_events import METHODS, Count, by_runs, in_lanes
+from rows import assemble_row
 from scipy.integrate import quad
 
 import lumped as lp
@@ -186,10 +187,8 @@ def test_engines_find_the_same_instants():
 
 def test_pulses_in_lanes_and_by_all_engines_have_the_bits_of_single_runs():
     law = 12 * exp(-(((t - 0.77) / 1e-5) ** 2)) + 14 * sin(t) * exp(-(((t - 1.5) / 0.01) ** 2))
-    model = lp.compose(
-        a=Inertia(J=1.0, w=0.0), m=Torque(tau=law), connections=lambda k: lp.chain(k.m, k.a)
-    )
-    system, points = lp.assemble(model), np.linspace(0.5, 2.0, 11)[:, None]
+    system = assemble_row(m=Torque(tau=law), a=Inertia(J=1.0, w=0.0))
+    points = np.linspace(0.5, 2.0, 11)[:, None]
     of = {"w": fun.final("a.w")}
     for method in ("steps", "taylor"):
         lanes, alone = (
