@@ -20,6 +20,7 @@ from lumped.gradients.legs import record_run
 from lumped.gradients.spans import Carried
 from lumped.gradients.varied import (
     END,
+    describe_shared,
     read_varied_values,
     resolve_name,
     slopes_at_start,
@@ -28,8 +29,6 @@ from lumped.gradients.varied import (
 )
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
-from lumped.points.start import run_start
-from lumped.simulation.simulate import recorder, run_on
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, choose_units
@@ -42,8 +41,6 @@ from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
 
 _COLUMNS = 500
 """Derivatives of start states that are computed at once."""
-_GRID = 1000
-"""Intervals of a run without states, which has no steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,9 +175,7 @@ class Gradient(ByName, RichHtml):
             f"evaluations, rtol {self.rtol:.0e}, in {s.seconds:.3g} s; its gradient in "
             f"{self.seconds:.3g} s more, error {self.errors.max(initial=0.0):.0e}"
         )
-        if self.shared:
-            head += "\nshares of indeterminate constraints held fixed where they let go, t = "
-            head += ", ".join(f"{t:.6g} s" for t in self.shared[:6])
+        head += describe_shared(self.shared)
         return f"{head}\n" + table(("functional", "value", "unit", "largest"), rows)
 
 
@@ -250,11 +245,7 @@ def gradient_of(
     system = plan.watching(system, wanted)
     own = [name for name in names if name != END]
     places, varied = sources(system, own, plan.start)
-    if system.structure.states:
-        run = record_run(system, plan)
-    else:
-        point = run_start(system, plan)
-        run = run_on(point, plan, recorder(point, plan, _GRID))
+    run = record_run(system, plan)
     begin = clock.perf_counter()
     read = readings_of(wanted)
     summed = RunReadings(run, read, tighten(rtol))

@@ -19,10 +19,13 @@ from lumped.gradients.jumps import Crossing, Side
 from lumped.gradients.spans import Span
 from lumped.gradients.steps import Steps, steps_of
 from lumped.points.start import run_start
-from lumped.simulation.simulate import interruptible, run_on
+from lumped.simulation.simulate import interruptible, recorder, run_on
 from lumped.timeloop.results.recorder import Recorder, SparingRecorder
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 from lumped.timeloop.run_options import RunPlan
+
+GRID = 1000
+"""Intervals of a run without states, which has no steps."""
 
 _KEPT_BYTES = 50_000_000
 """Size of the states that a run keeps for its derivatives, bytes, besides those at events."""
@@ -173,6 +176,8 @@ def record_run(system: System, plan: RunPlan) -> Trajectory:
     iteration, whose guesses belong to each step, all are kept.
     """
     point = run_start(system, plan)
+    if not system.structure.states:
+        return run_on(point, plan, recorder(point, plan, GRID))
     if system.structure.implicit:
         return run_on(point, plan, Recorder(point, plan.until, None, True))
     return run_on(point, plan, SparingRecorder(point, plan.until, _KEPT_BYTES))

@@ -16,7 +16,7 @@ from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
 from lumped.gradients.forward import Followed, Forward, coincide
 from lumped.gradients.functional_values import Chained, RunReadings, check, differ, refuse
-from lumped.gradients.legs import SmoothParts, legs_of, pieces_of
+from lumped.gradients.legs import GRID, SmoothParts, legs_of, pieces_of
 from lumped.gradients.sensitivity_result import MovedInstant, Sensitivity
 from lumped.gradients.steps import steps_of
 from lumped.gradients.touches import refuse_touches
@@ -33,9 +33,6 @@ from lumped.support.arguments import checked
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunOptions, run_plan
-
-_GRID = 1000
-"""Intervals of a run without states, which has no steps."""
 
 Side = Literal["both", "right", "left"]
 
@@ -117,7 +114,7 @@ def sensitivity(
         point = run_start(system, plan)
         return run_on(point, plan, recorder(point, plan, grid))
 
-    every = None if system.structure.states else _GRID
+    every = None if system.structure.states else GRID
     steps = run(every) if functionals or system.switching else None
     found = None
     if names:
