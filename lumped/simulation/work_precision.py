@@ -272,13 +272,8 @@ def _row(
         found = run(method, rtol, _MOST_STEPS)
         comparison = compare_runs(found, reference, names)
     except LumpedError as error:
-        part: Trajectory | None = getattr(error, "partial", None)
-        steps, rejected, evaluations = 0, 0, 0
-        if part is not None:
-            s = part.statistics
-            steps, rejected, evaluations = s.steps, s.rejected, s.evaluations
-        reason = str(error).splitlines()[0]
-        return WorkRow(method, rtol, nan, "", nan, steps, rejected, evaluations, 0, reason), 0.0
+        counts, reason = _counts(getattr(error, "partial", None)), str(error).splitlines()[0]
+        return WorkRow(method, rtol, nan, "", nan, *counts, 0, reason), 0.0
     seconds = []
     for _ in range(3):
         begin = clock.perf_counter()
@@ -286,17 +281,14 @@ def _row(
         seconds.append(clock.perf_counter() - begin)
         if seconds[-1] > _LONG:
             break
-    s, worst = found.statistics, comparison.worst
-    row = WorkRow(
-        method,
-        rtol,
-        worst.relative,
-        worst.name,
-        min(seconds),
-        s.steps,
-        s.rejected,
-        s.evaluations,
-        len(found.events),
-        comparison.missed or "ok",
-    )
-    return row, comparison.window
+    worst, outcome = comparison.worst, comparison.missed or "ok"
+    own, counts = (worst.relative, worst.name, min(seconds)), _counts(found)
+    return WorkRow(method, rtol, *own, *counts, len(found.events), outcome), comparison.window
+
+
+def _counts(run: Trajectory | None) -> tuple[int, int, int]:
+    """Accepted and rejected steps and evaluations of a run, as far as there is one."""
+    if run is None:
+        return 0, 0, 0
+    s = run.statistics
+    return s.steps, s.rejected, s.evaluations
