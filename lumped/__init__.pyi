@@ -26,8 +26,8 @@ from lumped.ensembles.ensemble import ensemble as ensemble
 from lumped.ensembles.sweep import sweep as sweep
 from lumped.exchange.fmu import export_fmu as export_fmu
 from lumped.explorer.explore import explore as explore
-from lumped.gradients.foreign_optimisers import to_jax as to_jax
 from lumped.gradients.gradient import gradient as gradient
+from lumped.gradients.gradient_ensemble import to_jax as to_jax
 from lumped.gradients.sensitivity import sensitivity as sensitivity
 from lumped.language.check_units import check_units as check_units
 from lumped.language.component import Component as Component

@@ -1,4 +1,4 @@
-"""Models of parts in rows."""
+"""Models of one part, and of parts in rows."""
 
 import itertools
 
@@ -47,3 +47,9 @@ def in_turn(bodies, springs):
         yield from lp.chain(*(part for pair in pairs for part in pair), model.bodies[-1])
 
     return lp.compose(bodies=bodies, springs=springs, connections=connections)
+
+
+def one(equations, **declared):
+    """A component, called One, with these equations and what else is declared."""
+    body = {"equations": equations, "__doc__": "See equations.", **declared}
+    return type("One", (lp.Component,), body)()

@@ -32,8 +32,8 @@ _RESTING, _LEAST_AGAIN = 1e-12, 0.1
 which on what closes did bounce before."""
 
 
-class Stop(NamedTuple):
-    """An instant at which a run stops.
+class Instant(NamedTuple):
+    """An instant of a run at which something changes.
 
     Attributes
     ----------
@@ -43,6 +43,21 @@ class Stop(NamedTuple):
         When, s.
     old, new : tuple of ndarray
         States and settings on both sides.
+    """
+
+    run: Trajectory
+    t: float
+    old: Side
+    new: Side
+
+
+class Stop(NamedTuple):
+    """An instant at which a run stops.
+
+    Attributes
+    ----------
+    at : Instant
+        When, and both sides.
     values : InstantValues
         What decides changes, before it.
     rates_after : ndarray, shape (n,)
@@ -53,10 +68,7 @@ class Stop(NamedTuple):
         What the run tells of it.
     """
 
-    run: Trajectory
-    t: float
-    old: Side
-    new: Side
+    at: Instant
     values: InstantValues
     rates_after: np.ndarray
     accuracy: np.ndarray
@@ -116,7 +128,7 @@ class Causes(Shared):
         SolverError
             If what changes is only touched.
         """
-        old, new, values = stop.old, stop.new, stop.values
+        old, new, values = stop.at.old, stop.at.new, stop.values
         changed = old[1][: self._count] != new[1][: self._count]
         causes = self._find_timed(stop, changed)
         near = values.margins <= _TOUCHED * values.tolerances
@@ -129,22 +141,22 @@ class Causes(Shared):
             row = self.row(values, i)
             if self._grazes(stop, i) and not _is_smooth(stop):
                 raise SolverError(
-                    f"{self.system.name}: at t = {stop.t:.9g} s {', '.join(self.names(i))} only "
+                    f"{self.system.name}: at t = {stop.at.t:.9g} s {', '.join(self.names(i))} only "
                     "touches what changes it, within the accuracy of the run; there is no "
                     "derivative there. Tighten rtol if it does cross, or change a parameter.",
-                    stop.run,
+                    stop.at.run,
                 )
             causes.append(Cause((i,), row, self.names(i), self._modes(i)))
         if not causes and changed.any() and not _is_smooth(stop):
             raise SolverError(
-                f"{self.system.name}: at t = {stop.t:.9g} s modes change "
+                f"{self.system.name}: at t = {stop.at.t:.9g} s modes change "
                 f"({', '.join(stop.names)}), but what changes them is touched without "
                 "being crossed; the run has no derivative there.",
-                stop.run,
+                stop.at.run,
             )
         if len(causes) < 2:
             return causes
-        sizes = np.concatenate([1.0 + np.abs(old[0]), np.abs(stop.run.theta)])
+        sizes = np.concatenate([1.0 + np.abs(old[0]), np.abs(stop.at.run.theta)])
         return _merge_causes(causes, sizes, self._find_shared_limits(old))
 
     def row(self, values: InstantValues, margin: int) -> np.ndarray:
@@ -190,10 +202,10 @@ class Causes(Shared):
             causes.append(Cause((), row, (clock.condition.name,), modes))
         if touching and not causes:
             raise SolverError(
-                f"{self.system.name}: at t = {stop.t:.9g} s a function of time in "
+                f"{self.system.name}: at t = {stop.at.t:.9g} s a function of time in "
                 f"{', '.join(touching)} touches the border at which it changes; the run has no "
                 "derivative there.",
-                stop.run,
+                stop.at.run,
             )
         return causes
 
@@ -203,12 +215,12 @@ class Causes(Shared):
         found = np.zeros(len(values.margins), dtype=bool)
         if not self._gaps:
             return found
-        found[self._gaps] = stop.new[1][self._gap_modes] > 0.5
+        found[self._gaps] = stop.at.new[1][self._gap_modes] > 0.5
         if found.any():
-            (x, settings), s = stop.old, self.system.switching
+            (x, settings), s = stop.at.old, self.system.switching
             count = self.system.structure.mode_count
-            look = Holds(self.system, stop.run.theta).look(
-                stop.t, x, settings[:count], settings[count:]
+            look = Holds(self.system, stop.at.run.theta).look(
+                stop.at.t, x, settings[:count], settings[count:]
             )
             again = look.restitution[[s.rows[i][1] for i in self._gaps]]
             height = np.full(len(found), _RESTING)
@@ -236,7 +248,7 @@ class Causes(Shared):
         bend = float(stop.values.bends[margin])
         gap = self.looks.margin_slopes(stop.values, margin)
         call, rows, columns = self._speeds
-        slopes = call(stop.old[0], stop.run.theta, stop.t, stop.old[1])[0]
+        slopes = call(stop.at.old[0], stop.at.run.theta, stop.at.t, stop.at.old[1])[0]
         own = rows == self.system.switching.rows[margin][1]
         speed = np.zeros(len(gap))
         speed[columns[own]] = slopes[own]
@@ -288,7 +300,7 @@ def _is_smooth(stop: Stop) -> bool:
     """Whether states and rates are the same on both sides, so that no change matters."""
     rates = stop.values.rates
     size = np.abs(rates).max(initial=0.0)
-    same = bool((stop.old[0] == stop.new[0]).all())
+    same = bool((stop.at.old[0] == stop.at.new[0]).all())
     apart = np.abs(rates - stop.rates_after).max(initial=0.0)
     return same and bool(apart <= 1e-9 * (1 + size))
 

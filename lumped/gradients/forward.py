@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
 import casadi as ca
 import numpy as np
 
 from lumped.errors import SolverError
-from lumped.gradients.adjoint import crossings_of
 from lumped.gradients.jumps import Crossing
-from lumped.gradients.legs import Leg
-from lumped.gradients.state_changes import exchange_fault
+from lumped.gradients.legs import legs_of, pieces_of
+from lumped.gradients.saltation import crossings_of
 from lumped.gradients.steps import Steps
+from lumped.kernel import engine
+from lumped.kernel.run import DONE, FULL, RESTART
 from lumped.support.made_once import Shared, made_once
-from lumped.timeloop.plants.executable import Executable, smooth_executable
+from lumped.timeloop.plants.executable import Executable, smooth_executable, span
+from lumped.timeloop.plants.kept_run import KeptRun
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 from lumped.timeloop.run import nominals
-from lumped.timeloop.smooth_part import Method, smooth_part
 
 _AGREE = 1e-6
 """Relative difference up to which derivatives to both sides are the same."""
+_LEAST_ROWS = 64
+"""Room for so many times at least, so that the next piece can have it."""
+Method = Literal["explicit", "implicit"]
 
 
 class StopInstant(NamedTuple):
@@ -68,7 +73,7 @@ class Followed(NamedTuple):
     instants: list[StopInstant]
 
 
-def coincide(run: Trajectory, crossings: list[Crossing]) -> SolverError:
+def coincide(run: Trajectory, crossings: Sequence[Crossing]) -> SolverError:
     """What is raised where derivatives depend on which of several changes comes first."""
     texts = [f"t = {c.t:.9g} s ({', '.join(c.names)})" for c in crossings if len(c.orders) > 1]
     return SolverError(
@@ -188,22 +193,20 @@ class Forward:
         SolverError
             Where the run has no derivative, or none that is followed.
         """
-        pieces = self.pieces(run)
-        found = self._of_all_orders(run, pieces, pieces, S)
+        found = self._of_all_orders(run, pieces_of(run), S)
         return found.states, found.instants
 
     def at_end(self, run: Trajectory, S: np.ndarray) -> np.ndarray:
         """As `sensitivities`, but only those at the end of the run, shape (n, k)."""
-        pieces = self.pieces(run)
-        ends = [Piece(p.system, p.t[[0, -1]], p.x[[0, -1]], p.settings[[0, -1]]) for p in pieces]
-        found: np.ndarray = self._of_all_orders(run, pieces, ends, S).states[-1][-1]
+        ends = [
+            Piece(p.system, p.t[[0, -1]], p.x[[0, -1]], p.settings[[0, -1]]) for p in pieces_of(run)
+        ]
+        found: np.ndarray = self._of_all_orders(run, ends, S).states[-1][-1]
         return found
 
-    def _of_all_orders(
-        self, run: Trajectory, pieces: list[Piece], wanted: list[Piece], S: np.ndarray
-    ) -> Followed:
+    def _of_all_orders(self, run: Trajectory, wanted: list[Piece], S: np.ndarray) -> Followed:
         """Derivatives at wanted points of the pieces, which must agree in all orders of changes."""
-        crossings = self.crossings(run, pieces)
+        crossings = self.crossings(run)
         found = self.follow(run, wanted, crossings, S, 1)
         if any(len(crossing.orders) > 1 for crossing in crossings):
             other = self.follow(run, wanted, crossings, S, -1)
@@ -212,30 +215,15 @@ class Forward:
                     raise coincide(run, crossings)
         return found
 
-    def pieces(self, run: Trajectory) -> list[Piece]:
-        """Smooth parts of a run.
-
-        Raises
-        ------
-        SolverError
-            If states change places.
-        """
-        pieces = [piece for piece in run.pieces if len(piece.t)]
-        for piece in pieces:
-            if piece.system is not self.system:
-                raise SolverError(exchange_fault(run, float(piece.t[0])), run)
-        return pieces
-
-    def crossings(self, run: Trajectory, pieces: list[Piece]) -> list[Crossing]:
+    def crossings(self, run: Trajectory) -> list[Crossing]:
         """How derivatives jump between the pieces."""
-        legs = [Leg(run, piece) for piece in pieces]
-        return crossings_of(run, legs, self.rtol)
+        return crossings_of(run, legs_of(run), self.rtol)
 
     def follow(
         self,
         run: Trajectory,
         pieces: list[Piece],
-        crossings: list[Crossing],
+        crossings: Sequence[Crossing],
         S: np.ndarray,
         side: int,
     ) -> Followed:
@@ -305,27 +293,62 @@ class Forward:
         self, method: Method, run: Trajectory, piece: Piece, S: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """S and derivatives of integrals at all times of a piece, from S at the first."""
-        x = np.concatenate([piece.x[0], S.ravel(order="F"), np.zeros(self.q * (1 + self.k))])
-        sizes = np.tile(nominals(self.system), 1 + self.k), np.tile(self.sizes, 1 + self.k)
+        n, k, q = self.n, self.k, self.q
+        x = np.concatenate([piece.x[0], S.ravel(order="F"), np.zeros(q * (1 + k))])
+        sizes = np.tile(nominals(self.system), 1 + k), np.tile(self.sizes, 1 + k)
         atol = max(self.rtol * 1e-3, 1e-12) * np.concatenate(sizes)
-        found = smooth_part(
-            self.tangents.augmented,
-            run.theta,
-            piece.t,
-            x,
-            piece.settings[0],
-            method,
-            self.rtol,
-            atol,
-        )
-        self.evaluations += found.evaluations
-        if found.fault_at is not None:
+        found = self._solve(method, run, piece, x, atol)
+        S, Q = found[:, n : n + n * k], found[:, n + n * k + q :]
+        count = len(found)
+        return S.reshape(count, k, n).transpose(0, 2, 1), Q.reshape(count, k, q).transpose(0, 2, 1)
+
+    def _solve(
+        self, method: Method, run: Trajectory, piece: Piece, x: np.ndarray, atol: np.ndarray
+    ) -> np.ndarray:
+        """States and derivatives at all times of a piece, from those at the first."""
+        code, t = self.tangents.augmented, piece.t
+        grid = np.ascontiguousarray(t[1:], dtype=float)
+        kept = self._records(method, len(grid))
+        loop, room = kept.run, kept.room
+        span(loop, max(abs(float(t[0])), abs(float(t[-1]))))
+        loop.atol[:] = atol
+        loop.t, loop.end = float(t[0]), float(t[-1])
+        loop.edges = np.array([t[0], t[-1]], dtype=float)
+        room.begin(grid, 0, on_grid=True, both_sides=False)
+        code.place(loop, run.theta, x, piece.settings[0])
+        why = FULL
+        while why == FULL:
+            loop.pause = loop.steps + loop.rejected + code.attempts
+            why = engine.call("loop", loop)
+            code.account(loop)
+        count = room.output.rows
+        at_end = loop.x[None, :].repeat(len(grid) - count, axis=0)
+        found = np.concatenate([x[None, :], room.x[:count], at_end])
+        self.evaluations += loop.evaluations
+        code.take_back(kept)
+        if why != DONE:
             raise SolverError(
                 f"{self.system.name}: the derivatives grow without bound or are not finite "
-                f"near t = {found.fault_at:.9g} s.",
+                f"near t = {loop.t:.9g} s.",
                 run,
             )
-        n, k, q = self.n, self.k, self.q
-        S, Q = found.x[:, n : n + n * k], found.x[:, n + n * k + q :]
-        count = len(found.x)
-        return S.reshape(count, k, n).transpose(0, 2, 1), Q.reshape(count, k, q).transpose(0, 2, 1)
+        return found
+
+    def _records(self, method: Method, count: int) -> KeptRun:
+        """Records of a run with so many output times, at no point yet."""
+        code = self.tangents.augmented
+        rows = max(_LEAST_ROWS, 1 << (count + 8).bit_length())
+        options = self.rtol, method, rows
+        kept = code.reuse_run(options)
+        if kept is not None:
+            return kept
+        run, plant = code.blank_run(), code.plant
+        run.rtol, run.max_steps = self.rtol, 1 << 60
+        run.phase, run.segments = RESTART, 1
+        if method == "implicit":
+            code.add_matrix(run)
+            run.is_implicit = 1
+        modes = plant.settings - plant.implicit
+        room = code.room((rows, 1, 1, plant.states, plant.implicit, modes))
+        run.output = room.output
+        return KeptRun(options, run, room)

@@ -4,106 +4,185 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.functionals import Functional
-from lumped.functionals.functional import refuse_other
+from lumped.functionals.functional import Branch, readings_of, refuse_other
 from lumped.functionals.readings import Integral, Reading
-from lumped.gradients.adjoint import AdjointPoint, crossings_of
 from lumped.gradients.forward import Followed
 from lumped.gradients.legs import legs_of
-from lumped.gradients.readings.chained import Chained
-from lumped.gradients.readings.functional_terms import SmoothParts
-from lumped.gradients.readings.instant_terms import InstantTerms, ReadingTerms
-from lumped.gradients.resolved_steps import Resolved, refine_sweep
+from lumped.gradients.readings.functional_terms import ReadParts
+from lumped.gradients.readings.instant_terms import AdjointPoint, InstantTerms, ReadingTerms
+from lumped.gradients.saltation import crossings_of
 from lumped.gradients.steps import steps_of
-from lumped.gradients.sweep import Seeds, SweepResult, find_place
+from lumped.gradients.sweep import Resolved, Seeds, refine_sweep
 from lumped.gradients.touches import refuse_touches
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 
+_AGREE = 1e-5
+"""Relative difference up to which derivatives to both sides are the same."""
 
-@dataclass(frozen=True, eq=False)
-class RunReadings:
-    """Readings of a run.
+
+@dataclass(frozen=True)
+class Chained:
+    """Functionals of which the readings are known.
 
     Attributes
     ----------
-    course : SmoothParts
-        The run in its smooth parts, every instant that counts an end of a step.
-    wanted : tuple of Reading
+    functionals : tuple of Functional
+        All of them.
+    read : ndarray, shape (n,)
+        Values of their readings (see `readings_of`).
+    rtol : float
+        Relative accuracy of these.
+    """
+
+    functionals: tuple[Functional, ...]
+    read: np.ndarray
+    rtol: float
+
+    @cached_property
+    def places(self) -> list[list[int]]:
+        """Places of the readings of each functional."""
+        numbers = {reading: i for i, reading in enumerate(readings_of(self.functionals))}
+        return [[numbers[reading] for reading in f.readings] for f in self.functionals]
+
+    @cached_property
+    def values(self) -> np.ndarray:
+        """Values of the functionals."""
+        pairs = zip(self.functionals, self.places, strict=True)
+        return np.array([f.value(self.read[None, own])[0] for f, own in pairs])
+
+    @cached_property
+    def branches(self) -> list[list[Branch]]:
+        """Derivatives of each by its readings, on all sides of its kinks."""
+        pairs = zip(self.functionals, self.places, strict=True)
+        return [f.branches(self.read[own], self.rtol) for f, own in pairs]
+
+    @property
+    def has_kinks(self) -> bool:
+        """Whether one stands at a kink."""
+        return any(len(branches) > 1 for branches in self.branches)
+
+    def counting(self, k: int) -> list[int]:
+        """Readings by which a functional changes."""
+        slopes = np.abs([branch.slopes for branch in self.branches[k]]).max(axis=0)
+        return [place for place, slope in zip(self.places[k], slopes, strict=True) if slope]
+
+    def slopes(self, by: np.ndarray, side: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """Derivatives of the functionals, and which are none, shapes (len(functionals), m).
+
+        Parameters
+        ----------
+        by : ndarray, shape (n, m)
+            Derivatives of the readings.
+        side : {0, 1, -1}
+            To which side; 0 for both, which may differ at kinks.
+        """
+        found = np.zeros((len(self.functionals), by.shape[1]))
+        absent = np.zeros(found.shape, dtype=bool)
+        for k, (branches, own) in enumerate(zip(self.branches, self.places, strict=True)):
+            rates = by[own]
+            sides = [_through(branch, rates) for branch in branches]
+            found[k] = sides[0]
+            for branch, other in zip(branches[1:], sides[1:], strict=True):
+                if side:
+                    found[k] = np.where(branch.lies(side * rates), other, found[k])
+                else:
+                    absent[k] |= differ(sides[0], other)
+        return found, absent
+
+    def find_lost(self, absent: np.ndarray) -> np.ndarray:
+        """Which derivatives are none because those of readings are none, as `slopes`."""
+        rows = [absent[self.counting(k)].any(axis=0) for k in range(len(self.functionals))]
+        return np.array(rows, dtype=bool).reshape(len(rows), absent.shape[1])
+
+
+def _through(branch: Branch, rates: np.ndarray) -> np.ndarray:
+    """Derivatives on one side of kinks; readings without influence need have none."""
+    counts = branch.slopes != 0
+    found: np.ndarray = branch.slopes[counts] @ rates[counts]
+    return found
+
+
+def differ(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Where derivatives to both sides are different."""
+    size = np.maximum(np.abs(one), np.abs(other))
+    least = 1e-9 * size.max(initial=0.0)
+    found: np.ndarray = np.abs(one - other) > _AGREE * size + least
+    return found
+
+
+class RunReadings:
+    """Readings of a run.
+
+    Parameters
+    ----------
+    run : Trajectory
+        Recorded at the steps of the solver.
+    wanted : sequence of Reading
         What they are.
+    rtol : float
+        Accuracy of the run.
+
+    Attributes
+    ----------
+    course : ReadParts
+        The run in its smooth parts, every instant that counts an end of a step.
     terms : dict of int to ReadingTerms
         Values and terms at single instants, by the number of the reading; those of integrals are
         known when they are resolved.
-    integrals : tuple of int
+    integrals : list of int
         Which of them are integrals.
-    seeds : Seeds
-        Which integral belongs to each, and over which part of the run.
+    spans : ndarray, shape (len(integrals), 2)
+        Begin and end of these, s.
     sizes : ndarray, shape (len(integrals),)
         Integrals of the sizes of what is integrated.
+
+    Raises
+    ------
+    OptionError
+        If one asks for what is not in the run.
+    SolverError
+        If the run, or one of them, has no derivative.
     """
 
-    course: SmoothParts
-    wanted: tuple[Reading, ...]
-    terms: dict[int, ReadingTerms]
-    integrals: tuple[int, ...]
-    seeds: Seeds
-    sizes: np.ndarray
-
-    @classmethod
-    def of(cls, run: Trajectory, wanted: Sequence[Reading], rtol: float) -> RunReadings:
-        """Readings of a run that was recorded at the steps of the solver.
-
-        Raises
-        ------
-        OptionError
-            If one asks for what is not in the run.
-        SolverError
-            If the run, or one of them, has no derivative.
-        """
+    def __init__(self, run: Trajectory, wanted: Sequence[Reading], rtol: float) -> None:
         system, legs = run.system, legs_of(run)
-        found = {k: f for k, f in enumerate(wanted) if isinstance(f, Integral)}
-        integrals, keys = list(found), [tuple(map(system.key, f.factors)) for f in found.values()]
-        steps = steps_of(system, tuple(keys))
-        course = SmoothParts(run, legs, crossings_of(run, legs, rtol), steps, rtol)
-        refuse_touches(run, legs, steps, rtol, any(course.ends(f) for f in wanted))
+        integrals = {k: f for k, f in enumerate(wanted) if isinstance(f, Integral)}
+        products = tuple(tuple(map(system.key, f.factors)) for f in integrals.values())
+        crossings = crossings_of(run, legs, rtol)
+        course = ReadParts(run, legs, steps_of(system, products), rtol, crossings)
+        refuse_touches(course, any(course.ends(f) for f in wanted))
         for reading in wanted:
             course.cut(reading)
-        until = course.until
-        begin = float(legs[0].t[0])
-        spans = np.array([f.between or (begin, until) for f in found.values()])
-        spans = spans.reshape(-1, 2)
-        terms = {k: course.find_terms(f) for k, f in enumerate(wanted) if k not in integrals}
-        chosen = np.zeros((len(integrals), len(wanted)))
-        chosen[np.arange(len(integrals)), integrals] = 1.0
-        seeds, sizes = Seeds(chosen, spans), np.ones(len(integrals))
-        return cls(course, tuple(wanted), terms, tuple(integrals), seeds, sizes)
+        self.course, self.wanted, self.integrals = course, tuple(wanted), list(integrals)
+        whole = float(legs[0].t[0]), course.until
+        spans = np.array([f.between or whole for f in integrals.values()])
+        self.spans, self.sizes = spans.reshape(-1, 2), np.ones(len(integrals))
+        self.terms = {k: course.find_terms(f) for k, f in enumerate(wanted) if k not in integrals}
 
-    def integrate(self) -> RunReadings:
-        """The same with its integrals."""
-        seeds = Seeds(np.zeros((len(self.integrals), 0)), self.seeds.spans)
-        return self._with(self._sweep(seeds, []))
+    def integrate(self) -> None:
+        """Find the integrals."""
+        self._resolve(np.zeros((len(self.integrals), 0)), [])
 
-    def _sweep(self, seeds: Seeds, points: list[AdjointPoint]) -> Resolved:
-        c = self.course
-        return refine_sweep(c.run, c.legs, c.crossings, c.steps, seeds, points, c.rtol)
-
-    def _with(self, found: Resolved) -> RunReadings:
-        """The same with integrals that were found."""
-        run, course, until = self.course.run, self.course, self.course.until
-        terms = dict(self.terms)
+    def _resolve(self, chosen: np.ndarray, points: list[AdjointPoint]) -> Resolved:
+        """Derivatives of results by integrals and at points, and with them the integrals."""
+        course = self.course
+        found = refine_sweep(course, Seeds(chosen, self.spans), points)
         x, m = course.legs[-1].side(-1)
-        rates = np.asarray(course.steps.integrated(x, run.theta, until, m)).ravel()
+        rates = np.asarray(course.steps.integrated(x, course.run.theta, course.until, m)).ravel()
         for place, k in enumerate(self.integrals):
             reading = self.wanted[k]
             assert isinstance(reading, Integral)
             by_end = float(rates[place]) if reading.between is None else 0.0
-            terms[k] = ReadingTerms((InstantTerms(float(found.sums[place]), (), by_end),))
-        sizes = np.where(found.sizes > 0, found.sizes, 1.0)
-        return replace(self, terms=terms, sizes=sizes)
+            self.terms[k] = ReadingTerms((InstantTerms(float(found.sums[place]), (), by_end),))
+        self.sizes = np.where(found.sizes > 0, found.sizes, 1.0)
+        return found
 
     @property
     def values(self) -> np.ndarray:
@@ -123,50 +202,35 @@ class RunReadings:
         """Whether the derivative of a reading has alternatives."""
         return any(len(terms.alternatives) > 1 for terms in self.terms.values())
 
-    @property
-    def by_end(self) -> np.ndarray:
-        """Derivatives by the end of the run, one row for each alternative."""
-        every = (self.terms[k] for k in range(len(self.wanted)))
-        return np.array([own.by_end for terms in every for own in terms.alternatives])
-
     # -- backwards ---------------------------------------------------------------------------
 
-    def sweep_back(
-        self,
-    ) -> tuple[RunReadings, list[SweepResult], np.ndarray, list[slice], list[int | None]]:
+    def sweep_back(self) -> tuple[Resolved, list[slice], list[int | None]]:
         """Derivatives by states at the time zero and parameters, for all alternatives.
 
         Returns
         -------
-        RunReadings
-            The same with its integrals.
-        list of Swept
-            For all orders of changes that coincide.
-        ndarray
-            Errors of all alternatives, relative to the terms of which a derivative consists.
+        Resolved
+            With a column for each alternative.
         list of slice
             Columns of the alternatives of each reading.
         list of int or None
             Column of the instant that decides between alternatives.
         """
         points: list[AdjointPoint] = []
-        columns, guards, count = [], [], 0
-        chosen = []
+        chosen: list[np.ndarray] = []
+        columns, guards = [], []
         for k in range(len(self.wanted)):
             terms = self.terms.get(k, ReadingTerms((InstantTerms(0.0),)))
-            columns.append(slice(count, count + len(terms.alternatives)))
+            columns.append(slice(len(chosen), len(chosen) + len(terms.alternatives)))
             for own in terms.alternatives:
-                points += [replace(point, column=count) for point in own.points]
-                chosen.append(self.seeds.chosen[:, k])
-                count += 1
-            guards.append(count if terms.guard else None)
+                points += [replace(point, column=len(chosen)) for point in own.points]
+                chosen.append(np.array(self.integrals) == k)
+            guards.append(len(chosen) if terms.guard else None)
             for point in terms.guard:
-                points.append(replace(point, column=count))
+                points.append(replace(point, column=len(chosen)))
                 chosen.append(np.zeros(len(self.integrals)))
-                count += 1
-        whole = np.array(chosen).T.reshape(len(self.integrals), count)
-        results = self._sweep(Seeds(whole, self.seeds.spans), points)
-        return self._with(results), results.found, results.errors, columns, guards
+        whole = np.array(chosen, dtype=float).T.reshape(len(self.integrals), len(chosen))
+        return self._resolve(whole, points), columns, guards
 
     # -- forwards ----------------------------------------------------------------------------
 
@@ -213,7 +277,7 @@ class RunReadings:
 
     def _integral(self, found: Followed, place: int) -> np.ndarray:
         """Derivatives of one integral."""
-        begin, end = self.seeds.spans[place]
+        begin, end = self.spans[place]
         total = np.zeros(found.integrals[0].shape[2])
         for number, (leg, Q) in enumerate(zip(self.course.legs, found.integrals, strict=True)):
             if number and begin < leg.t[0] < end:
@@ -244,7 +308,7 @@ class RunReadings:
         if point.edge:
             order = self.course.crossings[point.edge - 1].orders[0]
             own = [i for i in found.instants if i.number == point.edge]
-            total = total + point.late * own[find_place(point, point.edge, order)].slopes
+            total = total + point.late * own[point.find_jump(order)].slopes
         return total
 
 

@@ -15,11 +15,12 @@ from lumped.compiler.system import Changes, System
 from lumped.errors import SolverError, UnknownNameError, nearest
 from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
-from lumped.gradients.functional_values import RunReadings, check, refuse
+from lumped.gradients.functional_values import Chained, RunReadings, check, differ, refuse
 from lumped.gradients.legs import record_run
-from lumped.gradients.readings.chained import Chained, differ
+from lumped.gradients.spans import Carried
 from lumped.gradients.varied import (
     END,
+    describe_shared,
     read_varied_values,
     resolve_name,
     slopes_at_start,
@@ -28,8 +29,6 @@ from lumped.gradients.varied import (
 )
 from lumped.plots.draw import Backend, draw
 from lumped.plots.numbers import tornado
-from lumped.points.start import run_start
-from lumped.simulation.simulate import recorder, run_on
 from lumped.support.arguments import checked
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, choose_units
@@ -42,8 +41,6 @@ from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
 
 _COLUMNS = 500
 """Derivatives of start states that are computed at once."""
-_GRID = 1000
-"""Intervals of a run without states, which has no steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,9 +175,7 @@ class Gradient(ByName, RichHtml):
             f"evaluations, rtol {self.rtol:.0e}, in {s.seconds:.3g} s; its gradient in "
             f"{self.seconds:.3g} s more, error {self.errors.max(initial=0.0):.0e}"
         )
-        if self.shared:
-            head += "\nshares of indeterminate constraints held fixed where they let go, t = "
-            head += ", ".join(f"{t:.6g} s" for t in self.shared[:6])
+        head += describe_shared(self.shared)
         return f"{head}\n" + table(("functional", "value", "unit", "largest"), rows)
 
 
@@ -250,39 +245,25 @@ def gradient_of(
     system = plan.watching(system, wanted)
     own = [name for name in names if name != END]
     places, varied = sources(system, own, plan.start)
-    if system.structure.states:
-        run = record_run(system, plan)
-    else:
-        point = run_start(system, plan)
-        run = run_on(point, plan, recorder(point, plan, _GRID))
+    run = record_run(system, plan)
     begin = clock.perf_counter()
     read = readings_of(wanted)
-    summed, orders, each_error, columns, guards = RunReadings.of(
-        run, read, tighten(rtol)
-    ).sweep_back()
-    found = [_chain_derivatives(run, plan.start, places, varied, *order[:2]) for order in orders]
-    errors = np.array([each_error[column].max() for column in columns])
+    summed = RunReadings(run, read, tighten(rtol))
+    swept, columns, guards = summed.sweep_back()
+    found = [_chain_derivatives(run, plan.start, places, varied, order) for order in swept.found]
+    errors = np.array([swept.errors[column].max() for column in columns])
     slopes = np.zeros((len(read), len(names)))
     absent = np.zeros(slopes.shape, dtype=bool)
-    inner = [i for i, name in enumerate(names) if name != END]
-    by_end = summed.by_end
-    done = 0
-    for k, column in enumerate(columns):
+    is_end = np.array(names) == END
+    for k, (column, guard) in enumerate(zip(columns, guards, strict=True)):
         alternatives = np.concatenate([each[column] for each in found])
-        slopes[k, inner] = alternatives[0]
-        apart = np.zeros(len(own), dtype=bool)
-        for own in alternatives[1:]:
-            apart |= differ(alternatives[0], own)
-        guard = guards[k]
+        apart = np.any([differ(alternatives[0], other) for other in alternatives], axis=0)
         if guard is not None:
             moves = np.array([np.abs(each[guard]) for each in found]).max(axis=0)
             apart &= moves > 1e-12 * moves.max(initial=0.0)
-        absent[k, inner] = apart
-        ends = by_end[done : done + len(summed.terms[k].alternatives)]
-        done += len(ends)
-        for i in set(range(len(names))) - set(inner):
-            slopes[k, i] = ends[0]
-            absent[k, i] = bool(differ(ends[:1], ends).any())
+        ends = np.array([each.by_end for each in summed.terms[k].alternatives])
+        slopes[k, ~is_end], absent[k, ~is_end] = alternatives[0], apart
+        slopes[k, is_end], absent[k, is_end] = ends[0], differ(ends[:1], ends).any()
     chained = Chained(wanted, summed.values, tighten(rtol))
     derivatives, kinked = chained.slopes(slopes)
     labels = tuple(str(functional) for functional in wanted)
@@ -309,10 +290,10 @@ def _chain_derivatives(
     start: Changes | OperatingPoint | None,
     places: list[int],
     varied: dict[int, np.ndarray],
-    by_states: np.ndarray,
-    by_parameters: np.ndarray,
+    carried: Carried,
 ) -> np.ndarray:
     """Derivatives by what is varied, through states at the time zero and directly."""
+    by_states, by_parameters = carried.adjoint, carried.by_parameters
     found = np.zeros((by_states.shape[1], len(places)))
     for begin in range(0, len(places), _COLUMNS):
         own = slice(begin, begin + _COLUMNS)
@@ -322,7 +303,7 @@ def _chain_derivatives(
                 seed[place, column] = 1.0
         units = {unknown: unit[own] for unknown, unit in varied.items()}
         S = slopes_at_start(run, start, seed, units)
-        found[:, own] = by_states.T @ S
+        found[:, own] = by_states[: len(S)].T @ S
     # one by one: what has no derivative by one parameter may have one by others
     for column, place in enumerate(places):
         if place >= 0:

@@ -10,8 +10,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.gradients.legs import Leg
-from lumped.gradients.stretches import stretches
+from lumped.gradients.legs import Leg, stretches
 from lumped.support.made_once import made_once
 from lumped.timeloop.clocks import Clock, clocks
 from lumped.timeloop.plants.many_points import ManyPoints

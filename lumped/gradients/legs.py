@@ -1,25 +1,31 @@
 """Smooth parts of a run: ends of its steps, and states there, made again where they are not kept.
 
-Steps made again have the lengths of those of the run, and so their bits.
+Steps made again have the lengths of those of the run, and so their bits. Those of a long run are
+dealt with in stretches, over the changes between its smooth parts.
 """
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Container, Sequence
+from dataclasses import dataclass
+from typing import NoReturn
 
 import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.gradients.jumps import Side
+from lumped.gradients.jumps import Crossing, Side
 from lumped.gradients.spans import Span
-from lumped.gradients.state_changes import exchange_fault
-from lumped.gradients.steps import steps_of
+from lumped.gradients.steps import Steps, steps_of
 from lumped.points.start import run_start
-from lumped.simulation.simulate import interruptible, run_on
+from lumped.simulation.simulate import interruptible, recorder, run_on
 from lumped.timeloop.results.recorder import Recorder, SparingRecorder
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 from lumped.timeloop.run_options import RunPlan
+
+GRID = 1000
+"""Intervals of a run without states, which has no steps."""
 
 _KEPT_BYTES = 50_000_000
 """Size of the states that a run keeps for its derivatives, bytes, besides those at events."""
@@ -170,22 +176,135 @@ def record_run(system: System, plan: RunPlan) -> Trajectory:
     iteration, whose guesses belong to each step, all are kept.
     """
     point = run_start(system, plan)
+    if not system.structure.states:
+        return run_on(point, plan, recorder(point, plan, GRID))
     if system.structure.implicit:
         return run_on(point, plan, Recorder(point, plan.until, None, True))
     return run_on(point, plan, SparingRecorder(point, plan.until, _KEPT_BYTES))
 
 
-def legs_of(run: Trajectory) -> list[Leg]:
-    """Smooth parts of a run that was recorded at the steps of the solver.
+@dataclass(frozen=True, eq=False)
+class SmoothParts:
+    """A run in its smooth parts.
+
+    Attributes
+    ----------
+    run : Trajectory
+        The run.
+    legs : list of Leg
+        Its smooth parts.
+    steps : Steps
+        How it was made, with what is integrated.
+    rtol : float
+        Its accuracy.
+    crossings : sequence of Crossing
+        How derivatives jump where each part but the first begins.
+    """
+
+    run: Trajectory
+    legs: list[Leg]
+    steps: Steps
+    rtol: float
+    crossings: Sequence[Crossing] = ()
+
+    @property
+    def until(self) -> float:
+        """End of the run, s."""
+        return float(self.legs[-1].t[-1])
+
+
+def pieces_of(run: Trajectory) -> list[Piece]:
+    """Smooth parts of a run as they were recorded.
 
     Raises
     ------
     SolverError
         If states change places.
     """
-    legs = []
-    for piece in (p for p in run.pieces if len(p.t)):
+    pieces = [piece for piece in run.pieces if len(piece.t)]
+    for piece in pieces:
         if piece.system is not run.system:
-            raise SolverError(exchange_fault(run, float(piece.t[0])), run)
-        legs.append(Leg(run, piece))
-    return legs
+            _refuse_exchange(run, float(piece.t[0]))
+    return pieces
+
+
+def legs_of(run: Trajectory) -> list[Leg]:
+    """The same of a run that was recorded at the steps of the solver."""
+    return [Leg(run, piece) for piece in pieces_of(run)]
+
+
+def _refuse_exchange(run: Trajectory, t: float) -> NoReturn:
+    """Say why derivatives end where another motion leads, and what to do."""
+    last = [e for e in run.events if e.kind == "states" and e.time <= t][-1]
+    raise SolverError(
+        f"{run.system.name}: at t = {t:.9g} s states change places: {last.after} leads instead of "
+        f"{last.before}. Derivatives are not followed across that. Declare {last.after} with "
+        "state='always', so that it leads from the start, or end the run before.",
+        run,
+    )
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Steps one after the other, and changes between them.
+
+    Attributes
+    ----------
+    legs : list of (int, int, int)
+        Number of each smooth part, and from which to which end of its steps.
+    places : list of int
+        Where each begins among all ends of steps.
+    """
+
+    legs: list[tuple[int, int, int]]
+    places: list[int]
+
+    @property
+    def ends(self) -> int:
+        """Ends of steps, both sides of a change counted."""
+        _, begin, end = self.legs[-1]
+        return self.places[-1] + end - begin + 1
+
+    def add(self, number: int, begin: int, end: int) -> None:
+        """Add steps of a smooth part."""
+        self.places.append(self.ends if self.legs else 0)
+        self.legs.append((number, begin, end))
+
+    def span(self, legs: Sequence[Leg]) -> Span:
+        """The steps."""
+        return Span.join([legs[k].span(begin, end) for k, begin, end in self.legs])
+
+    def place(self, legs: Sequence[Leg], leg: int, time: float) -> int | None:
+        """Where a step of a smooth part ends at a time; None if that is not in here.
+
+        Where a part is cut in two, this end belongs to the later one.
+        """
+        for (number, begin, end), first in zip(self.legs, self.places, strict=True):
+            if number == leg:
+                place = int(np.searchsorted(legs[number].t, time))
+                is_last = end == len(legs[number].t) - 1
+                if begin <= place < end + is_last:
+                    return first + place - begin
+        return None
+
+
+def stretches(legs: Sequence[Leg], apart: Container[int] = ()) -> list[Stretch]:
+    """All steps of a run, in the order of time; states of each are kept at once.
+
+    A change is part of the stretch before it, which then ends with no step of the next part.
+
+    Parameters
+    ----------
+    apart : container of int
+        Smooth parts before which a new stretch begins; this change is in none.
+    """
+    found: list[Stretch] = []
+    for number, leg in enumerate(legs):
+        for begin, end in leg.chunks() or [(0, 0)]:
+            is_apart = not found or (number in apart and not begin)
+            if is_apart or begin or (end and found[-1].ends + end > leg.rows):
+                if not is_apart and not begin:
+                    found[-1].add(number, 0, 0)
+                found.append(Stretch([], []))
+            found[-1].add(number, begin, end)
+    return found

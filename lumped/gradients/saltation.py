@@ -10,7 +10,7 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.flattening import hold_modes
-from lumped.gradients.causes import Cause, Causes, Stop
+from lumped.gradients.causes import Cause, Causes, Instant, Stop
 from lumped.gradients.instant_values import looks_of, margin_sizes, rates_along
 from lumped.gradients.jumps import Crossing, EventDerivatives, Side
 from lumped.gradients.legs import Leg
@@ -22,6 +22,8 @@ from lumped.timeloop.results.trajectory import Trajectory
 _SHARING = (hold_modes.COMPLIANCE, hold_modes.SHARE)
 _MOST = 4
 """Different causes at one instant whose orders are all followed."""
+_AT_ONCE = 1e-10
+"""Part of a run within which changes are at the same instant."""
 
 
 class Saltation:
@@ -61,25 +63,15 @@ class Saltation:
         events: dict[float, list[Event]] = {}
         for event in run.events:
             events.setdefault(event.time, []).append(event)
-        return [
-            self._at(
-                Stop(
-                    run,
-                    time,
-                    old[k],
-                    new[k],
-                    values[k],
-                    after[k],
-                    rtol * sizes[k],
-                    events.get(time, ()),
-                )
-            )
-            for k, time in enumerate(t.tolist())
-        ]
+        found = []
+        for k, time in enumerate(t.tolist()):
+            at, accuracy = Instant(run, time, old[k], new[k]), rtol * sizes[k]
+            found.append(self._at(Stop(at, values[k], after[k], accuracy, events.get(time, ()))))
+        return found
 
     def _at(self, stop: Stop) -> Crossing:
         """Derivatives at an instant."""
-        run, t, old, new = stop[:4]
+        at, t, old, new = stop.at, stop.at.t, stop.at.old, stop.at.new
         if self._shares_anew(old, new):
             return Crossing(t, ())
         causes = self._causes.of(stop)
@@ -87,8 +79,8 @@ class Saltation:
             if (old[0] == new[0]).all():
                 self._refuse_return(stop)
             if not causes:  # an instant that does not move
-                causes = [Cause((), np.zeros(len(old[0]) + len(run.theta)), stop.names, ())]
-            return Crossing(t, ((self._jump(run, t, old, new, causes[0], stop.rates_after),),))
+                causes = [Cause((), np.zeros(len(old[0]) + len(at.run.theta)), stop.names, ())]
+            return Crossing(t, ((self._jump(at, causes[0], stop.rates_after),),))
         names = list(dict.fromkeys(n for cause in causes for n in cause.names))
         owned = {mode for cause in causes for mode in cause.modes}
         changed = np.flatnonzero(old[1][: self._count] != new[1][: self._count])
@@ -98,9 +90,9 @@ class Saltation:
                 "which comes first depends on the parameters; this is followed only where each "
                 "change is that of its own component alone. Change a parameter a little, so that "
                 "one comes first.",
-                run,
+                at.run,
             )
-        return Crossing(t, self._orders(run, t, old, new, causes))
+        return Crossing(t, self._orders(at, causes))
 
     def _shares_anew(self, old: Side, new: Side) -> bool:
         """Whether nothing changes but how redundant constraints share what they carry."""
@@ -149,7 +141,7 @@ class Saltation:
             Cause(j.used, j.instant, j.names, j.modes, None, self._plain(run, one.t, j, waits))
             for j in jumps
         ]
-        return Crossing(other.t, self._orders(run, one.t, old, new, causes))
+        return Crossing(other.t, self._orders(Instant(run, one.t, old, new), causes))
 
     def _plain(
         self, run: Trajectory, t: float, jump: EventDerivatives, waits: list[int]
@@ -163,8 +155,8 @@ class Saltation:
         rate = float(values.margin_rates[margin])
         return by_both, rate - float(by_both[: len(x)] @ values.rates)
 
-    def _row(self, run: Trajectory, t: float, side: Side, cause: Cause) -> np.ndarray:
-        """Derivatives of the instant of a cause, with the rates of a side.
+    def _row(self, at: Instant, cause: Cause) -> np.ndarray:
+        """Derivatives of the instant of a cause, with the rates before it.
 
         Raises
         ------
@@ -173,7 +165,7 @@ class Saltation:
         """
         if cause.gap is not None or not cause.used:
             return cause.row
-        values = self._looks.at(side[0], run.theta, t, side[1])
+        values = self._looks.at(at.old[0], at.run.theta, at.t, at.old[1])
         if cause.plain is None:
             slopes = self._looks.margin_slopes(values, cause.used[0])
             rate = float(values.margin_rates[cause.used[0]])
@@ -182,10 +174,10 @@ class Saltation:
             rate = float(slopes[: len(values.rates)] @ values.rates) + by_time
         if not rate < 0:
             raise SolverError(
-                f"{self.system.name}: at t = {t:.9g} s changes coincide, and "
+                f"{self.system.name}: at t = {at.t:.9g} s changes coincide, and "
                 f"{', '.join(cause.names)} would not change if another came first; the run has no "
                 "derivative there.",
-                run,
+                at.run,
             )
         found: np.ndarray = -slopes / rate
         return found
@@ -199,34 +191,31 @@ class Saltation:
         if back:
             names = ", ".join(dict.fromkeys(back))
             raise SolverError(
-                f"{self.system.name}: at t = {stop.t:.9g} s ({names}) different changes coincide: "
-                "a condition changes and changes back at once. "
+                f"{self.system.name}: at t = {stop.at.t:.9g} s ({names}) different changes "
+                "coincide: a condition changes and changes back at once. "
                 "Which comes first depends on the parameters, so the run has no derivative there.",
-                stop.run,
+                stop.at.run,
             )
 
     def _orders(
-        self, run: Trajectory, t: float, old: Side, new: Side, causes: Sequence[Cause]
+        self, at: Instant, causes: Sequence[Cause]
     ) -> tuple[tuple[EventDerivatives, ...], ...]:
         """Jumps of several causes in every order."""
-        return tuple(self._order_jumps(run, t, old, new, o) for o in itertools.permutations(causes))
+        return tuple(self._order_jumps(at, order) for order in itertools.permutations(causes))
 
-    def _order_jumps(
-        self, run: Trajectory, t: float, old: Side, new: Side, causes: tuple[Cause, ...]
-    ) -> tuple[EventDerivatives, ...]:
+    def _order_jumps(self, at: Instant, causes: tuple[Cause, ...]) -> tuple[EventDerivatives, ...]:
         """Jumps of several causes in this order."""
         jumps: list[EventDerivatives] = []
-        side = old
+        run, t, side, new = at
         for number, cause in enumerate(causes):
-            cause = cause._replace(row=self._row(run, t, side, cause))
+            cause = cause._replace(row=self._row(at._replace(old=side), cause))
             settings = side[1].copy()
             settings[list(cause.modes)] = new[1][list(cause.modes)]
-            if number == len(causes) - 1:
-                after = new
-            else:
+            after = new
+            if number < len(causes) - 1:
                 after = self._strike(run, t, side, settings, cause), settings
             rates = self._rates(after[0][None, :], run.theta, np.array([t]), after[1][None, :])[0]
-            jumps.append(self._jump(run, t, side, after, cause, rates))
+            jumps.append(self._jump(Instant(run, t, side, after), cause, rates))
             side = after
         return tuple(jumps)
 
@@ -238,16 +227,9 @@ class Saltation:
             return self.changes.states(*act, settings).at(side[0], run.theta, t, side[1])[0]
         return side[0]
 
-    def _jump(
-        self,
-        run: Trajectory,
-        t: float,
-        old: Side,
-        new: Side,
-        cause: Cause,
-        rates_after: np.ndarray,
-    ) -> EventDerivatives:
+    def _jump(self, at: Instant, cause: Cause, rates_after: np.ndarray) -> EventDerivatives:
         """Derivatives across what one cause changes."""
+        run, t, old, new = at
         for act in self.changes.acts(cause.used, old[1], new[1]):
             change = self.changes.states(*act, new[1])
             x, by_x, by_p, along = change.at(old[0], run.theta, t, old[1])
@@ -272,19 +254,9 @@ class Saltation:
             by_x, by_p = by_x.with_outer(across, shifts[0]), by_p.with_outer(across, shifts[1])
             by_p = by_p.with_outer(across, gap_by_p)
             drift = drift + across * (by_gap @ drift)
+        sides, margins = (old, new), (cause.used, cause.modes)
         return EventDerivatives(
-            by_x,
-            by_p,
-            drift,
-            cause.row,
-            cause.names,
-            shared,
-            old,
-            new,
-            act,
-            settles,
-            cause.used,
-            cause.modes,
+            by_x, by_p, drift, cause.row, cause.names, shared, *sides, act, settles, *margins
         )
 
 
@@ -292,3 +264,23 @@ class Saltation:
 def saltation_of(system: System) -> Saltation:
     """Jumps of the derivatives of a system."""
     return Saltation(system)
+
+
+def crossings_of(run: Trajectory, legs: list[Leg], rtol: float) -> list[Crossing]:
+    """How derivatives jump where each leg but the first begins.
+
+    Raises
+    ------
+    SolverError
+        Where the run has no derivatives.
+    """
+    saltation = saltation_of(run.system)
+    found = saltation.between(run, legs, rtol)
+    soon = _AT_ONCE * float(legs[-1].t[-1])
+    for k in range(len(found) - 1):
+        if found[k + 1].t - found[k].t <= soon and found[k].orders:
+            accuracy = max(rtol, _AT_ONCE) * margin_sizes(run, [legs[k]])[0]
+            both = saltation.join(run, found[k], found[k + 1], accuracy)
+            if both is not None:
+                found[k], found[k + 1] = Crossing(found[k].t, ()), both
+    return found

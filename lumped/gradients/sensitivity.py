@@ -15,9 +15,8 @@ from lumped.errors import OptionError
 from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
 from lumped.gradients.forward import Followed, Forward, coincide
-from lumped.gradients.functional_values import RunReadings, check, refuse
-from lumped.gradients.legs import legs_of
-from lumped.gradients.readings.chained import Chained, differ
+from lumped.gradients.functional_values import Chained, RunReadings, check, differ, refuse
+from lumped.gradients.legs import GRID, SmoothParts, legs_of, pieces_of
 from lumped.gradients.sensitivity_result import MovedInstant, Sensitivity
 from lumped.gradients.steps import steps_of
 from lumped.gradients.touches import refuse_touches
@@ -34,9 +33,6 @@ from lumped.support.arguments import checked
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunOptions, run_plan
-
-_GRID = 1000
-"""Intervals of a run without states, which has no steps."""
 
 Side = Literal["both", "right", "left"]
 
@@ -118,12 +114,12 @@ def sensitivity(
         point = run_start(system, plan)
         return run_on(point, plan, recorder(point, plan, grid))
 
-    every = None if system.structure.states else _GRID
+    every = None if system.structure.states else GRID
     steps = run(every) if functionals or system.switching else None
     found = None
     if names:
         if steps is not None and not functionals:
-            refuse_touches(steps, legs_of(steps), steps_of(system, ()), fine, True)
+            refuse_touches(SmoothParts(steps, legs_of(steps), steps_of(system, ()), fine), True)
         found = varied.go(steps if steps is not None and grid == every else run(grid), side)
     if not functionals:
         assert found is not None
@@ -168,8 +164,7 @@ class Varied:
         """Follow the derivatives along the pieces of a run."""
         forward = copy(self.forward)  # with a count of evaluations of its own
         begin = slopes_at_start(run, self.given, self.seed, self.varied)
-        pieces = forward.pieces(run)
-        crossings = forward.crossings(run, pieces)
+        pieces, crossings = pieces_of(run), forward.crossings(run)
         several = any(len(crossing.orders) > 1 for crossing in crossings)
         values: np.ndarray | None = None
         for sign in _signs(side, several):
@@ -193,18 +188,18 @@ class Varied:
         curves: Sensitivity | None,
     ) -> Sensitivity:
         """Derivatives of functionals, besides those over time."""
-        summed = RunReadings.of(run, readings_of(functionals), self.rtol).integrate()
+        summed = RunReadings(run, readings_of(functionals), self.rtol)
+        summed.integrate()
         chained = Chained(tuple(functionals), summed.values, self.rtol)
-        steps, course = summed.course.steps, summed.course
-        sizes = summed.sizes
-        forward = Forward(steps, self.seed, self.rtol, sizes)
+        crossings = summed.course.crossings
+        forward = Forward(summed.course.steps, self.seed, self.rtol, summed.sizes)
         begin = slopes_at_start(run, self.given, self.seed, self.varied)
-        several = any(len(crossing.orders) > 1 for crossing in course.crossings)
+        several = any(len(crossing.orders) > 1 for crossing in crossings)
         sides: list[np.ndarray] = []
         parted = several or summed.parted or chained.has_kinks
         for sign in _signs(side, parted):
             if not sides or several:
-                found = forward.follow(run, summed.pieces, course.crossings, begin, sign)
+                found = forward.follow(run, summed.pieces, crossings, begin, sign)
             own_side = summed.forward(found, self.seed, sign) / self.scale
             sides.append(chained.slopes(own_side, sign)[0])
         absent = np.array([differ(a, b) for a, b in zip(sides[0], sides[-1], strict=True)])

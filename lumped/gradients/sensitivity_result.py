@@ -11,6 +11,7 @@ from lumped.compiler.structure import Name
 from lumped.errors import UnknownNameError, nearest
 from lumped.functionals import Functional
 from lumped.gradients.varied import (
+    describe_shared,
     read_varied_values,
     resolve_name,
 )
@@ -164,9 +165,7 @@ class Sensitivity(RichHtml):
             f"({s.method}), {s.evaluations} evaluations, derivatives {self.evaluations} more, "
             f"rtol {self.rtol:.0e}, {len(self.instants)} instants of change crossed"
         )
-        if self.shared:
-            head += "\nshares of indeterminate constraints held fixed where they let go, t = "
-            head += ", ".join(f"{t:.6g} s" for t in self.shared[:6])
+        head += describe_shared(self.shared)
         columns = ("quantity", "at the end", "unit", "largest derivative", "relative at the end")
         text = f"{head}\n" + (table(columns, rows) if rows else "")
         if self.functionals:

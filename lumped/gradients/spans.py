@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lumped.gradients.jumps import EventDerivatives
+
 
 @dataclass(frozen=True, eq=False)
 class Span:
@@ -64,25 +66,20 @@ class Span:
 
 
 class Jump(NamedTuple):
-    """What a change between two steps does to derivatives (see `EventDerivatives`).
+    """What a change between two steps does to derivatives.
 
     Attributes
     ----------
     step : int
         In place of which step it stands.
-    states, parameters : tuple of ndarray
-        Rows, columns and values of the entries of both matrices.
-    drift, instant : ndarray, shapes (n,) and (n + p,)
-        What a later instant adds to the states; its derivatives.
+    change : EventDerivatives
+        The derivatives of the states and of the instant.
     late : ndarray, shape (k,)
         Derivatives of the results by the instant.
     """
 
     step: int
-    states: tuple[np.ndarray, np.ndarray, np.ndarray]
-    parameters: tuple[np.ndarray, np.ndarray, np.ndarray]
-    drift: np.ndarray
-    instant: np.ndarray
+    change: EventDerivatives
     late: np.ndarray
 
 
@@ -102,27 +99,39 @@ class Pulse(NamedTuple):
     slopes: np.ndarray
 
 
-class Back(NamedTuple):
-    """What a sweep back over some steps finds.
+class Carried(NamedTuple):
+    """Derivatives of results that are carried back over steps.
 
     Attributes
     ----------
     adjoint : ndarray, shape (n + q, k)
-        Derivatives of the results by the states at the begin, and by integrals.
+        Derivatives of the results by the states, and by integrals.
     by_parameters : ndarray, shape (p, k)
         By the parameters.
     largest, lost : ndarray, shape (n + q, k)
         Largest size of the adjoint so far, and the sizes of the errors of all steps, together.
-    errors : ndarray, shape (steps, k)
-        Error of each result by each step, relative to its derivatives by the states there.
-    parts, part_errors : ndarray, shape (steps, q)
-        Integrals over each step, and their errors.
     """
 
     adjoint: np.ndarray
     by_parameters: np.ndarray
     largest: np.ndarray
     lost: np.ndarray
+
+
+class Back(NamedTuple):
+    """What a sweep back over some steps finds.
+
+    Attributes
+    ----------
+    carried : Carried
+        Derivatives at the begin.
+    errors : ndarray, shape (steps, k)
+        Error of each result by each step, relative to its derivatives by the states there.
+    parts, part_errors : ndarray, shape (steps, q)
+        Integrals over each step, and their errors.
+    """
+
+    carried: Carried
     errors: np.ndarray
     parts: np.ndarray
     part_errors: np.ndarray

@@ -12,7 +12,6 @@ from lumped.compiler.system import System
 from lumped.flattening import hold_modes
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import Shared, made_once
-from lumped.timeloop.results.trajectory import Trajectory
 
 
 class Blow(NamedTuple):
@@ -252,16 +251,3 @@ class Changes(Shared):
             again = 1 + closing[h, 1] if bounces else 1
             push[int(s.first_modes[h]) + hold_modes.DEMAND] = -again * closing[h, 0]
         return rest, push
-
-
-def exchange_fault(run: Trajectory, t: float) -> str:
-    """Why derivatives end where another motion leads, and what to do."""
-    found = [e for e in run.events if e.kind == "states" and e.time <= t]
-    changes = [f"{e.after} leads instead of {e.before}" for e in found[-1:]]
-    after = found[-1].after if found else "the motion that leads later"
-    return (
-        f"{run.system.name}: at t = {t:.9g} s states change places: "
-        f"{''.join(changes) or 'see run.events'}. Derivatives are not followed across that. "
-        f"Declare {after} with state='always', so that it leads from the start, or end the run "
-        "before."
-    )

@@ -3,6 +3,9 @@
 The discrete adjoint: each accepted step is differentiated as it was made, its length held, which
 is exact up to the error of the run (Hairer, Norsett, Wanner, vol. I, II.6). Instants at which the
 run stopped are crossed by the transposed matrices of `Saltation`, in the same sweep.
+
+The steps of a run are chosen for its states. An integrand may be faster, and derivatives may move
+while the states rest; steps are divided until both are accurate.
 """
 
 from __future__ import annotations
@@ -12,34 +15,21 @@ from typing import NamedTuple
 import numpy as np
 
 from lumped.errors import SolverError
-from lumped.gradients.adjoint import AdjointPoint
-from lumped.gradients.jumps import Crossing, EventDerivatives
-from lumped.gradients.legs import Leg
-from lumped.gradients.spans import Back, Jump, Pulse, Span
-from lumped.gradients.steps import Steps
-from lumped.gradients.stretches import Stretch, stretches
-from lumped.timeloop.results.trajectory import Trajectory
+from lumped.gradients.jumps import EventDerivatives
+from lumped.gradients.legs import Leg, SmoothParts, Stretch, stretches
+from lumped.gradients.readings.instant_terms import AdjointPoint
+from lumped.gradients.spans import Back, Carried, Jump, Pulse, Span
+from lumped.gradients.varied import TIGHTER
 
-_MOST = 16
+_MOST_ORDERS = 16
 """Orders of coinciding changes that are followed in one run."""
-
-
-class SweepResult(NamedTuple):
-    """What a sweep finds: derivatives of results by states at the time zero and by parameters.
-
-    Attributes
-    ----------
-    by_states, by_parameters : ndarray, shapes (n, k) and (p, k)
-        The derivatives, if coinciding changes come in one of their orders.
-    largest, lost : ndarray, shape (n + q, k)
-        Largest size of the derivatives by states, and integrals, at any time; the sizes of the
-        errors that steps add to them, together.
-    """
-
-    by_states: np.ndarray
-    by_parameters: np.ndarray
-    largest: np.ndarray
-    lost: np.ndarray
+_ROUNDS = 40
+_MOST_STEPS = 1_000_000
+"""Steps of a run at most."""
+_FINEST = 1000
+"""Parts into which a step is divided at once."""
+_ROUNDING = 1e-11
+"""Accuracy of derivatives that rounding allows."""
 
 
 class StepResults(NamedTuple):
@@ -117,19 +107,11 @@ Lates = list[list[list[np.ndarray]]]
 class _Sweep:
     """A sweep over a run; arguments as for `sweep`."""
 
-    def __init__(
-        self,
-        run: Trajectory,
-        legs: list[Leg],
-        crossings: list[Crossing],
-        steps: Steps,
-        seeds: Seeds,
-        points: list[AdjointPoint],
-    ) -> None:
-        self.run, self.legs, self.crossings, self.steps = run, legs, crossings, steps
-        self.seeds, self.points = seeds, points
+    def __init__(self, course: SmoothParts, seeds: Seeds, points: list[AdjointPoint]) -> None:
+        self.legs, self.crossings, self.steps = course.legs, course.crossings, course.steps
+        self.theta, self.seeds, self.points = course.run.theta, seeds, points
         q, count = seeds.chosen.shape
-        self.by_step = StepResults.of(legs, count, q)
+        self.by_step = StepResults.of(course.legs, count, q)
         self.late = self._lates()
 
     def _lates(self) -> Lates:
@@ -143,7 +125,7 @@ class _Sweep:
                 np.array([side[v] for _, j in jumps for side in (j.before, j.after)])
                 for v in (0, 1)
             )
-            rates = self.steps.integrated_along(x, self.run.theta, t, m)
+            rates = self.steps.integrated_along(x, self.theta, t, m)
             gains = rates[::2] - rates[1::2]
         edges: dict[int, list[AdjointPoint]] = {}
         for point in self.points:
@@ -155,13 +137,13 @@ class _Sweep:
             orders = [[next(rows) @ chosen for _ in order] for order in crossing.orders]
             for point in edges.get(number, ()):
                 for order, own in zip(crossing.orders, orders, strict=True):
-                    own[find_place(point, number, order)][point.column] += point.late
+                    own[point.find_jump(order)][point.column] += point.late
             found.append(orders)
         return found
 
-    def over(self, part: Stretch, span: Span, after: SweepResult) -> SweepResult:
+    def over(self, part: Stretch, span: Span, after: Carried) -> Carried:
         """Back over one part and its steps."""
-        n = len(after.by_states)
+        n = self.steps.states
         pulses = self.seeds.pulses(span.t, n)
         none = np.zeros(self.steps.integrals)
         for point in self.points:
@@ -171,7 +153,7 @@ class _Sweep:
                 pulses.append(Pulse(place, point.column, slopes))
         pulses.sort(key=lambda pulse: pulse.end)
         jumps = [
-            Jump(place - 1, jump.states[:3], jump.parameters[:3], jump.drift, jump.instant, late)
+            Jump(place - 1, jump, late)
             for (number, _, _), place in list(zip(part.legs, part.places, strict=True))[1:]
             for order, lates in zip(
                 self.crossings[number - 1].orders, self.late[number - 1], strict=True
@@ -180,46 +162,42 @@ class _Sweep:
         ]
         begin, end = self.seeds.spans.T
         chosen = self.seeds.chosen * ((begin < span.t[-1]) & (span.t[-1] <= end))[:, None]
-        adjoint = np.vstack([after.by_states, chosen])
-        back = self.steps.back(span, adjoint, *after[1:], pulses, jumps)
+        after = after._replace(adjoint=np.vstack([after.adjoint[:n], chosen]))
+        back = self.steps.back(span, after, pulses, jumps)
         self.by_step.take(part, back)
-        return SweepResult(back.adjoint[:n], *back[1:4])
+        return back.carried
 
     def across(
         self,
         order: tuple[EventDerivatives, ...],
         lates: list[np.ndarray],
-        after: SweepResult,
-    ) -> SweepResult:
+        after: Carried,
+    ) -> Carried:
         """Back over the changes between two parts."""
-        adjoint, by_parameters = after[:2]
+        adjoint, by_parameters = after.adjoint[: self.steps.states], after.by_parameters
         for jump, late in zip(reversed(order), reversed(lates), strict=True):
             adjoint, by_p = jump.backward(adjoint, late)
             by_parameters = by_parameters + by_p
-        return after._replace(by_states=adjoint, by_parameters=by_parameters)
+        return after._replace(adjoint=adjoint, by_parameters=by_parameters)
 
 
 def sweep(
-    run: Trajectory,
-    legs: list[Leg],
-    crossings: list[Crossing],
-    steps: Steps,
-    seeds: Seeds,
-    points: list[AdjointPoint],
-) -> tuple[list[SweepResult], StepResults]:
+    course: SmoothParts, seeds: Seeds, points: list[AdjointPoint]
+) -> tuple[list[Carried], StepResults]:
     """Derivatives of results by states at the time zero and by parameters.
 
     Where different changes coincide, there is one answer for each order in which they can come.
 
     Parameters
     ----------
-    legs : list of Leg
-        From `legs_of`, with the instants of the points and spans among their times.
+    course : SmoothParts
+        With the instants of the points and spans among the ends of steps.
     """
     q, count = seeds.chosen.shape
-    n = len(run.system.structure.states)
-    own = _Sweep(run, legs, crossings, steps, seeds, points)
-    found = [SweepResult(*(np.zeros((rows, count)) for rows in (n, len(run.theta), n + q, n + q)))]
+    run, legs, crossings = course.run, course.legs, course.crossings
+    n = course.steps.states
+    own = _Sweep(course, seeds, points)
+    found = [Carried(*(np.zeros((rows, count)) for rows in (n, len(run.theta), n + q, n + q)))]
     for point in points:
         found[0].by_parameters[:, point.column] += point.by_parameters
     several = {k for k, crossing in enumerate(crossings, 1) if len(crossing.orders) > 1}
@@ -232,7 +210,7 @@ def sweep(
         orders = list(zip(crossings[number - 1].orders, own.late[number - 1], strict=True))
         found = [own.across(*order, swept) for swept in found for order in orders]
         found = _different(found)
-        if len(found) > _MOST:
+        if len(found) > _MOST_ORDERS:
             raise SolverError(
                 f"{run.system.name}: up to t = {crossings[number - 1].t:.9g} s different changes "
                 "coincide too often for all their orders to be followed. Change a parameter a "
@@ -242,9 +220,9 @@ def sweep(
     return found, own.by_step
 
 
-def _different(found: list[SweepResult]) -> list[SweepResult]:
+def _different(found: list[Carried]) -> list[Carried]:
     """Answers that are not the same."""
-    kept: list[SweepResult] = []
+    kept: list[Carried] = []
     for one in found:
         both = np.vstack(one[:2])
         known = [np.vstack(other[:2]) for other in kept]
@@ -253,8 +231,106 @@ def _different(found: list[SweepResult]) -> list[SweepResult]:
     return kept
 
 
-def find_place(point: AdjointPoint, number: int, order: tuple[EventDerivatives, ...]) -> int:
-    """Which of the jumps at the begin of a leg a result hangs on."""
-    if point.name:
-        return next((i for i, jump in enumerate(order) if point.name in jump.names), 0)
-    return len(order) - 1 if point.leg == number else 0
+class Resolved(NamedTuple):
+    """Derivatives of results by a sweep over steps that are short enough.
+
+    Attributes
+    ----------
+    found : list of Carried
+        For all orders of changes that coincide.
+    errors : ndarray, shape (k,)
+        Estimated errors, relative to the terms of which a derivative consists.
+    sums, sizes : ndarray, shape (q,)
+        Integrals, and those of the sizes.
+    """
+
+    found: list[Carried]
+    errors: np.ndarray
+    sums: np.ndarray
+    sizes: np.ndarray
+
+
+def refine_sweep(course: SmoothParts, seeds: Seeds, points: list[AdjointPoint]) -> Resolved:
+    """Sweep back, and divide steps until integrals and derivatives are accurate.
+
+    Raises
+    ------
+    SolverError
+        If that needs too many steps.
+    """
+    for _ in range(_ROUNDS):
+        found, by_step = sweep(course, seeds, points)
+        sums, sizes = _totals(course.legs, by_step, seeds)
+        each = [course.steps.relative(swept.largest, swept.lost) for swept in found]
+        errors: np.ndarray = np.max(each, axis=0)
+        if not _divide_steps(course, by_step, sizes, errors):
+            return Resolved(found, errors, sums, sizes)
+    raise _too_many(course)
+
+
+def _divide_steps(
+    course: SmoothParts, by_step: StepResults, sizes: np.ndarray, errors: np.ndarray
+) -> bool:
+    """Whether steps were divided, as integrals or derivatives are not accurate.
+
+    Parameters
+    ----------
+    sizes : ndarray, shape (q,)
+        Integrals of the sizes.
+    errors : ndarray, shape (k,)
+        Errors of the derivatives of the results by all steps.
+    """
+    legs, rtol = course.legs, max(course.rtol / TIGHTER, _ROUNDING)
+    allowed = rtol * sizes
+    rough = ~(np.sum([e.sum(axis=0) for e in by_step.part_errors], axis=0) <= allowed)
+    over = ~(errors <= rtol)  # also where an adjoint has grown beyond all numbers
+    count = sum(len(leg.t) for leg in legs)
+    span = course.until - float(legs[0].t[0])
+    finer = False
+    for leg, each, of_integrals in zip(legs, by_step.errors, by_step.part_errors, strict=True):
+        length = np.diff(leg.t)
+        implicit = course.run.statistics.is_implicit(leg.t[:-1])
+        share = allowed * length[:, None] / span
+        parts = np.maximum(
+            _parts(of_integrals[:, rough], share[:, rough], implicit),
+            _parts(each[:, over], np.full(1, rtol / count), implicit),
+        )
+        parts[length <= 1e-12 * (1.0 + np.abs(leg.t[1:]))] = 1
+        if (parts > 1).any():
+            finer = True
+            if count + parts.sum() > _MOST_STEPS:
+                raise _too_many(course)
+            leg.divide(parts)
+    return finer
+
+
+def _too_many(course: SmoothParts) -> SolverError:
+    return SolverError(
+        f"{course.run.system.name}: an integral or a derivative needs more than {_MOST_STEPS} "
+        f"steps at rtol = {course.rtol:g}. Loosen rtol, end the run earlier, or take "
+        "method='implicit' for a stiff drive that rests.",
+        course.run,
+    )
+
+
+def _parts(errors: np.ndarray, allowed: np.ndarray, implicit: np.ndarray) -> np.ndarray:
+    """Into how many parts each step is divided, so that its errors are allowed, shape (steps,)."""
+    if not errors.size:
+        return np.ones(len(errors), dtype=int)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        over = np.where(errors == 0, 0.0, errors / allowed)
+    over = np.nan_to_num(over, nan=1e300, posinf=1e300).max(axis=1)
+    # an error of order p in one step is one of order p - 1 in all its parts together
+    many: np.ndarray = np.ceil(1.2 * over ** np.where(implicit, 1 / 4, 1 / 6))
+    return np.where(over > 1.0, np.clip(many, 2, _FINEST), 1).astype(int)
+
+
+def _totals(legs: list[Leg], by_step: StepResults, seeds: Seeds) -> tuple[np.ndarray, np.ndarray]:
+    """Each integral over its span, and that of its size; spans end where steps do."""
+    found, sizes = np.zeros(len(seeds.spans)), np.zeros(len(seeds.spans))
+    for leg, parts in zip(legs, by_step.parts, strict=True):
+        middle = 0.5 * (leg.t[1:] + leg.t[:-1])[:, None]
+        inside = (seeds.spans[:, 0] < middle) & (middle < seeds.spans[:, 1])
+        found += (parts * inside).sum(axis=0)
+        sizes += np.abs(parts * inside).sum(axis=0)
+    return found, sizes

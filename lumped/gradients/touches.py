@@ -11,17 +11,15 @@ from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.causes import TURNING
 from lumped.gradients.instant_values import margin_sizes
-from lumped.gradients.legs import Leg
-from lumped.gradients.readings.samples import sample_steps, values_at
-from lumped.gradients.steps import Steps
+from lumped.gradients.legs import Leg, SmoothParts
+from lumped.gradients.readings.product_curve import sample_steps, values_at
 from lumped.numerics.bracketed_roots import find_bracketed_roots
 from lumped.support.made_once import made_once
 from lumped.timeloop.holds import turn_condition
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.timeloop.results.trajectory import Trajectory
 
 
-def refuse_touches(run: Trajectory, legs: list[Leg], steps: Steps, rtol: float, ends: bool) -> None:
+def refuse_touches(course: SmoothParts, ends: bool) -> None:
     """Refuse a run in which a margin falls to zero and turns back, or is zero at the very end.
 
     Only where it matters: where a crossing would change the rates, an integrand or the states.
@@ -36,16 +34,16 @@ def refuse_touches(run: Trajectory, legs: list[Leg], steps: Steps, rtol: float, 
     SolverError
         With the instant and the components.
     """
-    if not run.system.margins.size1_out(0):
+    if not course.run.system.margins.size1_out(0):
         return
-    touches = _Touches(run, legs, steps, rtol)
+    touches, legs = _Touches(course), course.legs
     for number, row, t in touches.lowest():
         touches.check(legs[number], row, t, "only touches what would change it")
     if not ends:
         return
     leg, t = legs[-1], float(legs[-1].t[-1])
     left, rates = np.split(touches.at(np.array([len(legs) - 1]), leg.t[-1:])[0], 2)
-    near = left <= TURNING * rtol * margin_sizes(run, [leg])[0]
+    near = left <= TURNING * course.rtol * margin_sizes(course.run, [leg])[0]
     for row in np.flatnonzero(near & (rates < 0)).tolist():
         touches.check(leg, row, t, "is just about to change, and the run ends")
 
@@ -61,17 +59,16 @@ def _look(system: System) -> ManyPoints:
 class _Touches:
     """Margins of a run and their lowest points."""
 
-    def __init__(self, run: Trajectory, legs: list[Leg], steps: Steps, rtol: float) -> None:
-        self.run, self.legs, self.steps, self.rtol = run, legs, steps, rtol
-        self.system = run.system
-        self.look = _look(run.system)
-        self.count = run.system.margins.size1_out(0)
+    def __init__(self, course: SmoothParts) -> None:
+        self.course, self.run, self.system = course, course.run, course.run.system
+        self.look = _look(self.system)
+        self.count = self.system.margins.size1_out(0)
 
     def lowest(self) -> Iterator[tuple[int, int, float]]:
         """Margins that turn near zero: number of the smooth part, of the margin, and when."""
-        highest = np.zeros((len(self.legs), self.count))
-        found: list[np.ndarray] = []
-        for leg, t, both in sample_steps(self.legs, self.steps, self.look):
+        highest = np.zeros((len(self.course.legs), self.count))
+        found = [np.zeros((6, 0))]
+        for leg, t, both in sample_steps(self.course, self.look):
             values, slopes = both[:, :, : self.count], both[:, :, self.count :]
             h = np.diff(t)[:, :, None]
             a, b, s_a, s_b = values[:, :-1], values[:, 1:], slopes[:, :-1], slopes[:, 1:]
@@ -82,8 +79,6 @@ class _Touches:
             brackets = t[step, k], t[step, k + 1], s_a[step, k, row], s_b[step, k, row]
             found.append(np.array([leg[step], row, *brackets]))
             np.maximum.at(highest, leg, np.abs(values).max(axis=1))
-        if not found:
-            return
         candidates = np.concatenate(found, axis=1)
         if not candidates.size:
             return
@@ -98,12 +93,14 @@ class _Touches:
         accuracy = 1e-14 * (1 + end)
         lowest = find_bracketed_roots(slopes_at, begin, end, at_begin, at_end, accuracy)
         values = self.at(legs, lowest)[np.arange(len(legs)), rows]
-        for i in np.flatnonzero(values <= TURNING * self.rtol * highest[legs, rows]).tolist():
+        for i in np.flatnonzero(
+            values <= TURNING * self.course.rtol * highest[legs, rows]
+        ).tolist():
             yield int(legs[i]), int(rows[i]), float(lowest[i])
 
     def at(self, legs: np.ndarray, t: np.ndarray) -> np.ndarray:
         """Margins, then their rates, at times in smooth parts."""
-        return values_at(self.run, self.legs, self.steps, self.look, legs, t)
+        return values_at(self.course, self.look, legs, t)
 
     def check(self, leg: Leg, row: int, t: float, what: str) -> None:
         """Refuse a touch if a crossing there would change anything at once."""
@@ -112,14 +109,11 @@ class _Touches:
             return
         s = self.system.switching
         kind, k = s.rows[row]
-        name = s.relation_text(k, True)[0] if kind == "relation" else s.names[k]
-        words = (
-            s.relation_text(k, m[s.relation_modes[k]])[1]
-            if kind == "relation"
-            else {"upper": "its limit", "lower": "its limit", "slide": "standstill or contact"}[
-                kind
-            ]
-        )
+        if kind == "relation":
+            name, words = s.relation_text(k, m[s.relation_modes[k]])
+        else:
+            name = s.names[k]
+            words = "standstill or contact" if kind == "slide" else "its limit"
         raise SolverError(
             f"{self.system.name}: at t = {t:.9g} s {name} {what} ({words}), to the accuracy of "
             "the run: there is no derivative. Change a parameter a little, or tighten rtol if it "
@@ -153,7 +147,7 @@ class _Touches:
 
     def _apart(self, x: np.ndarray, t: float, one: np.ndarray, other: np.ndarray) -> bool:
         """Whether rates or integrands differ in two modes."""
-        for function in (self.system.rhs, self.steps.integrated):
+        for function in (self.system.rhs, self.course.steps.integrated):
             a, b = (np.asarray(function(x, self.run.theta, t, m)).ravel() for m in (one, other))
             if np.abs(a - b).max(initial=0.0) > 1e-6 * (1e-6 + np.abs(a).max(initial=0.0)):
                 return True

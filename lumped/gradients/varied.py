@@ -120,6 +120,14 @@ def _refuse_fixed(system: System, varied: Mapping[int, np.ndarray], S: np.ndarra
             )
 
 
+def describe_shared(shared: Sequence[float]) -> str:
+    """A line on instants at which shares of indeterminate constraints are held fixed, if any."""
+    if not shared:
+        return ""
+    times = ", ".join(f"{t:.6g} s" for t in shared[:6])
+    return f"\nshares of indeterminate constraints held fixed where they let go, t = {times}"
+
+
 def read_varied_values(run: Trajectory, names: Sequence[str]) -> np.ndarray:
     """Parameters, and start values of other names."""
     p = run.system.structure.parameters

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, shown
-from lumped.gradients.legs import Leg
+from lumped.gradients.legs import SmoothParts, legs_of
 from lumped.gradients.readings import turning_points as between_steps
 from lumped.gradients.steps import steps_of
 from lumped.simulation.simulate import simulate
@@ -178,8 +178,8 @@ def turning_points(run: Trajectory, of: Name, *, rtol: float = 1e-6) -> NDArray[
     pieces = (piece for piece in run.pieces if len(piece.t))
     for leading, group in itertools.groupby(pieces, lambda piece: piece.system):
         part = replace(run, system=leading, pieces=tuple(group), _known={})
-        legs = [Leg(part, piece) for piece in part.pieces]
-        points = between_steps.turning_points(part, legs, steps_of(leading, ()), (key,), rtol)
+        course = SmoothParts(part, legs_of(part), steps_of(leading, ()), rtol)
+        points = between_steps.turning_points(course, (key,))
         found += [point.value for point in points]
     values = np.array(found)
     turning = values[count_cycles(values).turning]

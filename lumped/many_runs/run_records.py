@@ -25,10 +25,9 @@ from lumped.points.direct_start import DirectStart, direct_start
 from lumped.points.start import by_name, run_start
 from lumped.points.start_values import read_start_values
 from lumped.points.targets import TOLERANCE
-from lumped.timeloop.clocks import modes_at
+from lumped.timeloop.clocks import find_moved_clocks, modes_at
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.instants import Instants, instants
-from lumped.timeloop.moved_clocks import find_moved_clocks
 from lumped.timeloop.plants.executable import executable, span
 from lumped.timeloop.plants.kept_run import remember
 from lumped.timeloop.plants.taylor_series import TaylorSeries

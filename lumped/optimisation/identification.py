@@ -10,7 +10,7 @@ import numpy as np
 from lumped.plots.draw import Backend, draw
 from lumped.plots.picture import Axis, Curve, Level, Panel, Picture, label_axis
 from lumped.plots.style import ZERO, look
-from lumped.simulation.sampled_runs import places_of
+from lumped.simulation.simulate import places_of
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units, display, time_unit
 from lumped.support.rich_html import RichHtml

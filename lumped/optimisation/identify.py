@@ -20,7 +20,7 @@ from lumped.optimisation.design import Bounds, room_of
 from lumped.optimisation.first_designs import apart, draw_designs, run_designs
 from lumped.optimisation.identification import Identification
 from lumped.points.start import by_name, run_start
-from lumped.simulation.sampled_runs import places_of, run_sampled
+from lumped.simulation.simulate import places_of, run_sampled
 from lumped.support.arguments import checked
 from lumped.support.made_once import made_once
 from lumped.support.units import plain

@@ -1,18 +1,165 @@
-"""How far a run can be trusted: the same run once more, much more accurately."""
+"""How far two runs are apart without their jumps, and so how far one can be trusted."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
 from lumped.compiler.structure import Name
-from lumped.simulation.compare import Comparison, Deviation, choose_names, compare_runs
+from lumped.compiler.system import System
+from lumped.errors import OptionError
 from lumped.simulation.energy_audit import EnergyAudit
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
+from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.trajectory import Trajectory
+
+_CLOSE = 1e-9
+"""Part of a run around each event that does not count."""
+_FURTHEST = 1e-3
+"""Part of a run up to which two instants are taken for the same event."""
+_STILL = 1e-9
+_INNER = np.array([0.2, 0.4, 0.6, 0.8])
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Largest difference of one quantity.
+
+    Attributes
+    ----------
+    name, unit : str
+        The quantity.
+    relative : float
+        Largest difference over `range`.
+    time : float
+        Where it is, s.
+    range : float
+        Largest less smallest value of the reference. Of what stands still (less than 1e-9 of its
+        size or of its nominal value) that size, or the nominal value if it is larger.
+
+    All are nan where no instant counts.
+    """
+
+    name: str
+    unit: str
+    relative: float
+    time: float
+    range: float
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison(RichHtml):
+    """Two runs of a system.
+
+    Attributes
+    ----------
+    deviations : tuple of Deviation
+        One for each quantity.
+    t : ndarray, shape (k,)
+        Instants that count, s.
+    window : float
+        Longest time around an event that does not count, s.
+    excluded : int
+        Times that do not count.
+    missed : str
+        Empty if both runs have the same events in the same order, else what differs.
+    """
+
+    deviations: tuple[Deviation, ...]
+    t: np.ndarray
+    window: float
+    excluded: int
+    missed: str
+
+    @property
+    def worst(self) -> Deviation:
+        """The largest of the deviations."""
+        return max(self.deviations, key=lambda d: d.relative)
+
+
+def choose_names(system: System, names: Iterable[Name] | None) -> list[str]:
+    """Names of quantities to compare; default is all states.
+
+    Raises
+    ------
+    OptionError
+        If there is none.
+    """
+    states = [n for n in system.state_names if "(" not in n]
+    found = states if names is None else [system.key(name) for name in names]
+    if not found:
+        raise OptionError(f"{system.name}: no states to compare; name the quantities.")
+    return found
+
+
+def compare_runs(run: Trajectory, reference: Trajectory, names: Iterable[str]) -> Comparison:
+    """Compare two runs that give their quantities at the same times.
+
+    An event is at slightly different instants in two runs, and between these they differ by the
+    whole jump. So the time between the instants of an event does not count, nor 1e-9 of the run
+    on both sides. Events that do not match, or are further apart than 1e-3 of the run, are no
+    excuse: from there on everything counts.
+    """
+    t = reference.t
+    span = float(t[-1] - t[0])
+    mine, others = _events(run), _events(reference)
+    matched = 0
+    for a, b in zip(mine, others, strict=False):
+        same = (a.component, a.after) == (b.component, b.after)
+        if not same or abs(a.time - b.time) > _FURTHEST * span:
+            break
+        matched += 1
+    counts = np.ones(len(t), dtype=bool)
+    window, margin = 0.0, _CLOSE * span
+    for a, b in zip(mine[:matched], others[:matched], strict=True):
+        first, last = min(a.time, b.time) - margin, max(a.time, b.time) + margin
+        window = max(window, last - first)
+        counts[np.searchsorted(t, first) : np.searchsorted(t, last, "right")] = False
+    missed = ""
+    if matched < max(len(mine), len(others)):
+        from_ = min(e.time for e in (*mine[matched:], *others[matched:]))
+        missed = f"{len(mine)} events, {len(others)} in the reference; differ from t = {from_:g} s"
+    found = tuple(_deviation(run, reference, name, counts) for name in names)
+    return Comparison(found, t[counts], window, int((~counts).sum()), missed)
+
+
+def between(run: Trajectory) -> np.ndarray:
+    """Four instants in each stretch between events that has no output time inside.
+
+    There a comparison at the output times would see nothing.
+    """
+    t = run.t
+    margin = _CLOSE * float(t[-1] - t[0])
+    edges = np.unique([t[0], *(event.time for event in _events(run)), t[-1]])
+    inside = np.searchsorted(t, edges[1:] - margin) - np.searchsorted(t, edges[:-1] + margin)
+    bare = (inside <= 0) & (np.diff(edges) > 10 * margin)
+    found: np.ndarray = edges[:-1][bare, None] + np.diff(edges)[bare, None] * _INNER
+    return found.ravel()
+
+
+def _events(run: Trajectory) -> list[Event]:
+    """Events that belong to the model; a change of leading states depends on the steps."""
+    return [event for event in run.events if event.kind != "states"]
+
+
+def _deviation(run: Trajectory, reference: Trajectory, name: str, counts: np.ndarray) -> Deviation:
+    quantity = reference.system.quantity(name)
+    expected, t = reference[name][counts], reference.t[counts]
+    if not len(t):
+        return Deviation(name, quantity.unit, np.nan, np.nan, np.nan)
+    size = max(float(np.abs(expected).max()), quantity.nominal)
+    extent = float(np.ptp(expected))
+    if extent <= _STILL * size:
+        extent = size
+    difference = np.abs(run[name][counts] - expected)
+    place = int(difference.argmax())
+    return Deviation(
+        name, quantity.unit, float(difference[place]) / extent, float(t[place]), extent
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,32 +223,6 @@ class Certificate(RichHtml):
         return (
             "\n".join(lines) + "\n" + table(("state", "error / range", "at s", "range", ""), rows)
         )
-
-
-def certify_run(
-    run: Trajectory,
-    again: Trajectory,
-    tighter: Trajectory,
-    rtol: float,
-    energy: EnergyAudit | None,
-) -> Trajectory:
-    """The run with its certificate.
-
-    Parameters
-    ----------
-    run : Trajectory
-        What is judged.
-    again, tighter : Trajectory
-        The same run, and the second one, at the times of the run and at those of `between`.
-    rtol : float
-        Tolerance of the second.
-    energy : EnergyAudit or None
-        Energy balance.
-    """
-    names = choose_names(run.system, None) if run.system.structure.states else []
-    states = compare_runs(again, tighter, names)
-    inner = len(again.t) - len(run.t)
-    return replace(run, certificate=Certificate(again, tighter, inner, rtol, states, energy))
 
 
 def _where(t: np.ndarray, inner: int) -> str:

@@ -3,30 +3,127 @@
 from __future__ import annotations
 
 import functools
+import itertools
+import math
 from collections.abc import Callable
-from dataclasses import replace
-from typing import ParamSpec, Unpack
+from dataclasses import dataclass, replace
+from typing import Any, ParamSpec, Unpack
 
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.errors import Interrupted, SolverError
+from lumped.errors import Interrupted, SolverError, doubt
 from lumped.many_runs.native_runs import read_run
 from lumped.points.start import run_start
-from lumped.simulation.certify import certify_run
-from lumped.simulation.compare import between
+from lumped.simulation.certify import Certificate, between, choose_names, compare_runs
 from lumped.simulation.energy_audit import audit_energy
-from lumped.simulation.method_choice import closed_form_pays
-from lumped.simulation.run_again import again_from, run_from
 from lumped.support.arguments import checked
-from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.timeloop.results.operating_point import OperatingPoint, PointOfRun
 from lumped.timeloop.results.recorder import Recorder, output_times
 from lumped.timeloop.results.statistics import Statistics
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.results.validity import refuse_run_outside
+from lumped.timeloop.run import Simulation
+from lumped.timeloop.run_by_steps import RunBySteps
+from lumped.timeloop.run_in_closed_form import RunInClosedForm, closed_form_pays
 from lumped.timeloop.run_options import Grid, RunOptions, RunPlan, run_plan
 
 _P = ParamSpec("_P")
+_SAME = 1e-12
+"""Distance in time, over the end of the run, below which an instant is that of an event."""
+
+
+def run_from(point: OperatingPoint, plan: RunPlan, output: Recorder) -> Trajectory:
+    """The run from a point by the method of its plan, which a recorder takes."""
+    kind = RunInClosedForm if plan.method == "exact" else RunBySteps
+    with output.progress:
+        run = kind(point, plan, output)
+        try:
+            run.go()
+            return run.trajectory()
+        except KeyboardInterrupt:
+            raise _make_interrupted(run) from None
+        except SolverError as error:
+            if plan.method == "exact" or run.steps + run.rejected >= plan.max_steps:
+                raise  # rounding and the number of steps are limits of ours, not of the drive
+            raise SolverError(doubt(plan.rtol) + str(error), error.partial) from None
+
+
+def _make_interrupted(run: Simulation) -> Interrupted:
+    partial = run.partial()
+    return Interrupted(
+        f"{run.system.name}: interrupted at t = {partial.t[-1]:.6g} s; `partial` is the run.",
+        partial,
+    )
+
+
+@dataclass(eq=False, slots=True)
+class _RepeatedRun:
+    """Makes a run again, with the states that were left out.
+
+    A run that goes on from another begins with what that one had, and so on in a row. Rows may be
+    long, so nothing here calls itself along them.
+
+    Attributes
+    ----------
+    point : OperatingPoint
+        Where it starts; of a run that goes on from another, without that.
+    plan : RunPlan
+        Its options.
+    before : _RepeatedRun or None
+        The run from which it goes on.
+    left : float
+        When it left that, s.
+    whole : OperatingPoint or None
+        Where it starts, with the states that were left out, once these are known.
+    """
+
+    point: OperatingPoint
+    plan: RunPlan
+    before: _RepeatedRun | None = None
+    left: float = math.nan
+    whole: OperatingPoint | None = None
+
+    def __call__(self, times: np.ndarray) -> Trajectory:
+        row = [self]
+        while row[-1].whole is None and row[-1].before is not None:
+            row.append(row[-1].before)
+        if row[-1].whole is None:
+            row[-1].whole = row[-1].point.whole
+        for before, run in itertools.pairwise(row[::-1]):
+            run.whole = replace(run.point, again=PointOfRun(before._again, run.left)).whole
+        return self._again(times)
+
+    def _again(self, times: np.ndarray) -> Trajectory:
+        """The same run of the whole system, at some times; its start is known."""
+        assert self.whole is not None
+        until = float(times[-1])
+        if until == self.whole.time:
+            until = self.plan.until
+        output = Recorder(self.whole, until, times, True)
+        return run_from(self.whole, self.plan._replace(until=until), output)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        row = [self]
+        while row[-1].before is not None:
+            row.append(row[-1].before)
+        return _as_row, tuple((r.point, r.plan, r.left, r.whole) for r in row[::-1])
+
+
+def _as_row(*parts: Any) -> _RepeatedRun | None:
+    """The last of runs that go on from each other."""
+    found = None
+    for point, plan, left, whole in parts:
+        found = _RepeatedRun(point, plan, found, left, whole)
+    return found
+
+
+def _again_from(point: OperatingPoint, plan: RunPlan) -> _RepeatedRun:
+    """Makes the run from a point again."""
+    plan, came = plan._replace(start=None), point.again
+    if not isinstance(came, PointOfRun):
+        return _RepeatedRun(point, plan)
+    return _RepeatedRun(replace(point, again=None), plan, came.run, came.time)
 
 
 def interruptible(analysis: Callable[_P, Trajectory]) -> Callable[_P, Trajectory]:
@@ -137,7 +234,7 @@ def run_on(point: OperatingPoint, plan: RunPlan, output: Recorder) -> Trajectory
     """The run from a point, which can be read and made again, and leaves no range of equations."""
     found = run_from(point, plan, output)
     refuse_run_outside(found)
-    again = None if point.again is None else again_from(point, plan)
+    again = None if point.again is None else _again_from(point, plan)
     return replace(found, read=functools.partial(read_run, plan, point), again=again)
 
 
@@ -158,10 +255,34 @@ def _certify(found: Trajectory, point: OperatingPoint, plan: RunPlan) -> Traject
         same = again(times, tightly=False) if len(inner) else found
         tighter = again(times, tightly=True)
         energy = audit_energy(found, lambda times: again(times, tightly=closed))
-        return certify_run(found, same, tighter, tight, energy)
+        names = choose_names(found.system, None) if found.system.structure.states else []
+        states = compare_runs(same, tighter, names)
+        certificate = Certificate(same, tighter, len(inner), tight, states, energy)
+        return replace(found, certificate=certificate)
     except SolverError as error:
         raise SolverError(f"certify: the second run, at rtol = {tight:g}: {error}", found) from None
     except KeyboardInterrupt:
         name = found.system.name
         text = f"{name}: interrupted while it was certified; `partial` is the whole run."
         raise Interrupted(text, found) from None
+
+
+def run_sampled(system: System, plan: RunPlan, t: np.ndarray) -> Trajectory:
+    """A run by steps to the last of some instants, with output at each of them.
+
+    Both sides of jumps are recorded too, so that derivatives can be followed across them.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        Instants, ascending, s.
+    """
+    point = run_start(system, plan)
+    times = np.union1d(plan.begin, t)
+    return run_from(point, plan, Recorder(point, plan.until, times, True))
+
+
+def places_of(run: Trajectory, t: np.ndarray) -> np.ndarray:
+    """Points of such a run at its instants; on a jump those after it."""
+    found: np.ndarray = np.searchsorted(run.t, t + _SAME * run.t[-1], "right") - 1
+    return found

@@ -15,14 +15,13 @@ from lumped.errors import LumpedError, OptionError
 from lumped.plots import numbers
 from lumped.plots.draw import Backend, draw
 from lumped.points.start import run_start
-from lumped.simulation.compare import choose_names, compare_runs
-from lumped.simulation.method_choice import closed_form_pays
+from lumped.simulation.certify import choose_names, compare_runs
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
-from lumped.timeloop.linear_form import linear_form
 from lumped.timeloop.results.trajectory import Trajectory
+from lumped.timeloop.run_in_closed_form import closed_form_pays, linear_form
 from lumped.timeloop.run_options import Method, RunOptions, run_plan
 
 _INTERVALS = 997
@@ -273,13 +272,8 @@ def _row(
         found = run(method, rtol, _MOST_STEPS)
         comparison = compare_runs(found, reference, names)
     except LumpedError as error:
-        part: Trajectory | None = getattr(error, "partial", None)
-        steps, rejected, evaluations = 0, 0, 0
-        if part is not None:
-            s = part.statistics
-            steps, rejected, evaluations = s.steps, s.rejected, s.evaluations
-        reason = str(error).splitlines()[0]
-        return WorkRow(method, rtol, nan, "", nan, steps, rejected, evaluations, 0, reason), 0.0
+        counts, reason = _counts(getattr(error, "partial", None)), str(error).splitlines()[0]
+        return WorkRow(method, rtol, nan, "", nan, *counts, 0, reason), 0.0
     seconds = []
     for _ in range(3):
         begin = clock.perf_counter()
@@ -287,17 +281,14 @@ def _row(
         seconds.append(clock.perf_counter() - begin)
         if seconds[-1] > _LONG:
             break
-    s, worst = found.statistics, comparison.worst
-    row = WorkRow(
-        method,
-        rtol,
-        worst.relative,
-        worst.name,
-        min(seconds),
-        s.steps,
-        s.rejected,
-        s.evaluations,
-        len(found.events),
-        comparison.missed or "ok",
-    )
-    return row, comparison.window
+    worst, outcome = comparison.worst, comparison.missed or "ok"
+    own, counts = (worst.relative, worst.name, min(seconds)), _counts(found)
+    return WorkRow(method, rtol, *own, *counts, len(found.events), outcome), comparison.window
+
+
+def _counts(run: Trajectory | None) -> tuple[int, int, int]:
+    """Accepted and rejected steps and evaluations of a run, as far as there is one."""
+    if run is None:
+        return 0, 0, 0
+    s = run.statistics
+    return s.steps, s.rejected, s.evaluations

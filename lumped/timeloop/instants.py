@@ -97,21 +97,19 @@ class _Course:
         return found
 
 
+@dataclass(eq=False)
 class _InstantSearch:
-    def __init__(
-        self,
-        system: System,
-        theta: np.ndarray,
-        begin: float,
-        end: float,
-        without: frozenset[int],
-    ) -> None:
-        self.system, self.theta, self.begin, self.end = system, theta, begin, end
-        self.without = without
-        self.clocks = clocks(system)
+    """A search; arguments as for `instants`."""
+
+    system: System
+    theta: np.ndarray
+    begin: float
+    end: float
+    without: frozenset[int]
 
     def find(self) -> Instants:
         """All instants, with those that rounding alone keeps apart in one."""
+        self.clocks = clocks(self.system)
         courses: list[_Course] = []
         plain = self._plain()
         for k, clock in enumerate(self.clocks):

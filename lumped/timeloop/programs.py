@@ -90,6 +90,17 @@ def rank_programs(system: System) -> list[int]:
     return ranks
 
 
+@made_once
+def _find_taken(system: System, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which answers of a program states take, which states, and their signs."""
+    place = {node: i for i, node in enumerate(system.structure.states)}
+    jump = system.switching.jumps[number]
+    which = [i for i, node in enumerate(jump.answers) if node in place]
+    states = np.array([place[jump.answers[i]] for i in which], dtype=int)
+    signs = np.array([jump.answer_signs[i] for i in which])
+    return np.array(which, dtype=int), states, signs
+
+
 class Answers:
     """What programs answer in a run, or in runs of one thread one after the other.
 
@@ -102,7 +113,6 @@ class Answers:
     def __init__(self, before: ProgramInputs | None = None) -> None:
         self._before = before or {}
         self._sessions: dict[int, Session] = {}
-        self._places: dict[tuple[System, int], tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
         self._since: dict[int, list[np.ndarray]] = {}
 
     def __enter__(self) -> Self:
@@ -150,7 +160,7 @@ class Answers:
             raise SolverError(
                 f"at t = {run.t:.9g} s {jump.name} asks {jump.program.text}: {error}"
             ) from None
-        which, states, signs = self._find_taken(system, number)
+        which, states, signs = _find_taken(system, number)
         for state in states.tolist():
             if run.instant.set_by[state] > 0:
                 run.instant.set_twice, run.instant.setting_again = state, number
@@ -158,18 +168,6 @@ class Answers:
             run.instant.set_by[state] = number + 1
         run.instant.x[states] = signs * answers[which]
         return np.array([run.t, *values])
-
-    def _find_taken(self, system: System, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Which answers states take, which states, and their signs."""
-        found = self._places.get((system, number))
-        if found is None:
-            place = {node: i for i, node in enumerate(system.structure.states)}
-            jump = system.switching.jumps[number]
-            which = [i for i, node in enumerate(jump.answers) if node in place]
-            states = np.array([place[jump.answers[i]] for i in which], dtype=int)
-            signs = np.array([jump.answer_signs[i] for i in which])
-            found = self._places[system, number] = np.array(which, dtype=int), states, signs
-        return found
 
     def does_answer(self, system: System, run: Run) -> bool:
         """Whether the program answers, as `give`."""

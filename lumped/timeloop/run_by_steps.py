@@ -35,8 +35,7 @@ from lumped.timeloop.guards import finite_fault, shrinking_fault
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.leading_states import exchange_lead
 from lumped.timeloop.plants.executable import executable, span
-from lumped.timeloop.plants.kept_run import KeptRun
-from lumped.timeloop.plants.output_room import OutputRoom
+from lumped.timeloop.plants.kept_run import KeptRun, OutputRoom
 from lumped.timeloop.positions import no_fit
 from lumped.timeloop.programs import set_twice_fault
 from lumped.timeloop.results.event import Event

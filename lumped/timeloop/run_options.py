@@ -126,10 +126,6 @@ class RunPlan(NamedTuple):
         given: Mapping[Any, Any] = self.parameters or {}
         return of_point | {system.key(name): value for name, value in given.items()}
 
-    def with_parameters(self, parameters: Changes) -> RunPlan:
-        """The same runs with other parameters."""
-        return self._replace(parameters=parameters)
-
     def watching(self, system: System, of: Iterable[Functional]) -> System:
         """The system that is run, which stops at the kinks of formulas in functionals.
 

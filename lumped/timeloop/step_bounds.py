@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Sequence
 
 import casadi as ca
@@ -46,12 +47,8 @@ def kinks(system: System, quantities: Sequence[ca.SX]) -> ca.Function | None:
     return ca.Function("kinks", system.inputs, [ca.densify(ca.vertcat(*found.values()))])
 
 
-def _apart(a: ca.SX, b: ca.SX) -> ca.SX:
-    return a - b
-
-
 _KINKS: dict[int, Callable[..., ca.SX]] = {
-    **dict.fromkeys((ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_FMIN, ca.OP_FMAX), _apart),
+    **dict.fromkeys((ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_FMIN, ca.OP_FMAX), operator.sub),
     **dict.fromkeys((ca.OP_FABS, ca.OP_SIGN), lambda a: a),
     **dict.fromkeys((ca.OP_FLOOR, ca.OP_CEIL), lambda a: ca.sin(math.pi * a)),
     ca.OP_FMOD: lambda a, b: ca.sin(math.pi * a / b),

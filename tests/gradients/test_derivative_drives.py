@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from checks import in_all_engines
 from derivative_drives import DRIVES
 
 import lumped as lp
-from lumped.kernel import engine
 
 
 def numbers(system, of, until, changes):
@@ -55,10 +55,9 @@ def test_derivatives_are_those_of_differences(name):
 
 def test_changes_are_crossed_with_the_same_bits_in_all_engines():
     system, of, to, until = DRIVES["dog_clutch_at_an_instant"]()
-    found = {}
-    for name in ("llvm", "c", "python"):
-        with engine.using(name):
-            found[name] = lp.gradient(system, of=of, by=to, until=until).derivatives
-    assert np.abs(found["llvm"]).min(axis=1).max() > 0
-    assert (found["c"] == found["llvm"]).all()
-    assert (found["python"] == found["llvm"]).all()
+    llvm, c, python = in_all_engines(
+        lambda: lp.gradient(system, of=of, by=to, until=until).derivatives
+    )
+    assert np.abs(llvm).min(axis=1).max() > 0
+    assert (c == llvm).all()
+    assert (python == llvm).all()

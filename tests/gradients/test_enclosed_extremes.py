@@ -8,9 +8,8 @@ from scipy.optimize import brentq
 import lumped as lp
 from lumped import functionals as fun
 from lumped.errors import SolverError
-from lumped.gradients.legs import legs_of
-from lumped.gradients.readings.enclosed_points import highest_points, range_of, turning_points_in
-from lumped.gradients.readings.extremes import extremes
+from lumped.gradients.legs import SmoothParts, legs_of
+from lumped.gradients.readings.extremes import extremes, highest_points, range_of, turning_points_in
 from lumped.gradients.steps import steps_of
 from lumped.kernel import engine
 from lumped.life import SNCurve, turning_points
@@ -80,13 +79,13 @@ def test_a_pulse_that_no_state_feels(width, method):
 def test_pulses_of_the_same_height_are_all_found(width, method):
     system = lp.assemble(Pulses(width=width))
     run = lp.simulate(system, until=1.0, grid=None, method=method)
-    legs, steps = legs_of(run), steps_of(system, ())
+    course = SmoothParts(run, legs_of(run), steps_of(system, ()), 1e-7)
     for kind, times in {
         "peak": [0.25, 0.37, 0.75],
         "highest": [0.25, 0.75],
         "lowest": [0.37],
     }.items():
-        found = extremes(run, legs, steps, getattr(fun, kind)("two").reading, 1e-7)
+        found = extremes(course, getattr(fun, kind)("two").reading)
         assert sorted(top.time for top in found) == pytest.approx(times, abs=1e-8 * width)
         assert [abs(top.value) for top in found] == pytest.approx([1.0] * len(times), abs=1e-15)
 
@@ -103,14 +102,14 @@ def test_a_narrow_cam_an_edge_and_a_jump(w, b, method):
     expected = {"lift": lift.max(), "roof": 2 - 0.1 * np.cos(1.0), "jump": 9.3 - 4.0}
     places = {"lift": [near[lift.argmax()]], "jump": [9.3]}
     places["roof"] = [1.0 + k * np.pi for k in range(3)]
-    legs, steps = legs_of(run), steps_of(system, ())
+    course = SmoothParts(run, legs_of(run), steps_of(system, ()), 1e-7)
     for name, value in expected.items():
-        found = extremes(run, legs, steps, fun.highest(name).reading, 1e-7)
+        found = extremes(course, fun.highest(name).reading)
         assert found[0].value == pytest.approx(value, abs=1e-9)
         angles = sorted(0.3 + w * top.time for top in found)
         assert angles == pytest.approx(places[name], abs=2e-5 * b if name == "lift" else 1e-7)
-    legs[0].cut(4.5 / w)
-    before = extremes(run, legs, steps, fun.highest("jump", between=(0.0, 4.5 / w)).reading, 1e-7)
+    course.legs[0].cut(4.5 / w)
+    before = extremes(course, fun.highest("jump", between=(0.0, 4.5 / w)).reading)
     assert [before[0].value, 0.3 + w * before[0].time] == pytest.approx([4.0, 4.0], abs=1e-8)
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from rows import assemble_row
-from scipy.optimize import brentq
+from checks import by_complex_step, refused
+from rows import assemble_row, one
 
 import lumped as lp
 from lumped import functionals as fun
@@ -15,24 +15,6 @@ from lumped.models.pilger_mill import drive as pilger
 from lumped.models.reversing_mill import scenes as mill
 from lumped.models.rotary_arm import control as arm
 from lumped.ops import where
-
-EPS = 1e-30
-
-
-def one(equations, **quantities):
-    body = {"equations": equations, "__doc__": "One component: see equations.", **quantities}
-    return type("One", (lp.Component,), body)()
-
-
-def by_complex_step(function, point):
-    """Gradients of all numbers that a function gives, shape (numbers, len(point))."""
-    point = np.asarray(point, dtype=complex)
-    columns = []
-    for i in range(len(point)):
-        moved = point.copy()
-        moved[i] += 1j * EPS
-        columns.append(np.imag(function(*moved)) / EPS)
-    return np.array(columns).T
 
 
 def by_differences(functions, point, step):
@@ -98,33 +80,7 @@ def test_a_damped_oscillation_has_the_gradients_of_its_closed_form(oscillator, m
     assert found.derivatives == pytest.approx(by_complex_step(sums, POINT), rel=1e-8, abs=1e-9)
 
 
-@pytest.mark.parametrize("rtol", [1e-5, 1e-11])
-def test_an_extreme_inside_a_step_moves_as_it_does_at_a_fixed_instant(oscillator, rtol):
-    of = [fun.peak("v"), fun.highest("x"), fun.lowest("x"), fun.peak("x")]
-    found = lp.gradient(oscillator, of=of, by=["k", "d", "x", "v"], until=UNTIL, rtol=rtol)
-    k, d = POINT[:2]
-
-    def force(t):
-        x, v = damped(t, *POINT)
-        return -k * x - d * v
-
-    instants = [
-        brentq(force, 0.4, 1.4),
-        brentq(lambda t: damped(t, *POINT)[1], 0.2, 1.0),
-        brentq(lambda t: damped(t, *POINT)[1], 1.6, 2.6),
-    ]
-    parts = ((instants[0], 1, -1.0), (instants[1], 0, 1.0), (instants[2], 0, 1.0))
-    parts += ((instants[1], 0, 1.0),)
-    expected = [sign * damped(t, *POINT)[which] for t, which, sign in parts]
-    slopes = [
-        sign * by_complex_step(lambda *p, t=t, which=which: damped(t, *p)[which], POINT)
-        for t, which, sign in parts
-    ]
-    assert found.values == pytest.approx(expected, rel=100 * rtol)
-    assert found.derivatives == pytest.approx(np.array(slopes), rel=1e3 * rtol, abs=100 * rtol)
-
-
-def test_a_run_without_states_has_gradients_too():
+def test_a_run_without_states_has_derivatives_too():
     system = assemble_row(motor=Torque(tau=0.0), a=Inertia(J=2.0), oil=Damper(d=0.7), wall=Fixed())
     run = lp.inverse(system, motion={"a.w": lp.ops.sin(lp.time)}, drive="motor.tau", until=1.0)
     of = [fun.integral("motor.tau", "motor.tau"), fun.highest("motor.tau")]
@@ -134,6 +90,8 @@ def test_a_run_without_states_has_gradients_too():
     integral = [J * (1 + s * c) + d * s**2, d * (1 - s * c) + J * s**2]
     top = [J / np.hypot(J, d), d / np.hypot(J, d)]
     assert found.derivatives == pytest.approx(np.array([integral, top]), rel=1e-10)
+    forward = lp.sensitivity(run.system, of=["motor.tau"], by=["a.J"], until=1.0)
+    assert forward["motor.tau", "a.J"] == pytest.approx(np.cos(forward.run.t), abs=1e-12)
 
 
 # -- the machines --------------------------------------------------------------------------------
@@ -240,34 +198,29 @@ def test_rankings_are_relative_and_the_tornado_shows_them(oscillator):
     assert len(forward.plot("x").axes[0].patches) == 4
 
 
-def message(kind, action):
-    with pytest.raises(kind) as caught:
-        action()
-    print(f"\n{kind.__name__}: {caught.value}")
-    return str(caught.value)
-
-
 def test_what_cannot_be_differentiated_is_named(oscillator):
     def call(of=None, to=("k",), **options):
         chosen = [fun.rms("x")] if of is None else of
         return lambda: lp.gradient(oscillator, of=chosen, by=to, until=1.0, **options)
 
-    assert "at least one functional" in message(OptionError, call(of=()))
-    assert "nothing to vary" in message(OptionError, call(to=()))
-    assert "'y'" in message(UnknownNameError, call(of=[fun.peak("y")]))
-    assert "each one of lumped.functionals" in message(OptionError, call(of=["x"]))
-    assert "'y'" in message(UnknownNameError, call(to=["y"]))
-    text = message(OptionError, call(of=[fun.instant("clutch", "stuck")]))
-    assert "instant(clutch, stuck, 0)" in text
-    assert "Events are: none" in text
-    text = message(SolverError, call(of=[fun.rms("x")], start={"x": 0.0, "v": 0.0}))
-    assert "rms(x)" in text
-    assert "a root of zero" in text
-    found = lp.gradient(oscillator, of=[fun.rms("x")], by=["k"], until=1.0)
-    assert "'rms(v)' was not differentiated" in message(
-        UnknownNameError, lambda: found.ranked("rms(v)")
-    )
-    assert "at least one quantity" in message(OptionError, fun.integral)
+    for kind, action, *words in (
+        (OptionError, call(of=()), "at least one functional"),
+        (OptionError, call(to=()), "nothing to vary"),
+        (UnknownNameError, call(of=[fun.peak("y")]), "'y'"),
+        (OptionError, call(of=["x"]), "each one of lumped.functionals"),
+        (UnknownNameError, call(to=["y"]), "'y'"),
+        (
+            *(OptionError, call(of=[fun.instant("clutch", "stuck")])),
+            *("instant(clutch, stuck, 0)", "Events are: none"),
+        ),
+        (
+            *(SolverError, call(of=[fun.rms("x")], start={"x": 0.0, "v": 0.0})),
+            *("rms(x)", "a root of zero"),
+        ),
+        (UnknownNameError, lambda: call()().ranked("rms(v)"), "'rms(v)' was not differentiated"),
+        (OptionError, fun.integral, "at least one quantity"),
+    ):
+        refused(kind, action, *words)
 
 
 def test_a_functional_that_nothing_changes_spoils_no_other():

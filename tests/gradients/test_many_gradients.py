@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy
+from rows import assemble_row
 
 import lumped as lp
 from lumped import functionals
@@ -15,16 +16,13 @@ VARIED = ["a.J", "shaft.c"]
 
 @pytest.fixture(scope="module")
 def system():
-    return lp.assemble(
-        lp.compose(
-            load=Torque(tau=3.0),
-            a=Inertia(J=1.0),
-            shaft=SpringDamper(c=100.0, d=0.1),
-            b=Inertia(J=2.0),
-            wall=Fixed(),
-            rest=SpringDamper(c=50.0, d=0.2),
-            connections=lambda m: lp.chain(m.load, m.a, m.shaft, m.b, m.rest, m.wall),
-        )
+    return assemble_row(
+        load=Torque(tau=3.0),
+        a=Inertia(J=1.0),
+        shaft=SpringDamper(c=100.0, d=0.1),
+        b=Inertia(J=2.0),
+        rest=SpringDamper(c=50.0, d=0.2),
+        wall=Fixed(),
     )
 
 

@@ -3,23 +3,18 @@
 import casadi as ca
 import numpy as np
 import pytest
+from checks import by_complex_step
 from stiff_in_turn import EDGES, UNTIL, VALUES, InTurn, end, moved
 
 import lumped as lp
 from lumped import functionals as fun
 from lumped.gradients import legs
-from lumped.gradients.readings.samples import sample_steps, values_at
+from lumped.gradients.readings.product_curve import sample_steps, values_at
 from lumped.gradients.steps import steps_of
 from lumped.timeloop.plants.many_points import ManyPoints
 
 POINT = np.array(list(VALUES.values()))
 IN_TURN = ["explicit", "implicit", "explicit", "implicit"]
-
-
-def gradients(point):
-    """Derivatives of angle and speed at the end, by complex steps."""
-    moved_points = point + 1e-30j * np.eye(len(point))
-    return np.array([end(*p).imag / 1e-30 for p in moved_points]).T
 
 
 def used(run):
@@ -36,7 +31,7 @@ def test_gradients_are_those_of_the_closed_form(kept, monkeypatch):
     found = lp.gradient(system, of=of, by=list(VALUES), until=UNTIL, rtol=1e-9)
     assert used(found.run) == IN_TURN
     assert any(piece.ends is not None for piece in found.run.pieces) == bool(kept)
-    shares = gradients(POINT) * POINT
+    shares = by_complex_step(end, POINT) * POINT
     error = np.abs(found.derivatives * POINT - shares).max(axis=1) / np.abs(shares).max(axis=1)
     print(f"\nerrors relative to the largest share: {error}")
     assert error.max() < 1e-7
@@ -46,7 +41,7 @@ def test_sensitivities_are_those_of_the_closed_form():
     system = lp.assemble(InTurn())
     found = lp.sensitivity(system, of=["phi", "w"], by=list(VALUES), until=UNTIL, rtol=1e-8)
     assert used(found.run) == IN_TURN
-    shares = gradients(POINT) * POINT
+    shares = by_complex_step(end, POINT) * POINT
     error = np.abs(found.derivatives[-1] * POINT - shares).max(axis=1) / np.abs(shares).max(axis=1)
     assert error.max() < 1e-6
 
@@ -56,7 +51,7 @@ def test_values_between_steps_of_both_methods():
     system = lp.assemble(InTurn())
     run = lp.simulate(system, until=UNTIL, grid=None, rtol=1e-9, method="steps")
     assert used(run) == IN_TURN
-    own, steps = legs.legs_of(run), steps_of(run.system, ())
+    course = legs.SmoothParts(run, legs.legs_of(run), steps_of(run.system, ()), 1e-9)
     look = ManyPoints(ca.Function("look", system.inputs, [system.expressions(["phi"])]))
 
     def angle(t):
@@ -70,8 +65,8 @@ def test_values_between_steps_of_both_methods():
 
     times = np.array([3.9, 0.3, 2.7, 1.4, 3.00001, 0.999, 2.0005, 1.00001])
     numbers = times.astype(int)
-    found = values_at(run, own, steps, look, numbers, times)[:, 0]
+    found = values_at(course, look, numbers, times)[:, 0]
     assert found == pytest.approx([angle(t) for t in times], abs=1e-8)
-    for samples in sample_steps(own, steps, look):
+    for samples in sample_steps(course, look):
         expected = np.vectorize(angle)(samples.t)
         assert np.abs(samples.values[:, :, 0] - expected).max() < 1e-8

@@ -5,7 +5,7 @@ import pytest
 from derivative_drives import DRIVES
 
 from lumped.gradients import legs
-from lumped.gradients.stretches import stretches
+from lumped.gradients.legs import stretches
 from lumped.simulation.simulate import simulate
 
 

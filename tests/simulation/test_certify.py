@@ -22,7 +22,7 @@ from lumped.components import (
 )
 from lumped.errors import EquationError, Interrupted, SolverError
 from lumped.ops import sin, where
-from lumped.simulation.compare import compare_runs
+from lumped.simulation.certify import compare_runs
 from lumped.timeloop.run_by_steps import RunBySteps
 
 
@@ -75,7 +75,7 @@ def test_a_second_run_that_fails_leaves_the_first(two_mass, monkeypatch):
                 raise SolverError("enough")
             super().go()
 
-    monkeypatch.setattr(import_module("lumped.simulation.run_again"), "RunBySteps", Impatient)
+    monkeypatch.setattr(import_module("lumped.simulation.simulate"), "RunBySteps", Impatient)
     system = lp.assemble(two_mass)
     with pytest.raises(SolverError, match=r"certify: the second run.*enough") as e:
         lp.simulate(system, until=1.0, rtol=1e-5, method="explicit", certify=True)
@@ -109,6 +109,13 @@ class Braked(lp.Component):
         yield from lp.chain(self.drive, self.a, self.shaft, self.b, self.brake, self.wall)
 
 
+def balanced(system, **options):
+    """A run, and its energy balance."""
+    run = lp.simulate(system, certify=True, **options)
+    print(run.certificate.energy)
+    return run, run.certificate.energy
+
+
 @pytest.mark.parametrize("method", ["explicit", "implicit", "auto"])
 def test_the_energy_balance_is_that_of_the_matrix_exponential(method):
     a = np.zeros((4, 4))
@@ -128,9 +135,7 @@ def test_the_energy_balance_is_that_of_the_matrix_exponential(method):
     work = 5 * simpson(w_a[:7001], x=t[:7001]) - 2 * simpson(w_a[7000:], x=t[7000:])
     work -= simpson(1.5 * w_b**2, x=t)
     energy = 150 * (twist - 0.01) ** 2 + w_a**2 + w_b**2 / 2
-    run = lp.simulate(lp.assemble(Braked()), until=2.0, rtol=1e-8, method=method, certify=True)
-    audit = run.certificate.energy
-    print(audit)
+    _, audit = balanced(lp.assemble(Braked()), until=2.0, rtol=1e-8, method=method)
     assert audit.components == ("a", "shaft", "b")
     assert audit.supplied == pytest.approx(work, rel=1e-6)
     assert audit.dissipated == pytest.approx(loss, rel=1e-6)
@@ -141,13 +146,9 @@ def test_the_energy_balance_is_that_of_the_matrix_exponential(method):
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-5, 1e-7])
 def test_the_error_of_the_balance_is_the_drift_of_an_undamped_drive(two_mass, rtol):
-    run = lp.simulate(
-        *(lp.assemble(two_mass),), until=5.0, start={"a.w": 1.0}, rtol=rtol, method="explicit",
-        grid=None, certify=True,
-    )  # fmt: skip
+    options = {"start": {"a.w": 1.0}, "rtol": rtol, "method": "explicit", "grid": None}
+    run, audit = balanced(lp.assemble(two_mass), until=5.0, **options)
     energy = run["a.w"] ** 2 + run["b.w"] ** 2 / 2 + 150 * run["shaft.phi_rel"] ** 2
-    audit = run.certificate.energy
-    print(audit)
     assert audit.supplied == pytest.approx(0, abs=1e-14)
     assert audit.error == pytest.approx(np.abs(energy - 1).max() / energy.max(), rel=1e-6)
 
@@ -158,25 +159,16 @@ def test_an_impact_loses_what_newton_says():
         stop=translation.Stop(restitution=0.5),
         wall=translation.Fixed(s0=0.5),
     )
-    run = lp.simulate(lp.assemble(model), until=1.0, certify=True)
-    audit = run.certificate.energy
-    print(audit, run.events)
+    _, audit = balanced(lp.assemble(model), until=1.0)
     assert audit.impacts == pytest.approx(0.75, rel=1e-12)
     assert audit.change == pytest.approx(-0.75, rel=1e-12)
     assert audit.error < 1e-12
 
 
 def test_springs_in_series_without_a_body_between_them_balance():
-    parts = {
-        "a": Inertia(J=2.0, w=1.0),
-        "one": Spring(c=300.0),
-        "two": SpringDamper(c=200.0, d=0.7),
-        "b": Inertia(J=1.0),
-    }
-    model = lp.compose(**parts, connections=lp.chain(*parts.values()))
-    run = lp.simulate(lp.assemble(model), until=2.0, rtol=1e-8, certify=True)
-    audit = run.certificate.energy
-    print(audit)
+    springs = {"one": Spring(c=300.0), "two": SpringDamper(c=200.0, d=0.7)}
+    model = in_a_row(a=Inertia(J=2.0, w=1.0), **springs, b=Inertia(J=1.0))
+    run, audit = balanced(lp.assemble(model), until=2.0, rtol=1e-8)
     kinetic = run["a.w"] ** 2 + run["b.w"] ** 2 / 2
     elastic = 150 * run["one.phi_rel"] ** 2 + 100 * run["two.phi_rel"] ** 2
     assert audit.supplied == pytest.approx(0, abs=1e-9)

@@ -2,18 +2,13 @@
 
 import numpy as np
 import pytest
+from checks import worst
 from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia, Spring, SpringDamper, Torque
 from lumped.errors import SolverError
 from lumped.ops import sin, table, where
-
-
-def worst(received, expected):
-    error = np.abs(received - expected).max() / max(np.abs(expected).max(), 1e-300)
-    print(f"error over range {error:.2e}")
-    return error
 
 
 @pytest.mark.parametrize("method", ["explicit", "implicit", "auto"])

@@ -30,9 +30,13 @@ def cycle():
     )
 
 
+def size(cycle, **limits):
+    return lp.simulation.sizing(cycle, **{"of": ("motor.tau", "load.w"), **limits})
+
+
 def test_a_trapezoidal_cycle_has_the_figures_of_the_catalogues(cycle):
     tau, whole = J * PEAK / T_UP, 2 * T_UP + T_CRUISE + T_REST
-    found = lp.simulation.sizing(cycle, of=("motor.tau", "load.w"))
+    found = size(cycle)
     expected = {
         "peak_torque": tau,
         "peak_speed": PEAK,
@@ -53,11 +57,11 @@ def test_the_thermal_equivalent_is_compared_with_the_rated_torque_at_its_speed(c
     rms = J * PEAK / T_UP * np.sqrt(2 * T_UP / whole)
     mean = PEAK * (T_UP + T_CRUISE) / whole
     rows = [(0.0, 30.0), (40.0, 10.0)]
-    found = lp.simulation.sizing(cycle, of=("motor.tau", "load.w"), rated=rows)
+    found = size(cycle, rated=rows)
     assert found.thermal.limit == pytest.approx(30 - mean / 2, rel=1e-12)
     assert found.thermal.ratio == pytest.approx(rms / (30 - mean / 2), rel=1e-12)
     assert found.fits
-    found = lp.simulation.sizing(cycle, of=("motor.tau", "load.w"), rated=0.99 * rms)
+    found = size(cycle, rated=0.99 * rms)
     assert found.thermal.ratio == pytest.approx(1 / 0.99, rel=1e-12)
     assert not found.fits
 
@@ -65,22 +69,20 @@ def test_the_thermal_equivalent_is_compared_with_the_rated_torque_at_its_speed(c
 def test_the_worst_point_is_where_the_envelope_falls_below_the_torque(cycle):
     tau = J * PEAK / T_UP
     rows = [(10.0, 40.0), (20.0, 30.0), (25.0, 0.0)]
-    found = lp.simulation.sizing(cycle, of=("motor.tau", "load.w"), maximum=rows)
+    found = size(cycle, maximum=rows)
     # the torque is constant up to full speed, so the end of speeding up is the worst
     assert (found.peak.speed, found.peak.limit) == pytest.approx((PEAK, 30.0), rel=1e-12)
     assert found.peak.ratio == pytest.approx(tau / 30.0, rel=1e-12)
     assert not found.fits
-    slow = lp.simulation.sizing(
-        cycle, of=("motor.tau", "load.w"), maximum=[(0, 50.0), (19.0, 50.0)]
-    )
+    slow = size(cycle, maximum=[(0, 50.0), (19.0, 50.0)])
     assert slow.peak.ratio == np.inf
-    wide = lp.simulation.sizing(cycle, of=("motor.tau", "load.w"), maximum=50.0)
+    wide = size(cycle, maximum=50.0)
     assert wide.peak.ratio == pytest.approx(tau / 50.0, rel=1e-12)
     assert wide.fits
 
 
 def test_the_report_prints_its_figures(cycle):
-    text = repr(lp.simulation.sizing(cycle, of=("motor.tau", "load.w"), rated=40.0, maximum=64.0))
+    text = repr(size(cycle, rated=40.0, maximum=64.0))
     rows = [re.split(r"\s{2,}", line) for line in text.splitlines()[2:]]
     received = {name: float(value) for name, value, _ in rows}
     assert received["peak torque"] == J * PEAK / T_UP
@@ -111,5 +113,5 @@ def test_a_force_is_sized_over_a_speed_through_zero():
 )
 def test_what_cannot_be_sized_is_named(cycle, options, part):
     with pytest.raises(OptionError) as caught:
-        lp.simulation.sizing(cycle, **{"of": ("motor.tau", "load.w"), **options})
+        size(cycle, **options)
     assert part in str(caught.value)

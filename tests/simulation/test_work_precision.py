@@ -8,7 +8,7 @@ import lumped as lp
 from lumped.components import BearingFriction, Damper, Fixed, Inertia, Spring, SpringDamper, Torque
 from lumped.errors import OptionError
 from lumped.ops import sin, where
-from lumped.simulation.compare import compare_runs
+from lumped.simulation.certify import compare_runs
 
 W = np.sqrt(450.0)
 

@@ -29,7 +29,6 @@ from lumped.components import (
 )
 from lumped.errors import LumpedError
 from lumped.ops import sin, where
-from lumped.timeloop.results.result_files import select_quantities
 
 
 class Rotor(lp.Component):
@@ -272,7 +271,7 @@ def made():
         lp.sweep(system, over={"shaft.c": [1.0]}, until=0.1, of={"x": last}, workers=1),
         precision,
         precision.rows[0],
-        select_quantities(run.system, None, run.t, run.theta, run.events, run.__getitem__),
+        run._select(None),
         lp.exchange.ExportedFMU(*[None] * 7),
     ]
     return {type(one).__name__: one for one in found}
@@ -368,11 +367,6 @@ def test_a_list_of_names_gives_columns(name):
     np.testing.assert_array_equal(one[names], expected)
     with pytest.raises(LumpedError, match="nothing"):
         one[[names[0], "nothing.such"]]
-
-
-def test_a_list_of_names_gives_the_values_of_a_point():
-    point = made()["OperatingPoint"]
-    np.testing.assert_array_equal(point[["a.w", "b.w"]], [point["a.w"], point["b.w"]])
 
 
 WAYS = {"pickle": lambda x: pickle.loads(pickle.dumps(x)), "deepcopy": copy.deepcopy}

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import in_a_row, one
 
 import lumped as lp
 from lumped.components import BearingFriction, Brake, ElastoBacklash, Fixed, Inertia, Spring, Torque
@@ -13,14 +13,6 @@ from lumped.errors import EquationError, SingularModelError, StartError
 from lumped.ops import cos, sin, where
 
 EPS = np.finfo(float).eps
-
-
-def one(**attributes):
-    """A model that is one component with these equations."""
-    equations = attributes.pop("equations")
-    kind = type("Part", (lp.Component,), {"__doc__": "Under test.", **attributes})
-    kind.equations = equations
-    return kind()
 
 
 def changes(run):
@@ -126,48 +118,40 @@ def test_a_condition_true_from_the_start_does_nothing_one_that_becomes_true_acts
     assert len(changes(run)) == (expected or text == "x <= 2") * (text != "time >= 0.5")
 
 
+def contradicting(self):
+    yield lp.der(self.x) == 1.0
+    yield self.y == where(self.y >= 1.0, 0.5 - self.x, 1.5 - 1e-3 * self.x)
+
+
 def test_conditions_that_contradict_themselves_are_named():
-    def contrary(self):
-        yield lp.der(self.x) == 1.0
-        yield self.y == where(self.y >= 1.0, 0.5 - self.x, 1.5 - 1e-3 * self.x)
-
     quantities = {"x": lp.var("1", "time"), "y": lp.var("1", "without a value")}
-    system = lp.assemble(one(equations=contrary, **quantities))
     with pytest.raises(StartError, match="no set of modes fits"):
-        lp.simulate(system, until=2.0)
+        lp.simulate(lp.assemble(one(contradicting, **quantities)), until=2.0)
 
 
-def test_limits_without_a_law_beyond_them_are_refused():
-    def equations(self):
-        yield lp.der(self.x) == 0
-        yield lp.hold(self.y, self.x, upper=1.0)
-
-    quantities = {"x": lp.var("1", "speed"), "y": lp.var("1", "reaction")}
-    with pytest.raises(EquationError, match="give forward="):
-        lp.assemble(one(equations=equations, **quantities))
-
-
-def test_limits_that_leave_nothing_between_them_are_refused():
-    def equations(self):
-        yield lp.der(self.x) == 0
-        yield lp.hold(self.y, self.x, forward=-1.0, backward=1.0, upper=-1.0, lower=1.0)
-
-    quantities = {"x": lp.var("1", "speed"), "y": lp.var("1", "reaction")}
-    with pytest.raises(
-        EquationError, match=r"hold\(y, .*upper = -1.0 must be at least lower = 1.0"
-    ):
-        lp.assemble(one(equations=equations, **quantities))
-
-
-def test_a_change_of_a_quantity_that_is_no_state_is_refused():
+@pytest.mark.parametrize(
+    ("kind", "law", "text"),
+    [
+        (EquationError, lambda m: lp.hold(m.y, m.x, upper=1.0), "give forward="),
+        (
+            EquationError,
+            lambda m: lp.hold(m.y, m.x, forward=-1.0, backward=1.0, upper=-1.0, lower=1.0),
+            r"hold\(y, .*upper = -1.0 must be at least lower = 1.0",
+        ),
+        # y follows, so it is no state
+        (SingularModelError, lambda m: lp.when(m.x >= 1.0, {m.y: 0.0}), "state='always'"),
+    ],
+)
+def test_limits_and_changes_that_make_no_sense_are_refused(kind, law, text):
     def equations(self):
         yield lp.der(self.x) == 1.0
-        yield self.y == 2 * self.x
-        yield lp.when(self.x >= 1.0, {self.y: 0.0})
+        if kind is SingularModelError:
+            yield self.y == 2 * self.x
+        yield law(self)
 
-    quantities = {"x": lp.var("1", "state"), "y": lp.var("1", "follower")}
-    with pytest.raises(SingularModelError, match="state='always'"):
-        lp.assemble(one(equations=equations, **quantities))
+    quantities = {"x": lp.var("1", "speed"), "y": lp.var("1", "reaction or follower")}
+    with pytest.raises(kind, match=text):
+        lp.assemble(one(equations, **quantities))
 
 
 class RodSlider(lp.Component):
@@ -269,12 +253,8 @@ def test_functions_of_time_tell_the_pieces_before_and_after():
 
 def test_a_play_tells_its_flanks():
     """A body of 1 kg.m2 in a play of 0.2 rad between springs that turns at 1 rad/s: 0.1 s each."""
-    model = lp.compose(
-        body=Inertia(J=1.0, phi=0.0, w=1.0),
-        play=ElastoBacklash(c=4e4, b=0.2),
-        wall=Fixed(),
-        connections=lambda m: lp.chain(m.wall, m.play, m.body),
-    )
+    play, body = ElastoBacklash(c=4e4, b=0.2), Inertia(J=1.0, phi=0.0, w=1.0)
+    model = in_a_row(wall=Fixed(), play=play, body=body)
     run = lp.simulate(lp.assemble(model), until=0.5, rtol=1e-9)
     contact = np.pi / 200  # half a period at 200 rad/s
     begins = [0.1, 0.1 + contact, 0.3 + contact, 0.3 + 2 * contact]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import assemble_row
 
 import lumped as lp
 from lumped.components import (
@@ -205,16 +206,11 @@ def stepped(J, c, d, free, plays, push, until, steps):
 
 
 def test_events_of_a_run_that_fails_end_where_its_points_do():
-    body, spring = Inertia(J=1.0, w=1.0), SpringDamper(c=1e4, d=0.0)
-    model = lp.compose(
-        body=body,
-        spring=spring,
-        wall=Fixed(),
-        load=Torque(tau=lp.ops.where(lp.time > 5.0, 1.0, 0.0)),
-        connections=lambda m: [*lp.chain(m.wall, m.spring, m.body, m.load)],
-    )
+    load = Torque(tau=lp.ops.where(lp.time > 5.0, 1.0, 0.0))
+    parts = {"wall": Fixed(), "spring": SpringDamper(c=1e4, d=0.0), "body": Inertia(J=1.0, w=1.0)}
+    system = assemble_row(**parts, load=load)
     with pytest.raises(SolverError) as caught:
-        lp.simulate(lp.assemble(model), until=10.0, method="explicit", max_steps=50)
+        lp.simulate(system, until=10.0, method="explicit", max_steps=50)
     partial = caught.value.partial
     assert partial.t[-1] < 5.0
     assert not partial.events

@@ -8,7 +8,7 @@ import pytest
 
 import lumped as lp
 from lumped.components import Clutch, Damper, Fixed, Inertia, Spring, Torque
-from lumped.timeloop.results.left_out_states import on_both_sides
+from lumped.timeloop.results.operating_point import on_both_sides
 
 
 class Swing(lp.Component):

@@ -24,14 +24,13 @@ def state():
     return lp.var("1", "rises", 3.0, state="always")
 
 
-def test_a_quantity_of_the_model_called_time_is_refused():
-    with pytest.raises(DeclarationError, match=r"Rising: a quantity .* 'time'.* Rename it"):
-        lp.assemble(rising(time=state()))
-
-
-def test_a_parameter_of_the_model_called_time_is_refused():
-    with pytest.raises(DeclarationError, match=r"Rising: a parameter .* 'time'.* Rename it"):
-        lp.assemble(rising(x=state(), time=lp.param("s", "delay", 1.0)))
+@pytest.mark.parametrize(
+    ("what", "declared"),
+    [("quantity", {"time": state()}), ("parameter", {"time": lp.param("s", "delay", 1.0)})],
+)
+def test_what_is_called_time_in_the_model_is_refused(what, declared):
+    with pytest.raises(DeclarationError, match=rf"Rising: a {what} .* 'time'.* Rename it"):
+        lp.assemble(rising(x=state(), **declared))
 
 
 def test_a_quantity_of_a_part_may_be_called_time(tmp_path):

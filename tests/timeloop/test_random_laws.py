@@ -94,13 +94,8 @@ def agree(tree, methods):
         assume(False)
     worth = np.abs(beside - expected).max()
     assume(worth < 1e-5)  # else a border is grazed
-    model = lp.compose(
-        body=Inertia(J=J),
-        damper=Damper(d=D),
-        ground=Fixed(),
-        push=LawTorque(law=lambda phi, w: expression(tree, lp.time, phi, w)),
-        connections=lambda m: lp.chain(m.ground, m.damper, m.body, m.push),
-    )
+    push = LawTorque(law=lambda phi, w: expression(tree, lp.time, phi, w))
+    model = in_a_row(ground=Fixed(), damper=Damper(d=D), body=Inertia(J=J), push=push)
     system = lp.assemble(model, keep=["body.phi"])
     note(f"events of the reference: {events}")
     begin = dict(zip(("body.phi", "body.w"), start, strict=True))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_events import one
+from rows import one
 
 import lumped as lp
 from lumped import functionals as fun
@@ -37,7 +37,7 @@ def test_two_settings_of_a_state_at_one_instant_are_an_error(kind, engine):
     with using(engine), pytest.raises(SolverError) as caught:
         lp.simulate(system, until=2.0)
     text = str(caught.value)
-    assert "t = 1 s two settings of x meet: Part when" in text
+    assert "t = 1 s two settings of x meet: One when" in text
     assert "Write both as one `when`" in text
     partial = caught.value.partial
     assert partial.t[-1] == pytest.approx(1.0, abs=1e-12)

@@ -1,7 +1,7 @@
 """States that are so small throughout that the absolute tolerance governs them."""
 
 import pytest
-from test_events import one
+from rows import one
 
 import lumped as lp
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from test_events import one
+from checks import in_all_engines
+from rows import one
 
 import lumped as lp
-from lumped.kernel.engine import using
 
 
 def counter():
@@ -40,11 +40,9 @@ def test_a_counter_stays_a_whole_number(method):
 
 def test_all_engines_give_the_same_bits():
     system = counter()
-    runs = []
-    for engine in ("llvm", "c", "python"):
-        with using(engine):
-            runs.append(lp.simulate(system, until=0.2, grid=97, method="implicit"))
-    first = runs[0]
-    for run in runs[1:]:
+    first, *others = in_all_engines(
+        lambda: lp.simulate(system, until=0.2, grid=97, method="implicit")
+    )
+    for run in others:
         assert run.t.tobytes() == first.t.tobytes()
         assert run.x.tobytes() == first.x.tobytes()

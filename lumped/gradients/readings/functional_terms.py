@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
@@ -19,62 +19,41 @@ from lumped.functionals.readings import (
     Span,
     Value,
 )
-from lumped.gradients.adjoint import AdjointPoint
 from lumped.gradients.jumps import Crossing, EventDerivatives
-from lumped.gradients.legs import Leg
-from lumped.gradients.readings.bounces import find_last_bounces, find_limit_of_flights
-from lumped.gradients.readings.damage_slopes import damage_slopes
+from lumped.gradients.legs import SmoothParts
 from lumped.gradients.readings.extremes import extremes
 from lumped.gradients.readings.instant_terms import (
+    AdjointPoint,
     InstantTerms,
     ReadingTerms,
     add_terms,
+    find_last_bounces,
+    find_limit_of_flights,
     scale_terms,
 )
-from lumped.gradients.readings.product_curve import Turn
-from lumped.gradients.readings.product_slopes import differentiate_at_many, differentiate_at_one
-from lumped.gradients.readings.samples import values_at
-from lumped.gradients.readings.turning_points import turning_points
+from lumped.gradients.readings.product_curve import (
+    Turn,
+    differentiate_at_many,
+    differentiate_at_one,
+    values_at,
+)
+from lumped.gradients.readings.turning_points import damage_slopes, turning_points
 from lumped.gradients.saltation import saltation_of
-from lumped.gradients.steps import Steps
-from lumped.timeloop.results.trajectory import Trajectory
 
 _AT_ONCE = 1e-10
 """Part of a run within which a change counts as happening at a given instant."""
 
 
-class _Look(NamedTuple):
-    """A quantity: value, derivatives by states and parameters, by time along the run."""
-
-    value: float
-    by_states: np.ndarray
-    by_parameters: np.ndarray
-    rate: float
-
-
 @dataclass(frozen=True, eq=False)
-class SmoothParts:
-    """A run in its smooth parts, which functionals look at.
+class ReadParts(SmoothParts):
+    """The smooth parts of a run, which readings look at.
 
     Attributes
     ----------
-    run : Trajectory
-        The run.
-    legs, crossings : list
-        Its smooth parts, and what happens between them.
-    steps : Steps
-        How it was made.
-    rtol : float
-        Its accuracy.
     turns : dict of tuple of str to list
         Where quantities turn, as far as this was asked for.
     """
 
-    run: Trajectory
-    legs: list[Leg]
-    crossings: list[Crossing]
-    steps: Steps
-    rtol: float
     turns: dict[tuple[str, ...], list[Turn]] = field(default_factory=dict)
 
     def find_terms(self, reading: Reading) -> ReadingTerms:
@@ -104,11 +83,6 @@ class SmoothParts:
         if reading.what == "instant":
             return self._instant(reading)
         return ReadingTerms((add_terms(list(self._impacts(reading))),))
-
-    @property
-    def until(self) -> float:
-        """End of the run, s."""
-        return float(self.legs[-1].t[-1])
 
     def ends(self, reading: Reading) -> bool:
         """Whether a reading looks at the very end of the run."""
@@ -164,7 +138,8 @@ class SmoothParts:
             )
         if reading.at is None:
             alternatives[0] = [
-                replace(one, by_end=self._rate(one, names)) for one in alternatives[0]
+                replace(one, by_end=self._look(one.points[0].leg, one.points[0].time, names)[1])
+                for one in alternatives[0]
             ]
         if guards:
             return ReadingTerms(tuple(alternatives[0]), "later", tuple(guards), where)
@@ -180,19 +155,18 @@ class SmoothParts:
     def _find_terms_at(self, number: int, t: float, names: tuple[str, ...]) -> InstantTerms:
         leg = self.legs[number]
         t = min(max(t, float(leg.t[0])), float(leg.t[-1]))
-        look = self._look(number, t, names)
-        point = AdjointPoint(number, t, 0, look.by_states, look.by_parameters)
-        return InstantTerms(look.value, (point,))
+        return self._look(number, t, names)[0]
 
-    def _rate(self, terms: InstantTerms, names: tuple[str, ...]) -> float:
-        """Slope of a product at the only instant of terms."""
-        return self._look(terms.points[0].leg, terms.points[0].time, names).rate
-
-    def _look(self, number: int, t: float, names: tuple[str, ...]) -> _Look:
+    def _look(
+        self, number: int, t: float, names: tuple[str, ...], edge: int = 0
+    ) -> tuple[InstantTerms, float]:
+        """A product at an instant, which moves with the begin of a leg, and its slope."""
         x, m = self.legs[number].state(t)
         keys = tuple(self.run.system.key(name) for name in names)
         y, by_x, by_p, rate = differentiate_at_one(self.run.system, keys)(x, self.run.theta, t, m)
-        return _Look(float(y[0]), by_x, by_p, float(rate[0]))
+        late = float(rate[0])
+        point = AdjointPoint(number, t, 0, by_x, by_p, edge, late if edge else 0.0)
+        return InstantTerms(float(y[0]), (point,)), late
 
     def _moving(self, number: int, name: str = "") -> AdjointPoint:
         """The instant at which a leg begins."""
@@ -202,7 +176,7 @@ class SmoothParts:
     # -- extremes ----------------------------------------------------------------------------
 
     def _extreme(self, reading: Extreme) -> ReadingTerms:
-        tops = extremes(self.run, self.legs, self.steps, reading, self.rtol)
+        tops = extremes(self, reading)
         terms = self._find_turn_terms(tops, self._keys(reading), reading.between is None)
         if reading.sign == 0:
             terms = [scale_terms(one, top.sign) for top, one in zip(tops, terms, strict=True)]
@@ -220,8 +194,7 @@ class SmoothParts:
         """Values at which a quantity turns, one of which may be that at the end of the run."""
         system, n = self.run.system, len(self.run.system.structure.states)
         legs, times = np.array([top.leg for top in tops]), np.array([top.time for top in tops])
-        given = (self.run, self.legs, self.steps, differentiate_at_many(system, factors))
-        found = values_at(*given, legs, times)
+        found = values_at(self, differentiate_at_many(system, factors), legs, times)
         alternatives = []
         for top, row in zip(tops, found, strict=True):
             value, rate = float(row[0]), float(row[1])
@@ -237,8 +210,7 @@ class SmoothParts:
     def _damage(self, reading: Cycles) -> ReadingTerms:
         factors = self._keys(reading)
         if factors not in self.turns:
-            given = (self.run, self.legs, self.steps, factors, self.rtol)
-            self.turns[factors] = turning_points(*given)
+            self.turns[factors] = turning_points(self, factors)
         turns = self.turns[factors]
         values = np.array([turn.value for turn in turns])
         slack = 10 * self.rtol * float(np.abs(values).max())
@@ -329,9 +301,7 @@ class SmoothParts:
                 raise self._coincident(label, self.crossings[number - 1])
             leg = number - (at.side == "before")
             t = float(self.legs[leg].t[-1 if at.side == "before" else 0])
-            look = self._look(leg, t, reading.factors)
-            slopes = look.by_states, look.by_parameters
-            yield InstantTerms(look.value, (AdjointPoint(leg, t, 0, *slopes, number, look.rate),))
+            yield self._look(leg, t, reading.factors, number)[0]
 
     def _impacts(self, reading: Occurrence) -> Iterator[InstantTerms]:
         label, run = str(reading), self.run
@@ -361,20 +331,19 @@ class SmoothParts:
             if len(self.crossings[number - 1].orders) > 1:
                 raise self._coincident(label, self.crossings[number - 1])
             for h in holds:
-                look = self._impact(reading.what, number, jump, h)
-                t = float(self.legs[number - 1].t[-1])
-                slopes = look.by_states, look.by_parameters
-                point = AdjointPoint(number - 1, t, 0, *slopes, number, look.rate)
-                yield InstantTerms(look.value, (point,))
+                yield self._impact(reading.what, number, jump, h)
 
-    def _impact(self, kind: str, number: int, jump: EventDerivatives, hold: int) -> _Look:
+    def _impact(self, kind: str, number: int, jump: EventDerivatives, hold: int) -> InstantTerms:
+        """Loss or impulse of a hold where a leg begins."""
         jumps, blow = jump.act
         assert blow is not None
         changes = saltation_of(self.run.system).changes
         function = changes.impact(kind, hold, jumps, blow, jump.after[1])
         x, m = jump.before
         y, by_x, by_p, along = function.at(x, self.run.theta, self.crossings[number - 1].t, m)
-        return _Look(float(y[0]), by_x.only_row, by_p.only_row, float(along[0]))
+        t, slopes = float(self.legs[number - 1].t[-1]), (by_x.only_row, by_p.only_row)
+        point = AdjointPoint(number - 1, t, 0, *slopes, number, float(along[0]))
+        return InstantTerms(float(y[0]), (point,))
 
     def _coincident(self, label: str, crossing: Crossing) -> SolverError:
         return SolverError(

@@ -10,21 +10,127 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.gradients.legs import Leg
-from lumped.gradients.readings.samples import values_at
+from lumped.gradients.legs import SmoothParts, stretches
 from lumped.gradients.spans import Span
-from lumped.gradients.steps import Steps
-from lumped.gradients.stretches import stretches
+from lumped.gradients.steps import FRACTIONS, Steps
 from lumped.numerics.bracketed_roots import find_bracketed_roots
+from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.timeloop.results.trajectory import Trajectory
 
+_AT_ONCE = 1024
+"""Steps that are looked at in one call."""
 Window: TypeAlias = tuple[float, float] | None
 """Part of a run, s; None is the whole run."""
 
 _AROUND = (1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0)
 """Parts of a step on both sides of a point in which the quantity may turn."""
+
+
+class Samples(NamedTuple):
+    """A function at the begin of steps, inside them, and at their end.
+
+    Attributes
+    ----------
+    leg : ndarray of int, shape (steps,)
+        Smooth part of each step.
+    t : ndarray, shape (steps, samples)
+        Times, s.
+    values : ndarray, shape (steps, samples, results)
+        Results of the function.
+    """
+
+    leg: np.ndarray
+    t: np.ndarray
+    values: np.ndarray
+
+
+def sample_steps(course: SmoothParts, function: ManyPoints) -> Iterator[Samples]:
+    """A function in all steps of a run, some at once."""
+    last = np.zeros(function.results)
+    for stretch in stretches(course.legs):
+        whole = stretch.span(course.legs)
+        number, begin, end = np.array(stretch.legs).T
+        numbers = np.repeat(number, end - begin + 1)
+        follows = np.ones(len(whole.t), dtype=bool)  # on a step of the same part
+        follows[np.array(stretch.places)[begin == 0]] = False
+        for k in range(0, len(whole.t) - 1, _AT_ONCE):
+            span = whole.part(k, min(k + _AT_ONCE, len(whole.t) - 1))
+            count = len(span.t) - 1
+            values = np.empty((count, len(FRACTIONS) + 1, function.results))
+            values[:, 1:] = course.steps.evaluate_inside(span, function.counted, function.results)
+            values[0, 0], values[1:, 0] = last, values[:-1, -1]
+            last = values[-1, -1]
+            new = np.flatnonzero(~follows[k : k + count])
+            if len(new):
+                values[new, 0] = function(span.x[new], span.theta, span.t[new], span.m[new])
+            t = span.t[:-1, None] + np.diff(span.t)[:, None] * np.array([0.0, *FRACTIONS])
+            t[:, -1] = span.t[1:]
+            is_step = span.is_step > 0
+            yield Samples(numbers[k : k + count][is_step], t[is_step], values[is_step])
+
+
+def values_at(
+    course: SmoothParts, function: ManyPoints, numbers: np.ndarray, times: np.ndarray
+) -> np.ndarray:
+    """A function at times in given smooth parts, shape (times, results): ends of shorter steps."""
+    run, legs, t = course.run, course.legs, np.empty(len(times))
+    x, m = (np.empty((len(times), len(v))) for v in legs[0].side(0))
+    for number in np.unique(numbers).tolist():
+        own, leg = numbers == number, legs[number]
+        places = np.searchsorted(leg.t, times[own], "right") - 1
+        t[own] = leg.t[places]
+        x[own], m[own] = leg.sides(places)
+    found = np.empty((len(times), function.results))
+    inner = t != times
+    if not inner.all():
+        found[~inner] = function(x[~inner], run.theta, t[~inner], m[~inner])
+    if inner.any():
+        implicit = run.statistics.is_implicit(t[inner])
+        given = run.theta, t[inner], times[inner], x[inner], m[inner], implicit
+        found[inner] = function(
+            states_at_ends(course.steps, *given), run.theta, times[inner], m[inner]
+        )
+    return found
+
+
+def states_at_ends(
+    steps: Steps,
+    theta: np.ndarray,
+    begin: np.ndarray,
+    end: np.ndarray,
+    x: np.ndarray,
+    m: np.ndarray,
+    is_implicit: np.ndarray,
+) -> np.ndarray:
+    """States at the ends of single steps from states and settings at their begins."""
+    t = np.column_stack([begin, end]).ravel()
+    twice = x.repeat(2, axis=0), m.repeat(2, axis=0)
+    span = Span(theta, t, *twice, is_implicit.repeat(2)[:-1], range(1, len(t) - 1, 2))
+    return steps.replay(span, np.tile([1, 0], len(begin)))[1::2]
+
+
+@made_once
+def differentiate_at_many(system: System, factors: tuple[str, ...]) -> ManyPoints:
+    """A product, its derivative by time along the run, and those by states and parameters."""
+    y, by_x, by_p, along = _slopes(system, factors)
+    every = ca.densify(ca.vertcat(y, along, by_x.T, by_p.T))
+    return ManyPoints(ca.Function("at_many", system.inputs, [every]))
+
+
+@made_once
+def differentiate_at_one(system: System, factors: tuple[str, ...]) -> ArrayFunction:
+    """A product, its derivatives by states and parameters, by time along the run: (x, p, t, m)."""
+    results = [ca.densify(each) for each in _slopes(system, factors)]
+    return ArrayFunction(ca.Function("differentiated", system.inputs, results))
+
+
+def _slopes(system: System, factors: tuple[str, ...]) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+    """A product of quantities, its derivatives by states, parameters, and time along the run."""
+    x, p, t, _ = system.inputs
+    y = system.product(factors)
+    along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
+    return y, ca.jacobian(y, x), ca.jacobian(y, p), along
 
 
 class Turn(NamedTuple):
@@ -90,26 +196,16 @@ class Points(NamedTuple):
 @made_once
 def _look(system: System, factors: tuple[str, ...]) -> ManyPoints:
     """A product of quantities and its slope."""
-    x, _, t, _ = system.inputs
-    y = system.product(factors)
-    along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
-    both = ca.densify(ca.vertcat(y, along))
-    return ManyPoints(ca.Function("look", system.inputs, [both]))
+    y, _, _, along = _slopes(system, factors)
+    return ManyPoints(ca.Function("look", system.inputs, [ca.densify(ca.vertcat(y, along))]))
 
 
 class ProductCurve:
     """A product of quantities and its slope anywhere in a run."""
 
-    def __init__(
-        self, run: Trajectory, legs: list[Leg], steps: Steps, factors: tuple[str, ...]
-    ) -> None:
-        self.run, self.legs, self.steps, self.factors = run, legs, steps, factors
-        self.look = _look(run.system, factors)
-
-    @property
-    def text(self) -> str:
-        """The product as printed."""
-        return ", ".join(self.factors)
+    def __init__(self, course: SmoothParts, factors: tuple[str, ...]) -> None:
+        self.course, self.run, self.legs, self.factors = course, course.run, course.legs, factors
+        self.look = _look(course.run.system, factors)
 
     def spans(self, between: Window = None) -> Iterator[tuple[np.ndarray, Span]]:
         """Steps, some at once, and the smooth part of each of their ends."""
@@ -141,13 +237,14 @@ class ProductCurve:
     def check(self, found: np.ndarray) -> None:
         """Refuse what is not finite."""
         if not np.isfinite(found).all():
+            names, run = ", ".join(self.factors), self.run
             raise SolverError(
-                f"{self.run.system.name}: {self.text} is not finite somewhere in the run.", self.run
+                f"{run.system.name}: {names} is not finite somewhere in the run.", run
             )
 
     def at(self, legs: np.ndarray, t: np.ndarray) -> np.ndarray:
         """Quantity and slope at times in smooth parts, shape (2, times)."""
-        return values_at(self.run, self.legs, self.steps, self.look, legs, t).T
+        return values_at(self.course, self.look, legs, t).T
 
     def points(self, numbers: np.ndarray, span: Span, rows: np.ndarray) -> Points:
         """Points that kernels list, without signs; not ends at which the quantity goes on."""

@@ -1,20 +1,23 @@
-"""Where a quantity turns in a run, found inside its steps and located to rounding."""
+"""Where a quantity turns in a run, located to rounding; damage by its turning points."""
 
 from __future__ import annotations
 
-import casadi as ca
+import itertools
+
 import numpy as np
 
-from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.gradients.legs import Leg
-from lumped.gradients.readings.enclosed_points import range_of, turning_points_in
-from lumped.gradients.readings.product_curve import Points, ProductCurve, Turn
-from lumped.gradients.readings.samples import states_at_ends
-from lumped.gradients.steps import Steps
-from lumped.support.made_once import made_once
-from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.timeloop.results.trajectory import Trajectory
+from lumped.functionals.damage_law import DamageLaw
+from lumped.gradients.legs import SmoothParts
+from lumped.gradients.readings.extremes import range_of, turning_points_in
+from lumped.gradients.readings.product_curve import (
+    Points,
+    ProductCurve,
+    Turn,
+    differentiate_at_many,
+    states_at_ends,
+)
+from lumped.timeloop.cycle_count import count_cycles, damage_of_cycles
 
 _COARSE = 1e-3
 """Part of the range of a quantity by which a step may miss the next point of the run at most."""
@@ -23,23 +26,23 @@ _DIVISIONS = 8
 
 _ROUNDING = 1e-12
 """Of the terms of a quantity: swings below are rounding."""
+_KEPT = 1e-13
+"""Derivatives that are smaller than this part of the largest are left out."""
 
 
-def turning_points(
-    run: Trajectory, legs: list[Leg], steps: Steps, factors: tuple[str, ...], rtol: float
-) -> list[Turn]:
+def turning_points(course: SmoothParts, factors: tuple[str, ...]) -> list[Turn]:
     """All points at which a quantity turns, in order of time; the first and the last among them.
 
-    Of a jump, both sides are among them where the quantity turns there. Swings smaller than `rtol`
-    of its range are left out, the last one too. Where points of the run are farther apart than
-    steps, the steps between them are divided.
+    Of a jump, both sides are among them where the quantity turns there. Swings that are
+    smaller, over its range, than the accuracy are left out, the last one too. Where points of the
+    run are farther apart than steps, the steps between them are divided.
 
     Raises
     ------
     SolverError
         If the points of the run are too far apart to follow the quantity between them.
     """
-    curve = ProductCurve(run, legs, steps, factors)
+    curve, steps, rtol = ProductCurve(course, factors), course.steps, course.rtol
     rounding = _follow(curve, rtol)
     ends = curve.ends()
     least, most = float(ends.y.min()), float(ends.y.max())
@@ -87,19 +90,12 @@ def _follow(curve: ProductCurve, rtol: float) -> float:
     worst = max(float(m.max(initial=0.0)) for m in missed)
     if not worst <= _COARSE * size:
         raise SolverError(
-            f"{curve.run.system.name}: {curve.text} is off by {worst:.3g} where it is followed "
-            "from one point of the run to the next. Record the run at its steps, simulate(..., "
-            "grid=None), or make it with a smaller rtol.",
+            f"{curve.run.system.name}: {', '.join(curve.factors)} is off by {worst:.3g} where it "
+            "is followed from one point of the run to the next. Record the run at its steps, "
+            "simulate(..., grid=None), or make it with a smaller rtol.",
             curve.run,
         )
     return floor
-
-
-@made_once
-def _by_states(system: System, factors: tuple[str, ...]) -> ManyPoints:
-    """Derivatives of a product by the states."""
-    slopes = ca.jacobian(system.product(factors), system.inputs[0])
-    return ManyPoints(ca.Function("by_states", system.inputs, [ca.densify(slopes.T)]))
 
 
 def _terms(curve: ProductCurve) -> float:
@@ -107,7 +103,8 @@ def _terms(curve: ProductCurve) -> float:
     sizes = [0.0]
     for leg in curve.legs:
         (x, m), t = leg.sides(np.array([0, len(leg.t) - 1])), leg.t[[0, -1]]
-        slopes = _by_states(curve.run.system, curve.factors)(x, curve.run.theta, t, m)
+        found = differentiate_at_many(curve.run.system, curve.factors)(x, curve.run.theta, t, m)
+        slopes = found[:, 2 : 2 + x.shape[1]]
         sizes.append(float(np.nan_to_num(np.abs(slopes * x)).sum(axis=1).max()))
     return max(sizes)
 
@@ -119,7 +116,7 @@ def _measure_misses(curve: ProductCurve, origins: list[np.ndarray]) -> list[np.n
         own = np.flatnonzero(span.is_step)
         t, after = span.t[own], own + 1
         given = span.theta, t, span.t[after], span.x[own], span.m[own], span.is_implicit[own]
-        x = states_at_ends(curve.steps, *given)
+        x = states_at_ends(curve.course.steps, *given)
         found = curve.look(x, span.theta, span.t[after], span.m[own])
         off = np.abs(found - curve.look(span.x[after], span.theta, span.t[after], span.m[after]))
         off[:, 1] *= span.t[after] - t  # a slope that is off moves the turning points
@@ -176,3 +173,58 @@ def _locate_turns(curve: ProductCurve, points: Points) -> list[Turn]:
     edge = np.where(is_begin, points.leg, np.where(is_end & (points.leg < last), points.leg + 1, 0))
     rows = zip(*(v.tolist() for v in (points.leg, t, y, edge)), strict=True)
     return [Turn(leg, time, value, 1.0, moves) for leg, time, value, moves in rows]
+
+
+def damage_slopes(values: np.ndarray, law: DamageLaw, slack: float) -> tuple[float, np.ndarray]:
+    """Damage, and its derivatives by turning points, shape (alternatives, n).
+
+    There are several alternatives where less than the slack decides between them: which of two
+    extremes of the same height belongs to the larger cycle, or which row of the curve holds. The
+    first one is that of the values as they are.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Turning points one after the other.
+    slack : float
+        Accuracy of the values.
+    """
+    damage, nominal = _slopes(values, law)
+    size = np.abs(nominal).max(initial=0.0)
+    range_ = np.ptp(values) if len(values) else 0.0
+    if not (size > 0 and np.isfinite(size)):
+        return damage, nominal[None]
+    steepest = max(slope for _, _, slope in law.rows)
+    same = size * min(20 * steepest * slack / range_, 0.1)
+    alternatives = [nominal]
+    for moved in _move_extremes(values, slack):
+        slopes = _slopes(moved, law)[1]
+        if all(np.abs(slopes - known).max() > same for known in alternatives):
+            alternatives.append(slopes)
+    found = np.array(alternatives)
+    found[np.abs(found) <= _KEPT * size] = 0.0
+    return damage, found
+
+
+def _slopes(values: np.ndarray, law: DamageLaw) -> tuple[float, np.ndarray]:
+    """Damage, and its derivatives by turning points."""
+    counted = count_cycles(values, law)
+    begin, end = counted.cycles.T
+    swings = values[end] - values[begin]
+    means = 0.5 * (values[begin] + values[end])
+    _, found = damage_of_cycles(np.abs(swings), means, counted.weights, law)
+    by_swing, by_mean = np.sign(swings) * found[:, 1], 0.5 * found[:, 2]
+    slopes = np.bincount(end, by_mean + by_swing, len(values))
+    slopes += np.bincount(begin, by_mean - by_swing, len(values))
+    return counted.damage, slopes
+
+
+def _move_extremes(values: np.ndarray, slack: float) -> list[np.ndarray]:
+    """The values with all crests, or all troughs, further out or in, earlier or later ones more."""
+    is_crest = np.append(values[:-1] > values[1:], values[-1:] > values[-2:-1])
+    rising = np.linspace(0.5, 1.0, len(values))
+    shares = (rising, rising[::-1], -rising, -rising[::-1])
+    return [
+        values + slack * np.where(is_crest, high, -low)
+        for high, low in itertools.product(shares, repeat=2)
+    ]

@@ -18,8 +18,7 @@ from lumped.kernel.methods.pivots import pattern_of
 from lumped.kernel.plant import Function, Plant
 from lumped.kernel.run import Matrix, Pattern, Run
 from lumped.support.made_once import made_once
-from lumped.timeloop.plants.kept_run import KeptRun, make_run, remember
-from lumped.timeloop.plants.output_room import OutputRoom
+from lumped.timeloop.plants.kept_run import KeptRun, OutputRoom, make_run, remember
 from lumped.timeloop.plants.parts import (
     any_direction,
     find_enclosed_sizes,
@@ -289,21 +288,9 @@ def smooth_executable(
         As for `Executable`.
     """
     x, p, _, m = inputs
-    sizes = dict.fromkeys(
-        (
-            "margins",
-            "conditions",
-            "holds",
-            "jumps",
-            "jump_values",
-            "levers",
-            "followers",
-            "forcings",
-        ),
-        0,
-    )
+    sizes = {name: 0 for name, field in Plant.fields.items() if field.kind == "int"}
     sizes |= {"states": x.numel(), "parameters": p.numel(), "settings": m.numel()}
-    sizes["implicit"] = implicit
+    sizes |= {"implicit": implicit, "jump_values": 0}
     plant = Plant(**plant_sizes(sizes), any_direction=any_direction(implicit))
     return Executable(operations_of_each(functions), jacobian, sizes, plant, beside)
 

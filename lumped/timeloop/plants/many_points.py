@@ -7,13 +7,101 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
+from lumped.code.functions import (
+    compile_columns,
+    compile_functions,
+    load_columns,
+    load_functions,
+)
+from lumped.code.machine_code import Code
 from lumped.code.operations import Operations, operations_of
 from lumped.code.step_functions import tabulate_steps
+from lumped.compiler.system import System
 from lumped.kernel import engine
+from lumped.kernel.plant import Function
 from lumped.kernel.run import Run, Samples
-from lumped.timeloop.plants.counted_function import CountedFunction
+from lumped.support.made_once import Recent, made_once
+from lumped.support.process_lock import process_lock
+from lumped.timeloop.plants.executable import WORTH
 
 _NOTHING = dict.fromkeys(Run.lengths(), 0)
+_KEPT = 64
+"""Quantities whose functions a system keeps."""
+
+
+class CountedFunction:
+    """A function, interpreted until it was evaluated so often that compiling it pays.
+
+    Both give the same bits. Code that was made before is taken from the cache.
+
+    Parameters
+    ----------
+    operations : Operations
+        What it does.
+    columns, columns_from : int
+        How many columns its last states have, and the first of these; no columns by default.
+
+    Attributes
+    ----------
+    work : int
+        Numbers that it needs while it is interpreted.
+    """
+
+    def __init__(self, operations: Operations, columns: int = 0, columns_from: int = 0) -> None:
+        self._operations, self._columns, self._from = operations, columns, columns_from
+        self.work = operations.work
+        self._evaluations = 0
+        self._code: Code | None = None
+        self._record = Function(
+            count=len(operations.table),
+            operations=operations.table.ravel(),
+            constants=operations.constants,
+        )
+        if columns:
+            self._take(load_columns(operations, columns, columns_from))
+        else:
+            self._take(load_functions({"columns": operations}))
+
+    def for_more(self, evaluations: int) -> Function:
+        """The function, which will be evaluated so many times more."""
+        if self._code is None:
+            with process_lock:
+                self._count(evaluations * max(self._columns, 1))
+        return self._record
+
+    def along(self, x: np.ndarray, p: np.ndarray, t: np.ndarray, m: np.ndarray) -> np.ndarray:
+        """Results at each point, shape (points, results); arguments as for `ManyPoints`."""
+        found = np.empty((len(t), self._operations.results))
+        run = Run({**_NOTHING, "work": self.work, "parameters": len(p)})
+        run.p[:] = p
+        course = Samples(
+            points=len(t),
+            states=x.shape[1],
+            settings=m.shape[1],
+            results=self._operations.results,
+            t=np.ascontiguousarray(t, dtype=float),
+            x=np.ascontiguousarray(x, dtype=float).ravel(),
+            m=np.ascontiguousarray(m, dtype=float).ravel(),
+            found=found.ravel(),
+        )
+        engine.call("values", run, self.for_more(len(t)), course)
+        return found
+
+    def _count(self, evaluations: int) -> None:
+        self._evaluations += evaluations
+        if self._code is not None or self._evaluations <= WORTH:
+            return
+        if self._columns:
+            self._take(compile_columns(self._operations, self._columns, self._from))
+        else:
+            self._take(compile_functions({"columns": self._operations}))
+
+    def _take(self, code: Code | None) -> None:
+        if code is None:
+            return
+        self._code = code
+        name = "wide_address" if self._columns else "address"
+        setattr(self._record, name, code.address("columns"))
 
 
 class ManyPoints:
@@ -38,9 +126,9 @@ class ManyPoints:
         self.results = operations.results
         self._lookup = tabulate_steps(operations, function.numel_in(3))
         if self._lookup is not None:
-            self._arguments = _Evaluated(self._lookup.arguments)
+            self._arguments = CountedFunction(self._lookup.arguments)
             operations = self._lookup.rest
-        self._rest = _Evaluated(operations)
+        self._rest = CountedFunction(operations)
 
     @cached_property
     def counted(self) -> CountedFunction:
@@ -60,29 +148,33 @@ class ManyPoints:
             Times.
         """
         if self._lookup is not None:
-            m = np.hstack([m, self._lookup.settings(self._arguments(x, p, t, m))])
-        return self._rest(x, p, t, m)
+            m = np.hstack([m, self._lookup.settings(self._arguments.along(x, p, t, m))])
+        return self._rest.along(x, p, t, m)
 
 
-class _Evaluated:
-    """Operations made at many points."""
+def quantity_along(
+    system: System,
+    key: str,
+    theta: np.ndarray,
+    t: np.ndarray,
+    x: np.ndarray,
+    settings: np.ndarray,
+) -> np.ndarray:
+    """A quantity at points one after the other; shape (points,).
 
-    def __init__(self, operations: Operations) -> None:
-        self._results, self._code = operations.results, CountedFunction(operations)
+    Parameters
+    ----------
+    key : str
+        Its name in the system.
+    theta : ndarray
+        Parameters.
+    t, x, settings : ndarray, shapes (points,), (points, n) and (points, m)
+        Times, states, and modes with implicit quantities.
+    """
+    function = _recent_points(system).of(key, lambda: ManyPoints(system.function([key])))
+    return function(x, theta, t, settings)[:, 0]
 
-    def __call__(self, x: np.ndarray, p: np.ndarray, t: np.ndarray, m: np.ndarray) -> np.ndarray:
-        found = np.empty((len(t), self._results))
-        run = Run({**_NOTHING, "work": self._code.work, "parameters": len(p)})
-        run.p[:] = p
-        course = Samples(
-            points=len(t),
-            states=x.shape[1],
-            settings=m.shape[1],
-            results=self._results,
-            t=np.ascontiguousarray(t, dtype=float),
-            x=np.ascontiguousarray(x, dtype=float).ravel(),
-            m=np.ascontiguousarray(m, dtype=float).ravel(),
-            found=found.ravel(),
-        )
-        engine.call("values", run, self._code.for_more(len(t)), course)
-        return found
+
+@made_once
+def _recent_points(_: System) -> Recent[ManyPoints]:
+    return Recent(_KEPT)

@@ -7,7 +7,7 @@ import hashlib
 import io
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -31,10 +31,10 @@ class Contents:
     values: dict[str, NDArray[np.float64]]
     units: dict[str, str]
     texts: dict[str, str]
-    parameters: dict[str, float]
-    parameter_units: dict[str, str]
-    model: str
-    fingerprint: str
+    parameters: dict[str, float] = field(default_factory=dict)
+    parameter_units: dict[str, str] = field(default_factory=dict)
+    model: str = ""
+    fingerprint: str = ""
     states: tuple[str, ...] = ()
     events: tuple[Event, ...] = ()
 
@@ -158,7 +158,7 @@ def _from_npz(held: bytes) -> Read:
 
 
 def _rows(events: Iterable[Event]) -> list[list[float | str]]:
-    return [[e.time, e.component, e.kind, e.before, e.after, e.loss] for e in events]
+    return [[*vars(event).values()] for event in events]
 
 
 def _events(rows: list[list[Any]]) -> tuple[Event, ...]:
@@ -193,12 +193,6 @@ def _from_csv(held: bytes) -> Read:
         "values": columns,
         "units": {h.rpartition(" [")[0]: h.rpartition(" [")[2][:-1] for h in heads[1:]},
         "texts": dict.fromkeys(columns, ""),
-        "parameters": {},
-        "parameter_units": {},
-        "model": "",
-        "fingerprint": "",
-        "states": (),
-        "events": (),
     }
 
 

@@ -49,6 +49,14 @@ def fingerprint(what: object) -> str:
 
 _PLAIN = (bool, int, float, complex, str, bytes, range, PurePath, np.generic)
 """What says all of itself when it is printed."""
+_MADE_OF: dict[type, tuple[str, ...]] = {
+    staticmethod: ("__func__",),
+    classmethod: ("__func__",),
+    property: ("fget", "fset", "fdel"),
+    functools.partial: ("func", "args", "keywords"),
+    types.MethodType: ("__func__", "__self__"),
+}
+"""What consists of these attributes."""
 
 
 class _Hashing:
@@ -91,6 +99,9 @@ class _Hashing:
                 yield value.structure.parameters.defaults.tobytes()
         elif isinstance(value, Component):
             yield from map(self.of, (type(value), values_of(value), place_of(value)))
+        elif isinstance(value, tuple(_MADE_OF)):
+            names = next(names for kind, names in _MADE_OF.items() if isinstance(value, kind))
+            yield from (self.of(getattr(value, name)) for name in names)
         elif isinstance(value, types.ModuleType):
             yield _name_version(value.__name__)
         elif isinstance(value, type):
@@ -104,14 +115,6 @@ class _Hashing:
             yield self.of(getattr(value, "__self__", None))
         elif isinstance(value, types.CellType):
             yield self.of(_content(value))
-        elif isinstance(value, staticmethod | classmethod):
-            yield self.of(value.__func__)
-        elif isinstance(value, property):
-            yield from map(self.of, (value.fget, value.fset, value.fdel))
-        elif isinstance(value, functools.partial):
-            yield from map(self.of, (value.func, value.args, value.keywords))
-        elif isinstance(value, types.MethodType):
-            yield from map(self.of, (value.__func__, value.__self__))
         elif isinstance(value, list | tuple):
             yield from map(self.of, value)
         elif isinstance(value, Mapping | set | frozenset):

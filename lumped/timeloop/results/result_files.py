@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,6 @@ from lumped.support.text_table import amounts, table
 from lumped.support.whole_files import whole_file
 from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.file_formats import READERS, WRITERS, Contents, apart
-from lumped.timeloop.results.fingerprint import fingerprint
 
 _SHOWN = 12
 """Quantities of a printed file."""
@@ -254,55 +253,6 @@ def _describe_event(event: Event) -> tuple[str, str]:
     if event.kind == "time":
         sort = "functions of time"
     return f"{event.component}: {event.before} to {event.after}", sort
-
-
-def select_quantities(
-    system: System,
-    names: Iterable[Name] | None,
-    t: NDArray[np.float64],
-    theta: np.ndarray,
-    events: tuple[Event, ...],
-    values: Callable[[str], NDArray[np.float64]],
-) -> Saved:
-    """Quantities of a run by themselves.
-
-    Parameters
-    ----------
-    system : System
-        What was run.
-    names : iterable of names or None
-        Quantities; None for all that the system computes.
-    t : ndarray, shape (k,)
-        Times of the run, s.
-    theta : ndarray
-        Parameters of the run.
-    events : tuple of Event
-        Its events.
-    values : callable
-        Gives a quantity by its name, shape (k,).
-
-    Raises
-    ------
-    OptionError
-        If no quantity is named.
-    """
-    chosen = list_computable(system) if names is None else [system.key(name) for name in names]
-    if names is not None and not chosen:
-        raise OptionError(f"{system.name}: name at least one quantity.")
-    quantities = {name: system.quantity(name) for name in chosen}
-    p = system.structure.parameters
-    return Saved(
-        t,
-        {name: values(name) for name in chosen},
-        {name: quantity.unit for name, quantity in quantities.items()},
-        {name: quantity.text for name, quantity in quantities.items()},
-        {p.names[i]: float(v) for i, v in zip(p.free, theta, strict=True)},
-        {p.names[i]: p.declared[i].unit for i in p.free},
-        system.name,
-        fingerprint(system),
-        tuple(name for name in state_names(system) if name in quantities),
-        events,
-    )
 
 
 def state_names(system: System) -> list[str]:

@@ -20,12 +20,18 @@ from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units
 from lumped.support.text_table import amounts, table
 from lumped.support.units import read_time
+from lumped.timeloop.plants.many_points import quantity_along
 from lumped.timeloop.programs import ProgramInputs
 from lumped.timeloop.results.event import Event
-from lumped.timeloop.results.left_out_states import PointOfRun, on_both_sides, with_left_out
-from lumped.timeloop.results.operating_point import Named, OperatingPoint
-from lumped.timeloop.results.quantity_values import quantity_along
-from lumped.timeloop.results.result_files import Saved, draw_curves, select_quantities, state_names
+from lumped.timeloop.results.fingerprint import fingerprint
+from lumped.timeloop.results.operating_point import (
+    Named,
+    OperatingPoint,
+    PointOfRun,
+    on_both_sides,
+    with_left_out,
+)
+from lumped.timeloop.results.result_files import Saved, draw_curves, list_computable, state_names
 from lumped.timeloop.results.statistics import Statistics
 
 
@@ -287,8 +293,23 @@ class Trajectory(Named):
         return self._select(names).to_xarray(units=units)
 
     def _select(self, names: Iterable[Name] | None) -> Saved:
-        return select_quantities(
-            self.system, names, self.t, self.theta, self.events, self.__getitem__
+        """Some quantities by themselves; all that need no state that was left out by default."""
+        system, p = self.system, self.system.structure.parameters
+        chosen = list_computable(system) if names is None else [system.key(n) for n in names]
+        if names is not None and not chosen:
+            raise OptionError(f"{system.name}: name at least one quantity.")
+        quantities = {name: system.quantity(name) for name in chosen}
+        return Saved(
+            self.t,
+            {name: self[name] for name in chosen},
+            {name: quantity.unit for name, quantity in quantities.items()},
+            {name: quantity.text for name, quantity in quantities.items()},
+            {p.names[i]: float(v) for i, v in zip(p.free, self.theta, strict=True)},
+            {p.names[i]: p.declared[i].unit for i in p.free},
+            system.name,
+            fingerprint(system),
+            tuple(name for name in state_names(system) if name in quantities),
+            self.events,
         )
 
     @checked

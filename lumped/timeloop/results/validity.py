@@ -12,8 +12,8 @@ from lumped.language.formula import Formula
 from lumped.language.validity import Range, borders, check_ranges
 from lumped.support.made_once import made_once
 from lumped.support.text_table import number
+from lumped.timeloop.plants.many_points import quantity_along
 from lumped.timeloop.results.operating_point import OperatingPoint
-from lumped.timeloop.results.quantity_values import quantity_along
 from lumped.timeloop.results.trajectory import Trajectory
 
 _ROUNDING = 1e-9

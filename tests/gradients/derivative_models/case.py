@@ -58,6 +58,13 @@ def free():
     return lp.var("1", "quantity")
 
 
+def rub(reaction, speed, kinetic, static=None, **more):
+    """Dry friction; it holds what it bears while it slides unless its limit at rest is given."""
+    static = kinetic if static is None else static
+    limits = {"forward": kinetic, "backward": -kinetic, "upper": static, "lower": -static}
+    return lp.hold(reaction, speed, **limits, **more)
+
+
 class Cases(dict[str, Callable[[Mapping[str, float]], Case]]):
     """Cases of one subject; called as a decorator, it notes one by the name of its function."""
 

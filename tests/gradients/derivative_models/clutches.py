@@ -5,7 +5,7 @@ from lumped import functionals as fun
 from lumped.components import Inertia, OneWayClutch, SlipCoupling, SpringDamper, Torque
 from lumped.ops import cos, where
 
-from .case import Case, Cases, free, given, held, one
+from .case import Case, Cases, free, given, held, one, rub
 
 case = Cases()
 
@@ -20,7 +20,7 @@ def clutch_lock_up(p):
         yield self.J2 * lp.der(self.wb) == self.tau - self.d * self.wb
         yield self.slip == self.wa - self.wb
         yield self.power == self.tau * self.slip
-        yield lp.hold(self.tau, self.slip, forward=grip, backward=-grip, upper=grip, lower=-grip)
+        yield rub(self.tau, self.slip, grip)
 
     system = one(equations, d, wa=free(), wb=held(), slip=held(d["w1"]), tau=free(), power=free())
     of = {
@@ -47,15 +47,7 @@ def gear_shift(p):
         yield self.s2 == self.w1 - self.i2 * self.w2
         yield self.power == self.t2 * self.s2
         yield lp.hold(self.t1, self.s1, engaged=lp.time < self.ts)
-        yield lp.hold(
-            self.t2,
-            self.s2,
-            engaged=shifted,
-            forward=self.Mk,
-            backward=-self.Mk,
-            upper=self.Mk,
-            lower=-self.Mk,
-        )
+        yield rub(self.t2, self.s2, self.Mk, engaged=shifted)
 
     system = one(
         equations,
@@ -164,16 +156,7 @@ def zero_influence(p):
             yield self.w == lp.der(self.flange.phi)
             yield self.push == where(dent > 0, self.cs * dent, 0)
             yield self.flange.tau == self.push + self.tau
-            grip = self.mu_b * 1000.0
-            yield lp.hold(
-                self.tau,
-                self.w,
-                forward=grip,
-                backward=-grip,
-                upper=grip,
-                lower=-grip,
-                engaged=lp.time > 100.0,
-            )
+            yield rub(self.tau, self.w, self.mu_b * 1000.0, engaged=lp.time > 100.0)
 
     model = lp.compose(
         **d,

@@ -4,7 +4,7 @@ import lumped as lp
 from lumped import functionals as fun
 from lumped.ops import sin, where
 
-from .case import Case, Cases, free, given, held, one
+from .case import Case, Cases, free, given, held, one, rub
 
 case = Cases()
 
@@ -18,7 +18,7 @@ def block_to_rest(p):
         yield lp.der(self.x) == self.v
         yield self.m * lp.der(self.v) == -self.d * self.v - self.f
         yield self.power == self.f * self.v
-        yield lp.hold(self.f, self.v, forward=grip, backward=-grip, upper=grip, lower=-grip)
+        yield rub(self.f, self.v, grip)
 
     system = one(equations, d, x=held(), v=held(d["v0"]), f=free(), power=free())
     of = {
@@ -43,9 +43,7 @@ def force_step_breaks_loose(p):
         yield lp.der(self.x) == self.v
         yield self.m * lp.der(self.v) == self.F * (first - second) - self.f
         yield self.power == self.f * self.v
-        yield lp.hold(
-            self.f, self.v, forward=kinetic, backward=-kinetic, upper=static, lower=-static
-        )
+        yield rub(self.f, self.v, kinetic, static)
 
     system = one(equations, d, x=held(), v=held(), f=free(), power=free())
     of = {
@@ -66,9 +64,7 @@ def static_limit_touched(p):
     def equations(self):
         yield lp.der(self.x) == self.v
         yield self.m * lp.der(self.v) == self.F0 * sin(self.Om * lp.time) - self.f
-        yield lp.hold(
-            self.f, self.v, forward=self.Fk, backward=-self.Fk, upper=self.Fs, lower=-self.Fs
-        )
+        yield rub(self.f, self.v, self.Fk, self.Fs)
 
     system = one(equations, d, x=held(), v=held(), f=free())
     return Case(system, 2.0, {"x_end": fun.final("x")})
@@ -83,9 +79,7 @@ def belt_stick_slip(p):
         yield self.slip == self.v - self.vb
         yield self.m * lp.der(self.v) == -self.k * self.x - self.f
         yield self.power == self.f * self.slip
-        yield lp.hold(
-            self.f, self.slip, forward=self.Fk, backward=-self.Fk, upper=self.Fs, lower=-self.Fs
-        )
+        yield rub(self.f, self.slip, self.Fk, self.Fs)
 
     system = one(equations, d, x=held(), v=free(), slip=held(), f=free(), power=free())
     release = [fun.instant("Body", "backward", number=k) for k in (2, 3)]
@@ -110,7 +104,7 @@ def brake_holds(p):
         yield lp.der(self.phi) == self.w
         yield self.J * lp.der(self.w) == self.ML - self.tau
         yield self.power == self.tau * self.w
-        yield lp.hold(self.tau, self.w, forward=grip, backward=-grip, upper=grip, lower=-grip)
+        yield rub(self.tau, self.w, grip)
 
     system = one(equations, d, phi=held(), w=held(d["w0"]), tau=free(), power=free())
     of = {
@@ -140,9 +134,7 @@ def simultaneous_decoupled(p):
             yield lp.der(self.phi) == self.w
             yield self.J * lp.der(self.w) == -self.tau
             yield self.square == self.w**2
-            yield lp.hold(
-                self.tau, self.w, forward=self.M, backward=-self.M, upper=self.M, lower=-self.M
-            )
+            yield rub(self.tau, self.w, self.M)
 
     model = lp.compose(
         a=Brakes(J=p["Ja"], M=p["Ma"], w0=p["wa"]), b=Brakes(J=p["Jb"], M=p["Mb"], w0=p["wb"])
@@ -180,14 +172,12 @@ def ten_masses_friction(p):
             pull = [getattr(self, f"k{i}") * (x[i] - x[i - 1]) for i in range(1, 11)] + [self.F0]
             for i in range(1, 11):
                 yield lp.der(x[i]) == v[i]
-                rub = self.f if i == 5 else 0
+                drag = self.f if i == 5 else 0
                 m = self.m5 if i == 5 else self.m
-                yield m * lp.der(v[i]) == pull[i] - pull[i - 1] - rub
+                yield m * lp.der(v[i]) == pull[i] - pull[i - 1] - drag
             yield self.power == self.f * self.v5
             yield self.wall == pull[0]
-            yield lp.hold(
-                self.f, self.v5, forward=self.Fc, backward=-self.Fc, upper=self.Fc, lower=-self.Fc
-            )
+            yield rub(self.f, self.v5, self.Fc)
 
     of = {
         "x10_end": fun.final("x10"),
