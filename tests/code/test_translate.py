@@ -61,7 +61,7 @@ CODES = []
 
 
 def by_llvm(functions):
-    code = Code(compile_module(as_llvm(functions), True))
+    code = Code(compile_module(True, as_llvm(functions)))
     CODES.append(code)  # machine code lives as long as this
     return {name: _CALL(code.address(name)) for name in functions}
 
