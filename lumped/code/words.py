@@ -90,24 +90,25 @@ class Library:
 
 
 def _load_library() -> Any:
-    """The C library's mathematical functions."""
+    """The mathematical functions of the C library."""
     library = ctypes.CDLL(ctypes.util.find_library("m") or ctypes.util.find_library("msvcrt"))
-    for name in (*_ONE, *_TWO):
+    for name in (*ONE, *TWO):
         function = getattr(library, name)
         function.restype = ctypes.c_double
-        function.argtypes = [ctypes.c_double] * (2 if name in _TWO else 1)
+        function.argtypes = [ctypes.c_double] * (2 if name in TWO else 1)
     return library
 
 
-_ONE = (
+ONE = (
     *("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh"),
     *("acosh", "atanh", "exp", "expm1", "log", "log1p", "erf", "floor", "ceil"),
 )
-_TWO = ("atan2", "hypot", "fmod", "remainder", "copysign", "fmin", "fmax", "pow")
+TWO = ("atan2", "hypot", "fmod", "remainder", "copysign", "fmin", "fmax", "pow")
+"""Functions of the C library with one argument, and with two."""
 _LIBRARY = _load_library()
-(sqrt, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, asinh) = map(Library, _ONE[:11])
-(acosh, atanh, exp, expm1, log, log1p, erf, floor, ceil) = map(Library, _ONE[11:])
-(atan2, hypot, fmod, remainder, copysign, fmin, fmax, power) = map(Library, _TWO)
+(sqrt, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, asinh) = map(Library, ONE[:11])
+(acosh, atanh, exp, expm1, log, log1p, erf, floor, ceil) = map(Library, ONE[11:])
+(atan2, hypot, fmod, remainder, copysign, fmin, fmax, power) = map(Library, TWO)
 
 
 @dataclass(frozen=True, eq=False)
