@@ -11,24 +11,7 @@ from __future__ import annotations
 
 from lumped.code.emit_llvm import Body
 from lumped.code.operations import RESULT, Operations
-from lumped.code.taylor import (
-    CHOSEN,
-    COPIED,
-    DIFFERENCE,
-    INTEGRAL,
-    NEGATIVE,
-    OF_STATE,
-    OF_TIME,
-    PRODUCT,
-    QUOTIENT,
-    SCALED,
-    SUM,
-    TWICE,
-    WRITTEN,
-    Recurrence,
-    Series,
-    series_of,
-)
+from lumped.code.taylor import Kind, Recurrence, Series, series_of
 from lumped.code.taylor_places import TOGETHER, Factor, Group, Pair, Places, factors_of
 
 _MOST_VECTORS = 8
@@ -136,7 +119,7 @@ class _Later(Body):
         """Instructions of a chunk."""
         kind, one, zero = self._number, self._constant(1.0), self._constant(0.0)
         order = self._put("uitofp i64 %k to double")
-        self._order = self._spread(order)
+        self._order = self._spread(order, self._lanes)
         self._over = self._put(f"fdiv {kind} {one}, {self._order}")
         after = self._put(f"fadd {kind} {self._order}, {one}")
         over_next = self._put(f"fdiv {kind} {one}, {after}")
@@ -144,15 +127,15 @@ class _Later(Body):
         row = self._put(f"mul i64 %k, {self._width}")
         sums = self._sums(groups)
         for r in rows:
-            if r.kind == WRITTEN:
+            if r.kind == Kind.WRITTEN:
                 found = zero
                 if r.a >= 0:
                     found = self._put(f"fmul {kind} {self._get(r.a)}, {over_next}")
                 self._store_from("out", row, self._width + r.value, found)
                 continue
-            if r.kind == OF_STATE:
+            if r.kind == Kind.OF_STATE:
                 found = self._load_from("out", row, r.a)
-            elif r.kind == OF_TIME:
+            elif r.kind == Kind.OF_TIME:
                 is_first = self._put("icmp eq i64 %k, 1")
                 found = self._put(f"select i1 {is_first}, {kind} {one}, {kind} {zero}")
             elif (factors := factors_of(r)) is not None:
@@ -170,35 +153,36 @@ class _Later(Body):
 
     def _linear(self, r: Recurrence) -> str:
         kind, a = self._number, self._get(r.a)
-        if r.kind == COPIED:
+        if r.kind == Kind.COPIED:
             return a
-        if r.kind == NEGATIVE:
+        if r.kind == Kind.NEGATIVE:
             return self._put(f"fneg {kind} {a}")
-        if r.kind == TWICE:
+        if r.kind == Kind.TWICE:
             return self._put(f"fadd {kind} {a}, {a}")
-        if r.kind == SCALED:
+        if r.kind == Kind.SCALED:
             return self._put(f"fmul {kind} {self._load_value(r.b)}, {a}")
-        if r.kind == CHOSEN:
-            is_on = self._truth_of(self._load_value(r.b))
-            return self._select(is_on, a, self._constant(0.0))
-        word = {SUM: "fadd", DIFFERENCE: "fsub"}[r.kind]
+        if r.kind == Kind.CHOSEN:
+            zero = self._constant(0.0)
+            is_on = self._put(f"fcmp une {kind} {self._load_value(r.b)}, {zero}")
+            return self._select(is_on, a, zero)
+        word = {Kind.SUM: "fadd", Kind.DIFFERENCE: "fsub"}[r.kind]
         return self._put(f"{word} {kind} {a}, {self._get(r.b)}")
 
     def _by_sum(self, r: Recurrence, total: str) -> str:
         """A coefficient from the sum over the orders between, and its ends."""
         kind = self._number
-        if r.kind == PRODUCT:
+        if r.kind == Kind.PRODUCT:
             first = self._put(f"fmul {kind} {self._get(r.a)}, {self._begin((False, r.b))}")
             last = self._put(f"fmul {kind} {self._begin((False, r.a))}, {self._get(r.b)}")
             ends = self._put(f"fadd {kind} {first}, {last}")
             return self._put(f"fadd {kind} {total}, {ends}")
-        if r.kind == INTEGRAL:
+        if r.kind == Kind.INTEGRAL:
             slope = self._put(f"fmul {kind} {self._order}, {self._get(r.a)}")
             first = self._put(f"fmul {kind} {slope}, {self._begin((False, r.b))}")
             whole = self._put(f"fadd {kind} {total}, {first}")
             found = self._put(f"fmul {kind} {whole}, {self._over}")
             return found if r.sign > 0 else self._put(f"fneg {kind} {found}")
-        if r.kind == QUOTIENT:
+        if r.kind == Kind.QUOTIENT:
             last = self._put(f"fmul {kind} {self._get(r.b)}, {self._begin((False, r.value))}")
             total = self._put(f"fadd {kind} {total}, {last}")
         over = self._get(r.a) if r.a >= 0 else self._constant(0.0)
@@ -230,15 +214,6 @@ class _Later(Body):
     def _store_from(self, base: str, row: str, column: int, value: str) -> None:
         place = self._place_from(base, row, column)
         self._text.append(f"  store {self._number} {value}, ptr {place}, align 8")
-
-    def _spread(self, number: str) -> str:
-        """A single number in all lanes."""
-        if self._lanes == 1:
-            return number
-        kind = self._number
-        one = self._put(f"insertelement {kind} undef, double {number}, i32 0")
-        zeros = f"<{self._lanes} x i32> zeroinitializer"
-        return self._put(f"shufflevector {kind} {one}, {kind} undef, {zeros}")
 
     def _sums(self, groups: list[Group]) -> dict[Pair, str]:
         """Sums over the orders between zero and k, of one factor's rising, the other's falling."""
