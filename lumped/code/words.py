@@ -187,3 +187,28 @@ def make_kernel(name: str, source: str, space: dict[str, Any]) -> Any:
     exec("from __future__ import annotations\n" + source, space, own)
     function = own[name]
     return Kernel(f"{space['__name__']}.{name}", source, space, function)
+
+
+@kernel
+def copy_numbers(count: int, given: Numbers, out: Numbers) -> None:
+    """Copy so many numbers."""
+    for i in range(count):
+        out[i] = given[i]
+
+
+@kernel
+def least_of(given: Numbers, top: int) -> float:
+    """The least of the first number and so many after it."""
+    found = given[0]
+    for j in range(1, top + 1):
+        found = min(found, given[j])
+    return found
+
+
+@kernel
+def greatest_of(given: Numbers, top: int) -> float:
+    """The greatest of the first number and so many after it."""
+    found = given[0]
+    for j in range(1, top + 1):
+        found = max(found, given[j])
+    return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Numbers, copy_numbers, kernel
 from lumped.flattening.hold_modes import BACKWARD, FORWARD, STUCK
 from lumped.kernel.instants.positions import find_positions
 from lumped.kernel.interpret import evaluate
@@ -72,8 +72,7 @@ def _settle(run: Run) -> int:
         return status
     run.phase = run.next_phase
     _note_changes(run)
-    for i in range(run.plant.settings):
-        run.m[i] = run.instant.m[i]
+    copy_numbers(run.plant.settings, run.instant.m, run.m)
     for i in range(run.plant.states):
         run.x[i] = run.instant.x[i]
         run.largest[i] = max(run.largest[i], abs(run.x[i]))
@@ -98,8 +97,7 @@ def must_jump(run: Run) -> bool:
 def _begin_segment(run: Run) -> int:
     """Set the functions of time for the next segment, at an instant known before."""
     plant, k = run.plant, run.segment
-    for i in range(plant.settings):
-        run.instant.before[i] = run.m[i]
+    copy_numbers(plant.settings, run.m, run.instant.before)
     run.t, run.end = run.edges[k], run.edges[k + 1]
     for i in range(run.timed):
         run.m[run.timed_setting[i]] = run.timed_values[k * run.timed + i]
@@ -118,8 +116,7 @@ def _cross(run: Run) -> int:
         run.largest[i] = max(run.largest[i], abs(run.x[i]))
     run.t = run.t_cross
     record_edge(run)
-    for i in range(run.plant.settings):
-        run.instant.before[i] = run.m[i]
+    copy_numbers(run.plant.settings, run.m, run.instant.before)
     run.next_phase = OPEN_CROSSING
     return _settle(run)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Numbers, copy_numbers, kernel
 from lumped.kernel.enclosures.extremes import (
     LOWEST,
     MOST_PARTS,
@@ -116,8 +116,7 @@ def _integrate(run: Run, k: int, begin: float, end: float) -> None:
     n, coarse, fine, parts, is_close = watch.integrands, watch.coarse, watch.fine, 1, False
     _gauss(run, begin, end, 1, fine)
     while not is_close and parts < MOST_PARTS:
-        for i in range(n):
-            coarse[i] = fine[i]
+        copy_numbers(n, fine, coarse)
         parts *= 2
         _gauss(run, begin, end, parts, fine)
         is_close = True

@@ -9,7 +9,7 @@ the polynomials, however short a margin is below zero.
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Numbers, copy_numbers, kernel
 from lumped.kernel.enclosures.enclosure import enclose, select, select_open, value_at
 from lumped.kernel.enclosures.models import REST, SIZE, to_bernstein
 from lumped.kernel.interpret import evaluate
@@ -209,8 +209,7 @@ def _stand(run: Run, part: float) -> None:
     if part < 1.0:
         inside(run, part, run.inner)
     else:
-        for i in range(plant.states):
-            run.inner[i] = run.new[i]
+        copy_numbers(plant.states, run.new, run.inner)
     evaluate(plant.margin, run, run.inner, run.t_cross, run.m, run.margin)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Numbers, copy_numbers, kernel
 from lumped.kernel.instant_search import InstantSearch, Look
 from lumped.kernel.plant import Plant
 from lumped.kernel.rounds import may_change
@@ -23,8 +23,7 @@ def _enter(plant: Plant, m: Numbers, k: int, piece: int) -> None:
     """Settings of a piece of a table."""
     width = plant.piece_width[k]
     row = plant.pieces[plant.first_piece[k] + piece * width :]
-    for i in range(width):
-        m[plant.condition_setting[k] + i] = row[i]
+    copy_numbers(width, row, m[plant.condition_setting[k] :])
 
 
 @kernel
@@ -46,8 +45,7 @@ def copy_conditions(plant: Plant, begin: Numbers, to: Numbers) -> None:
     """Copy the settings of all conditions."""
     for k in range(plant.conditions):
         first = plant.condition_setting[k]
-        for i in range(first, first + plant.piece_width[k]):
-            to[i] = begin[i]
+        copy_numbers(plant.piece_width[k], begin[first:], to[first:])
 
 
 @kernel

@@ -58,13 +58,6 @@ def release_demands(plant: Plant, m: Numbers) -> None:
 
 
 @kernel
-def copy_settings(plant: Plant, begin: Numbers, to: Numbers) -> None:
-    """Copy all settings."""
-    for i in range(plant.settings):
-        to[i] = begin[i]
-
-
-@kernel
 def look_at(run: Run, x: Numbers, m: Numbers, look: Look) -> None:
     """Evaluate all quantities that decide positions; missing limits are infinite.
 

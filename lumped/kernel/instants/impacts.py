@@ -13,14 +13,13 @@ Potra, Nonlinear Dynamics 14 (1997) 231).
 
 from __future__ import annotations
 
-from lumped.code.words import kernel
+from lumped.code.words import copy_numbers, kernel
 from lumped.flattening.hold_modes import BACKWARD, DEMAND, FORWARD, STUCK
 from lumped.kernel.instant_search import Look
 from lumped.kernel.instants.holds import (
     ROUNDING,
     STANDSTILL,
     TOUCHING,
-    copy_settings,
     is_held,
     look_at,
     set_position,
@@ -52,7 +51,7 @@ def halt(run: Run, seen: Look) -> bool:
     """
     plant, instant, trial = run.plant, run.instant, run.instant.trial
     fastest = 0.0
-    copy_settings(plant, instant.m, trial)
+    copy_numbers(plant.settings, instant.m, trial)
     for h in range(plant.holds):
         if is_held(plant, instant.m, h):
             trial[plant.hold_setting[h] + DEMAND] = -seen.speed[h]
@@ -88,7 +87,7 @@ def _closes(run: Run, seen: Look, h: int) -> bool:
 def _returns_at_once(run: Run, h: int, v: float) -> bool:
     """Whether a contact that opens at a speed closes again at once, or rises by nothing."""
     plant, instant = run.plant, run.instant
-    copy_settings(plant, instant.m, instant.trial)
+    copy_numbers(plant.settings, instant.m, instant.trial)
     set_position(plant, instant.trial, h, FORWARD)
     look_at(run, instant.x, instant.trial, instant.at_rest)
     a = instant.at_rest.acceleration[h]
@@ -146,11 +145,9 @@ def _impact(run: Run, seen: Look) -> bool:
     redundant constraints may contradict each other.
     """
     plant, instant = run.plant, run.instant
-    for i in range(plant.states):
-        instant.x_before[i] = instant.x[i]
+    copy_numbers(plant.states, instant.x, instant.x_before)
     for _ in range(plant.holds + 3):
-        for i in range(plant.states):
-            instant.x[i] = instant.x_before[i]
+        copy_numbers(plant.states, instant.x_before, instant.x)
         gather(run, seen)
         is_found = find_impulses(run, seen)
         if _bounces(run) and (not is_found or gains_energy(run, seen)):

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from lumped.code.words import kernel
+from lumped.code.words import copy_numbers, kernel
 from lumped.flattening.hold_modes import BACKWARD, DEMAND, FORWARD, STUCK
 from lumped.kernel.instant_search import Look
 from lumped.kernel.instants.holds import (
     ROUNDING,
     TOUCHING,
-    copy_settings,
     is_held,
     look_at,
     set_position,
@@ -75,7 +74,7 @@ def push(run: Run, seen: Look) -> None:
     """Impulses, and speeds beyond those that are asked for, at the present places."""
     plant, instant, problem = run.plant, run.instant, run.instant.problem
     trial, rest, pushed = instant.trial, instant.at_rest, instant.pushed
-    copy_settings(plant, instant.m, trial)
+    copy_numbers(plant.settings, instant.m, trial)
     if run.may_be_redundant:
         weigh(run, instant.x, trial)
     _free(run)

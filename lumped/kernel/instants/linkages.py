@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Numbers, copy_numbers, kernel
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
@@ -48,8 +48,7 @@ def close(run: Run, x: Numbers, t: float, m: Numbers) -> bool:
     if n == 0:
         return True
     now, given = m[plant.settings - n :], run.first_guess
-    for i in range(n):
-        given[i] = now[i]
+    copy_numbers(n, now, given)
     if converge(run, x, t, m):
         return True
     for k in range(_DISTANCES * _ROUNDS):

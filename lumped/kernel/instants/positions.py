@@ -6,7 +6,7 @@ forward, backward or free.
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Numbers, copy_numbers, kernel
 from lumped.flattening.hold_modes import BACKWARD, COMPLIANCE, FORWARD, PARTED, STUCK
 from lumped.kernel.instant_search import InstantSearch, Look
 from lumped.kernel.instants.conditions import (
@@ -20,7 +20,6 @@ from lumped.kernel.instants.conditions import (
 from lumped.kernel.instants.holds import (
     STANDSTILL,
     TOUCHING,
-    copy_settings,
     is_at_rest,
     is_held,
     look_at,
@@ -211,9 +210,8 @@ def _flip(run: Run) -> None:
 def _prepare(run: Run) -> None:
     """Copy the states and settings of the run, which the search then changes."""
     plant, instant = run.plant, run.instant
-    for i in range(plant.states):
-        instant.x[i] = run.x[i]
-    copy_settings(plant, run.m, instant.m)
+    copy_numbers(plant.states, run.x, instant.x)
+    copy_numbers(plant.settings, run.m, instant.m)
     any_stuck = False
     for h in range(plant.holds):
         instant.was_stuck[h] = is_held(plant, instant.before, h)
@@ -325,9 +323,8 @@ def _begin_positions(run: Run) -> int:
         look_at(run, run.x, run.m, instant.seen)
         # at the start, not just after it, so that a clock ticks at zero
         set_by_sides(plant, instant.seen, run.m)
-    for h in range(plant.holds):
-        instant.speed_at_begin[h] = instant.seen.speed[h]
-    copy_settings(plant, run.m, instant.before)
+    copy_numbers(plant.holds, instant.seen.speed, instant.speed_at_begin)
+    copy_numbers(plant.settings, run.m, instant.before)
     instant.fired_count = 0
     instant.prepared_at = -_INFINITE
     watch_redundancy(run)

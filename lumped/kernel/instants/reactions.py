@@ -10,13 +10,12 @@ as those of lossy gears, are part of it.
 
 from __future__ import annotations
 
-from lumped.code.words import kernel
+from lumped.code.words import copy_numbers, kernel
 from lumped.flattening.hold_modes import BACKWARD, FORWARD, SHARE, STUCK
 from lumped.kernel.instant_search import Look
 from lumped.kernel.instants.conditions import copy_conditions, turn_wrong
 from lumped.kernel.instants.holds import (
     TOUCHING,
-    copy_settings,
     is_at_rest,
     is_shared,
     look_at,
@@ -257,7 +256,7 @@ def _know_room(run: Run) -> None:
     """Accelerations that are rounding: a small part of those without any hold of the problem."""
     plant, instant, problem = run.plant, run.instant, run.instant.problem
     free, largest = instant.pushed, 0.0
-    copy_settings(plant, instant.trial, instant.sole)
+    copy_numbers(plant.settings, instant.trial, instant.sole)
     for h in range(plant.holds):
         if problem.place[h] != OUTSIDE:
             set_position(plant, instant.sole, h, FREE)
@@ -332,7 +331,7 @@ def settle_reactions(run: Run, seen: Look, calm: float) -> int:
                 instant.is_exhausted = instant.is_exhausted or abs(problem.motion[h]) > calm
     if not (_find_right_places(run) or instant.is_exhausted):
         return CHANGES if _let_blocking_go(run) else FITS
-    copy_settings(plant, instant.m, instant.trial)
+    copy_numbers(plant.settings, instant.m, instant.trial)
     if run.may_be_redundant:
         weigh(run, instant.x, instant.trial)
         _know_room(run)

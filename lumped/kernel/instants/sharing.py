@@ -8,10 +8,10 @@ load, `lumped.kernel.instants.reactions` finds.
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel, sqrt
+from lumped.code.words import Numbers, copy_numbers, kernel, sqrt
 from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, SHARE, SLACK
 from lumped.kernel.instant_search import Look
-from lumped.kernel.instants.holds import copy_settings, is_held, is_shared, look_at
+from lumped.kernel.instants.holds import is_held, is_shared, look_at
 from lumped.kernel.instants.reserve import largest_reserve
 from lumped.kernel.instants.yielding import COMPLIANT, soften, yield_from
 from lumped.kernel.run import Run
@@ -153,7 +153,7 @@ def _ask_each(run: Run, x: Numbers, m: Numbers) -> None:
     """
     plant, instant, trial = run.plant, run.instant, run.instant.trial
     n, rest, pushed = plant.holds, run.instant.at_rest, run.instant.pushed
-    copy_settings(plant, m, trial)
+    copy_numbers(plant.settings, m, trial)
     for i in range(n):
         if not is_held(plant, m, i):
             continue

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from lumped.code.records import Record
-from lumped.code.words import Integers, Numbers, kernel
+from lumped.code.words import Integers, Numbers, copy_numbers, kernel
 from lumped.kernel.clocks import Clocks, place_instants, set_clocks
 from lumped.kernel.enclosures.crossing import find_below
 from lumped.kernel.instants.positions import begin
@@ -125,17 +125,14 @@ def _place(variants: Variants) -> None:
     """Set the parameters of the variant, and where it begins."""
     run = variants.run
     _renew(run)
-    for i in range(variants.parameters):
-        run.p[i] = variants.nominal[i]
+    copy_numbers(variants.parameters, variants.nominal, run.p)
     row = variants.values[variants.number * variants.columns :]
     for i in range(variants.columns):
         run.p[variants.place[i]] = row[i]
     prepare(run)
     run.t = variants.first_time
-    for i in range(run.plant.states):
-        run.x[i] = variants.x_first[i]
-    for i in range(run.plant.settings):
-        run.m[i] = variants.m_first[i]
+    copy_numbers(run.plant.states, variants.x_first, run.x)
+    copy_numbers(run.plant.settings, variants.m_first, run.m)
 
 
 @kernel
@@ -150,8 +147,7 @@ def _find_states(variants: Variants) -> bool:
             return False
         if i >= n and i + 1 < variants.start_count and size > 0.0 and size * _LARGEST < 1.0:
             return False
-    for i in range(n):
-        variants.x_first[i] = found[i]
+    copy_numbers(n, found, variants.x_first)
     return found[variants.start_count - 1] <= variants.tolerated
 
 
@@ -169,35 +165,28 @@ def _begin_variant(variants: Variants) -> int:
     """States and positions at the start of the variant that is due."""
     run, plant = variants.run, variants.run.plant
     if variants.knows_start:
-        for i in range(plant.states):
-            variants.x_first[i] = variants.x_known[i]
-        for i in range(plant.settings):
-            variants.m_first[i] = variants.m_known[i]
+        copy_numbers(plant.states, variants.x_known, variants.x_first)
+        copy_numbers(plant.settings, variants.m_known, variants.m_first)
         _place(variants)
     else:
-        for i in range(plant.settings):
-            variants.m_first[i] = variants.first_settings[i]
+        copy_numbers(plant.settings, variants.first_settings, variants.m_first)
         _place(variants)
         set_clocks(variants.clocks, run, variants.m_first)
-        for i in range(plant.settings):
-            run.m[i] = variants.m_first[i]
+        copy_numbers(plant.settings, variants.m_first, run.m)
         if not _find_states(variants):
             return NO_START
         if variants.begins:
             _place(variants)
             if begin(run) != GOES_ON:
                 return NO_START
-            for i in range(plant.states):
-                variants.x_first[i] = run.instant.x[i]
-            for i in range(plant.settings):
-                variants.m_first[i] = run.instant.m[i]
+            copy_numbers(plant.states, run.instant.x, variants.x_first)
+            copy_numbers(plant.settings, run.instant.m, variants.m_first)
             begin_watch(run)
             note_collisions(run)
             _place(variants)
         else:
             begin_watch(run)
-            for i in range(plant.states):
-                run.x[i] = variants.x_first[i]
+            copy_numbers(plant.states, variants.x_first, run.x)
     if variants.knows_start:
         begin_watch(run)
         for i in range(variants.collisions):
