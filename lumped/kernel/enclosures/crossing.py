@@ -38,17 +38,6 @@ _CLEAR, _FALLS, _OPEN = range(3)
 
 
 @kernel
-def _may_fire(run: Run) -> bool:
-    """Whether a margin may be below zero in the step; leaves lower bounds of all."""
-    set_all_ranges(run)
-    evaluate(run.plant.margin_floor, run, run.ranges, run.t, run.m, run.floor)
-    for k in range(run.plant.margins):
-        if not run.floor[k] >= 0.0:
-            return True
-    return False
-
-
-@kernel
 def _value(run: Run, k: int, part: float, extra: float) -> float:
     """A margin at a part of the step, plus a multiple of its tolerance."""
     margin = run.at_begin[k]
@@ -236,7 +225,12 @@ def find_crossing(run: Run) -> bool:
 
     Leaves the states there in `inner`, the time in `t_cross`, and the margins that fired.
     """
-    return _may_fire(run) and find_below(run)
+    set_all_ranges(run)
+    evaluate(run.plant.margin_floor, run, run.ranges, run.t, run.m, run.floor)
+    for k in range(run.plant.margins):
+        if not run.floor[k] >= 0.0:
+            return find_below(run)
+    return False
 
 
 @kernel

@@ -22,6 +22,7 @@ from lumped.kernel.instants.holds import (
     TOUCHING,
     is_held,
     look_at,
+    position_of,
     set_position,
     standstills,
     stop,
@@ -35,6 +36,7 @@ from lumped.kernel.instants.impulses import (
     strike,
 )
 from lumped.kernel.instants.problem import AT_UPPER, OUTSIDE, WITHIN
+from lumped.kernel.plant import FREE
 from lumped.kernel.run import Run
 
 NOTHING_CLOSES, HAS_COLLIDED, NO_ANSWER = range(3)
@@ -71,16 +73,15 @@ def halt(run: Run, seen: Look) -> bool:
 def _closes(run: Run, seen: Look, h: int) -> bool:
     """Whether a constraint without limit closes at a speed."""
     plant, instant = run.plant, run.instant
-    m, v = instant.m[plant.hold_setting[h] :], seen.speed[h]
+    position, v = position_of(plant, instant.m, h), seen.speed[h]
     rest = max(instant.rest_speed[h], ROUNDING * instant.fastest)
-    acts = m[STUCK] > 0.5 or m[FORWARD] > 0.5 or m[BACKWARD] > 0.5
     near = not plant.has_gap[h] or seen.gap[h] <= TOUCHING or instant.is_halted[h]
     comes = v < -rest and not plant.has_backward[h] and near
     comes = comes or (v > rest and not plant.has_forward[h])
     comes = comes and (not instant.is_halted[h] or plant.has_gap[h]) and not instant.is_settled[h]
     if not instant.has_moved:
-        comes = comes and (m[STUCK] < 0.5 or not instant.was_stuck[h])
-    return plant.is_impulsive[h] and acts and comes
+        comes = comes and (position != STUCK or not instant.was_stuck[h])
+    return plant.is_impulsive[h] and position != FREE and comes
 
 
 @kernel

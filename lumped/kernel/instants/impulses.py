@@ -10,6 +10,7 @@ from lumped.kernel.instants.holds import (
     TOUCHING,
     is_held,
     look_at,
+    position_of,
     set_position,
 )
 from lumped.kernel.instants.problem import (
@@ -41,16 +42,15 @@ def gather(run: Run, seen: Look) -> None:
     """Find the holds that may take part in an impact, and their speeds after it."""
     plant, instant, problem = run.plant, run.instant, run.instant.problem
     for h in range(plant.holds):
-        own = instant.m[plant.hold_setting[h] :]
-        closes, held = instant.is_closing[h] != 0, own[STUCK] > 0.5
+        position, closes = position_of(plant, instant.m, h), instant.is_closing[h] != 0
         near = not plant.has_gap[h] or seen.gap[h] <= TOUCHING
         joins = near and (plant.is_impulsive[h] or plant.is_pressed[h])
         place = OUTSIDE
-        if plant.is_impulsive[h] and (closes or held):
+        if plant.is_impulsive[h] and (closes or position == STUCK):
             place = WITHIN
-        elif joins and own[FORWARD] > 0.5:
+        elif joins and position == FORWARD:
             place = AT_UPPER
-        elif joins and own[BACKWARD] > 0.5:
+        elif joins and position == BACKWARD:
             place = AT_LOWER
         problem.place[h], problem.beyond[h] = place, 0.0
         instant.leaving[h] = -instant.bounce[h] * seen.speed[h] if closes else 0.0

@@ -6,7 +6,7 @@ forward, backward or free.
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, copy_numbers, kernel
+from lumped.code.words import copy_numbers, kernel
 from lumped.flattening.hold_modes import BACKWARD, COMPLIANCE, FORWARD, PARTED, STUCK
 from lumped.kernel.instant_search import InstantSearch, Look
 from lumped.kernel.instants.conditions import (
@@ -23,6 +23,7 @@ from lumped.kernel.instants.holds import (
     is_at_rest,
     is_held,
     look_at,
+    position_of,
     release_demands,
     set_position,
     standstills,
@@ -52,12 +53,6 @@ KEEPS = -2
 
 
 @kernel
-def _acts(plant: Plant, m: Numbers, h: int) -> bool:
-    own = m[plant.hold_setting[h] :]
-    return own[STUCK] > 0.5 or own[FORWARD] > 0.5 or own[BACKWARD] > 0.5
-
-
-@kernel
 def _first_position(plant: Plant, instant: InstantSearch, seen: Look, h: int) -> int:
     """Position of a hold that begins to act, from its speed and gap alone."""
     v, least = seen.speed[h], instant.rest_speed[h]
@@ -79,7 +74,7 @@ def _engage(run: Run, seen: Look) -> bool:
     for h in range(plant.holds):
         condition = plant.engaged_by[h]
         is_engaged = condition < 0 or instant.m[condition] > 0.5
-        if is_engaged == _acts(plant, instant.m, h):
+        if is_engaged == (position_of(plant, instant.m, h) != FREE):
             continue
         if not any_changes:
             standstills(plant, instant)

@@ -19,6 +19,7 @@ from lumped.kernel.instants.holds import (
     is_at_rest,
     is_shared,
     look_at,
+    position_of,
     set_position,
 )
 from lumped.kernel.instants.problem import (
@@ -80,15 +81,13 @@ def _gather(run: Run, seen: Look) -> None:
     """Find the holds at rest, with what they carry in their positions."""
     plant, instant, problem = run.plant, run.instant, run.instant.problem
     for h in range(plant.holds):
-        own = instant.m[plant.hold_setting[h] :]
-        problem.place[h] = OUTSIDE
-        problem.slides[h] = 0
-        problem.beyond[h] = 0.0
-        if own[STUCK] > 0.5:
+        position = position_of(plant, instant.m, h)
+        problem.place[h], problem.slides[h], problem.beyond[h] = OUTSIDE, 0, 0.0
+        if position == STUCK:
             problem.place[h] = WITHIN
-        elif own[FORWARD] > 0.5 and _ends_here(run, seen, h, True):
+        elif position == FORWARD and _ends_here(run, seen, h, True):
             problem.place[h], problem.slides[h] = AT_UPPER, 1
-        elif own[BACKWARD] > 0.5 and _ends_here(run, seen, h, False):
+        elif position == BACKWARD and _ends_here(run, seen, h, False):
             problem.place[h], problem.slides[h] = AT_LOWER, 1
         problem.carried[h], problem.motion[h] = seen.reaction[h], seen.acceleration[h]
         problem.most[h], problem.least[h] = seen.upper[h], seen.lower[h]

@@ -80,14 +80,6 @@ def _softest(run: Run, x: Numbers, alone: Numbers) -> float:
 
 
 @kernel
-def _know_yielding(run: Run, x: Numbers, m: Numbers) -> None:
-    """The compliance of redundant constraints, found once in a run."""
-    if run.yielding < 0.0:
-        copy_numbers(run.plant.settings, m, run.instant.sole)
-        run.yielding = COMPLIANT * _softest(run, x, run.instant.sole)
-
-
-@kernel
 def soften(run: Run, x: Numbers, m: Numbers) -> bool:
     """Let holds that stick yield a little if they are redundant; whether they are."""
     plant, instant = run.plant, run.instant
@@ -147,7 +139,9 @@ def _keep_rigid(run: Run, x: Numbers, m: Numbers) -> None:
 def weigh(run: Run, x: Numbers, m: Numbers) -> None:
     """Let all holds yield while they stick, the weaker ones more."""
     plant, instant = run.plant, run.instant
-    _know_yielding(run, x, m)
+    if run.yielding < 0.0:  # found once in a run
+        copy_numbers(plant.settings, m, instant.sole)
+        run.yielding = COMPLIANT * _softest(run, x, instant.sole)
     look, strongest, heaviest = instant.at_rest, 0.0, 0.0
     for h in range(plant.holds):
         m[plant.hold_setting[h] + COMPLIANCE] = run.yielding

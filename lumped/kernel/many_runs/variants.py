@@ -8,10 +8,11 @@ from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers, copy_numbers, kernel
 from lumped.kernel.clocks import Clocks, place_instants, set_clocks
 from lumped.kernel.enclosures.crossing import find_below
+from lumped.kernel.instants.holds import position_of
 from lumped.kernel.instants.positions import begin
 from lumped.kernel.instants.yielding import watch_redundancy
 from lumped.kernel.interpret import evaluate, prepare
-from lumped.kernel.loop import position_of, until_steps
+from lumped.kernel.loop import until_steps
 from lumped.kernel.observe import begin_watch, end_watch, observe, observe_event
 from lumped.kernel.plant import Function
 from lumped.kernel.run import (
@@ -25,7 +26,7 @@ from lumped.kernel.run import (
     UNFIT,
     Run,
 )
-from lumped.kernel.steps import advance, advance_alone, attempt_once, end_attempt, leave_step
+from lumped.kernel.steps import advance, attempt_once, end_attempt, leave_step
 
 _LARGEST = 1e100
 """Size of start values beyond which their powers are not finite."""
@@ -113,18 +114,11 @@ class Variants(Record):
 
 
 @kernel
-def _renew(run: Run) -> None:
-    """Bring a run and all that it writes to what they were at first."""
-    now, first = run.memory, run.memory_at_first
-    for i in range(run.memory_size):
-        now[i] = first[i]
-
-
-@kernel
 def _place(variants: Variants) -> None:
-    """Set the parameters of the variant, and where it begins."""
-    run = variants.run
-    _renew(run)
+    """Set the parameters of the variant, and where it begins; all else is as it was at first."""
+    run, memory = variants.run, variants.run.memory
+    for i in range(run.memory_size):
+        memory[i] = run.memory_at_first[i]
     copy_numbers(variants.parameters, variants.nominal, run.p)
     row = variants.values[variants.number * variants.columns :]
     for i in range(variants.columns):
@@ -203,22 +197,16 @@ def take(run: Run, out: Numbers) -> None:
     """Take what functionals are at the end of a run."""
     watch = run.watch
     end_watch(run)
-    n = 0
-    for i in range(watch.integrands):
-        out[n] = watch.sums[i]
-        n += 1
-    for i in range(watch.extremes):
-        out[n] = watch.best[i]
-        n += 1
-    for i in range(watch.loads):
-        out[n] = watch.count.damage[i]
-        n += 1
-    for i in range(watch.points):
-        out[n] = watch.totals[i]
-        n += 1
-    for i in range(watch.finals):
-        out[n] = watch.last[i]
-        n += 1
+    copy_numbers(watch.integrands, watch.sums, out)
+    n = watch.integrands
+    copy_numbers(watch.extremes, watch.best, out[n:])
+    n += watch.extremes
+    copy_numbers(watch.loads, watch.count.damage, out[n:])
+    n += watch.loads
+    copy_numbers(watch.points, watch.totals, out[n:])
+    n += watch.points
+    copy_numbers(watch.finals, watch.last, out[n:])
+    n += watch.finals
     for i in range(watch.wanted_events):
         number, count = watch.event_number[i], watch.happened[i]
         if number < 0 and count + number >= 0:
@@ -260,7 +248,7 @@ def until_steps_of(variants: Variants) -> int:
             if status == GOES_ON:
                 if not (run.is_implicit or run.shares):
                     return GOES_ON
-                status = advance_alone(run)
+                status = advance(run, True)
                 if status == GOES_ON:
                     continue
         if status == FULL or status == NEEDS_MATRIX or status == UNFIT or status == ASKS:
@@ -283,7 +271,7 @@ def variants(variants: Variants) -> int:
     """Run variants until all are done or Python must act (see `lumped.kernel.run`)."""
     status = until_steps_of(variants)
     while status == GOES_ON:
-        status = after_attempt(variants, advance(variants.run))
+        status = after_attempt(variants, advance(variants.run, False))
     return status
 
 
