@@ -97,7 +97,7 @@ class Language(Protocol):
     def any_of(self, truths: Value) -> Value: ...
 
 
-class Writer(Language):
+class Writer(Language, ast.NodeVisitor):
     """Reads one function, statement by statement, and writes it in a language.
 
     Attributes
@@ -146,34 +146,40 @@ class Writer(Language):
     def block(self, body: list[ast.stmt]) -> None:
         """Statements one after the other."""
         for node in body:
-            self._statement(node)
+            self.visit(node)
 
-    def _statement(self, node: ast.stmt) -> None:
-        if isinstance(node, ast.Assign):
-            self._assign(node)
-        elif isinstance(node, ast.AugAssign):
-            old = ast.parse(ast.unparse(node.target), mode="eval").body
-            self._set(node.target, self.value(ast.BinOp(old, node.op, node.value)))
-        elif isinstance(node, ast.If):
-            self.write_if(node.test, node.body, node.orelse)
-        elif isinstance(node, ast.While):
-            self.write_while(node.test, node.body)
-        elif isinstance(node, ast.For):
-            self._for(node)
-        elif isinstance(node, ast.Return):
-            given = None if node.value is None else self.value(node.value)
-            self.write_return(None if given is None else self.convert(given, self.result))
-        elif isinstance(node, ast.Break):
-            self.write_break()
-        elif isinstance(node, ast.Continue):
-            self.write_continue()
-        elif isinstance(node, ast.Expr):
-            if not isinstance(node.value, ast.Constant):
-                self.write_expression(self.value(node.value))
-        elif not isinstance(node, ast.Pass):
-            raise self.unknown(node)
+    def generic_visit(self, node: ast.AST) -> Any:
+        """Refuse what has no method."""
+        raise self.unknown(node)
 
-    def _assign(self, node: ast.Assign) -> None:
+    def visit_AugAssign(self, node: ast.AugAssign) -> None:
+        old = ast.parse(ast.unparse(node.target), mode="eval").body
+        self._set(node.target, self.value(ast.BinOp(old, node.op, node.value)))
+
+    def visit_If(self, node: ast.If) -> None:
+        self.write_if(node.test, node.body, node.orelse)
+
+    def visit_While(self, node: ast.While) -> None:
+        self.write_while(node.test, node.body)
+
+    def visit_Return(self, node: ast.Return) -> None:
+        given = None if node.value is None else self.value(node.value)
+        self.write_return(None if given is None else self.convert(given, self.result))
+
+    def visit_Break(self, _: ast.Break) -> None:
+        self.write_break()
+
+    def visit_Continue(self, _: ast.Continue) -> None:
+        self.write_continue()
+
+    def visit_Expr(self, node: ast.Expr) -> None:
+        if not isinstance(node.value, ast.Constant):
+            self.write_expression(self.value(node.value))
+
+    def visit_Pass(self, _: ast.Pass) -> None:
+        """Nothing is to be written."""
+
+    def visit_Assign(self, node: ast.Assign) -> None:
         first = node.targets[0]
         if isinstance(first, ast.Tuple) and isinstance(node.value, ast.Tuple):
             found = [self.keep(self.value(part)) for part in node.value.elts]
@@ -200,7 +206,7 @@ class Writer(Language):
         else:
             raise self.unknown(target)
 
-    def _for(self, node: ast.For) -> None:
+    def visit_For(self, node: ast.For) -> None:
         if not (isinstance(node.target, ast.Name) and isinstance(node.iter, ast.Call)):
             raise self.unknown(node)
         bounds = [self.convert(self.value(a), "int") for a in node.iter.args]
@@ -215,27 +221,20 @@ class Writer(Language):
 
     def value(self, node: ast.expr) -> Value:
         """An expression."""
-        if isinstance(node, ast.Name) and node.id in self.variables:
-            return self.variable(node.id)
-        if isinstance(node, ast.Attribute) and self._is_field(node):
-            return self.field(*self._field(node))
-        if isinstance(node, ast.Constant | ast.Name | ast.Attribute):
-            return self._constant(node)
-        if isinstance(node, ast.Subscript):
-            return self._subscript(node)
-        if isinstance(node, ast.BinOp):
-            return self._binary(node)
-        if isinstance(node, ast.UnaryOp):
-            return self._unary(node)
-        if isinstance(node, ast.Compare):
-            return self._comparison(node)
-        if isinstance(node, ast.BoolOp):
-            return self.logical(isinstance(node.op, ast.And), node.values)
-        if isinstance(node, ast.IfExp):
-            return self.choice(node.test, node.body, node.orelse)
-        if isinstance(node, ast.Call):
-            return self._call(node)
-        raise self.unknown(node)
+        found: Value = self.visit(node)
+        return found
+
+    def visit_Name(self, node: ast.Name) -> Value:
+        return self.variable(node.id) if node.id in self.variables else self.visit_Constant(node)
+
+    def visit_Attribute(self, node: ast.Attribute) -> Value:
+        return self.field(*self._field(node)) if self._is_field(node) else self.visit_Constant(node)
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> Value:
+        return self.logical(isinstance(node.op, ast.And), node.values)
+
+    def visit_IfExp(self, node: ast.IfExp) -> Value:
+        return self.choice(node.test, node.body, node.orelse)
 
     def _is_field(self, node: ast.expr) -> bool:
         while isinstance(node, ast.Attribute):
@@ -249,7 +248,7 @@ class Writer(Language):
             raise self.unknown(node)
         return record, record.kind.fields[node.attr]
 
-    def _constant(self, node: ast.expr) -> Value:
+    def visit_Constant(self, node: ast.expr) -> Value:
         try:
             value = eval(ast.unparse(node), self.kernel.space)
         except (NameError, AttributeError):
@@ -271,7 +270,7 @@ class Writer(Language):
             raise self.unknown(node)
         return pointer, index
 
-    def _subscript(self, node: ast.Subscript) -> Value:
+    def visit_Subscript(self, node: ast.Subscript) -> Value:
         if isinstance(node.slice, ast.Slice):
             if node.slice.lower is None or node.slice.upper or node.slice.step:
                 raise self.unknown(node)
@@ -279,7 +278,7 @@ class Writer(Language):
             return self.move(base, self.convert(begin, "int"))
         return self.element(*self._element(node))
 
-    def _binary(self, node: ast.BinOp) -> Value:
+    def visit_BinOp(self, node: ast.BinOp) -> Value:
         a, b = self.value(node.left), self.value(node.right)
         op: Any = type(node.op)
         if a.kind == b.kind == "int" and op in _INTEGER:
@@ -292,7 +291,7 @@ class Writer(Language):
             raise self.unknown(node)
         return self.arithmetic(_NUMBER[op], a, b)
 
-    def _unary(self, node: ast.UnaryOp) -> Value:
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> Value:
         if isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant):
             return self.number(-eval(ast.unparse(node.operand)))
         value = self.value(node.operand)
@@ -303,7 +302,7 @@ class Writer(Language):
             return self.negative(value)
         raise self.unknown(node)
 
-    def _comparison(self, node: ast.Compare) -> Value:
+    def visit_Compare(self, node: ast.Compare) -> Value:
         if len(node.ops) > 1:
             raise self.unknown(node)
         a, b = self.value(node.left), self.value(node.comparators[0])
@@ -327,7 +326,7 @@ class Writer(Language):
             raise self.unknown(node)
         return Value(found.text, "numbers")
 
-    def _call(self, node: ast.Call) -> Value:
+    def visit_Call(self, node: ast.Call) -> Value:
         word = eval(ast.unparse(node.func), self.kernel.space)
         if word is words.flat:
             return self._flat(node.args[0])
