@@ -59,6 +59,14 @@ def write_all(kernels: Iterable[Kernel], write: Callable[[Kernel], Written]) -> 
     return list(found.values())
 
 
+def find_common_kind(values: Iterable[Value]) -> Any:
+    """The kind that can hold all of some values."""
+    kinds = {value.kind for value in values}
+    if len(kinds) == 1:
+        return kinds.pop()
+    return next((kind for kind in ("truths", "wide", "float", "int") if kind in kinds), "")
+
+
 class Language(Protocol):
     """What a language writes for each construct."""
 
@@ -306,9 +314,7 @@ class Writer(Language, ast.NodeVisitor):
         if len(node.ops) > 1:
             raise self.unknown(node)
         a, b = self.value(node.left), self.value(node.comparators[0])
-        kind = "float" if "float" in (a.kind, b.kind) else "int"
-        kind = "wide" if "wide" in (a.kind, b.kind) else kind
-        kind = "bool" if a.kind == b.kind == "bool" else kind
+        kind = find_common_kind((a, b))
         order = _ORDER[type(node.ops[0])]
         return self.compare(order, self.convert(a, kind), self.convert(b, kind))
 
@@ -356,8 +362,7 @@ class Writer(Language, ast.NodeVisitor):
         if word is int:
             return self.truncate(values[0])
         if word in (min, max):
-            kinds = [value.kind for value in values]
-            kind = "wide" if "wide" in kinds else "float" if "float" in kinds else "int"
+            kind = find_common_kind(values)
             return self.extreme(word is min, *(self.convert(v, kind) for v in values))
         name = "fabs" if word is abs else getattr(word, "c_name", None)
         if name is None:

@@ -212,3 +212,12 @@ def greatest_of(given: Numbers, top: int) -> float:
     for j in range(1, top + 1):
         found = max(found, given[j])
     return found
+
+
+@kernel
+def largest_of(count: int, given: Numbers) -> float:
+    """The largest size of so many numbers."""
+    found = 0.0
+    for i in range(count):
+        found = max(found, abs(given[i]))
+    return found

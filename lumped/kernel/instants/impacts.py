@@ -13,7 +13,7 @@ Potra, Nonlinear Dynamics 14 (1997) 231).
 
 from __future__ import annotations
 
-from lumped.code.words import copy_numbers, kernel
+from lumped.code.words import copy_numbers, kernel, largest_of
 from lumped.flattening.hold_modes import BACKWARD, DEMAND, FORWARD, STUCK
 from lumped.kernel.instant_search import Look
 from lumped.kernel.instants.holds import (
@@ -130,14 +130,6 @@ def _even_out(run: Run) -> None:
 
 
 @kernel
-def _bounces(run: Run) -> bool:
-    for h in range(run.plant.holds):
-        if run.instant.bounce[h] != 0.0:
-            return True
-    return False
-
-
-@kernel
 def _impact(run: Run, seen: Look) -> bool:
     """Find speeds after an impact that loses energy, without bounces that are over at once.
 
@@ -151,13 +143,14 @@ def _impact(run: Run, seen: Look) -> bool:
         copy_numbers(plant.states, instant.x_before, instant.x)
         gather(run, seen)
         is_found = find_impulses(run, seen)
-        if _bounces(run) and (not is_found or gains_energy(run, seen)):
+        bounces = largest_of(plant.holds, instant.bounce) > 0.0
+        if bounces and (not is_found or gains_energy(run, seen)):
             _even_out(run)
             continue
         if not is_found:
             return False
         strike(run)
-        if not (_bounces(run) and _end_short_bounces(run)):
+        if not (bounces and _end_short_bounces(run)):
             break
     return True
 
@@ -166,9 +159,8 @@ def _impact(run: Run, seen: Look) -> bool:
 def _note_work(run: Run, seen: Look) -> None:
     """Note the impulse of each hold and the energy that it takes."""
     plant, instant, problem = run.plant, run.instant, run.instant.problem
-    largest, hardest = 0.0, 0.0
+    largest, hardest = largest_of(plant.holds, problem.carried), 0.0
     for h in range(plant.holds):
-        largest = max(largest, abs(problem.carried[h]))
         if instant.is_closing[h]:
             hardest = max(hardest, abs(seen.speed[h]))
     is_felt = hardest > STANDSTILL * (1.0 + instant.fastest)
@@ -249,8 +241,7 @@ def collide(run: Run, seen: Look) -> int:
     plant, instant = run.plant, run.instant
     standstills(plant, instant)
     closes = False
-    for h in range(plant.holds):
-        instant.fastest = max(instant.fastest, abs(seen.speed[h]))
+    instant.fastest = max(instant.fastest, largest_of(plant.holds, seen.speed))
     for h in range(plant.holds):
         instant.is_closing[h] = _closes(run, seen, h)
         instant.bounce[h] = seen.restitution[h] if instant.is_closing[h] else 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lumped.code.words import copy_numbers, kernel
+from lumped.code.words import copy_numbers, kernel, largest_of
 from lumped.flattening.hold_modes import BACKWARD, DEMAND, FORWARD, STUCK
 from lumped.kernel.instant_search import Look
 from lumped.kernel.instants.holds import (
@@ -19,6 +19,7 @@ from lumped.kernel.instants.problem import (
     OUTSIDE,
     WITHIN,
     change_places,
+    position_at,
     right_place,
 )
 from lumped.kernel.instants.yielding import weigh, yield_from
@@ -57,19 +58,6 @@ def gather(run: Run, seen: Look) -> None:
 
 
 @kernel
-def _free(run: Run) -> None:
-    """Let holds of the problem slide at their limits, and all others go."""
-    plant, problem = run.plant, run.instant.problem
-    for h in range(plant.holds):
-        place, position = problem.place[h], FREE
-        if place == AT_UPPER:
-            position = FORWARD
-        elif place == AT_LOWER:
-            position = BACKWARD
-        set_position(plant, run.instant.trial, h, position)
-
-
-@kernel
 def push(run: Run, seen: Look) -> None:
     """Impulses, and speeds beyond those that are asked for, at the present places."""
     plant, instant, problem = run.plant, run.instant, run.instant.problem
@@ -77,7 +65,9 @@ def push(run: Run, seen: Look) -> None:
     copy_numbers(plant.settings, instant.m, trial)
     if run.may_be_redundant:
         weigh(run, instant.x, trial)
-    _free(run)
+    for h in range(plant.holds):
+        place = problem.place[h]
+        set_position(plant, trial, h, FREE if place == WITHIN else position_at(place))
     look_at(run, instant.x, trial, rest)
     for h in range(plant.holds):
         if problem.place[h] == WITHIN:
@@ -140,10 +130,8 @@ def find_impulses(run: Run, seen: Look) -> bool:
     may_join = run.may_be_redundant
     for _ in range(40 + 20 * plant.holds):
         push(run, seen)
-        largest, fastest = 0.0, 0.0
-        for h in range(plant.holds):
-            largest = max(largest, abs(problem.carried[h]))
-            fastest = max(fastest, abs(seen.speed[h]))
+        largest = largest_of(plant.holds, problem.carried)
+        fastest = largest_of(plant.holds, seen.speed)
         for h in range(plant.holds):
             problem.next_place[h] = _right_place(run, h, largest, fastest)
         if change_places(instant, plant.holds):

@@ -41,7 +41,7 @@ from lumped.kernel.instants.reactions import (
 )
 from lumped.kernel.instants.sharing import share
 from lumped.kernel.instants.yielding import watch_redundancy, would_share
-from lumped.kernel.plant import CONDITION, FREE, LOWER, SLIDE, UPPER, Plant
+from lumped.kernel.plant import CONDITION, FREE, SLIDE, UPPER, Plant
 from lumped.kernel.rounds import begin_rounds
 from lumped.kernel.run import ASKS, GOES_ON, INSIDE, NO_FIT, NOT_CLOSED, SET_TWICE, Run
 
@@ -156,31 +156,9 @@ def _rebalance(run: Run, seen: Look) -> int:
 
 
 @kernel
-def _shares(run: Run, margin: int) -> bool:
-    """Whether a margin belongs to the limit of a shared reaction."""
-    plant = run.plant
-    kind, h = plant.margin_kind[margin], plant.margin_number[margin]
-    is_limit = kind == UPPER or kind == LOWER
-    return is_limit and run.instant.m[plant.hold_setting[h] + COMPLIANCE] > 0.0
-
-
-@kernel
-def _share_again(run: Run) -> None:
-    """A shared reaction at its limit only tells that the load is to be shared again."""
-    instant = run.instant
-    count = 0
-    for i in range(instant.fired_count):
-        if not _shares(run, instant.fired[i]):
-            instant.fired[count] = instant.fired[i]
-            count += 1
-    instant.fired_count = count
-
-
-@kernel
 def _flip(run: Run) -> None:
     """Change the positions whose margins fired."""
     plant, instant = run.plant, run.instant
-    _share_again(run)
     is_seen = False
     for i in range(instant.fired_count):
         kind, number = plant.margin_kind[instant.fired[i]], plant.margin_number[instant.fired[i]]
@@ -197,7 +175,8 @@ def _flip(run: Run) -> None:
             instant.is_halted[number] = 1
             if not plant.has_gap[number]:
                 set_position(plant, instant.m, number, STUCK)
-        else:
+        elif not instant.m[plant.hold_setting[number] + COMPLIANCE] > 0.0:
+            # a shared reaction at its limit only tells that the load is to be shared again
             let_go(run, number, FORWARD if kind == UPPER else BACKWARD)
 
 

@@ -10,7 +10,7 @@ as those of lossy gears, are part of it.
 
 from __future__ import annotations
 
-from lumped.code.words import copy_numbers, kernel
+from lumped.code.words import copy_numbers, kernel, largest_of
 from lumped.flattening.hold_modes import BACKWARD, FORWARD, SHARE, STUCK
 from lumped.kernel.instant_search import Look
 from lumped.kernel.instants.conditions import copy_conditions, turn_wrong
@@ -28,6 +28,7 @@ from lumped.kernel.instants.problem import (
     OUTSIDE,
     WITHIN,
     change_places,
+    position_at,
     right_place,
 )
 from lumped.kernel.instants.yielding import weigh, yield_from
@@ -57,10 +58,7 @@ _INFINITE = float("inf")
 @kernel
 def calmness(run: Run, look: Look) -> float:
     """Acceleration that is rounding."""
-    largest = 0.0
-    for i in range(run.plant.states):
-        largest = max(largest, abs(look.rates[i]))
-    return _CALM * (1.0 + largest)
+    return _CALM * (1.0 + largest_of(run.plant.states, look.rates))
 
 
 @kernel
@@ -129,12 +127,11 @@ def _place(run: Run) -> None:
     """Put all holds of the problem at their places."""
     plant, trial, problem = run.plant, run.instant.trial, run.instant.problem
     for h in range(plant.holds):
-        place, setting = problem.place[h], plant.hold_setting[h]
-        if place == WITHIN:
-            set_position(plant, trial, h, STUCK)
-        elif place != OUTSIDE:
-            set_position(plant, trial, h, FORWARD if place == AT_UPPER else BACKWARD)
-            trial[setting + SHARE] = problem.beyond[h]
+        place = problem.place[h]
+        if place != OUTSIDE:
+            set_position(plant, trial, h, position_at(place))
+        if place == AT_UPPER or place == AT_LOWER:
+            trial[plant.hold_setting[h] + SHARE] = problem.beyond[h]
 
 
 @kernel
@@ -234,7 +231,7 @@ def _position(run: Run, h: int) -> int:
     What slides since this instant does so no longer if they keep it from reversing.
     """
     problem, place = run.instant.problem, run.instant.problem.place[h]
-    position = FORWARD if place == AT_UPPER else BACKWARD
+    position = position_at(place)
     slides_on = run.instant.m[run.plant.hold_setting[h] + position] > 0.5
     rests = run.may_be_redundant and not (run.instant.was_let_go[h] and slides_on)
     rests = rests and abs(problem.motion[h]) <= problem.room[h]
