@@ -50,24 +50,12 @@ def share(run: Run, x: Numbers, m: Numbers) -> None:
     instant.is_shared = soften(run, x, m)
     if instant.is_shared:
         _share_if_redundant(run, x, m)
-        _keep_what_stuck_before(run)
     look_at(run, x, m, instant.seen)
     for h in range(plant.holds if instant.is_shared else 0):
         # what sharing leaves beyond a limit is rounding, too
         own, excess = m[plant.hold_setting[h] :], _excess(instant.seen, h)
         if is_shared(plant, m, h) and 2.0 * excess > own[SLACK]:
             own[SLACK] = 2.0 * excess
-
-
-@kernel
-def _keep_what_stuck_before(run: Run) -> None:
-    """Let holds go first that did not stick before this instant: they had no limit at rest yet."""
-    instant, any_new = run.instant, False
-    for h in range(run.plant.holds):
-        any_new = any_new or (instant.gives_way[h] != 0 and not instant.was_stuck[h])
-    for h in range(run.plant.holds):
-        if any_new and instant.was_stuck[h]:
-            instant.gives_way[h] = 0
 
 
 @kernel
