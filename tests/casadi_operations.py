@@ -1,6 +1,11 @@
 """Operations of CasADi, by name: what code, bounds and enclosures are tried on."""
 
 import casadi as ca
+import numpy as np
+
+from lumped.kernel import engine
+from lumped.kernel.plant import Function, Plant
+from lumped.kernel.run import Run
 
 ONE = {
     name: getattr(ca, name)
@@ -35,3 +40,18 @@ TWO |= {
     "if else": lambda a, b: ca.if_else(a > b, a, 3 * b),
 }
 """Of two."""
+
+
+def interpret(operations, x, p, t, m):
+    """Results of a function by the interpreter of the present engine."""
+    code = Function(
+        count=len(operations.table),
+        operations=operations.table.ravel(),
+        constants=operations.constants,
+    )
+    sizes = dict.fromkeys(Run.lengths(), 0) | {"work": operations.work}
+    sizes |= {"states": len(x), "parameters": len(p), "settings": len(m)}
+    run, found = Run(sizes, plant=Plant(), t=float(t)), np.zeros(max(operations.results, 1))
+    run.x[:], run.p[:], run.m[:] = x, p, m
+    engine.call("value", run, code, found)
+    return found

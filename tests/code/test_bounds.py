@@ -7,9 +7,6 @@ import pytest
 
 from lumped.code.bounds import bounds_of
 from lumped.code.operations import operations_of
-from lumped.kernel import engine
-from lumped.kernel.plant import Function, Plant
-from lumped.kernel.run import Run
 
 X, P, T, M = ca.SX.sym("x", 2), ca.SX.sym("p"), ca.SX.sym("t"), ca.SX.sym("m")
 GIVEN = 1.3, -0.7
@@ -31,15 +28,8 @@ ALL |= {f"{name}, times a constant": -2 * f for name, f in ALL.items()}
 
 
 def evaluated(made, low, high):
-    code = Function(count=len(made.table), operations=made.table.ravel(), constants=made.constants)
-    sizes = dict.fromkeys(Run.lengths(), 0)
-    run = Run({**sizes, "work": made.work, "states": 6, "parameters": 1, "settings": 1})
-    run.plant = Plant()
-    run.x[:] = *low[:2], *high[:2], low[2], high[2]
-    run.p[:], run.m[:] = ([value] for value in GIVEN)
-    found = np.zeros(made.results)
-    engine.call("value", run, code, found)
-    return found
+    x = [*low[:2], *high[:2], low[2], high[2]]
+    return casadi_operations.interpret(made, x, [GIVEN[0]], 0.0, [GIVEN[1]])
 
 
 def bounds(expressions, low, high):

@@ -11,8 +11,6 @@ from machine_scenes import SCENES
 from lumped.code.functions import compile_functions
 from lumped.code.operations import UnsupportedError, operations_of
 from lumped.kernel import engine
-from lumped.kernel.plant import Function, Plant
-from lumped.kernel.run import Run
 
 _CALL = ctypes.CFUNCTYPE(
     None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p
@@ -37,11 +35,6 @@ class Ways:
         self.own = operations_of(function, full=full)
         self.code = compile_functions({"f": self.own})
         self.count = self.own.results
-        self.made = Function(
-            count=len(self.own.table),
-            operations=self.own.table.ravel(),
-            constants=self.own.constants,
-        )
 
     def __call__(self, x, p, t, m, engines=("llvm", "c", "python")):
         held = [np.ascontiguousarray(v, dtype=float).ravel() for v in (x, p, m)]
@@ -49,13 +42,8 @@ class Ways:
         compiled = np.zeros(max(self.count, 1))
         _CALL(self.code.address("f"))(*places[:2], float(t), places[2], compiled.ctypes.data)
         for name in engines:
-            sizes = dict.fromkeys(Run.lengths(), 0) | {"work": self.own.work}
-            sizes |= {"states": len(held[0]), "parameters": len(held[1]), "settings": len(held[2])}
-            run, found = Run(sizes, plant=Plant(), t=float(t)), np.zeros(max(self.count, 1))
-            run.x[:], run.p[:], run.m[:] = held
             with engine.using(name):
-                engine.call("value", run, self.made, found)
-            same(found, compiled)
+                same(casadi_operations.interpret(self.own, held[0], held[1], t, held[2]), compiled)
         return compiled[: self.count]
 
 

@@ -2,11 +2,11 @@
 
 import ctypes
 import math
-import subprocess
 from typing import Annotated
 
 import numpy as np
 import pytest
+from compiled_c import compile_c
 
 from lumped.code.machine_code import Code, compile_module
 from lumped.code.records import Record, address
@@ -67,12 +67,7 @@ def by_llvm(functions):
 
 
 def by_c(functions, folder):
-    source, made = folder / "f.c", folder / "f.so"
-    source.write_text(as_c(functions))
-    options = ["-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Werror", "-Wno-unknown-pragmas"]
-    command = ["cc", *options, "-Wno-unused-function", "-shared", "-fPIC", str(source), "-o"]
-    subprocess.run([*command, str(made), "-lm"], check=True)
-    library = ctypes.CDLL(str(made))
+    library = compile_c(functions, folder)
     for name in functions:
         function = getattr(library, name)
         function.restype, function.argtypes = ctypes.c_double, [ctypes.c_void_p] * 2
