@@ -221,3 +221,18 @@ def largest_of(count: int, given: Numbers) -> float:
     for i in range(count):
         found = max(found, abs(given[i]))
     return found
+
+
+@kernel
+def last_up_to(given: Numbers, stride: int, low: int, high: int, most: float) -> int:
+    """Number of the last of ascending numbers, each a stride apart, that is no greater.
+
+    It is sought from `low`, which needs not be one, up to but without `high`.
+    """
+    while high - low > 1:
+        middle = (low + high) // 2
+        if given[middle * stride] <= most:
+            low = middle
+        else:
+            high = middle
+    return low

@@ -53,8 +53,11 @@ def _value(run: Run, k: int, part: float, extra: float) -> float:
 
 @kernel
 def _look(run: Run, part: float) -> None:
-    """Margins and tolerances inside the step."""
-    inside(run, part, run.inner)
+    """States, margins and tolerances at a part of the step."""
+    if part < 1.0:
+        inside(run, part, run.inner)
+    else:
+        copy_numbers(run.plant.states, run.new, run.inner)
     t = run.t + part * (run.t_new - run.t)
     evaluate(run.plant.margin, run, run.inner, t, run.m, run.margin)
 
@@ -76,10 +79,9 @@ def _root(run: Run, k: int, low: float, high: float, extra: float, sign: float) 
     if not at_high < 0.0:
         return high
     begin_bracket(b, low, at_low, high, at_high)
-    goes_on = True
-    while goes_on:
+    part = next_point(b)
+    while narrow(b, part, sign * _value(run, k, part, extra), _ROUNDING):
         part = next_point(b)
-        goes_on = narrow(b, part, sign * _value(run, k, part, extra), _ROUNDING)
     return b.last if b.at_last <= 0.0 else b.other
 
 
@@ -191,18 +193,6 @@ def _find_firing(run: Run, k: int, low: float, high: float, is_crowded: bool) ->
 
 
 @kernel
-def _stand(run: Run, part: float) -> None:
-    """States, time and margins at a crossing."""
-    plant = run.plant
-    run.t_cross = run.t + part * (run.t_new - run.t)
-    if part < 1.0:
-        inside(run, part, run.inner)
-    else:
-        copy_numbers(plant.states, run.new, run.inner)
-    evaluate(plant.margin, run, run.inner, run.t_cross, run.m, run.margin)
-
-
-@kernel
 def _note_fired(run: Run, first: float, last: int) -> None:
     """Note the margins that fire at the crossing: the first, and those that fall to zero with it.
 
@@ -263,6 +253,7 @@ def find_below(run: Run) -> bool:
                 first, last = run.fires[k], k
     if last < 0:
         return False
-    _stand(run, first)
+    run.t_cross = run.t + first * (run.t_new - run.t)
+    _look(run, first)
     _note_fired(run, first, last)
     return True

@@ -152,10 +152,9 @@ def root_of_slope(run: Run, part: Numbers, up: float) -> float:
     if first <= 0.0 or last >= 0.0:
         return 0.0 if first <= 0.0 else 1.0
     begin_bracket(b, 0.0, first, 1.0, last)
-    goes_on = True
-    while goes_on:
+    at = next_point(b)
+    while narrow(b, at, up * _slope(run, part, at), _CLOSE):
         at = next_point(b)
-        goes_on = narrow(b, at, up * _slope(run, part, at), _CLOSE)
     return b.last
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, copy_numbers, kernel
+from lumped.code.words import Numbers, copy_numbers, kernel, last_up_to
 from lumped.kernel.instant_search import InstantSearch, Look
 from lumped.kernel.plant import Plant
 from lumped.kernel.rounds import may_change
@@ -29,15 +29,8 @@ def _enter(plant: Plant, m: Numbers, k: int, piece: int) -> None:
 @kernel
 def _piece_at(plant: Plant, k: int, place: float) -> int:
     """The last piece that begins at or before a place; the first has no begin."""
-    low, high, width = 0, plant.piece_count[k], plant.piece_width[k]
     begins = plant.pieces[plant.first_piece[k] + 1 :]
-    while high - low > 1:
-        middle = (low + high) // 2
-        if begins[middle * width] <= place:
-            low = middle
-        else:
-            high = middle
-    return low
+    return last_up_to(begins, plant.piece_width[k], 0, plant.piece_count[k], place)
 
 
 @kernel
