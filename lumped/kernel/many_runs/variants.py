@@ -116,9 +116,10 @@ class Variants(Record):
 @kernel
 def _place(variants: Variants) -> None:
     """Set the parameters of the variant, and where it begins; all else is as it was at first."""
-    run, memory = variants.run, variants.run.memory
+    run = variants.run
+    now, first = run.memory, run.memory_at_first
     for i in range(run.memory_size):
-        memory[i] = run.memory_at_first[i]
+        now[i] = first[i]
     copy_numbers(variants.parameters, variants.nominal, run.p)
     row = variants.values[variants.number * variants.columns :]
     for i in range(variants.columns):
@@ -162,6 +163,10 @@ def _begin_variant(variants: Variants) -> int:
         copy_numbers(plant.states, variants.x_known, variants.x_first)
         copy_numbers(plant.settings, variants.m_known, variants.m_first)
         _place(variants)
+        begin_watch(run)
+        for i in range(variants.collisions):
+            hit = variants.collision[2 * i :]
+            observe_event(run, 1, hit[0], hit[1], variants.collision_loss[i], 0.0)
     else:
         copy_numbers(plant.settings, variants.first_settings, variants.m_first)
         _place(variants)
@@ -181,11 +186,6 @@ def _begin_variant(variants: Variants) -> int:
         else:
             begin_watch(run)
             copy_numbers(plant.states, variants.x_first, run.x)
-    if variants.knows_start:
-        begin_watch(run)
-        for i in range(variants.collisions):
-            hit = variants.collision[2 * i :]
-            observe_event(run, 1, hit[0], hit[1], variants.collision_loss[i], 0.0)
     place_instants(variants.clocks, run)
     run.phase, run.segment, run.end = BEGIN_SEGMENT, 0, run.edges[1]
     watch_redundancy(run)
@@ -222,9 +222,8 @@ def _end_variant(variants: Variants, status: int) -> None:
     variants.is_begun = 0
     variants.status[k] = status
     variants.steps[k], variants.rejected[k] = run.steps, run.rejected
-    if status != DONE:
-        return
-    take(run, variants.found[k * variants.width :])
+    if status == DONE:
+        take(run, variants.found[k * variants.width :])
 
 
 @kernel
