@@ -36,7 +36,7 @@ _MOST_ON_STACK = 4096
 
 _INPUTS = {STATE: "x", PARAMETER: "p", SETTING: "m"}
 
-_ARGUMENTS = "ptr noalias %x, ptr noalias %p, {} %t, ptr noalias %m, ptr noalias %out"
+ARGUMENTS = "ptr noalias %x, ptr noalias %p, {} %t, ptr noalias %m, ptr noalias %out"
 
 _NUMBER = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 _ORDER = {ast.Lt: "olt", ast.LtE: "ole", ast.Gt: "ogt", ast.Eq: "oeq", ast.NotEq: "une"}
@@ -66,7 +66,7 @@ def assembly(
     count = max(1, -(-len(rows) // _CHUNK))
     needed: set[str] = set()
     time = "double" if lanes == 1 or columns_from is not None else "ptr"
-    given = _ARGUMENTS.format(time)
+    given = ARGUMENTS.format(time)
     wide: set[int] = set()
     for k in range(count):
         part = rows[k * _CHUNK : (k + 1) * _CHUNK]
@@ -82,14 +82,19 @@ def assembly(
         )
     passed = f"ptr %x, ptr %p, {time} %t, ptr %m, ptr %out, ptr %w"
     calls = "\n".join(f"  call void @{name}_{k}({passed})" for k in range(count))
-    begin, end = f"  %w = alloca [{work * lanes} x double], align 64\n", ""
-    if work * lanes > _MOST_ON_STACK:
-        begin = f"  %w = call ptr @malloc(i64 {8 * work * lanes})\n"
-        end = "\n  call void @free(ptr %w)"
-        needed |= {"declare ptr @malloc(i64)", "declare void @free(ptr)"}
-    whole = f"define void @{name}({given}) {{\n{begin}{calls}{end}\n  ret void\n}}"
+    begin, end = make_room("w", work * lanes, work * lanes <= _MOST_ON_STACK, needed)
+    whole = f"define void @{name}({given}) {{\n{begin}\n{calls}\n{end}  ret void\n}}"
     declared = "\n".join(sorted(needed))
     return "\n".join([*parts, whole, declared])
+
+
+def make_room(symbol: str, count: int, on_stack: bool, needed: set[str]) -> tuple[str, str]:
+    """Instructions that make room for numbers, and that free it."""
+    if on_stack:
+        return f"  %{symbol} = alloca [{count} x double], align 64", ""
+    needed.update(("declare ptr @malloc(i64)", "declare void @free(ptr)"))
+    begin = f"  %{symbol} = call ptr @malloc(i64 {8 * count})"
+    return begin, f"  call void @free(ptr %{symbol})\n"
 
 
 class Body:

@@ -9,7 +9,7 @@ is multiplied lies side by side, if need be more than once.
 
 from __future__ import annotations
 
-from lumped.code.emit_llvm import Body
+from lumped.code.emit_llvm import ARGUMENTS, Body, make_room
 from lumped.code.operations import RESULT, Operations
 from lumped.code.taylor import Kind, Recurrence, Series, series_of
 from lumped.code.taylor_places import TOGETHER, Factor, Group, Pair, Places, factors_of
@@ -17,7 +17,6 @@ from lumped.code.taylor_places import TOGETHER, Factor, Group, Pair, Places, fac
 _MOST_VECTORS = 8
 """Vectors in one loop."""
 _MOST_ON_STACK = 16384
-_ARGUMENTS = "ptr noalias %x, ptr noalias %p, {} %t, ptr noalias %m, ptr noalias %out"
 _OWN = "ptr noalias %h, ptr noalias %c"
 
 Row = tuple[int, int, int, int]
@@ -39,7 +38,7 @@ def series_assembly(
     places = Places(series, lanes)
     needed: set[str] = set()
     time = "double" if lanes == 1 else "ptr"
-    given = _ARGUMENTS.format(time)
+    given = ARGUMENTS.format(time)
     passed = f"ptr %x, ptr %p, {time} %t, ptr %m, ptr %out, ptr %h, ptr %c"
     parts, firsts, laters = [], [], []
     for k, rows in enumerate(places.first_chunks):
@@ -55,18 +54,15 @@ def series_assembly(
         parts.append("\n".join([f"{head} {{\nentry:", *lines, "  ret void\n}"]))
         laters.append(f"  call void @{name}_later_{k}(ptr %out, ptr %h, ptr %c, i64 %k)")
     sizes = places.width * order * lanes, max(len(places.fixed), 1) * lanes
-    rooms, ends = [], ""
-    for symbol, size in zip("hc", sizes, strict=True):
-        if sum(sizes) <= _MOST_ON_STACK:
-            rooms.append(f"  %{symbol} = alloca [{size} x double], align 64")
-        else:
-            rooms.append(f"  %{symbol} = call ptr @malloc(i64 {8 * size})")
-            ends += f"  call void @free(ptr %{symbol})\n"
-            needed |= {"declare ptr @malloc(i64)", "declare void @free(ptr)"}
-    body = [*rooms, *firsts, "  br label %orders", "orders:"]
+    rooms = [
+        make_room(symbol, size, sum(sizes) <= _MOST_ON_STACK, needed)
+        for symbol, size in zip("hc", sizes, strict=True)
+    ]
+    body = [*(begin for begin, _ in rooms), *firsts, "  br label %orders", "orders:"]
     body += ["  %k = phi i64 [1, %entry], [%next, %orders]", *laters]
     body += ["  %next = add i64 %k, 1", f"  %done = icmp sge i64 %next, {order}"]
-    body += ["  br i1 %done, label %end, label %orders", "end:", f"{ends}  ret void\n}}"]
+    body += ["  br i1 %done, label %end, label %orders", "end:"]
+    body.append("".join(end for _, end in rooms) + "  ret void\n}")
     parts.append("\n".join([f"define void @{name}({given}) {{\nentry:", *body]))
     return "\n".join([*parts, *sorted(needed)])
 

@@ -36,8 +36,7 @@ def record_edge(run: Run) -> None:
     output = run.output
     if not output.has_both_sides:
         return
-    out = add_row(run, run.t)
-    copy_numbers(run.plant.states, run.x, out)
+    copy_numbers(run.plant.states, run.x, add_row(run, run.t))
     if output.is_on_grid:
         latest = run.t + _SAME * run.span
         while output.grid_next < output.grid_size and output.grid[output.grid_next] <= latest:
@@ -50,8 +49,7 @@ def record(run: Run, end: float, is_crossed: bool) -> None:
     output = run.output
     if not output.is_on_grid:
         if not is_crossed or run.t_new < end:
-            out = add_row(run, run.t_new)
-            copy_numbers(run.plant.states, run.new, out)
+            copy_numbers(run.plant.states, run.new, add_row(run, run.t_new))
         return
     k = output.grid_next
     while k < output.grid_size and output.grid[k] < end:

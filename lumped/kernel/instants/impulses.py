@@ -102,20 +102,12 @@ def _speed_after(run: Run, seen: Look, hold: int) -> float:
 
 
 @kernel
-def _is_pressed(run: Run, h: int, largest: float) -> bool:
-    """Whether impulses raise the limits of friction."""
-    problem = run.instant.problem
-    if not run.plant.is_pressed[h]:
-        return False
-    gain = max(problem.most[h], -problem.least[h])
-    return gain < _INFINITE and gain > PRESSED * largest
-
-
-@kernel
 def _right_place(run: Run, h: int, largest: float, fastest: float) -> int:
     plant, problem, place = run.plant, run.instant.problem, run.instant.problem.place[h]
     if not plant.is_impulsive[h]:
-        if not _is_pressed(run, h, largest):
+        # impulses may raise the limits of friction
+        gain = max(problem.most[h], -problem.least[h])
+        if not (plant.is_pressed[h] and gain < _INFINITE and gain > PRESSED * largest):
             return OUTSIDE if place == WITHIN else place
         if place == OUTSIDE and is_held(plant, run.instant.m, h):
             return WITHIN
