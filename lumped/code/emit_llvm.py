@@ -36,7 +36,7 @@ _MOST_ON_STACK = 4096
 
 _INPUTS = {STATE: "x", PARAMETER: "p", SETTING: "m"}
 
-_ARGUMENTS = "ptr noalias %x, ptr noalias %p, {} %t, ptr noalias %m, ptr noalias %out"
+ARGUMENTS = "ptr noalias %x, ptr noalias %p, {} %t, ptr noalias %m, ptr noalias %out"
 
 _NUMBER = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 _ORDER = {ast.Lt: "olt", ast.LtE: "ole", ast.Gt: "ogt", ast.Eq: "oeq", ast.NotEq: "une"}
@@ -60,18 +60,20 @@ def assembly(
     UnsupportedError
         If it has an operation that is not known here.
     """
-    rows = function.table.tolist()
+    rows, constants = function.table.tolist(), function.constants.tolist()
     live = places_handed(rows, _CHUNK)
     work, parts = function.work, []
     count = max(1, -(-len(rows) // _CHUNK))
     needed: set[str] = set()
     time = "double" if lanes == 1 or columns_from is not None else "ptr"
-    given = _ARGUMENTS.format(time)
+    given = ARGUMENTS.format(time)
     wide: set[int] = set()
     for k in range(count):
         part = rows[k * _CHUNK : (k + 1) * _CHUNK]
         after = live[min((k + 1) * _CHUNK, len(rows))]
-        body = _body(function.constants.tolist(), needed, lanes, columns_from, wide)
+        body = Body(constants, needed, lanes)
+        if columns_from is not None:
+            body = _ColumnBody(constants, needed, lanes, columns_from, wide)
         lines = body.lines(part, after)
         parts.append(
             f"define internal void @{name}_{k}({given}, ptr noalias %w) noinline {{\n"
@@ -80,26 +82,19 @@ def assembly(
         )
     passed = f"ptr %x, ptr %p, {time} %t, ptr %m, ptr %out, ptr %w"
     calls = "\n".join(f"  call void @{name}_{k}({passed})" for k in range(count))
-    begin, end = f"  %w = alloca [{work * lanes} x double], align 64\n", ""
-    if work * lanes > _MOST_ON_STACK:
-        begin = f"  %w = call ptr @malloc(i64 {8 * work * lanes})\n"
-        end = "\n  call void @free(ptr %w)"
-        needed |= {"declare ptr @malloc(i64)", "declare void @free(ptr)"}
-    whole = f"define void @{name}({given}) {{\n{begin}{calls}{end}\n  ret void\n}}"
+    begin, end = make_room("w", work * lanes, work * lanes <= _MOST_ON_STACK, needed)
+    whole = f"define void @{name}({given}) {{\n{begin}\n{calls}\n{end}  ret void\n}}"
     declared = "\n".join(sorted(needed))
     return "\n".join([*parts, whole, declared])
 
 
-def _body(
-    constants: list[float],
-    needed: set[str],
-    lanes: int,
-    columns_from: int | None,
-    wide: set[int],
-) -> Body:
-    if columns_from is None:
-        return Body(constants, needed, lanes)
-    return _ColumnBody(constants, needed, lanes, columns_from, wide)
+def make_room(symbol: str, count: int, on_stack: bool, needed: set[str]) -> tuple[str, str]:
+    """Instructions that make room for numbers, and that free it."""
+    if on_stack:
+        return f"  %{symbol} = alloca [{count} x double], align 64", ""
+    needed.update(("declare ptr @malloc(i64)", "declare void @free(ptr)"))
+    begin = f"  %{symbol} = call ptr @malloc(i64 {8 * count})"
+    return begin, f"  call void @free(ptr %{symbol})\n"
 
 
 class Body:
@@ -115,12 +110,17 @@ class Body:
     """
 
     def __init__(self, constants: list[float], needed: set[str], lanes: int) -> None:
-        self._constants, self._needed, self._lanes = constants, needed, lanes
+        self._constants, self._needed = constants, needed
+        self._text: list[str] = []
+        self._count = 0
+        self._set_lanes(lanes)
+
+    def _set_lanes(self, lanes: int) -> None:
+        """Write instructions for so many numbers side by side."""
+        self._lanes = lanes
         self._number = "double" if lanes == 1 else f"<{lanes} x double>"
         self._truth = "i1" if lanes == 1 else f"<{lanes} x i1>"
         self._suffix = "f64" if lanes == 1 else f"v{lanes}f64"
-        self._text: list[str] = []
-        self._count = 0
 
     def lines(self, rows: list[list[int]], live: set[int]) -> list[str]:
         """Instructions of operations; those of the places that are still read are kept."""
@@ -137,9 +137,9 @@ class Body:
                 self._give(get(a), written)
                 continue
             if op == ca.OP_CONST:
-                found = self._load_fixed(self._constants[a])
+                found = self._constant(self._constants[a])
             elif op == TIME:
-                found = self._time()
+                found = "%t" if self._lanes == 1 else self._load("t", 0)
             elif op in _INPUTS:
                 found = self._input(_INPUTS[op], a)
             else:
@@ -161,13 +161,6 @@ class Body:
     def _give(self, value: str, place: int) -> None:
         """Write a result."""
         self._store(value, "out", place)
-
-    def _load_fixed(self, value: float) -> str:
-        """A constant of the function."""
-        return self._constant(value)
-
-    def _time(self) -> str:
-        return "%t" if self._lanes == 1 else self._load("t", 0)
 
     def _input(self, base: str, index: int) -> str:
         return self._load(base, index)
@@ -193,8 +186,13 @@ class Body:
             return literal(value)
         return f"<{', '.join([f'double {literal(value)}'] * self._lanes)}>"
 
-    def _truth_of(self, symbol: str) -> str:
-        return self._put(f"fcmp une {self._number} {symbol}, {self._constant(0.0)}")
+    def _spread(self, number: str, lanes: int) -> str:
+        """A single number in all lanes."""
+        if lanes == 1:
+            return number
+        kind, zeros = f"<{lanes} x double>", f"<{lanes} x i32> zeroinitializer"
+        one = self._put(f"insertelement {kind} undef, double {number}, i32 0")
+        return self._put(f"shufflevector {kind} {one}, {kind} undef, {zeros}")
 
     def _select(self, condition: str, yes: str, no: str) -> str:
         kind = self._number
@@ -286,69 +284,43 @@ class _ColumnBody(Body):
         self._columns, self._from, self._wide_places = lanes, columns_from, wide
         self._wide: set[str] = set()
 
-    def _turn(self, is_wide: bool) -> None:
-        """Write wide instructions, or single ones."""
-        lanes = self._columns if is_wide else 1
-        self._lanes = lanes
-        self._number = "double" if lanes == 1 else f"<{lanes} x double>"
-        self._truth = "i1" if lanes == 1 else f"<{lanes} x i1>"
-        self._suffix = "f64" if lanes == 1 else f"v{lanes}f64"
-
-    def _find_address(self, base: str, index: int, is_wide: bool) -> str:
-        """Address of a number among single ones."""
-        self._turn(False)
-        place = self._at(base, index)
-        self._turn(is_wide)
-        return place
-
     def _widen(self, value: str) -> str:
-        if value in self._wide:
-            return value
-        kind = f"<{self._columns} x double>"
-        one = self._put(f"insertelement {kind} undef, double {value}, i32 0")
-        zeros = f"<{self._columns} x i32> zeroinitializer"
-        return self._put(f"shufflevector {kind} {one}, {kind} undef, {zeros}")
+        return value if value in self._wide else self._spread(value, self._columns)
 
-    def _load_kept(self, place: int) -> str:
-        is_wide = place in self._wide_places
-        at = self._find_address("w", self._columns * place, is_wide)
-        found = self._put(f"load {self._number}, ptr {at}, align 8")
+    def _load_one(self, base: str, index: int, is_wide: bool) -> str:
+        kind = f"<{self._columns} x double>" if is_wide else "double"
+        found = self._put(f"load {kind}, ptr {self._at(base, index)}, align 8")
         if is_wide:
             self._wide.add(found)
         return found
+
+    def _store_one(self, value: str, base: str, place: int, is_wide: bool) -> None:
+        kind = f"<{self._columns} x double>" if is_wide else "double"
+        at = self._at(base, self._columns * place)
+        self._text.append(f"  store {kind} {value}, ptr {at}, align 8")
+
+    def _load_kept(self, place: int) -> str:
+        return self._load_one("w", self._columns * place, place in self._wide_places)
 
     def _keep(self, value: str, place: int) -> None:
         is_wide = value in self._wide
         (self._wide_places.add if is_wide else self._wide_places.discard)(place)
-        at = self._find_address("w", self._columns * place, is_wide)
-        self._text.append(f"  store {self._number} {value}, ptr {at}, align 8")
+        self._store_one(value, "w", place, is_wide)
 
     def _give(self, value: str, place: int) -> None:
-        value = self._widen(value)
-        at = self._find_address("out", self._columns * place, True)
-        self._text.append(f"  store {self._number} {value}, ptr {at}, align 8")
-
-    def _time(self) -> str:
-        return "%t"
-
-    def _load_fixed(self, value: float) -> str:
-        return literal(value)
+        self._store_one(self._widen(value), "out", place, True)
 
     def _input(self, base: str, index: int) -> str:
         is_wide = base == "x" and index >= self._from
-        if is_wide:
-            index = self._from + self._columns * (index - self._from)
-        at = self._find_address(base, index, is_wide)
-        found = self._put(f"load {self._number}, ptr {at}, align 8")
-        if is_wide:
-            self._wide.add(found)
-        return found
+        first = self._from + self._columns * (index - self._from)
+        return self._load_one(base, first if is_wide else index, is_wide)
 
     def _operation(self, op: int, arguments: list[str]) -> str:
-        is_wide = any(a in self._wide for a in arguments)
-        self._turn(is_wide)
-        if not is_wide:
+        if not any(a in self._wide for a in arguments):
             return super()._operation(op, arguments)
-        found = super()._operation(op, [self._widen(a) for a in arguments])
+        given = [self._widen(a) for a in arguments]
+        self._set_lanes(self._columns)
+        found = super()._operation(op, given)
+        self._set_lanes(1)
         self._wide.add(found)
         return found

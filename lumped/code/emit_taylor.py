@@ -9,32 +9,14 @@ is multiplied lies side by side, if need be more than once.
 
 from __future__ import annotations
 
-from lumped.code.emit_llvm import Body
+from lumped.code.emit_llvm import ARGUMENTS, Body, make_room
 from lumped.code.operations import RESULT, Operations
-from lumped.code.taylor import (
-    CHOSEN,
-    COPIED,
-    DIFFERENCE,
-    INTEGRAL,
-    NEGATIVE,
-    OF_STATE,
-    OF_TIME,
-    PRODUCT,
-    QUOTIENT,
-    SCALED,
-    SUM,
-    TWICE,
-    WRITTEN,
-    Recurrence,
-    Series,
-    series_of,
-)
+from lumped.code.taylor import Kind, Recurrence, Series, series_of
 from lumped.code.taylor_places import TOGETHER, Factor, Group, Pair, Places, factors_of
 
 _MOST_VECTORS = 8
 """Vectors in one loop."""
 _MOST_ON_STACK = 16384
-_ARGUMENTS = "ptr noalias %x, ptr noalias %p, {} %t, ptr noalias %m, ptr noalias %out"
 _OWN = "ptr noalias %h, ptr noalias %c"
 
 Row = tuple[int, int, int, int]
@@ -56,7 +38,7 @@ def series_assembly(
     places = Places(series, lanes)
     needed: set[str] = set()
     time = "double" if lanes == 1 else "ptr"
-    given = _ARGUMENTS.format(time)
+    given = ARGUMENTS.format(time)
     passed = f"ptr %x, ptr %p, {time} %t, ptr %m, ptr %out, ptr %h, ptr %c"
     parts, firsts, laters = [], [], []
     for k, rows in enumerate(places.first_chunks):
@@ -72,18 +54,15 @@ def series_assembly(
         parts.append("\n".join([f"{head} {{\nentry:", *lines, "  ret void\n}"]))
         laters.append(f"  call void @{name}_later_{k}(ptr %out, ptr %h, ptr %c, i64 %k)")
     sizes = places.width * order * lanes, max(len(places.fixed), 1) * lanes
-    rooms, ends = [], ""
-    for symbol, size in zip("hc", sizes, strict=True):
-        if sum(sizes) <= _MOST_ON_STACK:
-            rooms.append(f"  %{symbol} = alloca [{size} x double], align 64")
-        else:
-            rooms.append(f"  %{symbol} = call ptr @malloc(i64 {8 * size})")
-            ends += f"  call void @free(ptr %{symbol})\n"
-            needed |= {"declare ptr @malloc(i64)", "declare void @free(ptr)"}
-    body = [*rooms, *firsts, "  br label %orders", "orders:"]
+    rooms = [
+        make_room(symbol, size, sum(sizes) <= _MOST_ON_STACK, needed)
+        for symbol, size in zip("hc", sizes, strict=True)
+    ]
+    body = [*(begin for begin, _ in rooms), *firsts, "  br label %orders", "orders:"]
     body += ["  %k = phi i64 [1, %entry], [%next, %orders]", *laters]
     body += ["  %next = add i64 %k, 1", f"  %done = icmp sge i64 %next, {order}"]
-    body += ["  br i1 %done, label %end, label %orders", "end:", f"{ends}  ret void\n}}"]
+    body += ["  br i1 %done, label %end, label %orders", "end:"]
+    body.append("".join(end for _, end in rooms) + "  ret void\n}")
     parts.append("\n".join([f"define void @{name}({given}) {{\nentry:", *body]))
     return "\n".join([*parts, *sorted(needed)])
 
@@ -136,7 +115,7 @@ class _Later(Body):
         """Instructions of a chunk."""
         kind, one, zero = self._number, self._constant(1.0), self._constant(0.0)
         order = self._put("uitofp i64 %k to double")
-        self._order = self._spread(order)
+        self._order = self._spread(order, self._lanes)
         self._over = self._put(f"fdiv {kind} {one}, {self._order}")
         after = self._put(f"fadd {kind} {self._order}, {one}")
         over_next = self._put(f"fdiv {kind} {one}, {after}")
@@ -144,15 +123,15 @@ class _Later(Body):
         row = self._put(f"mul i64 %k, {self._width}")
         sums = self._sums(groups)
         for r in rows:
-            if r.kind == WRITTEN:
+            if r.kind == Kind.WRITTEN:
                 found = zero
                 if r.a >= 0:
                     found = self._put(f"fmul {kind} {self._get(r.a)}, {over_next}")
                 self._store_from("out", row, self._width + r.value, found)
                 continue
-            if r.kind == OF_STATE:
+            if r.kind == Kind.OF_STATE:
                 found = self._load_from("out", row, r.a)
-            elif r.kind == OF_TIME:
+            elif r.kind == Kind.OF_TIME:
                 is_first = self._put("icmp eq i64 %k, 1")
                 found = self._put(f"select i1 {is_first}, {kind} {one}, {kind} {zero}")
             elif (factors := factors_of(r)) is not None:
@@ -170,35 +149,36 @@ class _Later(Body):
 
     def _linear(self, r: Recurrence) -> str:
         kind, a = self._number, self._get(r.a)
-        if r.kind == COPIED:
+        if r.kind == Kind.COPIED:
             return a
-        if r.kind == NEGATIVE:
+        if r.kind == Kind.NEGATIVE:
             return self._put(f"fneg {kind} {a}")
-        if r.kind == TWICE:
+        if r.kind == Kind.TWICE:
             return self._put(f"fadd {kind} {a}, {a}")
-        if r.kind == SCALED:
+        if r.kind == Kind.SCALED:
             return self._put(f"fmul {kind} {self._load_value(r.b)}, {a}")
-        if r.kind == CHOSEN:
-            is_on = self._truth_of(self._load_value(r.b))
-            return self._select(is_on, a, self._constant(0.0))
-        word = {SUM: "fadd", DIFFERENCE: "fsub"}[r.kind]
+        if r.kind == Kind.CHOSEN:
+            zero = self._constant(0.0)
+            is_on = self._put(f"fcmp une {kind} {self._load_value(r.b)}, {zero}")
+            return self._select(is_on, a, zero)
+        word = {Kind.SUM: "fadd", Kind.DIFFERENCE: "fsub"}[r.kind]
         return self._put(f"{word} {kind} {a}, {self._get(r.b)}")
 
     def _by_sum(self, r: Recurrence, total: str) -> str:
         """A coefficient from the sum over the orders between, and its ends."""
         kind = self._number
-        if r.kind == PRODUCT:
+        if r.kind == Kind.PRODUCT:
             first = self._put(f"fmul {kind} {self._get(r.a)}, {self._begin((False, r.b))}")
             last = self._put(f"fmul {kind} {self._begin((False, r.a))}, {self._get(r.b)}")
             ends = self._put(f"fadd {kind} {first}, {last}")
             return self._put(f"fadd {kind} {total}, {ends}")
-        if r.kind == INTEGRAL:
+        if r.kind == Kind.INTEGRAL:
             slope = self._put(f"fmul {kind} {self._order}, {self._get(r.a)}")
             first = self._put(f"fmul {kind} {slope}, {self._begin((False, r.b))}")
             whole = self._put(f"fadd {kind} {total}, {first}")
             found = self._put(f"fmul {kind} {whole}, {self._over}")
             return found if r.sign > 0 else self._put(f"fneg {kind} {found}")
-        if r.kind == QUOTIENT:
+        if r.kind == Kind.QUOTIENT:
             last = self._put(f"fmul {kind} {self._get(r.b)}, {self._begin((False, r.value))}")
             total = self._put(f"fadd {kind} {total}, {last}")
         over = self._get(r.a) if r.a >= 0 else self._constant(0.0)
@@ -230,15 +210,6 @@ class _Later(Body):
     def _store_from(self, base: str, row: str, column: int, value: str) -> None:
         place = self._place_from(base, row, column)
         self._text.append(f"  store {self._number} {value}, ptr {place}, align 8")
-
-    def _spread(self, number: str) -> str:
-        """A single number in all lanes."""
-        if self._lanes == 1:
-            return number
-        kind = self._number
-        one = self._put(f"insertelement {kind} undef, double {number}, i32 0")
-        zeros = f"<{self._lanes} x i32> zeroinitializer"
-        return self._put(f"shufflevector {kind} {one}, {kind} undef, {zeros}")
 
     def _sums(self, groups: list[Group]) -> dict[Pair, str]:
         """Sums over the orders between zero and k, of one factor's rising, the other's falling."""

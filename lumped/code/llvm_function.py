@@ -7,7 +7,7 @@ from typing import Any
 
 from lumped.code.llvm_words import INTEGER, INTRINSIC, NUMBER, ORDER, TYPES, literal
 from lumped.code.records import Field
-from lumped.code.translate import TranslationError, Value, Writer
+from lumped.code.translate import TranslationError, Value, Writer, find_common_kind
 from lumped.code.words import Kernel
 
 _ELEMENT = {"ints": ("i64", "int"), "numbers": ("double", "float"), "wides": ("", "wide")}
@@ -327,9 +327,7 @@ class LlvmFunction(Writer):
         for part in (yes, no):
             self._lines = []
             found.append((self.value(part), self._lines))
-        kinds = {value.kind for value, _ in found}
-        kind = next((k for k in ("truths", "wide", "float", "int") if k in kinds), "")
-        kind = kinds.pop() if len(kinds) == 1 else kind
+        kind = find_common_kind(value for value, _ in found)
         place = self._room(kind)
         for label, (value, lines) in zip(labels, found, strict=False):
             self._lines = lines

@@ -63,9 +63,8 @@ class Code:
 
 def load_or_compile(
     source: str,
-    assembly: Callable[[], str],
+    write: Callable[[], tuple[str, ...]],
     prefix: str = "",
-    beside: Callable[[], str] = str,
 ) -> Code:
     """Object code of a source: kept from before, or compiled now.
 
@@ -73,19 +72,18 @@ def load_or_compile(
     ----------
     source : str
         Text that identifies the code.
-    assembly : callable
-        Gives the LLVM assembly if it is needed.
+    write : callable
+        Gives the LLVM assembly if it is needed; behind it that of functions that it calls, which
+        are optimised in any case.
     prefix : str
         Begin of the name under which the code is kept. Code with a prefix is optimised by LLVM;
         straight-line code does not need that.
-    beside : callable
-        Gives the assembly of functions that it calls; they are optimised in any case.
     """
     with process_lock:
         found = load_code(source, prefix)
         if found is not None:
             return found
-        code = compile_module(assembly(), bool(prefix), beside())
+        code = compile_module(bool(prefix), *write())
         code_cache.save(_key(source, prefix), code)
         return Code(code)
 
@@ -101,12 +99,12 @@ def _key(source: str, prefix: str) -> str:
     return prefix + hashlib.sha256((source + _host()).encode()).hexdigest()
 
 
-def compile_module(assembly: str, tuned: bool, beside: str = "") -> bytes:
-    """Object code of an LLVM module, and of another one that it calls, which is always tuned."""
+def compile_module(tuned: bool, assembly: str, *called: str) -> bytes:
+    """Object code of an LLVM module, and of others that it calls, which are always tuned."""
     target = _target_machine()
     module = _module(assembly, tuned, target)
-    if beside:
-        module.link_in(_module(beside, True, target))
+    for text in called:
+        module.link_in(_module(text, True, target))
     code: bytes = target.emit_object(module)
     return code
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import re
 from dataclasses import dataclass
 from functools import cached_property
@@ -26,12 +27,9 @@ INPUTS = (STATE, PARAMETER, TIME, SETTING)
 _NO_PLACES = frozenset((*INPUTS, ca.OP_CONST))
 """Operations that read no places of the work vector."""
 
-_ONE_NAMED = (
-    *("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
-    *("exp", "expm1", "log", "log1p", "erf", "sqrt", "floor", "ceil"),
-)
-_TWO_NAMED = ("fmin", "fmax", "pow", "atan2", "hypot", "fmod", "remainder", "copysign")
 FORMULAS: dict[int, str] = {
+    **{getattr(ca, f"OP_{name.upper()}"): f"{name}(a)" for name in words.ONE},
+    **{getattr(ca, f"OP_{name.upper()}"): f"{name}(a, b)" for name in words.TWO},
     ca.OP_MUL: "a * b",
     ca.OP_ADD: "a + b",
     ca.OP_SUB: "a - b",
@@ -55,8 +53,6 @@ FORMULAS: dict[int, str] = {
     ca.OP_LIFT: "a",
     ca.OP_SIGN: "-1.0 if a < 0.0 else 1.0 if a > 0.0 else a",
     ca.OP_CONSTPOW: "pow(a, b)",
-    **{getattr(ca, f"OP_{name.upper()}"): f"{name}(a)" for name in _ONE_NAMED},
-    **{getattr(ca, f"OP_{name.upper()}"): f"{name}(a, b)" for name in _TWO_NAMED},
 }
 """What each operation of CasADi gives of its arguments, in the language of kernels.
 
@@ -64,7 +60,7 @@ The interpreter, C and LLVM are written from these, so all give the same bits.""
 
 OWN: dict[str, Any] = {"lumped_sin": sine, "lumped_cos": cosine}
 """Functions in them that are kernels, by their symbols in compiled code."""
-FUNCTIONS: dict[str, Any] = OWN | {n: words.Library(n) for n in (*_ONE_NAMED, *_TWO_NAMED)}
+FUNCTIONS: dict[str, Any] = OWN | {name: words.Library(name) for name in words.ONE + words.TWO}
 """All functions in them that Python does not have."""
 
 TWO = {op for op, formula in FORMULAS.items() if re.search(r"\bb\b", formula)}
@@ -90,6 +86,11 @@ def places_handed(rows: list[list[int]], chunk: int) -> dict[int, set[int]]:
         if k % chunk == 0:
             found[k] = set(held)
     return found
+
+
+_BITS = 26
+"""Of a place in a whole number that tells an operation."""
+_MASK = (1 << _BITS) - 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,3 +242,57 @@ def reuse_places(function: Operations) -> Operations:
         rows += (op, to, first, second)
     table = np.array(rows, dtype=np.int64).reshape(-1, 4)
     return Operations(table, function.constants, max(count, 1), function.results)
+
+
+class OperationRows:
+    """Operations in the making; the same one on the same values is made once.
+
+    An operation is one whole number, its arguments in the lower bits: what is not a container is
+    not looked at by the garbage collector.
+    """
+
+    def __init__(self) -> None:
+        self.rows: list[int] = []
+        self.constants: list[float] = []
+        self.values = 0
+        self._places: dict[int, int] = {}
+        self._constants: dict[tuple[float, float], int] = {}
+        self._numbers: dict[int, float] = {}
+
+    def apply(self, operation: int, *args: int) -> int:
+        """The value of an operation."""
+        row = (operation << 2 * _BITS) + (args[0] << _BITS) + args[-1]
+        place = self._places.get(row)
+        if place is None:
+            place = self._places[row] = self.values
+            self.values += 1
+            self.rows.append(row)
+        return place
+
+    def result(self, number: int, value: int) -> None:
+        """Let a value be a result."""
+        self.rows.append((RESULT << 2 * _BITS) + (value << _BITS) + number)
+
+    def constant(self, value: float) -> int:
+        """The value that is a number."""
+        key = (value, math.copysign(1.0, value))  # zeros of both signs are equal
+        place = self._constants.get(key)
+        if place is None:
+            place = self._constants[key] = self.apply(ca.OP_CONST, len(self.constants), 0)
+            self.constants.append(value)
+            self._numbers[place] = value
+        return place
+
+    def read_constant(self, value: int) -> float | None:
+        """The number that a value is, if it is one."""
+        return self._numbers.get(value)
+
+    def operations(self, results: int) -> Operations:
+        """What was made, without what no result needs."""
+        rows = np.array(self.rows, dtype=np.int64)
+        op, a, b = rows >> 2 * _BITS, rows >> _BITS & _MASK, rows & _MASK
+        is_result = op == RESULT
+        out = np.where(is_result, b, np.cumsum(~is_result) - 1)
+        table = np.column_stack([op, out, a, np.where(is_result, 0, b)])
+        whole = Operations(table, np.array(self.constants), max(self.values, 1), results)
+        return reuse_places(first_results(whole, results))

@@ -7,13 +7,14 @@ follows from comparisons of one number with constants is constant between these 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.code.operations import RESULT, SETTING, Operations, places_read
+from lumped.code.operations import RESULT, SETTING, Operations, first_results, places_read
 
 Real: TypeAlias = NDArray[np.float64]
 
@@ -94,27 +95,21 @@ def tabulate_steps(operations: Operations, settings: int) -> TabulatedSteps | No
             if own is not None and own.of >= 0 and source not in used[own.of]:
                 used[own.of].append(source)
     used = {number: sources for number, sources in used.items() if sources}
-    order = {source: i for i, source in enumerate(s for each in used.values() for s in each)}
-    rest = table.copy()
-    for source, i in order.items():
-        rest[source] = (SETTING, table[source, 1], settings + i, 0)
-    results = np.flatnonzero(table[:, 0] == RESULT).tolist()
-    wanted = list(used)
+    rest, count = table.copy(), settings
+    for source in (source for each in used.values() for source in each):
+        rest[source] = (SETTING, table[source, 1], count, 0)
+        count += 1
     rows = []
-    for row in _find_needed(given, wanted, {}):
+    for row in np.flatnonzero(table[:, 0] != RESULT).tolist():
         rows.append(table[row])
         if row in used:
-            rows.append(np.array((RESULT, wanted.index(row), table[row, 1], 0)))
+            rows.append(np.array((RESULT, list(used).index(row), table[row, 1], 0)))
+    arguments = replace(operations, table=np.array(rows), results=len(used))
     return TabulatedSteps(
-        Operations(np.array(rows), operations.constants, operations.work, len(wanted)),
-        tuple(compared[number] for number in wanted),
-        tuple(np.column_stack([steps[s].values for s in used[number]]) for number in wanted),
-        Operations(
-            rest[_find_needed(given, results, order)],
-            operations.constants,
-            operations.work,
-            operations.results,
-        ),
+        first_results(arguments, len(used)),
+        tuple(compared[number] for number in used),
+        tuple(np.column_stack([steps[s].values for s in own]) for own in used.values()),
+        first_results(replace(operations, table=rest), operations.results),
     )
 
 
@@ -162,17 +157,3 @@ def _steps(
                 values = _SAME[op](*(found[source].values for source in sources))
                 found[row] = _Steps(of.pop() if of else -1, np.asarray(values, dtype=float))
     return found
-
-
-def _find_needed(
-    given: list[tuple[int, ...]], wanted: list[int], known: dict[int, int]
-) -> list[int]:
-    """Rows from which some follow, in order; those that are known need no others."""
-    waiting, found = list(wanted), set(wanted)
-    while waiting:
-        row = waiting.pop()
-        for source in given[row] if row not in known else ():
-            if source not in found:
-                found.add(source)
-                waiting.append(source)
-    return sorted(found)

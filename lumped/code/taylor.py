@@ -10,25 +10,36 @@ and settings alone has no coefficients beyond order zero, whatever the operation
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from enum import IntEnum
+from functools import cache
 from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
 
 from lumped.code.operations import (
+    INPUTS,
     PARAMETER,
     RESULT,
-    SETTING,
     STATE,
     TIME,
     TWO,
     Operations,
     UnsupportedError,
+    operations_of,
 )
 
-(OF_STATE, OF_TIME, WRITTEN, COPIED, NEGATIVE, TWICE, SUM, DIFFERENCE, SCALED) = range(9)
-(CHOSEN, PRODUCT, QUOTIENT, ROOT, INTEGRAL) = range(9, 14)
-"""Kinds of recurrences. CHOSEN: the first argument where the second, a constant, is not zero."""
+
+class Kind(IntEnum):
+    """Kinds of recurrences.
+
+    CHOSEN is the first argument where the second, a constant, is not zero.
+    """
+
+    (OF_STATE, OF_TIME, WRITTEN, COPIED, NEGATIVE, TWICE, SUM, DIFFERENCE, SCALED) = range(9)
+    (CHOSEN, PRODUCT, QUOTIENT, ROOT, INTEGRAL) = range(9, 14)
+
 
 Row = tuple[int, int, int, int]
 _MOST_MULTIPLIED = 16
@@ -37,13 +48,38 @@ _NAMES = {getattr(ca, n): n[3:].lower() for n in dir(ca) if n.startswith("OP_")}
 _NAMES |= dict.fromkeys((ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE), "a comparison")
 _NAMES |= dict.fromkeys((ca.OP_NOT, ca.OP_AND, ca.OP_OR), "a logical operation")
 _NAMES[ca.OP_IF_ELSE_ZERO] = "a choice by the value"
-_LINEAR = {ca.OP_ADD: SUM, ca.OP_SUB: DIFFERENCE}
+_LINEAR = {ca.OP_ADD: Kind.SUM, ca.OP_SUB: Kind.DIFFERENCE}
 _ONE_LINEAR = {
-    ca.OP_NEG: NEGATIVE,
-    ca.OP_TWICE: TWICE,
-    ca.OP_ASSIGN: COPIED,
-    ca.OP_LIFT: COPIED,
+    ca.OP_NEG: Kind.NEGATIVE,
+    ca.OP_TWICE: Kind.TWICE,
+    ca.OP_ASSIGN: Kind.COPIED,
+    ca.OP_LIFT: Kind.COPIED,
 }
+
+
+_A, _Y, _NONE = ca.SX.sym("a"), ca.SX.sym("y"), ca.SX.sym("none", 0)
+_DERIVATIVES = {
+    ca.OP_EXP: _Y,
+    ca.OP_EXPM1: 1 + _Y,
+    ca.OP_TAN: 1 + _Y**2,
+    ca.OP_TANH: 1 - _Y**2,
+    ca.OP_LOG: 1 / _A,
+    ca.OP_LOG1P: 1 / (1 + _A),
+    ca.OP_ERF: 2 / np.sqrt(np.pi) * ca.exp(-(_A**2)),
+    ca.OP_ATAN: 1 / (1 + _A**2),
+    ca.OP_ATANH: 1 / (1 - _A**2),
+    ca.OP_ASIN: 1 / ca.sqrt(1 - _A**2),
+    ca.OP_ACOS: 1 / ca.sqrt(1 - _A**2),
+    ca.OP_ASINH: 1 / ca.sqrt(1 + _A**2),
+    ca.OP_ACOSH: 1 / ca.sqrt(_A**2 - 1),
+}
+"""Derivatives of functions y of a; of the inverse cosine with the other sign."""
+
+
+@cache
+def _derivative(op: int) -> Operations:
+    given = [_A, _Y, _NONE, _NONE]
+    return operations_of(ca.Function("derivative", given, [_DERIVATIVES[op]]))
 
 
 class Recurrence(NamedTuple):
@@ -51,7 +87,7 @@ class Recurrence(NamedTuple):
 
     Attributes
     ----------
-    kind : int
+    kind : Kind
     value : int
         The value; of a written one, the number of the result.
     a, b : int
@@ -62,7 +98,7 @@ class Recurrence(NamedTuple):
         Of an integral.
     """
 
-    kind: int
+    kind: Kind
     value: int
     a: int = -1
     b: int = -1
@@ -93,7 +129,7 @@ class Series(NamedTuple):
     @property
     def is_linear(self) -> bool:
         """Whether no recurrence has a sum over orders."""
-        return all(r.kind < PRODUCT for r in self.later)
+        return all(r.kind < Kind.PRODUCT for r in self.later)
 
 
 def series_of(function: Operations) -> Series:
@@ -113,19 +149,27 @@ class _SeriesMaker:
 
     def __init__(self, function: Operations) -> None:
         self.first: list[Row] = []
-        self.constants = function.constants.tolist()
+        self.constants: list[float] = []
         self.later: list[Recurrence | None] = []
         self.count = 0
         self._varies: list[bool] = []
         self._number: dict[int, float] = {}
         self._known: dict[tuple[int, int], tuple[int, int]] = {}
+        for out, value in self._carry_out(function, {}):
+            self.first.append((RESULT, out, value, 0))
+            self.later.append(Recurrence(Kind.WRITTEN, out, value if self._varies[value] else -1))
+
+    def _carry_out(self, function: Operations, given: dict[int, int]) -> Iterator[tuple[int, int]]:
+        """Results of a function, some of whose inputs are values already, with their numbers."""
         held: dict[int, int] = {}
         for op, out, a, b in function.table.tolist():
             if op == RESULT:
-                value = held[a]
-                self.first.append((RESULT, out, value, 0))
-                self.later.append(Recurrence(WRITTEN, out, value if self._varies[value] else -1))
-            elif op in (STATE, TIME, PARAMETER, SETTING, ca.OP_CONST):
+                yield out, held[a]
+            elif op in given:
+                held[out] = given[op]
+            elif op == ca.OP_CONST:
+                held[out] = self._constant(function.constants[a])
+            elif op in INPUTS:
                 held[out] = self._input(op, a)
             else:
                 held[out] = self._apply(op, held[a], held[b] if op in TWO else held[a])
@@ -141,12 +185,10 @@ class _SeriesMaker:
 
     def _input(self, op: int, a: int) -> int:
         value = self._value(op in (STATE, TIME), (op, a, 0))
-        if op == ca.OP_CONST:
-            self._number[value] = self.constants[a]
-        elif op == STATE:
-            self.later.append(Recurrence(OF_STATE, value, a))
+        if op == STATE:
+            self.later.append(Recurrence(Kind.OF_STATE, value, a))
         elif op == TIME:
-            self.later.append(Recurrence(OF_TIME, value))
+            self.later.append(Recurrence(Kind.OF_TIME, value))
         return value
 
     def _constant(self, number: float) -> int:
@@ -159,7 +201,7 @@ class _SeriesMaker:
         """Something that is computed at order zero only."""
         return self._value(False, (op, a, a))
 
-    def _then(self, kind: int, row: tuple[int, int, int], a: int, b: int = -1, **more: int) -> int:
+    def _then(self, kind: Kind, row: tuple[int, int, int], a: int, b: int = -1, **more: int) -> int:
         """A value that varies."""
         value = self._value(True, row)
         self.later.append(Recurrence(kind, value, a, b, **more))
@@ -177,25 +219,25 @@ class _SeriesMaker:
             if first and last:
                 return self._then(_LINEAR[op], row, a, b)
             if first:
-                return self._then(COPIED, row, a)
-            return self._then(COPIED if op == ca.OP_ADD else NEGATIVE, row, b)
+                return self._then(Kind.COPIED, row, a)
+            return self._then(Kind.COPIED if op == ca.OP_ADD else Kind.NEGATIVE, row, b)
         if op == ca.OP_MUL:
             if first and last:
-                return self._then(PRODUCT, row, a, b)
-            return self._then(SCALED, row, a if first else b, b if first else a)
+                return self._then(Kind.PRODUCT, row, a, b)
+            return self._then(Kind.SCALED, row, a if first else b, b if first else a)
         if op == ca.OP_SQ:
-            return self._then(PRODUCT, row, a, a)
+            return self._then(Kind.PRODUCT, row, a, a)
         if op == ca.OP_DIV and not last:
-            return self._then(SCALED, row, a, self._freeze(ca.OP_INV, b))
+            return self._then(Kind.SCALED, row, a, self._freeze(ca.OP_INV, b))
         if op in (ca.OP_DIV, ca.OP_INV):
             over = a if op == ca.OP_DIV and first else -1
-            return self._then(QUOTIENT, row, over, b, factor=self._freeze(ca.OP_INV, b))
+            return self._then(Kind.QUOTIENT, row, over, b, factor=self._freeze(ca.OP_INV, b))
         if op == ca.OP_SQRT:
             return self._root(row, a)
         if op == ca.OP_HYPOT:
             return self._root(row, self._apply(ca.OP_ADD, self._square(a), self._square(b)))
         if op == ca.OP_IF_ELSE_ZERO and not first:
-            return self._then(CHOSEN, row, b, a)
+            return self._then(Kind.CHOSEN, row, b, a)
         if op in (ca.OP_POW, ca.OP_CONSTPOW):
             return self._power(row, a, b)
         if op in (ca.OP_SIN, ca.OP_COS):
@@ -204,7 +246,7 @@ class _SeriesMaker:
             return self._pair(a, ca.OP_SINH, ca.OP_COSH, 1)[op == ca.OP_COSH]
         if op == ca.OP_ATAN2:
             return self._angle(row, a, b)
-        return self._other(op, a)
+        return self._by_derivative(op, a)
 
     def _square(self, a: int) -> int:
         return self._apply(ca.OP_SQ, a, a)
@@ -213,18 +255,15 @@ class _SeriesMaker:
         """A square root of a value."""
         value = self._value(True, row)
         factor = self._freeze(ca.OP_INV, self._freeze(ca.OP_TWICE, value))
-        self.later.append(Recurrence(ROOT, value, a, factor=factor))
+        self.later.append(Recurrence(Kind.ROOT, value, a, factor=factor))
         return value
-
-    def _plus(self, number: float, a: int, op: int = ca.OP_ADD) -> int:
-        return self._apply(op, self._constant(number), a)
 
     def _pair(self, a: int, sine: int, cosine: int, sign: int) -> tuple[int, int]:
         """A sine and cosine, circular or hyperbolic; each needs the other."""
         if (sine, a) not in self._known:
             s, c = self._value(True, (sine, a, a)), self._value(True, (cosine, a, a))
-            self.later.append(Recurrence(INTEGRAL, s, a, c))
-            self.later.append(Recurrence(INTEGRAL, c, a, s, sign=sign))
+            self.later.append(Recurrence(Kind.INTEGRAL, s, a, c))
+            self.later.append(Recurrence(Kind.INTEGRAL, c, a, s, sign=sign))
             self._known[sine, a] = s, c
         return self._known[sine, a]
 
@@ -241,12 +280,12 @@ class _SeriesMaker:
         y = self._value(True, row)
         if self._varies[b]:  # y' = y (b log a)'
             through = self._apply(ca.OP_MUL, b, self._apply(ca.OP_LOG, a, a))
-            self.later.append(Recurrence(INTEGRAL, y, through, y))
+            self.later.append(Recurrence(Kind.INTEGRAL, y, through, y))
             return y
         place = len(self.later)
         self.later.append(None)
         g = self._apply(ca.OP_MUL, b, self._apply(ca.OP_DIV, y, a))
-        self.later[place] = Recurrence(INTEGRAL, y, a, g)  # y' = b y / a a'
+        self.later[place] = Recurrence(Kind.INTEGRAL, y, a, g)  # y' = b y / a a'
         return y
 
     def _angle(self, row: tuple[int, int, int], y: int, x: int) -> int:
@@ -257,44 +296,19 @@ class _SeriesMaker:
             if self._varies[through]:
                 part = self._value(True, None)
                 g = self._apply(ca.OP_DIV, other, whole)
-                self.later.append(Recurrence(INTEGRAL, part, through, g, sign=sign))
+                self.later.append(Recurrence(Kind.INTEGRAL, part, through, g, sign=sign))
                 parts.append(part)
         if len(parts) == 1:
-            return self._then(COPIED, row, parts[0])
-        return self._then(SUM, row, parts[0], parts[1])
+            return self._then(Kind.COPIED, row, parts[0])
+        return self._then(Kind.SUM, row, parts[0], parts[1])
 
-    def _other(self, op: int, a: int) -> int:
-        """A function of one value, by its derivative."""
-        if op in (ca.OP_EXP, ca.OP_EXPM1, ca.OP_TAN, ca.OP_TANH):
-            y, place = self._value(True, (op, a, a)), len(self.later)
-            self.later.append(None)
-            if op in (ca.OP_EXP, ca.OP_EXPM1):
-                g = y if op == ca.OP_EXP else self._plus(1.0, y)
-            else:
-                g = self._plus(1.0, self._square(y), ca.OP_ADD if op == ca.OP_TAN else ca.OP_SUB)
-            self.later[place] = Recurrence(INTEGRAL, y, a, g)
-            return y
-        if op == ca.OP_LOG:
-            g = self._apply(ca.OP_INV, a, a)
-        elif op == ca.OP_LOG1P:
-            whole = self._plus(1.0, a)
-            g = self._apply(ca.OP_INV, whole, whole)
-        elif op == ca.OP_ERF:
-            falling = self._apply(ca.OP_NEG, self._square(a), a)
-            bell = self._apply(ca.OP_EXP, falling, falling)
-            g = self._apply(ca.OP_MUL, self._constant(float(2 / np.sqrt(np.pi))), bell)
-        elif op in (ca.OP_ATAN, ca.OP_ATANH):
-            square = self._square(a)
-            whole = self._plus(1.0, square, ca.OP_ADD if op == ca.OP_ATAN else ca.OP_SUB)
-            g = self._apply(ca.OP_INV, whole, whole)
-        elif op in (ca.OP_ASIN, ca.OP_ACOS, ca.OP_ASINH, ca.OP_ACOSH):
-            square = self._square(a)
-            if op == ca.OP_ACOSH:
-                whole = self._plus(-1.0, square)
-            else:
-                whole = self._plus(1.0, square, ca.OP_ADD if op == ca.OP_ASINH else ca.OP_SUB)
-            root = self._apply(ca.OP_SQRT, whole, whole)
-            g = self._apply(ca.OP_INV, root, root)
-        else:
+    def _by_derivative(self, op: int, a: int) -> int:
+        """A function of one value."""
+        if op not in _DERIVATIVES:
             raise UnsupportedError(_NAMES.get(op, f"operation {op}"))
-        return self._then(INTEGRAL, (op, a, a), a, g, sign=-1 if op == ca.OP_ACOS else 1)
+        y, place = self._value(True, (op, a, a)), len(self.later)
+        self.later.append(None)
+        ((_, g),) = self._carry_out(_derivative(op), {STATE: a, PARAMETER: y})
+        sign = -1 if op == ca.OP_ACOS else 1
+        self.later[place] = Recurrence(Kind.INTEGRAL, y, a, g, sign=sign)
+        return y

@@ -6,21 +6,7 @@ from collections.abc import Iterable
 from typing import NamedTuple, TypeVar
 
 from lumped.code.operations import RESULT, places_read
-from lumped.code.taylor import (
-    CHOSEN,
-    DIFFERENCE,
-    INTEGRAL,
-    OF_STATE,
-    OF_TIME,
-    PRODUCT,
-    QUOTIENT,
-    ROOT,
-    SCALED,
-    SUM,
-    WRITTEN,
-    Recurrence,
-    Series,
-)
+from lumped.code.taylor import Kind, Recurrence, Series
 
 _CHUNK = 200
 """Operations in one LLVM function: the time to compile grows faster than linearly in them."""
@@ -49,13 +35,13 @@ def _chunks(rows: list[_T]) -> list[list[_T]]:
 
 def factors_of(r: Recurrence) -> Pair | None:
     """What is multiplied in the sum of a recurrence, if it has one."""
-    if r.kind == PRODUCT:
+    if r.kind == Kind.PRODUCT:
         return (False, r.a), (False, r.b)
-    if r.kind == QUOTIENT:
+    if r.kind == Kind.QUOTIENT:
         return (False, r.b), (False, r.value)
-    if r.kind == ROOT:
+    if r.kind == Kind.ROOT:
         return (False, r.value), (False, r.value)
-    if r.kind == INTEGRAL:
+    if r.kind == Kind.INTEGRAL:
         return (True, r.a), (False, r.b)
     return None
 
@@ -77,7 +63,7 @@ class Places:
 
     def __init__(self, series: Series, lanes: int) -> None:
         self.first_chunks, self.later_chunks = _chunks(series.first), _chunks(series.later)
-        self.varying = {r.value for r in series.later if r.kind != WRITTEN}
+        self.varying = {r.value for r in series.later if r.kind != Kind.WRITTEN}
         self.kept: dict[Factor, list[int]] = {}
         self.groups: list[list[Group]] = []
         self.fixed: dict[int, int] = {}
@@ -89,14 +75,14 @@ class Places:
             self.groups.append([self._group(part, are_vectors) for part in parts])
             own = set()
             for r in chunk:
-                if r.kind == SCALED or r.kind == CHOSEN:
+                if r.kind == Kind.SCALED or r.kind == Kind.CHOSEN:
                     self._fix(r.b)
                 if r.factor >= 0:
                     self._fix(r.factor)
                 for value in _read(r):
                     if value not in own:
                         self._keep((False, value))
-                own |= {r.value} if r.kind != WRITTEN else set()
+                own |= {r.value} if r.kind != Kind.WRITTEN else set()
         made: set[int] = set()
         for rows in self.first_chunks:
             own = {row[1] for row in rows if row[0] != RESULT}
@@ -127,6 +113,6 @@ class Places:
 
 def _read(r: Recurrence) -> Iterable[int]:
     """Values whose coefficients of the same order a recurrence needs."""
-    if r.kind in (SUM, DIFFERENCE, PRODUCT, QUOTIENT):
+    if r.kind in (Kind.SUM, Kind.DIFFERENCE, Kind.PRODUCT, Kind.QUOTIENT):
         return [v for v in (r.a, r.b) if v >= 0]
-    return [r.a] if r.a >= 0 and r.kind not in (OF_STATE, OF_TIME) else []
+    return [r.a] if r.a >= 0 and r.kind not in (Kind.OF_STATE, Kind.OF_TIME) else []

@@ -8,7 +8,13 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from lumped.code.records import Field, Record
-from lumped.code.translate import TranslationError, Value, Writer, write_all
+from lumped.code.translate import (
+    TranslationError,
+    Value,
+    Writer,
+    find_common_kind,
+    write_all,
+)
 from lumped.code.words import Kernel
 
 _TYPES = {"int": "int64_t ", "float": "double ", "bool": "bool ", "void": "void "}
@@ -250,8 +256,7 @@ class _CFunction(Writer):
     def choice(self, test: ast.expr, yes: ast.expr, no: ast.expr) -> Value:
         condition = self.convert(self.value(test), "bool")
         found = [self.value(part) for part in (yes, no)]
-        kinds = {value.kind for value in found}
-        kind = kinds.pop() if len(kinds) == 1 else "float" if "float" in kinds else "int"
+        kind = find_common_kind(found)
         a, b = (self.convert(value, kind).text for value in found)
         return Value(f"({condition.text} ? {a} : {b})", kind)
 

@@ -10,9 +10,8 @@ rounding. `to_llvm` and `to_c` write the result.
 from __future__ import annotations
 
 import ast
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
-from typing import Any, ClassVar, NamedTuple, TypeVar
+from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
 
 from lumped.code import words
 from lumped.code.records import Field, Record
@@ -60,7 +59,53 @@ def write_all(kernels: Iterable[Kernel], write: Callable[[Kernel], Written]) -> 
     return list(found.values())
 
 
-class Writer(ABC):
+def find_common_kind(values: Iterable[Value]) -> Any:
+    """The kind that can hold all of some values."""
+    kinds = {value.kind for value in values}
+    if len(kinds) == 1:
+        return kinds.pop()
+    return next((kind for kind in ("truths", "wide", "float", "int") if kind in kinds), "")
+
+
+class Language(Protocol):
+    """What a language writes for each construct."""
+
+    def write_if(self, test: ast.expr, yes: list[ast.stmt], no: list[ast.stmt]) -> None: ...
+    def write_while(self, test: ast.expr, body: list[ast.stmt]) -> None: ...
+    def write_for(
+        self, name: str, bounds: tuple[Value, Value, Value], down: bool, body: list[ast.stmt]
+    ) -> None: ...
+    def write_return(self, value: Value | None) -> None: ...
+    def write_break(self) -> None: ...
+    def write_continue(self) -> None: ...
+    def write_expression(self, value: Value) -> None: ...
+    def write_variable(self, name: str, value: Value) -> None: ...
+    def write_element(self, base: Value, index: Value, value: Value) -> None: ...
+    def write_field(self, record: Value, field: Field, value: Value) -> None: ...
+    def number(self, value: float) -> Value: ...
+    def table(self, name: str, numbers: tuple[float, ...]) -> Value: ...
+    def variable(self, name: str) -> Value: ...
+    def keep(self, value: Value) -> Value: ...
+    def field(self, record: Value, field: Field) -> Value: ...
+    def element(self, base: Value, index: Value) -> Value: ...
+    def move(self, base: Value, offset: Value) -> Value: ...
+    def convert(self, value: Value, kind: Any) -> Value: ...
+    def truncate(self, value: Value) -> Value: ...
+    def arithmetic(self, sign: str, a: Value, b: Value) -> Value: ...
+    def negative(self, value: Value) -> Value: ...
+    def negate(self, value: Value) -> Value: ...
+    def compare(self, order: str, a: Value, b: Value) -> Value: ...
+    def logical(self, both: bool, parts: list[ast.expr]) -> Value: ...
+    def choice(self, test: ast.expr, yes: ast.expr, no: ast.expr) -> Value: ...
+    def extreme(self, least: bool, a: Value, b: Value) -> Value: ...
+    def library(self, name: str, values: list[Value]) -> Value: ...
+    def call_kernel(self, kernel: Kernel, values: list[Value], result: Any) -> Value: ...
+    def call_by_address(self, result: Any, values: list[Value]) -> Value: ...
+    def cast(self, address: Value, kind: Any) -> Value: ...
+    def any_of(self, truths: Value) -> Value: ...
+
+
+class Writer(Language, ast.NodeVisitor):
     """Reads one function, statement by statement, and writes it in a language.
 
     Attributes
@@ -109,34 +154,40 @@ class Writer(ABC):
     def block(self, body: list[ast.stmt]) -> None:
         """Statements one after the other."""
         for node in body:
-            self._statement(node)
+            self.visit(node)
 
-    def _statement(self, node: ast.stmt) -> None:
-        if isinstance(node, ast.Assign):
-            self._assign(node)
-        elif isinstance(node, ast.AugAssign):
-            old = ast.parse(ast.unparse(node.target), mode="eval").body
-            self._set(node.target, self.value(ast.BinOp(old, node.op, node.value)))
-        elif isinstance(node, ast.If):
-            self.write_if(node.test, node.body, node.orelse)
-        elif isinstance(node, ast.While):
-            self.write_while(node.test, node.body)
-        elif isinstance(node, ast.For):
-            self._for(node)
-        elif isinstance(node, ast.Return):
-            given = None if node.value is None else self.value(node.value)
-            self.write_return(None if given is None else self.convert(given, self.result))
-        elif isinstance(node, ast.Break):
-            self.write_break()
-        elif isinstance(node, ast.Continue):
-            self.write_continue()
-        elif isinstance(node, ast.Expr):
-            if not isinstance(node.value, ast.Constant):
-                self.write_expression(self.value(node.value))
-        elif not isinstance(node, ast.Pass):
-            raise self.unknown(node)
+    def generic_visit(self, node: ast.AST) -> Any:
+        """Refuse what has no method."""
+        raise self.unknown(node)
 
-    def _assign(self, node: ast.Assign) -> None:
+    def visit_AugAssign(self, node: ast.AugAssign) -> None:
+        old = ast.parse(ast.unparse(node.target), mode="eval").body
+        self._set(node.target, self.value(ast.BinOp(old, node.op, node.value)))
+
+    def visit_If(self, node: ast.If) -> None:
+        self.write_if(node.test, node.body, node.orelse)
+
+    def visit_While(self, node: ast.While) -> None:
+        self.write_while(node.test, node.body)
+
+    def visit_Return(self, node: ast.Return) -> None:
+        given = None if node.value is None else self.value(node.value)
+        self.write_return(None if given is None else self.convert(given, self.result))
+
+    def visit_Break(self, _: ast.Break) -> None:
+        self.write_break()
+
+    def visit_Continue(self, _: ast.Continue) -> None:
+        self.write_continue()
+
+    def visit_Expr(self, node: ast.Expr) -> None:
+        if not isinstance(node.value, ast.Constant):
+            self.write_expression(self.value(node.value))
+
+    def visit_Pass(self, _: ast.Pass) -> None:
+        """Nothing is to be written."""
+
+    def visit_Assign(self, node: ast.Assign) -> None:
         first = node.targets[0]
         if isinstance(first, ast.Tuple) and isinstance(node.value, ast.Tuple):
             found = [self.keep(self.value(part)) for part in node.value.elts]
@@ -163,7 +214,7 @@ class Writer(ABC):
         else:
             raise self.unknown(target)
 
-    def _for(self, node: ast.For) -> None:
+    def visit_For(self, node: ast.For) -> None:
         if not (isinstance(node.target, ast.Name) and isinstance(node.iter, ast.Call)):
             raise self.unknown(node)
         bounds = [self.convert(self.value(a), "int") for a in node.iter.args]
@@ -178,27 +229,20 @@ class Writer(ABC):
 
     def value(self, node: ast.expr) -> Value:
         """An expression."""
-        if isinstance(node, ast.Name) and node.id in self.variables:
-            return self.variable(node.id)
-        if isinstance(node, ast.Attribute) and self._is_field(node):
-            return self.field(*self._field(node))
-        if isinstance(node, ast.Constant | ast.Name | ast.Attribute):
-            return self._constant(node)
-        if isinstance(node, ast.Subscript):
-            return self._subscript(node)
-        if isinstance(node, ast.BinOp):
-            return self._binary(node)
-        if isinstance(node, ast.UnaryOp):
-            return self._unary(node)
-        if isinstance(node, ast.Compare):
-            return self._comparison(node)
-        if isinstance(node, ast.BoolOp):
-            return self.logical(isinstance(node.op, ast.And), node.values)
-        if isinstance(node, ast.IfExp):
-            return self.choice(node.test, node.body, node.orelse)
-        if isinstance(node, ast.Call):
-            return self._call(node)
-        raise self.unknown(node)
+        found: Value = self.visit(node)
+        return found
+
+    def visit_Name(self, node: ast.Name) -> Value:
+        return self.variable(node.id) if node.id in self.variables else self.visit_Constant(node)
+
+    def visit_Attribute(self, node: ast.Attribute) -> Value:
+        return self.field(*self._field(node)) if self._is_field(node) else self.visit_Constant(node)
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> Value:
+        return self.logical(isinstance(node.op, ast.And), node.values)
+
+    def visit_IfExp(self, node: ast.IfExp) -> Value:
+        return self.choice(node.test, node.body, node.orelse)
 
     def _is_field(self, node: ast.expr) -> bool:
         while isinstance(node, ast.Attribute):
@@ -212,7 +256,7 @@ class Writer(ABC):
             raise self.unknown(node)
         return record, record.kind.fields[node.attr]
 
-    def _constant(self, node: ast.expr) -> Value:
+    def visit_Constant(self, node: ast.expr) -> Value:
         try:
             value = eval(ast.unparse(node), self.kernel.space)
         except (NameError, AttributeError):
@@ -234,7 +278,7 @@ class Writer(ABC):
             raise self.unknown(node)
         return pointer, index
 
-    def _subscript(self, node: ast.Subscript) -> Value:
+    def visit_Subscript(self, node: ast.Subscript) -> Value:
         if isinstance(node.slice, ast.Slice):
             if node.slice.lower is None or node.slice.upper or node.slice.step:
                 raise self.unknown(node)
@@ -242,7 +286,7 @@ class Writer(ABC):
             return self.move(base, self.convert(begin, "int"))
         return self.element(*self._element(node))
 
-    def _binary(self, node: ast.BinOp) -> Value:
+    def visit_BinOp(self, node: ast.BinOp) -> Value:
         a, b = self.value(node.left), self.value(node.right)
         op: Any = type(node.op)
         if a.kind == b.kind == "int" and op in _INTEGER:
@@ -255,7 +299,7 @@ class Writer(ABC):
             raise self.unknown(node)
         return self.arithmetic(_NUMBER[op], a, b)
 
-    def _unary(self, node: ast.UnaryOp) -> Value:
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> Value:
         if isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant):
             return self.number(-eval(ast.unparse(node.operand)))
         value = self.value(node.operand)
@@ -266,13 +310,11 @@ class Writer(ABC):
             return self.negative(value)
         raise self.unknown(node)
 
-    def _comparison(self, node: ast.Compare) -> Value:
+    def visit_Compare(self, node: ast.Compare) -> Value:
         if len(node.ops) > 1:
             raise self.unknown(node)
         a, b = self.value(node.left), self.value(node.comparators[0])
-        kind = "float" if "float" in (a.kind, b.kind) else "int"
-        kind = "wide" if "wide" in (a.kind, b.kind) else kind
-        kind = "bool" if a.kind == b.kind == "bool" else kind
+        kind = find_common_kind((a, b))
         order = _ORDER[type(node.ops[0])]
         return self.compare(order, self.convert(a, kind), self.convert(b, kind))
 
@@ -290,7 +332,7 @@ class Writer(ABC):
             raise self.unknown(node)
         return Value(found.text, "numbers")
 
-    def _call(self, node: ast.Call) -> Value:
+    def visit_Call(self, node: ast.Call) -> Value:
         word = eval(ast.unparse(node.func), self.kernel.space)
         if word is words.flat:
             return self._flat(node.args[0])
@@ -320,78 +362,10 @@ class Writer(ABC):
         if word is int:
             return self.truncate(values[0])
         if word in (min, max):
-            kinds = [value.kind for value in values]
-            kind = "wide" if "wide" in kinds else "float" if "float" in kinds else "int"
+            kind = find_common_kind(values)
             return self.extreme(word is min, *(self.convert(v, kind) for v in values))
         name = "fabs" if word is abs else getattr(word, "c_name", None)
         if name is None:
             raise self.unknown(node)
         kind = "wide" if any(v.kind == "wide" for v in values) else "float"
         return self.library(name, [self.convert(v, kind) for v in values])
-
-    # -- what a language writes --------------------------------------------------------------
-
-    @abstractmethod
-    def write_if(self, test: ast.expr, yes: list[ast.stmt], no: list[ast.stmt]) -> None: ...
-    @abstractmethod
-    def write_while(self, test: ast.expr, body: list[ast.stmt]) -> None: ...
-    @abstractmethod
-    def write_for(
-        self, name: str, bounds: tuple[Value, Value, Value], down: bool, body: list[ast.stmt]
-    ) -> None: ...
-    @abstractmethod
-    def write_return(self, value: Value | None) -> None: ...
-    @abstractmethod
-    def write_break(self) -> None: ...
-    @abstractmethod
-    def write_continue(self) -> None: ...
-    @abstractmethod
-    def write_expression(self, value: Value) -> None: ...
-    @abstractmethod
-    def write_variable(self, name: str, value: Value) -> None: ...
-    @abstractmethod
-    def write_element(self, base: Value, index: Value, value: Value) -> None: ...
-    @abstractmethod
-    def write_field(self, record: Value, field: Field, value: Value) -> None: ...
-    @abstractmethod
-    def number(self, value: float) -> Value: ...
-    @abstractmethod
-    def table(self, name: str, numbers: tuple[float, ...]) -> Value: ...
-    @abstractmethod
-    def variable(self, name: str) -> Value: ...
-    @abstractmethod
-    def keep(self, value: Value) -> Value: ...
-    @abstractmethod
-    def field(self, record: Value, field: Field) -> Value: ...
-    @abstractmethod
-    def element(self, base: Value, index: Value) -> Value: ...
-    @abstractmethod
-    def move(self, base: Value, offset: Value) -> Value: ...
-    @abstractmethod
-    def convert(self, value: Value, kind: Any) -> Value: ...
-    @abstractmethod
-    def truncate(self, value: Value) -> Value: ...
-    @abstractmethod
-    def arithmetic(self, sign: str, a: Value, b: Value) -> Value: ...
-    @abstractmethod
-    def negative(self, value: Value) -> Value: ...
-    @abstractmethod
-    def negate(self, value: Value) -> Value: ...
-    @abstractmethod
-    def compare(self, order: str, a: Value, b: Value) -> Value: ...
-    @abstractmethod
-    def logical(self, both: bool, parts: list[ast.expr]) -> Value: ...
-    @abstractmethod
-    def choice(self, test: ast.expr, yes: ast.expr, no: ast.expr) -> Value: ...
-    @abstractmethod
-    def extreme(self, least: bool, a: Value, b: Value) -> Value: ...
-    @abstractmethod
-    def library(self, name: str, values: list[Value]) -> Value: ...
-    @abstractmethod
-    def call_kernel(self, kernel: Kernel, values: list[Value], result: Any) -> Value: ...
-    @abstractmethod
-    def call_by_address(self, result: Any, values: list[Value]) -> Value: ...
-    @abstractmethod
-    def cast(self, address: Value, kind: Any) -> Value: ...
-    @abstractmethod
-    def any_of(self, truths: Value) -> Value: ...

@@ -90,24 +90,25 @@ class Library:
 
 
 def _load_library() -> Any:
-    """The C library's mathematical functions."""
+    """The mathematical functions of the C library."""
     library = ctypes.CDLL(ctypes.util.find_library("m") or ctypes.util.find_library("msvcrt"))
-    for name in (*_ONE, *_TWO):
+    for name in (*ONE, *TWO):
         function = getattr(library, name)
         function.restype = ctypes.c_double
-        function.argtypes = [ctypes.c_double] * (2 if name in _TWO else 1)
+        function.argtypes = [ctypes.c_double] * (2 if name in TWO else 1)
     return library
 
 
-_ONE = (
+ONE = (
     *("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh"),
     *("acosh", "atanh", "exp", "expm1", "log", "log1p", "erf", "floor", "ceil"),
 )
-_TWO = ("atan2", "hypot", "fmod", "remainder", "copysign", "fmin", "fmax", "pow")
+TWO = ("atan2", "hypot", "fmod", "remainder", "copysign", "fmin", "fmax", "pow")
+"""Functions of the C library with one argument, and with two."""
 _LIBRARY = _load_library()
-(sqrt, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, asinh) = map(Library, _ONE[:11])
-(acosh, atanh, exp, expm1, log, log1p, erf, floor, ceil) = map(Library, _ONE[11:])
-(atan2, hypot, fmod, remainder, copysign, fmin, fmax, power) = map(Library, _TWO)
+(sqrt, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, asinh) = map(Library, ONE[:11])
+(acosh, atanh, exp, expm1, log, log1p, erf, floor, ceil) = map(Library, ONE[11:])
+(atan2, hypot, fmod, remainder, copysign, fmin, fmax, power) = map(Library, TWO)
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,3 +187,52 @@ def make_kernel(name: str, source: str, space: dict[str, Any]) -> Any:
     exec("from __future__ import annotations\n" + source, space, own)
     function = own[name]
     return Kernel(f"{space['__name__']}.{name}", source, space, function)
+
+
+@kernel
+def copy_numbers(count: int, given: Numbers, out: Numbers) -> None:
+    """Copy so many numbers."""
+    for i in range(count):
+        out[i] = given[i]
+
+
+@kernel
+def least_of(given: Numbers, top: int) -> float:
+    """The least of the first number and so many after it."""
+    found = given[0]
+    for j in range(1, top + 1):
+        found = min(found, given[j])
+    return found
+
+
+@kernel
+def greatest_of(given: Numbers, top: int) -> float:
+    """The greatest of the first number and so many after it."""
+    found = given[0]
+    for j in range(1, top + 1):
+        found = max(found, given[j])
+    return found
+
+
+@kernel
+def largest_of(count: int, given: Numbers) -> float:
+    """The largest size of so many numbers."""
+    found = 0.0
+    for i in range(count):
+        found = max(found, abs(given[i]))
+    return found
+
+
+@kernel
+def last_up_to(given: Numbers, stride: int, low: int, high: int, most: float) -> int:
+    """Number of the last of ascending numbers, each a stride apart, that is no greater.
+
+    It is sought from `low`, which needs not be one, up to but without `high`.
+    """
+    while high - low > 1:
+        middle = (low + high) // 2
+        if given[middle * stride] <= most:
+            low = middle
+        else:
+            high = middle
+    return low

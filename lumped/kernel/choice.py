@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.code.words import Numbers, kernel, sqrt
+from lumped.code.words import Numbers, kernel, largest_of, sqrt
 from lumped.kernel.enclosures.forcing import limit_by_forcing
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.any_method import IMPLICIT_ORDER, LONGER, dense_error, prepare
@@ -155,10 +155,7 @@ def _begin_fastest(run: Run) -> None:
 @kernel
 def _set_fastest(run: Run) -> None:
     """Follow the size to the Jacobian of the present step."""
-    size = 0.0
-    for i in range(run.plant.states):
-        size = max(size, abs(run.fast[i]))
-    if size > 0.0:
+    if largest_of(run.plant.states, run.fast) > 0.0:
         _go_on(run)
     else:
         _begin_fastest(run)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from lumped.code.records import Record
-from lumped.code.words import Integers, Numbers, kernel
+from lumped.code.words import Integers, Numbers, copy_numbers, kernel
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Run
@@ -146,8 +146,7 @@ def place_instants(clocks: Clocks, run: Run) -> None:
             middle = clocks.end + clocks.apart
         while row < clocks.still and clocks.still_time[row] <= middle:
             row += 1
-        for j in range(timed):
-            clocks.values[i * timed + j] = clocks.still_values[row * timed + j]
+        copy_numbers(timed, clocks.still_values[row * timed :], clocks.values[i * timed :])
         for k in range(clocks.count):
             after = middle >= clocks.instant[k]
             clocks.values[i * timed + clocks.column[k]] = (

@@ -15,7 +15,7 @@ import math
 from typing import Annotated
 
 from lumped.code.records import Record
-from lumped.code.words import Integers, Numbers, kernel, power, sqrt
+from lumped.code.words import Integers, Numbers, kernel, last_up_to, power, sqrt
 
 (NO_MEAN, GOODMAN, GERBER, SMITH_WATSON_TOPPER, WALKER, FKM) = range(6)
 """How the mean of a cycle counts. Goodman's and Gerber's number is the ultimate strength, Walker's
@@ -160,16 +160,10 @@ def _slope_by_mean(count: Count, k: int, amplitude: float, mean: float) -> float
 def _row(count: Count, k: int, amplitude: float) -> int:
     """Row of the curve that holds at an amplitude; -1 below all."""
     first = count.row[k]
-    low, high = first, count.row[k + 1]
-    while low < high:
-        middle = (low + high) // 2
-        if count.curve[3 * middle] <= amplitude:
-            low = middle + 1
-        else:
-            high = middle
-    if low == first:
+    found = last_up_to(count.curve, 3, first - 1, count.row[k + 1], amplitude)
+    if found < first:
         return first if count.extends_down[k] else -1
-    return low - 1
+    return found
 
 
 @kernel

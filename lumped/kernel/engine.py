@@ -73,7 +73,7 @@ def call(name: str, *given: Record | np.ndarray) -> int:
 def time_loop() -> Code:
     """The time loop compiled by LLVM."""
     name = code_cache.loop_name()
-    return load_or_compile(hash_of_all(), lambda: as_llvm(_kernels()), name)
+    return load_or_compile(hash_of_all(), lambda: (as_llvm(_kernels()),), name)
 
 
 LANES = 8
@@ -87,7 +87,7 @@ def lanes() -> Callable[[int], int]:
 
     name = code_cache.loop_name() + "lanes-"
     source = f"{LANES} {hash_of_all()}"
-    code = load_or_compile(source, lambda: as_llvm(ENTRIES, LANES, COUNTERPARTS), name)
+    code = load_or_compile(source, lambda: (as_llvm(ENTRIES, LANES, COUNTERPARTS),), name)
     made = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p)(code.address("lanes"))
     _kept.append(code)
     return made

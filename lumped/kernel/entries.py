@@ -68,27 +68,10 @@ def watch_constraints(run: Run) -> int:
     return 0
 
 
-ENTRIES: dict[str, Any] = {
-    "loop": loop,
-    "begin": begin,
-    "calm_positions": calm_positions,
-    "find_positions": find_positions,
-    "value": value,
-    "values": values,
-    "close_linkages": close_linkages,
-    "converge_linkages": converge_linkages,
-    "watch_constraints": watch_constraints,
-    "prepare_parameters": prepare_parameters,
-    "replay_steps": replay_steps,
-    "evaluate_inside": evaluate_inside,
-    "list_points": list_points,
-    "sweep_steps": sweep_steps,
-    "variants": variants,
-    "until_steps_of": until_steps_of,
-    "attempt_of": attempt_of,
-    "crossing_of": crossing_of,
-    "look_of": look_of,
-    "end_of": end_of,
-    "count_all": count_all,
-    "sum_damage": sum_damage,
-}
+_ALL: tuple[Any, ...] = (
+    *(loop, begin, calm_positions, find_positions, value, values, close_linkages),
+    *(converge_linkages, watch_constraints, prepare_parameters, replay_steps, evaluate_inside),
+    *(list_points, sweep_steps, variants, until_steps_of, attempt_of, crossing_of, look_of, end_of),
+    *(count_all, sum_damage),
+)
+ENTRIES: dict[str, Any] = {entry.function.__name__: entry for entry in _ALL}

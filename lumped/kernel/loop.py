@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel
-from lumped.flattening.hold_modes import BACKWARD, FORWARD, STUCK
+from lumped.code.words import copy_numbers, kernel
+from lumped.kernel.instants.holds import position_of
 from lumped.kernel.instants.positions import find_positions
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.observe import observe_clocks
 from lumped.kernel.output import begin_piece, has_room, note_change, record_edge
-from lumped.kernel.plant import FREE, Plant
 from lumped.kernel.run import (
     BEGIN_SEGMENT,
     CROSS,
@@ -30,18 +29,7 @@ from lumped.kernel.run import (
     WAITING,
     Run,
 )
-from lumped.kernel.steps import advance, begin_steps, is_unfit
-
-
-@kernel
-def position_of(plant: Plant, m: Numbers, h: int) -> int:
-    """Position of a hold."""
-    own = m[plant.hold_setting[h] :]
-    if own[STUCK] > 0.5:
-        return STUCK
-    if own[FORWARD] > 0.5:
-        return FORWARD
-    return BACKWARD if own[BACKWARD] > 0.5 else FREE
+from lumped.kernel.steps import advance, begin_steps, is_unfit, take_states
 
 
 @kernel
@@ -72,11 +60,8 @@ def _settle(run: Run) -> int:
         return status
     run.phase = run.next_phase
     _note_changes(run)
-    for i in range(run.plant.settings):
-        run.m[i] = run.instant.m[i]
-    for i in range(run.plant.states):
-        run.x[i] = run.instant.x[i]
-        run.largest[i] = max(run.largest[i], abs(run.x[i]))
+    copy_numbers(run.plant.settings, run.instant.m, run.m)
+    take_states(run, run.instant.x)
     return GOES_ON
 
 
@@ -98,8 +83,7 @@ def must_jump(run: Run) -> bool:
 def _begin_segment(run: Run) -> int:
     """Set the functions of time for the next segment, at an instant known before."""
     plant, k = run.plant, run.segment
-    for i in range(plant.settings):
-        run.instant.before[i] = run.m[i]
+    copy_numbers(plant.settings, run.m, run.instant.before)
     run.t, run.end = run.edges[k], run.edges[k + 1]
     for i in range(run.timed):
         run.m[run.timed_setting[i]] = run.timed_values[k * run.timed + i]
@@ -113,13 +97,10 @@ def _begin_segment(run: Run) -> int:
 @kernel
 def _cross(run: Run) -> int:
     """Go to the instant at which margins fire."""
-    for i in range(run.plant.states):
-        run.x[i] = run.inner[i]
-        run.largest[i] = max(run.largest[i], abs(run.x[i]))
+    take_states(run, run.inner)
     run.t = run.t_cross
     record_edge(run)
-    for i in range(run.plant.settings):
-        run.instant.before[i] = run.m[i]
+    copy_numbers(run.plant.settings, run.m, run.instant.before)
     run.next_phase = OPEN_CROSSING
     return _settle(run)
 
@@ -135,13 +116,6 @@ def _open_crossing(run: Run) -> int:
     if k >= STORM_SIZE and run.t - run.changed[(k + 1) % STORM_SIZE] <= STORM_WITHIN * run.span:
         return STORM
     return GOES_ON
-
-
-@kernel
-def _open_segment(run: Run) -> int:
-    begin_piece(run)
-    run.phase = RESTART
-    return UNFIT if is_unfit(run) else GOES_ON
 
 
 @kernel
@@ -167,7 +141,9 @@ def until_steps(run: Run) -> int:
         if run.phase == BEGIN_SEGMENT:
             status = _begin_segment(run)
         elif run.phase == OPEN_SEGMENT:
-            status = _open_segment(run)
+            begin_piece(run)
+            run.phase = RESTART
+            status = UNFIT if is_unfit(run) else GOES_ON
         elif run.phase == CROSS:
             status = _cross(run)
         elif run.phase == SETTLING:
@@ -196,5 +172,5 @@ def loop(run: Run) -> int:
     while status == GOES_ON:
         status = until_steps(run)
         if status == GOES_ON:
-            status = advance(run)
+            status = advance(run, False)
     return status

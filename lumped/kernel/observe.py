@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Numbers, copy_numbers, kernel
 from lumped.kernel.enclosures.extremes import (
     LOWEST,
     MOST_PARTS,
@@ -116,8 +116,7 @@ def _integrate(run: Run, k: int, begin: float, end: float) -> None:
     n, coarse, fine, parts, is_close = watch.integrands, watch.coarse, watch.fine, 1, False
     _gauss(run, begin, end, 1, fine)
     while not is_close and parts < MOST_PARTS:
-        for i in range(n):
-            coarse[i] = fine[i]
+        copy_numbers(n, fine, coarse)
         parts *= 2
         _gauss(run, begin, end, parts, fine)
         is_close = True
@@ -138,6 +137,16 @@ def is_first_with_its_part(begin: Numbers, end: Numbers, first: int, k: int) -> 
         if has_same_part(begin, end, i, k):
             return False
     return True
+
+
+@kernel
+def _add_next_point(run: Run, x: Numbers, t: float) -> None:
+    """Add the value at the next of the given instants."""
+    watch = run.watch
+    place = watch.time_of[watch.next_time]
+    evaluate(watch.point, run, x, t, run.m, watch.value)
+    watch.totals[place] += watch.value[place]
+    watch.next_time += 1
 
 
 @kernel
@@ -164,14 +173,10 @@ def observe(run: Run, until: float) -> None:
                 raise_all(run, k - n, begin, end)
         if watch.loads > 0:
             feed_loads(run, until)
-    k = watch.next_time
-    while k < watch.times and watch.time[k] < until:
-        part = (watch.time[k] - run.t) / (run.t_new - run.t)
-        inside(run, part, watch.x)
-        evaluate(watch.point, run, watch.x, watch.time[k], run.m, watch.value)
-        watch.totals[watch.time_of[k]] += watch.value[watch.time_of[k]]
-        k += 1
-    watch.next_time = k
+    while watch.next_time < watch.times and watch.time[watch.next_time] < until:
+        t = watch.time[watch.next_time]
+        inside(run, (t - run.t) / (run.t_new - run.t), watch.x)
+        _add_next_point(run, watch.x, t)
 
 
 @kernel
@@ -179,10 +184,7 @@ def end_watch(run: Run) -> None:
     """Take what is wanted at the end of a run."""
     watch = run.watch
     while watch.next_time < watch.times:
-        k = watch.next_time
-        evaluate(watch.point, run, run.x, run.t, run.m, watch.value)
-        watch.totals[watch.time_of[k]] += watch.value[watch.time_of[k]]
-        watch.next_time = k + 1
+        _add_next_point(run, run.x, run.t)
     if watch.extremes > 0:
         raise_at(run)
     if watch.loads > 0:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Numbers, copy_numbers, kernel
 from lumped.kernel.methods.any_method import inside
 from lumped.kernel.observe import observe_event
 from lumped.kernel.run import Run, RunOutput
@@ -25,8 +25,7 @@ def add_row(run: Run, t: float) -> Numbers:
     output, plant = run.output, run.plant
     row, ng = output.rows, plant.implicit
     output.t[row] = t
-    for i in range(ng):
-        output.implicit[row * ng + i] = run.m[plant.settings - ng + i]
+    copy_numbers(ng, run.m[plant.settings - ng :], output.implicit[row * ng :])
     output.rows = row + 1
     return output.x[row * plant.states :]
 
@@ -37,9 +36,7 @@ def record_edge(run: Run) -> None:
     output = run.output
     if not output.has_both_sides:
         return
-    out = add_row(run, run.t)
-    for i in range(run.plant.states):
-        out[i] = run.x[i]
+    copy_numbers(run.plant.states, run.x, add_row(run, run.t))
     if output.is_on_grid:
         latest = run.t + _SAME * run.span
         while output.grid_next < output.grid_size and output.grid[output.grid_next] <= latest:
@@ -52,9 +49,7 @@ def record(run: Run, end: float, is_crossed: bool) -> None:
     output = run.output
     if not output.is_on_grid:
         if not is_crossed or run.t_new < end:
-            out = add_row(run, run.t_new)
-            for i in range(run.plant.states):
-                out[i] = run.new[i]
+            copy_numbers(run.plant.states, run.new, add_row(run, run.t_new))
         return
     k = output.grid_next
     while k < output.grid_size and output.grid[k] < end:
@@ -72,8 +67,7 @@ def begin_piece(run: Run) -> None:
         return
     k = output.pieces
     output.piece_row[k] = output.rows
-    for i in range(count):
-        output.piece_settings[k * count + i] = run.m[i]
+    copy_numbers(count, run.m, output.piece_settings[k * count :])
     output.pieces = k + 1
     record_edge(run)
 

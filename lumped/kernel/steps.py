@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.code.words import Numbers, kernel, sqrt
+from lumped.code.words import Numbers, copy_numbers, kernel, sqrt
 from lumped.kernel.choice import (
     FIRST_PATIENCE,
     choose_method,
@@ -125,14 +125,11 @@ def _begin(run: Run) -> bool:
 
 
 @kernel
-def _move_on(run: Run) -> None:
-    """The end of the step becomes the begin of the next."""
-    n, k = run.plant.states, run.stages
-    for i in range(n):
-        run.x[i] = run.new[i]
-        run.largest[i] = max(run.largest[i], abs(run.x[i]))
-        k[i] = k[12 * n + i]
-    run.t = run.t_new
+def take_states(run: Run, x: Numbers) -> None:
+    """Go on with other states; the largest sizes that they had count."""
+    for i in range(run.plant.states):
+        run.x[i] = x[i]
+        run.largest[i] = max(run.largest[i], abs(x[i]))
 
 
 @kernel
@@ -225,7 +222,11 @@ def leave_step(run: Run) -> int:
     if run.is_crossed:
         run.phase = CROSS
         return GOES_ON
-    _move_on(run)
+    # the end of the step becomes the begin of the next
+    n = run.plant.states
+    take_states(run, run.new)
+    copy_numbers(n, run.stages[12 * n :], run.stages)
+    run.t = run.t_new
     return UNFIT if is_unfit(run) else GOES_ON
 
 
@@ -250,19 +251,14 @@ def attempt_once(run: Run) -> int:
 
 
 @kernel
-def advance(run: Run) -> int:
-    """Steps up to the end of the segment or a change of positions; why the loop returns."""
+def advance(run: Run, only_alone: bool) -> int:
+    """Steps up to the end of the segment or a change of positions; why the loop returns.
+
+    Lanes do not make implicit steps, nor those of shared loads: these may be wanted only.
+    """
     while run.phase == STEPPING or run.phase == WAITING:
-        status = attempt_once(run)
-        if status != GOES_ON:
-            return status
-    return GOES_ON
-
-
-@kernel
-def advance_alone(run: Run) -> int:
-    """The same, but only as far as lanes make no such steps: implicit ones, or of shared loads."""
-    while (run.is_implicit or run.shares) and (run.phase == STEPPING or run.phase == WAITING):
+        if only_alone and not (run.is_implicit or run.shares):
+            return GOES_ON
         status = attempt_once(run)
         if status != GOES_ON:
             return status

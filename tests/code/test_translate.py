@@ -2,11 +2,11 @@
 
 import ctypes
 import math
-import subprocess
 from typing import Annotated
 
 import numpy as np
 import pytest
+from compiled_c import compile_c
 
 from lumped.code.machine_code import Code, compile_module
 from lumped.code.records import Record, address
@@ -61,18 +61,13 @@ CODES = []
 
 
 def by_llvm(functions):
-    code = Code(compile_module(as_llvm(functions), True))
+    code = Code(compile_module(True, as_llvm(functions)))
     CODES.append(code)  # machine code lives as long as this
     return {name: _CALL(code.address(name)) for name in functions}
 
 
 def by_c(functions, folder):
-    source, made = folder / "f.c", folder / "f.so"
-    source.write_text(as_c(functions))
-    options = ["-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Werror", "-Wno-unknown-pragmas"]
-    command = ["cc", *options, "-Wno-unused-function", "-shared", "-fPIC", str(source), "-o"]
-    subprocess.run([*command, str(made), "-lm"], check=True)
-    library = ctypes.CDLL(str(made))
+    library = compile_c(functions, folder)
     for name in functions:
         function = getattr(library, name)
         function.restype, function.argtypes = ctypes.c_double, [ctypes.c_void_p] * 2

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from hybrid_drives import END, RandomDrive
+from hybrid_drives import END, RandomDrive, compose
 from hybrid_parts import Contact, Line, steady
 from pressed_reference import Pressed, PressedDrive
 
@@ -74,18 +74,9 @@ class InstantDrive(RandomDrive):
 
     def model(self, backwards=False):
         """The model; `backwards` declares its parts and connections in the other order."""
-        turn = reversed if backwards else iter
-
-        def port(m, name):
-            owner, end = name.split(".")
-            return getattr(getattr(m, owner), end)
-
-        return lp.compose(
-            **dict(turn(list(self.parts.items()))),
-            connections=lambda m: [
-                lp.connect(*(port(m, end) for end in turn(joint))) for joint in turn(self.joints)
-            ],
-        )
+        turn = -1 if backwards else 1
+        parts = dict(list(self.parts.items())[::turn])
+        return compose(parts, [joint[::turn] for joint in self.joints[::turn]])
 
 
 class RoughStop(lp.Component):

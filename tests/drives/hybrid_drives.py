@@ -27,6 +27,19 @@ def switched(line):
     return value
 
 
+def compose(parts, joints):
+    """A model of parts some of whose ports, named "part.port", are joined."""
+
+    def port(m, name):
+        owner, end = name.split(".")
+        return getattr(getattr(m, owner), end)
+
+    return lp.compose(
+        **parts,
+        connections=lambda m: [lp.connect(*(port(m, end) for end in joint)) for joint in joints],
+    )
+
+
 class RandomDrive:
     """One description, built as a model of `lumped` and as a drive of the reference."""
 
@@ -236,13 +249,4 @@ class RandomDrive:
         return [f"body{i}.{x}" for x in (position, speed) for i in range(self.n)]
 
     def model(self):
-        def port(m, name):
-            owner, end = name.split(".")
-            return getattr(getattr(m, owner), end)
-
-        return lp.compose(
-            **self.parts,
-            connections=lambda m: [
-                lp.connect(*(port(m, end) for end in joint)) for joint in self.joints
-            ],
-        )
+        return compose(self.parts, self.joints)

@@ -3,7 +3,7 @@
 ``python tests/drives/instant_drives.py 0 1000`` tries a thousand drives (`dense_drives`) in two
 orders of declaration and prints those that deviate, are refused or depend on the order; ``... rough
 0 1000`` tries drives with friction that a stop presses, ``... units 0 100`` compares events of
-exported units with those of runs. What is checked, and how, stands in `instant_checks`; it shares
+exported units with those of runs. What is checked, and how, stands in `instant_motions`; it shares
 no code with `lumped`.
 """
 
@@ -22,8 +22,8 @@ import numpy as np
 from dense_drives import InstantDrive, RoughDrive
 from hybrid_drives import END
 from hybrid_verdicts import SlowError, alarm
-from instant_checks import check
 from instant_laws import Finding, Part
+from instant_motions import check
 
 import lumped as lp
 from lumped.errors import LumpedError, ModelWarning

@@ -1,15 +1,18 @@
-"""Checks the parts of a run between its instants against a matrix exponential.
+"""Checks a run of a drive against the laws of its instants and motions; knows no `lumped`.
 
-The modes of a part are seen from speeds and gaps in it. Its states are those of a matrix
-exponential in these modes, and no margin of the modes (`hybrid_reference.Motion.rows`: gaps,
-sliding speeds, all facets of what is at rest can bear) falls below zero in between.
+A run is given by its states on both sides of each event, and at some times between. It is not
+simulated a second time, but each part of it is checked from its own states, so that chaos does not
+matter. It begins by the laws of an instant (`instant_laws`). The modes of a part are seen from
+speeds and gaps in it; its states are those of a matrix exponential in these modes, and no margin of
+the modes (`hybrid_reference.Motion.rows`: gaps, sliding speeds, all facets of what is at rest can
+bear) falls below zero in between.
 """
 
 from itertools import product
 
 import numpy as np
 from hybrid_reference import BACKWARD, FORWARD, OFF, STICK
-from instant_laws import CREEP, KNIFE, MARGINS, REST, ROUNDING, Law
+from instant_laws import CREEP, KNIFE, MARGINS, REST, ROUNDING, Finding, Law
 from scipy.linalg import expm
 
 YIELDING, TOUCHES, CLOSED = 2e-6, 1e-13, 1e-10
@@ -18,6 +21,8 @@ none, and that may be none, as what touched may have yielded."""
 STATES, SHARED = 1e-6, 1e-7
 """Difference allowed in states after a motion, and, of the largest load or range of limits, in
 shares of redundant contacts, which are solved for together."""
+MOMENT = 1e-8
+"""Length of a part of a run that is too short to see its modes, s."""
 _FREE = {"gap": OFF, "freewheel": FORWARD}
 """Mode in which a contact bears nothing."""
 
@@ -182,4 +187,53 @@ def lows(motion, z, h, steps):
     for part in np.array_split(states[:-1], max(len(states) // 64, 1)):
         values = np.tensordot(terms, part.T, axes=1)  # derivative, row, step
         found = np.minimum(found, np.einsum("drs,dk->rsk", values, powers).min(axis=(1, 2)))
+    return found
+
+
+def check(drive, parts, happened):
+    """What is wrong with a run.
+
+    Parameters
+    ----------
+    drive : Drive
+        Its reference, with positions and speeds before the run begins.
+    parts : list of Part
+        Between its events.
+    happened : list of tuple
+        Times of events, names of contacts that change or collide, and energies lost.
+    """
+    found, law, past = Finding(), Law(drive), []
+    motions = Motions(law)
+    q, v, a, modes, named = drive.q, drive.v, 0.0 * drive.v, None, set()
+    for part in parts:
+        t, size = part.t[0], 1.0 + np.abs(part.q[0]).max()
+        law.enter(t)
+        if np.abs(part.q[0] - q).max() > 1e-9 * size:
+            found.wrong.append(f"{t:.7f}: positions jump")
+        law.check_impact(t, part.q[0], v, part.v[0], found)
+        told = sum(loss for s, _, loss in happened if s == t)
+        lost = float(law.J @ (v**2 - part.v[0] ** 2)) / 2
+        if abs(lost - told) > MARGINS * (1 + float(law.J @ v**2)):
+            found.wrong.append(f"{t:.7f}: events say {told:.4g} J of {lost:.4g} J lost")
+        law.stuck = {k for k, mode in enumerate(modes or ()) if mode == STICK}
+        law.check_rates(part, found)
+        named |= {
+            name
+            for s, name, _ in happened
+            if abs(s - t) < 1e-12 or law.ends_series(name, t, a, s, happened)
+        }
+        if part.t[-1] - t > MOMENT:
+            before, doubtful = modes, motions.doubtful
+            modes = motions.check(part, modes, found)
+            changed = motions.changed(before or modes, modes) - named - doubtful
+            changed = {name for name in changed if not motions.was_idle(name, past)}
+            modes = motions.as_before_if_idle(part, modes, before, changed)
+            changed &= motions.changed(before or modes, modes)
+            past.append((part, modes, drive.piece, named))
+            if changed:
+                found.wrong.append(f"{t:.7f}: {sorted(changed)} change without event")
+            named = set()
+        q, v, a = part.q[-1], part.v[-1], part.a[-1]
+        if len(found.wrong) > 3:
+            break
     return found

@@ -11,6 +11,7 @@ from collections import Counter
 
 import numpy as np
 from drive_reference import Control, Drive, Element, LostError, Shaft
+from hybrid_drives import compose
 from random_transmissions import (
     END,
     STEADY,
@@ -250,16 +251,7 @@ class RandomDrive:
         return Drive(shafts, self.elements, self.controls, END)
 
     def model(self):
-        def port(m, name):
-            owner, end = name.split(".")
-            return getattr(getattr(m, owner), end)
-
-        return lp.compose(
-            **{name: part for name, part in self.parts.items() if part is not None},
-            connections=lambda m: [
-                lp.connect(*(port(m, end) for end in joint)) for joint in self.joints
-            ],
-        )
+        return compose(self.parts, self.joints)
 
 
 def limit_of(rows, command=None):

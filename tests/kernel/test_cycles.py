@@ -2,13 +2,12 @@
 
 import ctypes
 import itertools
-import subprocess
 
 import numpy as np
 import pytest
+from compiled_c import compile_c
 
 import lumped as lp
-from lumped.code.to_c import as_c
 from lumped.functionals.damage_law import DamageLaw, MeanStress
 from lumped.kernel import engine
 from lumped.kernel.cycles import count_all
@@ -83,19 +82,7 @@ def damage(amplitude, extends_down):
 @pytest.fixture
 def count_in_c(tmp_path, monkeypatch):
     """The count alone as the engine "c", whose time loop would take seconds to compile."""
-    (tmp_path / "count.c").write_text(as_c({"count_all": count_all}))
-    given = [
-        "-std=c99",
-        "-O2",
-        "-ffp-contract=off",
-        "-shared",
-        "-fPIC",
-        "count.c",
-        "-o",
-        "count.so",
-    ]
-    subprocess.run(["cc", *given, "-lm"], cwd=tmp_path, check=True)
-    function = ctypes.CDLL(str(tmp_path / "count.so")).count_all
+    function = compile_c({"count_all": count_all}, tmp_path).count_all
     function.restype, function.argtypes = ctypes.c_int64, [ctypes.c_void_p] * 2
     monkeypatch.setitem(engine._ready, "c", {"count_all": function})
 

@@ -54,37 +54,35 @@ def series(rates, x, t, order=ORDER, p=(), m=(), integrands=None):
 
 
 ONE = {
-    "sin": (ca.sin, np.sin),
-    "cos": (ca.cos, np.cos),
-    "tan": (ca.tan, np.tan),
-    "exp": (ca.exp, np.exp),
-    "expm1": (ca.expm1, np.expm1),
-    "log": (ca.log, np.log),
-    "log1p": (ca.log1p, np.log1p),
-    "sqrt": (ca.sqrt, np.sqrt),
-    "square": (lambda u: u**2, lambda u: u**2),
-    "inverse": (lambda u: 1 / u, lambda u: 1 / u),
-    "twice": (lambda u: u + u, lambda u: 2 * u),
-    "negative": (lambda u: -u, lambda u: -u),
-    "asin": (ca.asin, np.arcsin),
-    "acos": (ca.acos, np.arccos),
-    "atan": (ca.atan, np.arctan),
-    "sinh": (ca.sinh, np.sinh),
-    "cosh": (ca.cosh, np.cosh),
-    "tanh": (ca.tanh, np.tanh),
-    "asinh": (ca.asinh, np.arcsinh),
-    "acosh": (lambda u: ca.acosh(1.5 + u), lambda u: np.arccosh(1.5 + u)),
-    "atanh": (ca.atanh, np.arctanh),
-    "erf": (ca.erf, scipy.special.erf),
-    "whole power": (lambda u: u**5, lambda u: u**5),
-    "negative power": (lambda u: u**-3, lambda u: u**-3.0),
-    "broken power": (lambda u: u**1.7, lambda u: u**1.7),
-    "power to it": (lambda u: 1.7**u, lambda u: 1.7**u),
-    "power of both": (lambda u: (1 + u) ** u, lambda u: (1 + u) ** u),
-    "difference from": (lambda u: 2 - u, lambda u: 2 - u),
-    "over a number": (lambda u: u / 3, lambda u: u / 3),
-    "number over it": (lambda u: 3 / u, lambda u: 3 / u),
+    name: (getattr(ca, name), getattr(np, name))
+    for name in (
+        *("sin", "cos", "tan", "exp", "expm1", "log", "log1p", "sqrt"),
+        *("sinh", "cosh", "tanh"),
+    )
 }
+ONE |= {
+    f"a{name}": (getattr(ca, f"a{name}"), getattr(np, f"arc{name}"))
+    for name in ("sin", "cos", "tan", "sinh", "tanh")
+}
+ONE |= {
+    "acosh": (lambda u: ca.acosh(1.5 + u), lambda u: np.arccosh(1.5 + u)),
+    "erf": (ca.erf, scipy.special.erf),
+}
+ALIKE = {
+    "square": lambda u: u**2,
+    "inverse": lambda u: 1 / u,
+    "twice": lambda u: u + u,
+    "negative": lambda u: -u,
+    "whole power": lambda u: u**5,
+    "negative power": lambda u: u**-3.0,
+    "broken power": lambda u: u**1.7,
+    "power to it": lambda u: 1.7**u,
+    "power of both": lambda u: (1 + u) ** u,
+    "difference from": lambda u: 2 - u,
+    "over a number": lambda u: u / 3,
+    "number over it": lambda u: 3 / u,
+}
+ONE |= {name: (law, law) for name, law in ALIKE.items()}
 
 
 @pytest.mark.parametrize("name", ONE)

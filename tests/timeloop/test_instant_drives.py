@@ -8,10 +8,9 @@ import pytest
 from dense_drives import InstantDrive
 from hybrid_parts import Contact, Line, Load, steady
 from hybrid_reference import BACKWARD, FORWARD, OFF, STICK, Drive
-from instant_checks import check
 from instant_drives import in_both_orders, simulated
-from instant_laws import Law, Part
-from instant_problems import least_accelerations, nearest
+from instant_laws import Law, Part, least_accelerations, nearest
+from instant_motions import check
 from pressed_reference import Pressed, PressedDrive
 from scipy.linalg import expm
 from scipy.optimize import brentq

@@ -9,7 +9,7 @@ the polynomials, however short a margin is below zero.
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Numbers, copy_numbers, kernel
 from lumped.kernel.enclosures.enclosure import enclose, select, select_open, value_at
 from lumped.kernel.enclosures.models import REST, SIZE, to_bernstein
 from lumped.kernel.interpret import evaluate
@@ -38,17 +38,6 @@ _CLEAR, _FALLS, _OPEN = range(3)
 
 
 @kernel
-def _may_fire(run: Run) -> bool:
-    """Whether a margin may be below zero in the step; leaves lower bounds of all."""
-    set_all_ranges(run)
-    evaluate(run.plant.margin_floor, run, run.ranges, run.t, run.m, run.floor)
-    for k in range(run.plant.margins):
-        if not run.floor[k] >= 0.0:
-            return True
-    return False
-
-
-@kernel
 def _value(run: Run, k: int, part: float, extra: float) -> float:
     """A margin at a part of the step, plus a multiple of its tolerance."""
     margin = run.at_begin[k]
@@ -64,8 +53,11 @@ def _value(run: Run, k: int, part: float, extra: float) -> float:
 
 @kernel
 def _look(run: Run, part: float) -> None:
-    """Margins and tolerances inside the step."""
-    inside(run, part, run.inner)
+    """States, margins and tolerances at a part of the step."""
+    if part < 1.0:
+        inside(run, part, run.inner)
+    else:
+        copy_numbers(run.plant.states, run.new, run.inner)
     t = run.t + part * (run.t_new - run.t)
     evaluate(run.plant.margin, run, run.inner, t, run.m, run.margin)
 
@@ -87,10 +79,9 @@ def _root(run: Run, k: int, low: float, high: float, extra: float, sign: float) 
     if not at_high < 0.0:
         return high
     begin_bracket(b, low, at_low, high, at_high)
-    goes_on = True
-    while goes_on:
+    part = next_point(b)
+    while narrow(b, part, sign * _value(run, k, part, extra), _ROUNDING):
         part = next_point(b)
-        goes_on = narrow(b, part, sign * _value(run, k, part, extra), _ROUNDING)
     return b.last if b.at_last <= 0.0 else b.other
 
 
@@ -202,19 +193,6 @@ def _find_firing(run: Run, k: int, low: float, high: float, is_crowded: bool) ->
 
 
 @kernel
-def _stand(run: Run, part: float) -> None:
-    """States, time and margins at a crossing."""
-    plant = run.plant
-    run.t_cross = run.t + part * (run.t_new - run.t)
-    if part < 1.0:
-        inside(run, part, run.inner)
-    else:
-        for i in range(plant.states):
-            run.inner[i] = run.new[i]
-    evaluate(plant.margin, run, run.inner, run.t_cross, run.m, run.margin)
-
-
-@kernel
 def _note_fired(run: Run, first: float, last: int) -> None:
     """Note the margins that fire at the crossing: the first, and those that fall to zero with it.
 
@@ -237,7 +215,12 @@ def find_crossing(run: Run) -> bool:
 
     Leaves the states there in `inner`, the time in `t_cross`, and the margins that fired.
     """
-    return _may_fire(run) and find_below(run)
+    set_all_ranges(run)
+    evaluate(run.plant.margin_floor, run, run.ranges, run.t, run.m, run.floor)
+    for k in range(run.plant.margins):
+        if not run.floor[k] >= 0.0:
+            return find_below(run)
+    return False
 
 
 @kernel
@@ -270,6 +253,7 @@ def find_below(run: Run) -> bool:
                 first, last = run.fires[k], k
     if last < 0:
         return False
-    _stand(run, first)
+    run.t_cross = run.t + first * (run.t_new - run.t)
+    _look(run, first)
     _note_fired(run, first, last)
     return True

@@ -6,8 +6,9 @@ and are enclosed again only where this is too much.
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel, sqrt
+from lumped.code.words import Numbers, copy_numbers, greatest_of, kernel, least_of, sqrt
 from lumped.kernel.enclosed import Enclosed
+from lumped.kernel.enclosures.enclosure import enclose, select
 from lumped.kernel.enclosures.models import REST, SIZE, to_bernstein
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.any_method import inside
@@ -68,14 +69,11 @@ def set_part(
 ) -> None:
     """What the model of a quantity tells of a part of the step."""
     model = e.model[SIZE * k :]
-    top, b = to_bernstein(model, run.bernstein), run.bernstein
-    least, most = b[0], b[0]
-    for j in range(top + 1):
-        part[FIRST + j] = b[j]
-        least, most = min(least, b[j]), max(most, b[j])
+    b = part[FIRST:]
+    top = to_bernstein(model, b)
     part[BEGIN], part[END] = begin, end
     part[LACKS], part[TOP], part[WIDTH] = model[REST], float(top), -0.5 * (end - begin)
-    if model[REST] <= _ROUGH * (most - least):
+    if model[REST] <= _ROUGH * (greatest_of(b, top) - least_of(b, top)):
         # it lacks what the term of order eight gives
         share = sqrt(sqrt(sqrt(0.25 * tolerance / model[REST])))
         part[WIDTH] = -(end - begin) * min(max(share, _LEAST_PART), 0.5)
@@ -86,14 +84,49 @@ def halve(part: Numbers) -> None:
     """Put the halves of a part in its place and behind it, the second one first (de Casteljau)."""
     left, top = part[WORDS:], int(part[TOP])
     a, b = left[FIRST:], part[FIRST:]
-    for j in range(FIRST):
-        left[j] = part[j]
+    copy_numbers(FIRST, part, left)
     for k in range(top + 1):
         a[k] = b[0]
         for j in range(top - k):
             b[j] = 0.5 * (b[j] + b[j + 1])
     left[END] = part[BEGIN] = part[BEGIN] + 0.5 * (part[END] - part[BEGIN])
     left[WIDTH] = part[WIDTH] = abs(part[WIDTH])
+
+
+@kernel
+def enclose_part(
+    run: Run,
+    e: Enclosed,
+    function: Function,
+    k: int,
+    part: Numbers,
+    begin: float,
+    end: float,
+    tolerance: float,
+) -> None:
+    """Enclose a quantity in a part of the step."""
+    select(run, e, function, k)
+    enclose(run, e, function, begin, end - begin)
+    set_part(run, e, part, k, begin, end, tolerance)
+
+
+@kernel
+def refine(
+    run: Run,
+    e: Enclosed,
+    function: Function,
+    k: int,
+    part: Numbers,
+    is_known: bool,
+    tolerance: float,
+) -> bool:
+    """Halve a part, or enclose it again where its polynomial lacks too much; whether it is two."""
+    begin, end = part[BEGIN], part[END]
+    if is_known or part[WIDTH] < 0.0 or end - begin > part[WIDTH]:
+        halve(part)
+        return True
+    enclose_part(run, e, function, k, part, begin, end, tolerance)
+    return False
 
 
 @kernel
@@ -119,10 +152,9 @@ def root_of_slope(run: Run, part: Numbers, up: float) -> float:
     if first <= 0.0 or last >= 0.0:
         return 0.0 if first <= 0.0 else 1.0
     begin_bracket(b, 0.0, first, 1.0, last)
-    goes_on = True
-    while goes_on:
+    at = next_point(b)
+    while narrow(b, at, up * _slope(run, part, at), _CLOSE):
         at = next_point(b)
-        goes_on = narrow(b, at, up * _slope(run, part, at), _CLOSE)
     return b.last
 
 

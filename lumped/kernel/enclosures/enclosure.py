@@ -177,11 +177,8 @@ def set_ranges_in(run: Run, begin: float, width: float) -> None:
     n, model, length = run.plant.states, run.part_model, run.t_new - run.t
     for i in range(n):
         _state(run, i, begin, width, model)
-        top, b = models.to_bernstein(model, run.bernstein), run.bernstein
-        least, most = b[0], b[0]
-        for j in range(1, top + 1):
-            least, most = min(least, b[j]), max(most, b[j])
-        run.ranges[i], run.ranges[n + i] = least - model[REST], most + model[REST]
+        run.ranges[i] = models.lowest(model, run.bernstein)
+        run.ranges[n + i] = models.highest(model, run.bernstein)
     run.ranges[2 * n] = run.t + begin * length
     run.ranges[2 * n + 1] = run.t + (begin + width) * length
 

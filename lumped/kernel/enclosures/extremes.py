@@ -9,27 +9,8 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.kernel.enclosed import Enclosed
-from lumped.kernel.enclosures.curves import (
-    BEGIN,
-    BESIDE,
-    END,
-    FIRST,
-    LACKS,
-    MOST_ENCLOSED,
-    NEVER,
-    TOP,
-    TOUCH,
-    WIDTH,
-    WORDS,
-    halve,
-    list_point,
-    next_cut,
-    root_of_slope,
-    set_cuts,
-    set_part,
-    set_values,
-)
-from lumped.kernel.enclosures.enclosure import begin_survey, enclose, select, set_ranges_in
+from lumped.kernel.enclosures import curves
+from lumped.kernel.enclosures.enclosure import begin_survey, set_ranges_in
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.any_method import set_early_ranges
 from lumped.kernel.plant import Function
@@ -86,7 +67,7 @@ def _raise(
     """Raise an extreme to a value at a part of the step, and list that; what is no number stays."""
     watch, height = run.watch, _height(sign, value)
     if watch.lists > 0 and is_last and not height <= best[k]:
-        list_point(watch, part, value)
+        curves.list_point(watch, part, value)
     reached = height - watch.slack
     best[k] = reached if reached > best[k] or reached != reached else best[k]
 
@@ -95,8 +76,8 @@ def _raise(
 def _highest(part: Numbers, sign: int) -> int:
     """The highest control point of a polynomial."""
     found = 0
-    for j in range(1, int(part[TOP]) + 1):
-        if _height(sign, part[FIRST + j]) > _height(sign, part[FIRST + found]):
+    for j in range(1, int(part[curves.TOP]) + 1):
+        if _height(sign, part[curves.FIRST + j]) > _height(sign, part[curves.FIRST + found]):
             found = j
     return found
 
@@ -104,7 +85,7 @@ def _highest(part: Numbers, sign: int) -> int:
 @kernel
 def _is_arch(part: Numbers, sign: int, up: float) -> bool:
     """Whether a polynomial bends to one side only, so that it has one top."""
-    b, top = part[FIRST:], int(part[TOP])
+    b, top = part[curves.FIRST :], int(part[curves.TOP])
     for j in range(top + 1):
         if sign == 0 and up * b[j] < 0.0:
             return False
@@ -134,52 +115,46 @@ def raise_in(
     `size` is one that the quantity has, `values` is room.
     """
     watch, depth, enclosed, tolerance = run.watch, 0, 1, _EXACT * max(size, abs(best[k]))
-    select(run, e, function, k)
-    enclose(run, e, function, begin, end - begin)
-    set_part(run, e, watch.curves, k, begin, end, tolerance)
+    curves.enclose_part(run, e, function, k, watch.curves, begin, end, tolerance)
     while depth >= 0 and best[k] == best[k]:
         tolerance = max(tolerance, _EXACT * abs(best[k]))
-        part = watch.curves[WORDS * depth :]
-        lacks, width, is_fresh = part[LACKS], part[END] - part[BEGIN], part[WIDTH] < 0.0
-        top, place = int(part[TOP]), _highest(part, sign)
-        most = _height(sign, part[FIRST + place])
+        part = watch.curves[curves.WORDS * depth :]
+        width, is_fresh = part[curves.END] - part[curves.BEGIN], part[curves.WIDTH] < 0.0
+        lacks, top, place = part[curves.LACKS], int(part[curves.TOP]), _highest(part, sign)
+        most = _height(sign, part[curves.FIRST + place])
         if most + lacks <= best[k] + tolerance:
             depth -= 1
             continue
-        up = 1.0 if sign > 0 or (sign == 0 and part[FIRST + place] > 0.0) else -1.0
+        up = 1.0 if sign > 0 or (sign == 0 and part[curves.FIRST + place] > 0.0) else -1.0
         is_arch, is_known = _is_arch(part, sign, up), lacks <= 0.25 * tolerance
-        first, last = _height(sign, part[FIRST]), _height(sign, part[FIRST + top])
+        first, last = _height(sign, part[curves.FIRST]), _height(sign, part[curves.FIRST + top])
         is_flat = most - max(first, last) <= 0.25 * tolerance
-        is_small = width <= TOUCH or enclosed >= MOST_ENCLOSED
+        is_small = width <= curves.TOUCH or enclosed >= curves.MOST_ENCLOSED
         is_last = is_small or (is_known and (is_arch or is_flat))
         if is_last or is_fresh:
             at = 0.5
             if is_arch:
-                at = root_of_slope(run, part, up)
+                at = curves.root_of_slope(run, part, up)
             elif is_flat and top > 0:
                 at = 0.0 if first >= last else 1.0
             elif top > 0:
                 at = float(place) / float(top)
-            at = part[BEGIN] + at * width
-            set_values(run, function, at, values)
+            at = part[curves.BEGIN] + at * width
+            curves.set_values(run, function, at, values)
             _raise(run, best, sign, k, at, values[k], is_last)
         if is_last:
             depth -= 1
-        elif is_known or is_fresh or width > part[WIDTH]:
-            halve(part)
+        elif curves.refine(run, e, function, k, part, is_known, tolerance):
             depth += 1
         else:
-            select(run, e, function, k)
-            enclose(run, e, function, part[BEGIN], width)
             enclosed += 1
-            set_part(run, e, part, k, part[BEGIN], part[END], tolerance)
 
 
 @kernel
 def _raise_all_to(run: Run, first: int, part: float, values: Numbers) -> None:
     """Raise extremes to the values at a part of the step, and list those inside."""
     watch, n = run.watch, run.watch.integrands
-    set_values(run, watch.extreme, part, values)
+    curves.set_values(run, watch.extreme, part, values)
     for k in range(first, watch.extremes):
         if has_same_part(watch.begin, watch.end, n + k, n + first):
             is_inside = part > 0.0 and part < 1.0
@@ -216,15 +191,15 @@ def raise_all(run: Run, first: int, begin: float, end: float) -> None:
     """Extremes over a part of the step: of a quantity and of all others with the same part."""
     length = run.t_new - run.t
     low, high = (begin - run.t) / length, (end - run.t) / length
-    cut = NEVER
+    cut = curves.NEVER
     if run.watch.kinks > 0:
-        set_cuts(run, low, high)
-        cut = next_cut(run, low)
+        curves.set_cuts(run, low, high)
+        cut = curves.next_cut(run, low)
     while cut < high:
-        _raise_between(run, first, low, max(cut - BESIDE, low), False)
+        _raise_between(run, first, low, max(cut - curves.BESIDE, low), False)
         _raise_all_to(run, first, cut, run.watch.at_begin)
-        low = cut + BESIDE
-        cut = next_cut(run, low)
+        low = cut + curves.BESIDE
+        cut = curves.next_cut(run, low)
     if low <= high:
         _raise_between(run, first, low, high, low == 0.0 and high == 1.0)
 

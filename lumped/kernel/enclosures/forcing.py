@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from lumped.code.words import kernel
 from lumped.kernel.enclosures.enclosure import enclose, select_open
-from lumped.kernel.enclosures.models import REST, SIZE, to_bernstein
+from lumped.kernel.enclosures.models import SIZE, highest, lowest
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.any_method import IMPLICIT_NODES, NODES
 from lumped.kernel.run import Run
@@ -71,11 +71,8 @@ def _is_seen(run: Run, begin: float, width: float, h: float) -> bool:
     enclose(run, e, run.plant.rates, begin, width)
     for i in range(run.plant.states):
         model = e.model[SIZE * i :]
-        top, rest, b = to_bernstein(model, run.bernstein), model[REST], run.bernstein
-        least, most = b[0], b[0]
-        for j in range(1, top + 1):
-            least, most = min(least, b[j]), max(most, b[j])
-        beyond = max(run.rate_low[i] - least, most - run.rate_high[i]) + rest
+        least, most = lowest(model, run.bernstein), highest(model, run.bernstein)
+        beyond = max(run.rate_low[i] - least, most - run.rate_high[i])
         beyond -= _SHARE * (run.rate_high[i] - run.rate_low[i])
         if not h * width * beyond <= run.atol[i] + run.rtol * abs(run.x[i]):
             return False

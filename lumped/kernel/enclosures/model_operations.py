@@ -53,10 +53,9 @@ def _compare(op: int, a: Numbers, b: Numbers, out: Numbers, room: Numbers) -> No
         _set_truth(out, least == 0.0 and most == 0.0, least > 0.0 or most < 0.0)
     elif op == ca.OP_NE:
         _set_truth(out, least > 0.0 or most < 0.0, least == 0.0 and most == 0.0)
-    elif (op == ca.OP_FMIN and most <= 0.0) or (op == ca.OP_FMAX and least >= 0.0):
-        models.copy(a, out)
-    elif (op == ca.OP_FMIN and least >= 0.0) or (op == ca.OP_FMAX and most <= 0.0):
-        models.copy(b, out)
+    elif least >= 0.0 or most <= 0.0:
+        is_first = most <= 0.0 if op == ca.OP_FMIN else least >= 0.0
+        models.copy(a if is_first else b, out)
     elif op == ca.OP_FMIN:
         least, most = min(models.low(a), models.low(b)), min(models.high(a), models.high(b))
         models.set_between(out, least, most)
@@ -175,10 +174,8 @@ def _function(op: int, a: Numbers, b: Numbers, out: Numbers, room: Numbers) -> N
 @kernel
 def carry_out(op: int, a: Numbers, b: Numbers, out: Numbers, room: Numbers) -> None:
     """One operation."""
-    if op == ca.OP_ADD:
-        models.add(a, b, 1.0, out)
-    elif op == ca.OP_SUB:
-        models.add(a, b, -1.0, out)
+    if op == ca.OP_ADD or op == ca.OP_SUB:
+        models.add(a, b, 1.0 if op == ca.OP_ADD else -1.0, out)
     elif op == ca.OP_MUL:
         if models.is_fixed(a):
             models.scale(b, a[0], out)
@@ -192,10 +189,8 @@ def carry_out(op: int, a: Numbers, b: Numbers, out: Numbers, room: Numbers) -> N
         else:
             model_functions.inverse_of(b, room, room[SIZE:])
             models.times(a, room, out)
-    elif op == ca.OP_NEG:
-        models.scale(a, -1.0, out)
-    elif op == ca.OP_TWICE:
-        models.scale(a, 2.0, out)
+    elif op == ca.OP_NEG or op == ca.OP_TWICE:
+        models.scale(a, -1.0 if op == ca.OP_NEG else 2.0, out)
     elif op == ca.OP_SQ:
         models.times(a, a, out)
     elif op == ca.OP_INV:

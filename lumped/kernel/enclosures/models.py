@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.code.words import Numbers, kernel, make_kernel
+from lumped.code.words import Numbers, copy_numbers, greatest_of, kernel, least_of, make_kernel
 
 SIZE, TOP = 10, 7
 """Numbers of a model; its highest degree."""
@@ -46,8 +46,7 @@ def is_fixed(a: Numbers) -> bool:
 @kernel
 def copy(a: Numbers, out: Numbers) -> None:
     """The same."""
-    for j in range(int(a[DEGREE]) + 1):
-        out[j] = a[j]
+    copy_numbers(int(a[DEGREE]) + 1, a, out)
     out[REST], out[DEGREE] = a[REST], a[DEGREE]
 
 
@@ -75,8 +74,7 @@ def high(a: Numbers) -> float:
 def to_bernstein(a: Numbers, b: Numbers) -> int:
     """Coefficients of the polynomial in the Bernstein basis; gives the degree."""
     top = int(a[DEGREE])
-    for j in range(top + 1):
-        b[j] = a[j]
+    copy_numbers(top + 1, a, b)
     # about the begin of the part, then as long as the part
     for k in range(top):
         for j in range(top - 1, k - 1, -1):
@@ -94,21 +92,13 @@ def to_bernstein(a: Numbers, b: Numbers) -> int:
 @kernel
 def lowest(a: Numbers, room: Numbers) -> float:
     """A lower bound that is exact where the polynomial is least at an end of the part."""
-    top = to_bernstein(a, room)
-    found = room[0]
-    for j in range(1, top + 1):
-        found = min(found, room[j])
-    return found - a[REST]
+    return least_of(room, to_bernstein(a, room)) - a[REST]
 
 
 @kernel
 def highest(a: Numbers, room: Numbers) -> float:
     """An upper bound that is exact where the polynomial is greatest at an end of the part."""
-    top = to_bernstein(a, room)
-    found = room[0]
-    for j in range(1, top + 1):
-        found = max(found, room[j])
-    return found + a[REST]
+    return greatest_of(room, to_bernstein(a, room)) + a[REST]
 
 
 @kernel

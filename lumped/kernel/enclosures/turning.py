@@ -6,28 +6,9 @@ part lacks less than counts, and turns once at most.
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Numbers, greatest_of, kernel, least_of
 from lumped.kernel.cycles import begin_count, end_count, feed
-from lumped.kernel.enclosures.curves import (
-    BEGIN,
-    BESIDE,
-    END,
-    FIRST,
-    LACKS,
-    MOST_ENCLOSED,
-    NEVER,
-    TOP,
-    TOUCH,
-    WIDTH,
-    WORDS,
-    halve,
-    list_point,
-    next_cut,
-    root_of_slope,
-    set_cuts,
-    set_part,
-    set_values,
-)
+from lumped.kernel.enclosures import curves
 from lumped.kernel.enclosures.enclosure import begin_survey, enclose, select
 from lumped.kernel.enclosures.extremes import LOWEST, raise_in
 from lumped.kernel.enclosures.models import SIZE, high, low
@@ -59,12 +40,12 @@ def _feed(run: Run, k: int, value: float) -> None:
 def _feed_at(run: Run, k: int, part: float) -> None:
     """Feed the value at a part of the step, or list it."""
     watch = run.watch
-    set_values(run, watch.load, part, watch.load_value)
+    curves.set_values(run, watch.load, part, watch.load_value)
     value = watch.load_value[k]
     if watch.lists == 0:
         _feed(run, k, value)
         return
-    list_point(watch, part, value)
+    curves.list_point(watch, part, value)
     if value != value:
         watch.count.damage[k] = value
 
@@ -72,8 +53,8 @@ def _feed_at(run: Run, k: int, part: float) -> None:
 @kernel
 def _turns(part: Numbers) -> int:
     """How often the slope of the control polygon changes its sign; the polynomial, no more."""
-    b, sign, found = part[FIRST:], 0.0, 0
-    for j in range(int(part[TOP])):
+    b, sign, found = part[curves.FIRST :], 0.0, 0
+    for j in range(int(part[curves.TOP])):
         rise = b[j + 1] - b[j]
         found += 1 if rise * sign < 0.0 else 0
         sign = 1.0 if rise > 0.0 else -1.0 if rise < 0.0 else sign
@@ -98,54 +79,49 @@ def _feed_between(run: Run, k: int, begin: float, end: float) -> None:
         select(run, e, watch.load, k)
         enclose(run, e, watch.load, begin, end - begin)
     tolerance = _COUNTS * run.rtol * size[k]
-    set_part(run, e, watch.curves, k, begin, end, tolerance)
+    curves.set_part(run, e, watch.curves, k, begin, end, tolerance)
     while depth >= 0 and watch.count.damage[k] >= 0.0:  # a number
-        part = watch.curves[WORDS * depth :]
-        b, top, width = part[FIRST:], int(part[TOP]), part[END] - part[BEGIN]
-        least, most = b[0], b[0]
-        for j in range(1, top + 1):
-            least, most = min(least, b[j]), max(most, b[j])
-        turns, is_known = _turns(part), part[LACKS] <= 0.25 * tolerance
-        is_flat = most - least + 2.0 * part[LACKS] <= tolerance
+        part = watch.curves[curves.WORDS * depth :]
+        b, top = part[curves.FIRST :], int(part[curves.TOP])
+        width = part[curves.END] - part[curves.BEGIN]
+        least, most = least_of(b, top), greatest_of(b, top)
+        turns, is_known = _turns(part), part[curves.LACKS] <= 0.25 * tolerance
+        is_flat = most - least + 2.0 * part[curves.LACKS] <= tolerance
         if is_flat and width == end - begin:
             depth -= 1
-        elif is_flat or width <= TOUCH or enclosed >= MOST_ENCLOSED:
+        elif is_flat or width <= curves.TOUCH or enclosed >= curves.MOST_ENCLOSED:
             # it may turn here from one long way to another
-            _feed_at(run, k, part[BEGIN] + 0.5 * width)
+            _feed_at(run, k, part[curves.BEGIN] + 0.5 * width)
             depth, way = depth - 1, 0.0
         elif is_known and turns < 2:
             goes = 1.0 if b[0] < most and (turns == 0 or b[top] < most) else -1.0
             if way * goes < 0.0:
-                _feed_at(run, k, part[BEGIN])
+                _feed_at(run, k, part[curves.BEGIN])
             if turns == 1:
-                _feed_at(run, k, part[BEGIN] + root_of_slope(run, part, goes) * width)
+                _feed_at(run, k, part[curves.BEGIN] + curves.root_of_slope(run, part, goes) * width)
             depth, way = depth - 1, goes if turns == 0 else -goes
-        elif is_known or part[WIDTH] < 0.0 or width > part[WIDTH]:
-            halve(part)
+        elif curves.refine(run, e, watch.load, k, part, is_known, tolerance):
             depth += 1
         else:
-            select(run, e, watch.load, k)
-            enclose(run, e, watch.load, part[BEGIN], width)
             enclosed += 1
-            set_part(run, e, part, k, part[BEGIN], part[END], tolerance)
 
 
 @kernel
 def feed_inner(run: Run, last: float) -> None:
     """Feed, or list, where loads turn between the begin of the step and a part of it, and kinks."""
-    watch, low, cut = run.watch, 0.0, NEVER
+    watch, low, cut = run.watch, 0.0, curves.NEVER
     if watch.kinks > 0:
-        set_cuts(run, 0.0, last)
-        cut = next_cut(run, 0.0)
+        curves.set_cuts(run, 0.0, last)
+        cut = curves.next_cut(run, 0.0)
     while low < last:
-        high = min(cut - BESIDE, last)
+        high = min(cut - curves.BESIDE, last)
         for k in range(watch.loads):
             if high > low and watch.count.damage[k] >= 0.0:
                 _feed_between(run, k, low, high)
             if cut < last:
                 _feed_at(run, k, cut)
-        low = cut + BESIDE
-        cut = next_cut(run, low)
+        low = cut + curves.BESIDE
+        cut = curves.next_cut(run, low)
 
 
 @kernel
@@ -158,7 +134,7 @@ def feed_loads(run: Run, until: float) -> None:
             _feed(run, k, watch.load_value[k])
     if until > run.t:
         last = 1.0 if until == run.t_new else (until - run.t) / (run.t_new - run.t)
-        set_values(run, watch.load, last, watch.load_end)
+        curves.set_values(run, watch.load, last, watch.load_end)
         for k in range(watch.loads):
             watch.load_size[k] = max(watch.load_size[k], abs(watch.load_end[k]))
         if run.plant.implicit > 0:

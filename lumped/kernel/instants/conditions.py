@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Numbers, copy_numbers, kernel, last_up_to
 from lumped.kernel.instant_search import InstantSearch, Look
 from lumped.kernel.plant import Plant
 from lumped.kernel.rounds import may_change
@@ -23,22 +23,14 @@ def _enter(plant: Plant, m: Numbers, k: int, piece: int) -> None:
     """Settings of a piece of a table."""
     width = plant.piece_width[k]
     row = plant.pieces[plant.first_piece[k] + piece * width :]
-    for i in range(width):
-        m[plant.condition_setting[k] + i] = row[i]
+    copy_numbers(width, row, m[plant.condition_setting[k] :])
 
 
 @kernel
 def _piece_at(plant: Plant, k: int, place: float) -> int:
     """The last piece that begins at or before a place; the first has no begin."""
-    low, high, width = 0, plant.piece_count[k], plant.piece_width[k]
     begins = plant.pieces[plant.first_piece[k] + 1 :]
-    while high - low > 1:
-        middle = (low + high) // 2
-        if begins[middle * width] <= place:
-            low = middle
-        else:
-            high = middle
-    return low
+    return last_up_to(begins, plant.piece_width[k], 0, plant.piece_count[k], place)
 
 
 @kernel
@@ -46,8 +38,7 @@ def copy_conditions(plant: Plant, begin: Numbers, to: Numbers) -> None:
     """Copy the settings of all conditions."""
     for k in range(plant.conditions):
         first = plant.condition_setting[k]
-        for i in range(first, first + plant.piece_width[k]):
-            to[i] = begin[i]
+        copy_numbers(plant.piece_width[k], begin[first:], to[first:])
 
 
 @kernel

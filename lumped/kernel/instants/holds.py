@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
-from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, PARTED, SHARE, SLACK, STUCK
+from lumped.flattening.hold_modes import (
+    BACKWARD,
+    COMPLIANCE,
+    DEMAND,
+    FORWARD,
+    PARTED,
+    SHARE,
+    SLACK,
+    STUCK,
+)
 from lumped.kernel.instant_search import InstantSearch, Look
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import FREE, Plant
@@ -27,6 +36,17 @@ def set_position(plant: Plant, m: Numbers, hold: int, position: int) -> None:
         own[SHARE] = 0.0
     if position != FREE:
         own[position] = 1.0
+
+
+@kernel
+def position_of(plant: Plant, m: Numbers, h: int) -> int:
+    """Position of a hold."""
+    own = m[plant.hold_setting[h] :]
+    if own[STUCK] > 0.5:
+        return STUCK
+    if own[FORWARD] > 0.5:
+        return FORWARD
+    return BACKWARD if own[BACKWARD] > 0.5 else FREE
 
 
 @kernel
@@ -55,13 +75,6 @@ def release_demands(plant: Plant, m: Numbers) -> None:
     for h in range(plant.holds):
         own = m[plant.hold_setting[h] :]
         own[COMPLIANCE] = own[DEMAND] = own[SHARE] = own[SLACK] = own[PARTED] = 0.0
-
-
-@kernel
-def copy_settings(plant: Plant, begin: Numbers, to: Numbers) -> None:
-    """Copy all settings."""
-    for i in range(plant.settings):
-        to[i] = begin[i]
 
 
 @kernel

@@ -13,16 +13,16 @@ Potra, Nonlinear Dynamics 14 (1997) 231).
 
 from __future__ import annotations
 
-from lumped.code.words import kernel
+from lumped.code.words import copy_numbers, kernel, largest_of
 from lumped.flattening.hold_modes import BACKWARD, DEMAND, FORWARD, STUCK
 from lumped.kernel.instant_search import Look
 from lumped.kernel.instants.holds import (
     ROUNDING,
     STANDSTILL,
     TOUCHING,
-    copy_settings,
     is_held,
     look_at,
+    position_of,
     set_position,
     standstills,
     stop,
@@ -36,6 +36,7 @@ from lumped.kernel.instants.impulses import (
     strike,
 )
 from lumped.kernel.instants.problem import AT_UPPER, OUTSIDE, WITHIN
+from lumped.kernel.plant import FREE
 from lumped.kernel.run import Run
 
 NOTHING_CLOSES, HAS_COLLIDED, NO_ANSWER = range(3)
@@ -52,7 +53,7 @@ def halt(run: Run, seen: Look) -> bool:
     """
     plant, instant, trial = run.plant, run.instant, run.instant.trial
     fastest = 0.0
-    copy_settings(plant, instant.m, trial)
+    copy_numbers(plant.settings, instant.m, trial)
     for h in range(plant.holds):
         if is_held(plant, instant.m, h):
             trial[plant.hold_setting[h] + DEMAND] = -seen.speed[h]
@@ -72,23 +73,22 @@ def halt(run: Run, seen: Look) -> bool:
 def _closes(run: Run, seen: Look, h: int) -> bool:
     """Whether a constraint without limit closes at a speed."""
     plant, instant = run.plant, run.instant
-    m, v = instant.m[plant.hold_setting[h] :], seen.speed[h]
+    position, v = position_of(plant, instant.m, h), seen.speed[h]
     rest = max(instant.rest_speed[h], ROUNDING * instant.fastest)
-    acts = m[STUCK] > 0.5 or m[FORWARD] > 0.5 or m[BACKWARD] > 0.5
     near = not plant.has_gap[h] or seen.gap[h] <= TOUCHING or instant.is_halted[h]
     comes = v < -rest and not plant.has_backward[h] and near
     comes = comes or (v > rest and not plant.has_forward[h])
     comes = comes and (not instant.is_halted[h] or plant.has_gap[h]) and not instant.is_settled[h]
     if not instant.has_moved:
-        comes = comes and (m[STUCK] < 0.5 or not instant.was_stuck[h])
-    return plant.is_impulsive[h] and acts and comes
+        comes = comes and (position != STUCK or not instant.was_stuck[h])
+    return plant.is_impulsive[h] and position != FREE and comes
 
 
 @kernel
 def _returns_at_once(run: Run, h: int, v: float) -> bool:
     """Whether a contact that opens at a speed closes again at once, or rises by nothing."""
     plant, instant = run.plant, run.instant
-    copy_settings(plant, instant.m, instant.trial)
+    copy_numbers(plant.settings, instant.m, instant.trial)
     set_position(plant, instant.trial, h, FORWARD)
     look_at(run, instant.x, instant.trial, instant.at_rest)
     a = instant.at_rest.acceleration[h]
@@ -130,14 +130,6 @@ def _even_out(run: Run) -> None:
 
 
 @kernel
-def _bounces(run: Run) -> bool:
-    for h in range(run.plant.holds):
-        if run.instant.bounce[h] != 0.0:
-            return True
-    return False
-
-
-@kernel
 def _impact(run: Run, seen: Look) -> bool:
     """Find speeds after an impact that loses energy, without bounces that are over at once.
 
@@ -146,20 +138,19 @@ def _impact(run: Run, seen: Look) -> bool:
     redundant constraints may contradict each other.
     """
     plant, instant = run.plant, run.instant
-    for i in range(plant.states):
-        instant.x_before[i] = instant.x[i]
+    copy_numbers(plant.states, instant.x, instant.x_before)
     for _ in range(plant.holds + 3):
-        for i in range(plant.states):
-            instant.x[i] = instant.x_before[i]
+        copy_numbers(plant.states, instant.x_before, instant.x)
         gather(run, seen)
         is_found = find_impulses(run, seen)
-        if _bounces(run) and (not is_found or gains_energy(run, seen)):
+        bounces = largest_of(plant.holds, instant.bounce) > 0.0
+        if bounces and (not is_found or gains_energy(run, seen)):
             _even_out(run)
             continue
         if not is_found:
             return False
         strike(run)
-        if not (_bounces(run) and _end_short_bounces(run)):
+        if not (bounces and _end_short_bounces(run)):
             break
     return True
 
@@ -168,9 +159,8 @@ def _impact(run: Run, seen: Look) -> bool:
 def _note_work(run: Run, seen: Look) -> None:
     """Note the impulse of each hold and the energy that it takes."""
     plant, instant, problem = run.plant, run.instant, run.instant.problem
-    largest, hardest = 0.0, 0.0
+    largest, hardest = largest_of(plant.holds, problem.carried), 0.0
     for h in range(plant.holds):
-        largest = max(largest, abs(problem.carried[h]))
         if instant.is_closing[h]:
             hardest = max(hardest, abs(seen.speed[h]))
     is_felt = hardest > STANDSTILL * (1.0 + instant.fastest)
@@ -251,8 +241,7 @@ def collide(run: Run, seen: Look) -> int:
     plant, instant = run.plant, run.instant
     standstills(plant, instant)
     closes = False
-    for h in range(plant.holds):
-        instant.fastest = max(instant.fastest, abs(seen.speed[h]))
+    instant.fastest = max(instant.fastest, largest_of(plant.holds, seen.speed))
     for h in range(plant.holds):
         instant.is_closing[h] = _closes(run, seen, h)
         instant.bounce[h] = seen.restitution[h] if instant.is_closing[h] else 0.0

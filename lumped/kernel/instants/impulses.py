@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from lumped.code.words import kernel
+from lumped.code.words import copy_numbers, kernel, largest_of
 from lumped.flattening.hold_modes import BACKWARD, DEMAND, FORWARD, STUCK
 from lumped.kernel.instant_search import Look
 from lumped.kernel.instants.holds import (
     ROUNDING,
     TOUCHING,
-    copy_settings,
     is_held,
     look_at,
+    position_of,
     set_position,
 )
 from lumped.kernel.instants.problem import (
@@ -19,6 +19,7 @@ from lumped.kernel.instants.problem import (
     OUTSIDE,
     WITHIN,
     change_places,
+    position_at,
     right_place,
 )
 from lumped.kernel.instants.yielding import weigh, yield_from
@@ -42,32 +43,18 @@ def gather(run: Run, seen: Look) -> None:
     """Find the holds that may take part in an impact, and their speeds after it."""
     plant, instant, problem = run.plant, run.instant, run.instant.problem
     for h in range(plant.holds):
-        own = instant.m[plant.hold_setting[h] :]
-        closes, held = instant.is_closing[h] != 0, own[STUCK] > 0.5
+        position, closes = position_of(plant, instant.m, h), instant.is_closing[h] != 0
         near = not plant.has_gap[h] or seen.gap[h] <= TOUCHING
         joins = near and (plant.is_impulsive[h] or plant.is_pressed[h])
         place = OUTSIDE
-        if plant.is_impulsive[h] and (closes or held):
+        if plant.is_impulsive[h] and (closes or position == STUCK):
             place = WITHIN
-        elif joins and own[FORWARD] > 0.5:
+        elif joins and position == FORWARD:
             place = AT_UPPER
-        elif joins and own[BACKWARD] > 0.5:
+        elif joins and position == BACKWARD:
             place = AT_LOWER
         problem.place[h], problem.beyond[h] = place, 0.0
         instant.leaving[h] = -instant.bounce[h] * seen.speed[h] if closes else 0.0
-
-
-@kernel
-def _free(run: Run) -> None:
-    """Let holds of the problem slide at their limits, and all others go."""
-    plant, problem = run.plant, run.instant.problem
-    for h in range(plant.holds):
-        place, position = problem.place[h], FREE
-        if place == AT_UPPER:
-            position = FORWARD
-        elif place == AT_LOWER:
-            position = BACKWARD
-        set_position(plant, run.instant.trial, h, position)
 
 
 @kernel
@@ -75,10 +62,12 @@ def push(run: Run, seen: Look) -> None:
     """Impulses, and speeds beyond those that are asked for, at the present places."""
     plant, instant, problem = run.plant, run.instant, run.instant.problem
     trial, rest, pushed = instant.trial, instant.at_rest, instant.pushed
-    copy_settings(plant, instant.m, trial)
+    copy_numbers(plant.settings, instant.m, trial)
     if run.may_be_redundant:
         weigh(run, instant.x, trial)
-    _free(run)
+    for h in range(plant.holds):
+        place = problem.place[h]
+        set_position(plant, trial, h, FREE if place == WITHIN else position_at(place))
     look_at(run, instant.x, trial, rest)
     for h in range(plant.holds):
         if problem.place[h] == WITHIN:
@@ -113,20 +102,12 @@ def _speed_after(run: Run, seen: Look, hold: int) -> float:
 
 
 @kernel
-def _is_pressed(run: Run, h: int, largest: float) -> bool:
-    """Whether impulses raise the limits of friction."""
-    problem = run.instant.problem
-    if not run.plant.is_pressed[h]:
-        return False
-    gain = max(problem.most[h], -problem.least[h])
-    return gain < _INFINITE and gain > PRESSED * largest
-
-
-@kernel
 def _right_place(run: Run, h: int, largest: float, fastest: float) -> int:
     plant, problem, place = run.plant, run.instant.problem, run.instant.problem.place[h]
     if not plant.is_impulsive[h]:
-        if not _is_pressed(run, h, largest):
+        # impulses may raise the limits of friction
+        gain = max(problem.most[h], -problem.least[h])
+        if not (plant.is_pressed[h] and gain < _INFINITE and gain > PRESSED * largest):
             return OUTSIDE if place == WITHIN else place
         if place == OUTSIDE and is_held(plant, run.instant.m, h):
             return WITHIN
@@ -141,10 +122,8 @@ def find_impulses(run: Run, seen: Look) -> bool:
     may_join = run.may_be_redundant
     for _ in range(40 + 20 * plant.holds):
         push(run, seen)
-        largest, fastest = 0.0, 0.0
-        for h in range(plant.holds):
-            largest = max(largest, abs(problem.carried[h]))
-            fastest = max(fastest, abs(seen.speed[h]))
+        largest = largest_of(plant.holds, problem.carried)
+        fastest = largest_of(plant.holds, seen.speed)
         for h in range(plant.holds):
             problem.next_place[h] = _right_place(run, h, largest, fastest)
         if change_places(instant, plant.holds):

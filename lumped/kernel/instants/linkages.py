@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Numbers, copy_numbers, kernel
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
@@ -18,7 +18,6 @@ _DISTANCE = (0.1, 0.3, 1.0, 3.0)
 _ROUNDS = 5
 DIRECTIONS = 1 + len(_DISTANCE) * _ROUNDS
 """Guesses with which the search begins: the given one, then five at each distance from it."""
-_DISTANCES = len(_DISTANCE)
 
 
 @kernel
@@ -48,11 +47,10 @@ def close(run: Run, x: Numbers, t: float, m: Numbers) -> bool:
     if n == 0:
         return True
     now, given = m[plant.settings - n :], run.first_guess
-    for i in range(n):
-        given[i] = now[i]
+    copy_numbers(n, now, given)
     if converge(run, x, t, m):
         return True
-    for k in range(_DISTANCES * _ROUNDS):
+    for k in range(DIRECTIONS - 1):
         direction = plant.any_direction[(1 + k) * n :]
         for i in range(n):
             now[i] = given[i] + _DISTANCE[k // _ROUNDS] * direction[i]

@@ -6,7 +6,7 @@ forward, backward or free.
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import copy_numbers, kernel
 from lumped.flattening.hold_modes import BACKWARD, COMPLIANCE, FORWARD, PARTED, STUCK
 from lumped.kernel.instant_search import InstantSearch, Look
 from lumped.kernel.instants.conditions import (
@@ -20,10 +20,10 @@ from lumped.kernel.instants.conditions import (
 from lumped.kernel.instants.holds import (
     STANDSTILL,
     TOUCHING,
-    copy_settings,
     is_at_rest,
     is_held,
     look_at,
+    position_of,
     release_demands,
     set_position,
     standstills,
@@ -41,7 +41,7 @@ from lumped.kernel.instants.reactions import (
 )
 from lumped.kernel.instants.sharing import share
 from lumped.kernel.instants.yielding import watch_redundancy, would_share
-from lumped.kernel.plant import CONDITION, FREE, LOWER, SLIDE, UPPER, Plant
+from lumped.kernel.plant import CONDITION, FREE, SLIDE, UPPER, Plant
 from lumped.kernel.rounds import begin_rounds
 from lumped.kernel.run import ASKS, GOES_ON, INSIDE, NO_FIT, NOT_CLOSED, SET_TWICE, Run
 
@@ -50,12 +50,6 @@ _DEEPEST = 1e-9
 _INFINITE = float("inf")
 KEEPS = -2
 """The position of a hold fits."""
-
-
-@kernel
-def _acts(plant: Plant, m: Numbers, h: int) -> bool:
-    own = m[plant.hold_setting[h] :]
-    return own[STUCK] > 0.5 or own[FORWARD] > 0.5 or own[BACKWARD] > 0.5
 
 
 @kernel
@@ -80,7 +74,7 @@ def _engage(run: Run, seen: Look) -> bool:
     for h in range(plant.holds):
         condition = plant.engaged_by[h]
         is_engaged = condition < 0 or instant.m[condition] > 0.5
-        if is_engaged == _acts(plant, instant.m, h):
+        if is_engaged == (position_of(plant, instant.m, h) != FREE):
             continue
         if not any_changes:
             standstills(plant, instant)
@@ -162,31 +156,9 @@ def _rebalance(run: Run, seen: Look) -> int:
 
 
 @kernel
-def _shares(run: Run, margin: int) -> bool:
-    """Whether a margin belongs to the limit of a shared reaction."""
-    plant = run.plant
-    kind, h = plant.margin_kind[margin], plant.margin_number[margin]
-    is_limit = kind == UPPER or kind == LOWER
-    return is_limit and run.instant.m[plant.hold_setting[h] + COMPLIANCE] > 0.0
-
-
-@kernel
-def _share_again(run: Run) -> None:
-    """A shared reaction at its limit only tells that the load is to be shared again."""
-    instant = run.instant
-    count = 0
-    for i in range(instant.fired_count):
-        if not _shares(run, instant.fired[i]):
-            instant.fired[count] = instant.fired[i]
-            count += 1
-    instant.fired_count = count
-
-
-@kernel
 def _flip(run: Run) -> None:
     """Change the positions whose margins fired."""
     plant, instant = run.plant, run.instant
-    _share_again(run)
     is_seen = False
     for i in range(instant.fired_count):
         kind, number = plant.margin_kind[instant.fired[i]], plant.margin_number[instant.fired[i]]
@@ -203,7 +175,8 @@ def _flip(run: Run) -> None:
             instant.is_halted[number] = 1
             if not plant.has_gap[number]:
                 set_position(plant, instant.m, number, STUCK)
-        else:
+        elif not instant.m[plant.hold_setting[number] + COMPLIANCE] > 0.0:
+            # a shared reaction at its limit only tells that the load is to be shared again
             let_go(run, number, FORWARD if kind == UPPER else BACKWARD)
 
 
@@ -211,9 +184,8 @@ def _flip(run: Run) -> None:
 def _prepare(run: Run) -> None:
     """Copy the states and settings of the run, which the search then changes."""
     plant, instant = run.plant, run.instant
-    for i in range(plant.states):
-        instant.x[i] = run.x[i]
-    copy_settings(plant, run.m, instant.m)
+    copy_numbers(plant.states, run.x, instant.x)
+    copy_numbers(plant.settings, run.m, instant.m)
     any_stuck = False
     for h in range(plant.holds):
         instant.was_stuck[h] = is_held(plant, instant.before, h)
@@ -325,9 +297,8 @@ def _begin_positions(run: Run) -> int:
         look_at(run, run.x, run.m, instant.seen)
         # at the start, not just after it, so that a clock ticks at zero
         set_by_sides(plant, instant.seen, run.m)
-    for h in range(plant.holds):
-        instant.speed_at_begin[h] = instant.seen.speed[h]
-    copy_settings(plant, run.m, instant.before)
+    copy_numbers(plant.holds, instant.seen.speed, instant.speed_at_begin)
+    copy_numbers(plant.settings, run.m, instant.before)
     instant.fired_count = 0
     instant.prepared_at = -_INFINITE
     watch_redundancy(run)

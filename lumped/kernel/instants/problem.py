@@ -16,11 +16,21 @@ and proximal steps undo it. Else there may be no answer.
 from __future__ import annotations
 
 from lumped.code.words import kernel
+from lumped.flattening.hold_modes import BACKWARD, FORWARD, STUCK
 from lumped.kernel.instant_search import InstantSearch, Problem
+from lumped.kernel.plant import FREE
 from lumped.kernel.rounds import may_change
 
 OUTSIDE, WITHIN, AT_UPPER, AT_LOWER = range(4)
 """Places of a hold: no part of the problem, within its limits, at one of them."""
+
+
+@kernel
+def position_at(place: int) -> int:
+    """Position of a hold at a place; outside of the problem it is free."""
+    if place == WITHIN:
+        return STUCK
+    return FORWARD if place == AT_UPPER else BACKWARD if place == AT_LOWER else FREE
 
 
 @kernel

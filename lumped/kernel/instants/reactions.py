@@ -10,16 +10,16 @@ as those of lossy gears, are part of it.
 
 from __future__ import annotations
 
-from lumped.code.words import kernel
+from lumped.code.words import copy_numbers, kernel, largest_of
 from lumped.flattening.hold_modes import BACKWARD, FORWARD, SHARE, STUCK
 from lumped.kernel.instant_search import Look
 from lumped.kernel.instants.conditions import copy_conditions, turn_wrong
 from lumped.kernel.instants.holds import (
     TOUCHING,
-    copy_settings,
     is_at_rest,
     is_shared,
     look_at,
+    position_of,
     set_position,
 )
 from lumped.kernel.instants.problem import (
@@ -28,6 +28,7 @@ from lumped.kernel.instants.problem import (
     OUTSIDE,
     WITHIN,
     change_places,
+    position_at,
     right_place,
 )
 from lumped.kernel.instants.yielding import weigh, yield_from
@@ -57,10 +58,7 @@ _INFINITE = float("inf")
 @kernel
 def calmness(run: Run, look: Look) -> float:
     """Acceleration that is rounding."""
-    largest = 0.0
-    for i in range(run.plant.states):
-        largest = max(largest, abs(look.rates[i]))
-    return _CALM * (1.0 + largest)
+    return _CALM * (1.0 + largest_of(run.plant.states, look.rates))
 
 
 @kernel
@@ -81,15 +79,13 @@ def _gather(run: Run, seen: Look) -> None:
     """Find the holds at rest, with what they carry in their positions."""
     plant, instant, problem = run.plant, run.instant, run.instant.problem
     for h in range(plant.holds):
-        own = instant.m[plant.hold_setting[h] :]
-        problem.place[h] = OUTSIDE
-        problem.slides[h] = 0
-        problem.beyond[h] = 0.0
-        if own[STUCK] > 0.5:
+        position = position_of(plant, instant.m, h)
+        problem.place[h], problem.slides[h], problem.beyond[h] = OUTSIDE, 0, 0.0
+        if position == STUCK:
             problem.place[h] = WITHIN
-        elif own[FORWARD] > 0.5 and _ends_here(run, seen, h, True):
+        elif position == FORWARD and _ends_here(run, seen, h, True):
             problem.place[h], problem.slides[h] = AT_UPPER, 1
-        elif own[BACKWARD] > 0.5 and _ends_here(run, seen, h, False):
+        elif position == BACKWARD and _ends_here(run, seen, h, False):
             problem.place[h], problem.slides[h] = AT_LOWER, 1
         problem.carried[h], problem.motion[h] = seen.reaction[h], seen.acceleration[h]
         problem.most[h], problem.least[h] = seen.upper[h], seen.lower[h]
@@ -131,12 +127,11 @@ def _place(run: Run) -> None:
     """Put all holds of the problem at their places."""
     plant, trial, problem = run.plant, run.instant.trial, run.instant.problem
     for h in range(plant.holds):
-        place, setting = problem.place[h], plant.hold_setting[h]
-        if place == WITHIN:
-            set_position(plant, trial, h, STUCK)
-        elif place != OUTSIDE:
-            set_position(plant, trial, h, FORWARD if place == AT_UPPER else BACKWARD)
-            trial[setting + SHARE] = problem.beyond[h]
+        place = problem.place[h]
+        if place != OUTSIDE:
+            set_position(plant, trial, h, position_at(place))
+        if place == AT_UPPER or place == AT_LOWER:
+            trial[plant.hold_setting[h] + SHARE] = problem.beyond[h]
 
 
 @kernel
@@ -236,7 +231,7 @@ def _position(run: Run, h: int) -> int:
     What slides since this instant does so no longer if they keep it from reversing.
     """
     problem, place = run.instant.problem, run.instant.problem.place[h]
-    position = FORWARD if place == AT_UPPER else BACKWARD
+    position = position_at(place)
     slides_on = run.instant.m[run.plant.hold_setting[h] + position] > 0.5
     rests = run.may_be_redundant and not (run.instant.was_let_go[h] and slides_on)
     rests = rests and abs(problem.motion[h]) <= problem.room[h]
@@ -257,7 +252,7 @@ def _know_room(run: Run) -> None:
     """Accelerations that are rounding: a small part of those without any hold of the problem."""
     plant, instant, problem = run.plant, run.instant, run.instant.problem
     free, largest = instant.pushed, 0.0
-    copy_settings(plant, instant.trial, instant.sole)
+    copy_numbers(plant.settings, instant.trial, instant.sole)
     for h in range(plant.holds):
         if problem.place[h] != OUTSIDE:
             set_position(plant, instant.sole, h, FREE)
@@ -332,7 +327,7 @@ def settle_reactions(run: Run, seen: Look, calm: float) -> int:
                 instant.is_exhausted = instant.is_exhausted or abs(problem.motion[h]) > calm
     if not (_find_right_places(run) or instant.is_exhausted):
         return CHANGES if _let_blocking_go(run) else FITS
-    copy_settings(plant, instant.m, instant.trial)
+    copy_numbers(plant.settings, instant.m, instant.trial)
     if run.may_be_redundant:
         weigh(run, instant.x, instant.trial)
         _know_room(run)

@@ -8,10 +8,10 @@ load, `lumped.kernel.instants.reactions` finds.
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel, sqrt
+from lumped.code.words import Numbers, copy_numbers, kernel, sqrt
 from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, SHARE, SLACK
 from lumped.kernel.instant_search import Look
-from lumped.kernel.instants.holds import copy_settings, is_held, is_shared, look_at
+from lumped.kernel.instants.holds import is_held, is_shared, look_at
 from lumped.kernel.instants.reserve import largest_reserve
 from lumped.kernel.instants.yielding import COMPLIANT, soften, yield_from
 from lumped.kernel.run import Run
@@ -50,24 +50,12 @@ def share(run: Run, x: Numbers, m: Numbers) -> None:
     instant.is_shared = soften(run, x, m)
     if instant.is_shared:
         _share_if_redundant(run, x, m)
-        _keep_what_stuck_before(run)
     look_at(run, x, m, instant.seen)
     for h in range(plant.holds if instant.is_shared else 0):
         # what sharing leaves beyond a limit is rounding, too
         own, excess = m[plant.hold_setting[h] :], _excess(instant.seen, h)
         if is_shared(plant, m, h) and 2.0 * excess > own[SLACK]:
             own[SLACK] = 2.0 * excess
-
-
-@kernel
-def _keep_what_stuck_before(run: Run) -> None:
-    """Let holds go first that did not stick before this instant: they had no limit at rest yet."""
-    instant, any_new = run.instant, False
-    for h in range(run.plant.holds):
-        any_new = any_new or (instant.gives_way[h] != 0 and not instant.was_stuck[h])
-    for h in range(run.plant.holds):
-        if any_new and instant.was_stuck[h]:
-            instant.gives_way[h] = 0
 
 
 @kernel
@@ -153,7 +141,7 @@ def _ask_each(run: Run, x: Numbers, m: Numbers) -> None:
     """
     plant, instant, trial = run.plant, run.instant, run.instant.trial
     n, rest, pushed = plant.holds, run.instant.at_rest, run.instant.pushed
-    copy_settings(plant, m, trial)
+    copy_numbers(plant.settings, m, trial)
     for i in range(n):
         if not is_held(plant, m, i):
             continue

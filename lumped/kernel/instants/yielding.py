@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Numbers, copy_numbers, kernel
 from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, SHARE, STUCK
 from lumped.kernel.instant_search import Look
-from lumped.kernel.instants.holds import copy_settings, is_held, look_at, set_position
+from lumped.kernel.instants.holds import is_held, look_at, set_position
 from lumped.kernel.plant import FREE
 from lumped.kernel.run import Run
 
@@ -46,7 +46,7 @@ def _is_redundant(run: Run, x: Numbers, trial: Numbers) -> bool:
 def watch_redundancy(run: Run) -> None:
     """Note whether constraints are redundant if all stick; otherwise no fewer ones can be."""
     plant, trial = run.plant, run.instant.trial
-    copy_settings(plant, run.m, trial)
+    copy_numbers(plant.settings, run.m, trial)
     for h in range(plant.holds):
         set_position(plant, trial, h, STUCK)
         trial[plant.hold_setting[h] + COMPLIANCE] = 0.0
@@ -80,14 +80,6 @@ def _softest(run: Run, x: Numbers, alone: Numbers) -> float:
 
 
 @kernel
-def _know_yielding(run: Run, x: Numbers, m: Numbers) -> None:
-    """The compliance of redundant constraints, found once in a run."""
-    if run.yielding < 0.0:
-        copy_settings(run.plant, m, run.instant.sole)
-        run.yielding = COMPLIANT * _softest(run, x, run.instant.sole)
-
-
-@kernel
 def soften(run: Run, x: Numbers, m: Numbers) -> bool:
     """Let holds that stick yield a little if they are redundant; whether they are."""
     plant, instant = run.plant, run.instant
@@ -98,7 +90,7 @@ def soften(run: Run, x: Numbers, m: Numbers) -> bool:
         any_stuck = any_stuck or is_held(plant, m, h)
     if not (run.may_be_redundant and any_stuck):
         return False
-    copy_settings(plant, m, instant.sole)
+    copy_numbers(plant.settings, m, instant.sole)
     if not _is_redundant(run, x, instant.sole):
         return False
     weigh(run, x, m)
@@ -110,7 +102,7 @@ def soften(run: Run, x: Numbers, m: Numbers) -> bool:
 def would_share(run: Run, h: int) -> bool:
     """Whether constraints are redundant if one more sticks."""
     plant, instant, trial = run.plant, run.instant, run.instant.sole
-    copy_settings(plant, instant.m, trial)
+    copy_numbers(plant.settings, instant.m, trial)
     set_position(plant, trial, h, STUCK)
     for other in range(plant.holds):
         trial[plant.hold_setting[other] + COMPLIANCE] = 0.0
@@ -122,7 +114,7 @@ def _keep_rigid(run: Run, x: Numbers, m: Numbers) -> None:
     """Let holds not yield that can follow any accelerations, unless motions are prescribed."""
     plant, instant = run.plant, run.instant
     rest, pushed, trial = instant.at_rest, instant.pushed, instant.sole
-    copy_settings(plant, m, trial)
+    copy_numbers(plant.settings, m, trial)
     look_at(run, x, trial, rest)
     for h in range(plant.holds):
         instant.is_grouped[h] = 0
@@ -147,7 +139,9 @@ def _keep_rigid(run: Run, x: Numbers, m: Numbers) -> None:
 def weigh(run: Run, x: Numbers, m: Numbers) -> None:
     """Let all holds yield while they stick, the weaker ones more."""
     plant, instant = run.plant, run.instant
-    _know_yielding(run, x, m)
+    if run.yielding < 0.0:  # found once in a run
+        copy_numbers(plant.settings, m, instant.sole)
+        run.yielding = COMPLIANT * _softest(run, x, instant.sole)
     look, strongest, heaviest = instant.at_rest, 0.0, 0.0
     for h in range(plant.holds):
         m[plant.hold_setting[h] + COMPLIANCE] = run.yielding

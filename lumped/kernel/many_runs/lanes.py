@@ -105,25 +105,8 @@ def _fill(lanes: Lanes) -> int:
 
 
 @kernel
-def _try_implicit(lanes: Lanes, h: Wide) -> bool:
-    """Let runs go on alone for which a trial of an implicit step is due; whether there are any."""
-    is_over = lanes.patience == 0.0 or h > lanes.long_enough
-    is_due = lanes.untried_steps >= UNTRIED or (lanes.stiff_steps >= STIFF_AFTER and is_over)
-    is_due = is_due and lanes.is_on > 0.5 and lanes.end - lanes.t > LONGER * h
-    if not any_lane(is_due):
-        return False
-    lanes.mark = 1.0 if is_due else 0.0
-    for k in range(lanes.count):
-        if flat(lanes.mark)[k] > 0.5:
-            hand_over(lanes, k, lanes.attempt_of)
-    return True
-
-
-@kernel
-def _leave_unseen(lanes: Lanes, h: Wide) -> bool:
-    """Let runs go on alone whose steps may miss what acts by the time; whether there are any."""
-    clear = is_clear(lanes, h, NODES[0], NODES[1])
-    lanes.mark = 1.0 if clear < 0.5 and lanes.is_on > 0.5 else 0.0
+def _hand_over_marked(lanes: Lanes) -> bool:
+    """Let runs of marked lanes make an attempt alone; whether there are any."""
     if not any_lane(lanes.mark > 0.5):
         return False
     for k in range(lanes.count):
@@ -133,20 +116,31 @@ def _leave_unseen(lanes: Lanes, h: Wide) -> bool:
 
 
 @kernel
-def _mark_suspects(lanes: Lanes, accepted: Wide) -> Wide:
-    """Mark lanes in which a margin may be below zero."""
-    mark, floor = accepted * 0.0, lanes.floor
-    set_ranges(lanes)
-    evaluate_wide(lanes.plant.margin_floor, lanes, lanes.ranges, lanes.t, lanes.m, floor)
-    for i in range(lanes.plant.margins):
-        mark = mark if floor[i] >= 0.0 else 1.0
-    return mark
+def _try_implicit(lanes: Lanes, h: Wide) -> bool:
+    """Let runs go on alone for which a trial of an implicit step is due; whether there are any."""
+    is_over = lanes.patience == 0.0 or h > lanes.long_enough
+    is_due = lanes.untried_steps >= UNTRIED or (lanes.stiff_steps >= STIFF_AFTER and is_over)
+    is_due = is_due and lanes.is_on > 0.5 and lanes.end - lanes.t > LONGER * h
+    lanes.mark = 1.0 if is_due else 0.0
+    return _hand_over_marked(lanes)
+
+
+@kernel
+def _leave_unseen(lanes: Lanes, h: Wide) -> bool:
+    """Let runs go on alone whose steps may miss what acts by the time; whether there are any."""
+    clear = is_clear(lanes, h, NODES[0], NODES[1])
+    lanes.mark = 1.0 if clear < 0.5 and lanes.is_on > 0.5 else 0.0
+    return _hand_over_marked(lanes)
 
 
 @kernel
 def _without_suspects(lanes: Lanes, accepted: Wide) -> Wide:
     """Accepted lanes but for those in which a margin fires or may fire, whose runs go on alone."""
-    mark = _mark_suspects(lanes, accepted)
+    mark, floor = accepted * 0.0, lanes.floor
+    set_ranges(lanes)
+    evaluate_wide(lanes.plant.margin_floor, lanes, lanes.ranges, lanes.t, lanes.m, floor)
+    for i in range(lanes.plant.margins):
+        mark = mark if floor[i] >= 0.0 else 1.0
     mark = mark if accepted > 0.5 else 0.0
     lanes.mark = mark
     for k in range(lanes.count if any_lane(mark > 0.5) else 0):
@@ -308,12 +302,7 @@ def _expand(lanes: Lanes) -> bool:
     found = prepare_step(lanes)
     lanes.h = found if lanes.was_rejected < 0.5 and found > 0.0 else lanes.h
     lanes.mark = 0.0 if found > 0.0 or lanes.is_on < 0.5 else 1.0
-    if not any_lane(lanes.mark > 0.5):
-        return False
-    for k in range(lanes.count):
-        if flat(lanes.mark)[k] > 0.5:
-            hand_over(lanes, k, lanes.attempt_of)
-    return True
+    return _hand_over_marked(lanes)
 
 
 @kernel

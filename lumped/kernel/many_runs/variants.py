@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Annotated
 
 from lumped.code.records import Record
-from lumped.code.words import Integers, Numbers, kernel
+from lumped.code.words import Integers, Numbers, copy_numbers, kernel
 from lumped.kernel.clocks import Clocks, place_instants, set_clocks
 from lumped.kernel.enclosures.crossing import find_below
+from lumped.kernel.instants.holds import position_of
 from lumped.kernel.instants.positions import begin
 from lumped.kernel.instants.yielding import watch_redundancy
 from lumped.kernel.interpret import evaluate, prepare
-from lumped.kernel.loop import position_of, until_steps
+from lumped.kernel.loop import until_steps
 from lumped.kernel.observe import begin_watch, end_watch, observe, observe_event
 from lumped.kernel.plant import Function
 from lumped.kernel.run import (
@@ -25,7 +26,7 @@ from lumped.kernel.run import (
     UNFIT,
     Run,
 )
-from lumped.kernel.steps import advance, advance_alone, attempt_once, end_attempt, leave_step
+from lumped.kernel.steps import advance, attempt_once, end_attempt, leave_step
 
 _LARGEST = 1e100
 """Size of start values beyond which their powers are not finite."""
@@ -113,29 +114,20 @@ class Variants(Record):
 
 
 @kernel
-def _renew(run: Run) -> None:
-    """Bring a run and all that it writes to what they were at first."""
+def _place(variants: Variants) -> None:
+    """Set the parameters of the variant, and where it begins; all else is as it was at first."""
+    run = variants.run
     now, first = run.memory, run.memory_at_first
     for i in range(run.memory_size):
         now[i] = first[i]
-
-
-@kernel
-def _place(variants: Variants) -> None:
-    """Set the parameters of the variant, and where it begins."""
-    run = variants.run
-    _renew(run)
-    for i in range(variants.parameters):
-        run.p[i] = variants.nominal[i]
+    copy_numbers(variants.parameters, variants.nominal, run.p)
     row = variants.values[variants.number * variants.columns :]
     for i in range(variants.columns):
         run.p[variants.place[i]] = row[i]
     prepare(run)
     run.t = variants.first_time
-    for i in range(run.plant.states):
-        run.x[i] = variants.x_first[i]
-    for i in range(run.plant.settings):
-        run.m[i] = variants.m_first[i]
+    copy_numbers(run.plant.states, variants.x_first, run.x)
+    copy_numbers(run.plant.settings, variants.m_first, run.m)
 
 
 @kernel
@@ -150,8 +142,7 @@ def _find_states(variants: Variants) -> bool:
             return False
         if i >= n and i + 1 < variants.start_count and size > 0.0 and size * _LARGEST < 1.0:
             return False
-    for i in range(n):
-        variants.x_first[i] = found[i]
+    copy_numbers(n, found, variants.x_first)
     return found[variants.start_count - 1] <= variants.tolerated
 
 
@@ -169,40 +160,32 @@ def _begin_variant(variants: Variants) -> int:
     """States and positions at the start of the variant that is due."""
     run, plant = variants.run, variants.run.plant
     if variants.knows_start:
-        for i in range(plant.states):
-            variants.x_first[i] = variants.x_known[i]
-        for i in range(plant.settings):
-            variants.m_first[i] = variants.m_known[i]
+        copy_numbers(plant.states, variants.x_known, variants.x_first)
+        copy_numbers(plant.settings, variants.m_known, variants.m_first)
         _place(variants)
+        begin_watch(run)
+        for i in range(variants.collisions):
+            hit = variants.collision[2 * i :]
+            observe_event(run, 1, hit[0], hit[1], variants.collision_loss[i], 0.0)
     else:
-        for i in range(plant.settings):
-            variants.m_first[i] = variants.first_settings[i]
+        copy_numbers(plant.settings, variants.first_settings, variants.m_first)
         _place(variants)
         set_clocks(variants.clocks, run, variants.m_first)
-        for i in range(plant.settings):
-            run.m[i] = variants.m_first[i]
+        copy_numbers(plant.settings, variants.m_first, run.m)
         if not _find_states(variants):
             return NO_START
         if variants.begins:
             _place(variants)
             if begin(run) != GOES_ON:
                 return NO_START
-            for i in range(plant.states):
-                variants.x_first[i] = run.instant.x[i]
-            for i in range(plant.settings):
-                variants.m_first[i] = run.instant.m[i]
+            copy_numbers(plant.states, run.instant.x, variants.x_first)
+            copy_numbers(plant.settings, run.instant.m, variants.m_first)
             begin_watch(run)
             note_collisions(run)
             _place(variants)
         else:
             begin_watch(run)
-            for i in range(plant.states):
-                run.x[i] = variants.x_first[i]
-    if variants.knows_start:
-        begin_watch(run)
-        for i in range(variants.collisions):
-            hit = variants.collision[2 * i :]
-            observe_event(run, 1, hit[0], hit[1], variants.collision_loss[i], 0.0)
+            copy_numbers(plant.states, variants.x_first, run.x)
     place_instants(variants.clocks, run)
     run.phase, run.segment, run.end = BEGIN_SEGMENT, 0, run.edges[1]
     watch_redundancy(run)
@@ -214,22 +197,16 @@ def take(run: Run, out: Numbers) -> None:
     """Take what functionals are at the end of a run."""
     watch = run.watch
     end_watch(run)
-    n = 0
-    for i in range(watch.integrands):
-        out[n] = watch.sums[i]
-        n += 1
-    for i in range(watch.extremes):
-        out[n] = watch.best[i]
-        n += 1
-    for i in range(watch.loads):
-        out[n] = watch.count.damage[i]
-        n += 1
-    for i in range(watch.points):
-        out[n] = watch.totals[i]
-        n += 1
-    for i in range(watch.finals):
-        out[n] = watch.last[i]
-        n += 1
+    copy_numbers(watch.integrands, watch.sums, out)
+    n = watch.integrands
+    copy_numbers(watch.extremes, watch.best, out[n:])
+    n += watch.extremes
+    copy_numbers(watch.loads, watch.count.damage, out[n:])
+    n += watch.loads
+    copy_numbers(watch.points, watch.totals, out[n:])
+    n += watch.points
+    copy_numbers(watch.finals, watch.last, out[n:])
+    n += watch.finals
     for i in range(watch.wanted_events):
         number, count = watch.event_number[i], watch.happened[i]
         if number < 0 and count + number >= 0:
@@ -245,9 +222,8 @@ def _end_variant(variants: Variants, status: int) -> None:
     variants.is_begun = 0
     variants.status[k] = status
     variants.steps[k], variants.rejected[k] = run.steps, run.rejected
-    if status != DONE:
-        return
-    take(run, variants.found[k * variants.width :])
+    if status == DONE:
+        take(run, variants.found[k * variants.width :])
 
 
 @kernel
@@ -271,7 +247,7 @@ def until_steps_of(variants: Variants) -> int:
             if status == GOES_ON:
                 if not (run.is_implicit or run.shares):
                     return GOES_ON
-                status = advance_alone(run)
+                status = advance(run, True)
                 if status == GOES_ON:
                     continue
         if status == FULL or status == NEEDS_MATRIX or status == UNFIT or status == ASKS:
@@ -294,7 +270,7 @@ def variants(variants: Variants) -> int:
     """Run variants until all are done or Python must act (see `lumped.kernel.run`)."""
     status = until_steps_of(variants)
     while status == GOES_ON:
-        status = after_attempt(variants, advance(variants.run))
+        status = after_attempt(variants, advance(variants.run, False))
     return status
 
 

@@ -183,40 +183,41 @@ def _look(run: Run, x: Numbers, t: float, row: int) -> None:
 
 
 @kernel
+def _find_rates(run: Run, stage: int, h: float) -> None:
+    """Rates at a stage, and what is integrated if that has a weight."""
+    t = run.t + _C[stage] * h
+    find_rates(run, run.argument, t, run.stages[stage * run.plant.states :])
+    if stage >= 5:
+        _look(run, run.argument, t, stage - 4)
+
+
+@kernel
 def stages(run: Run, h: float) -> None:
     """Compute new states and their derivatives."""
-    n, t = run.plant.states, run.t
-    x, k, a, new = run.x, run.stages, run.argument, run.new
-    _look(run, x, t, 0)
+    n, x, k, a, new = run.plant.states, run.x, run.stages, run.argument, run.new
+    _look(run, x, run.t, 0)
     _1(x, a, k, n, h)
-    find_rates(run, a, t + _C[1] * h, k[n:])
+    _find_rates(run, 1, h)
     _2(x, a, k, n, h)
-    find_rates(run, a, t + _C[2] * h, k[2 * n :])
+    _find_rates(run, 2, h)
     _3(x, a, k, n, h)
-    find_rates(run, a, t + _C[3] * h, k[3 * n :])
+    _find_rates(run, 3, h)
     _4(x, a, k, n, h)
-    find_rates(run, a, t + _C[4] * h, k[4 * n :])
+    _find_rates(run, 4, h)
     _5(x, a, k, n, h)
-    find_rates(run, a, t + _C[5] * h, k[5 * n :])
-    _look(run, a, t + _C[5] * h, 1)
+    _find_rates(run, 5, h)
     _6(x, a, k, n, h)
-    find_rates(run, a, t + _C[6] * h, k[6 * n :])
-    _look(run, a, t + _C[6] * h, 2)
+    _find_rates(run, 6, h)
     _7(x, a, k, n, h)
-    find_rates(run, a, t + _C[7] * h, k[7 * n :])
-    _look(run, a, t + _C[7] * h, 3)
+    _find_rates(run, 7, h)
     _8(x, a, k, n, h)
-    find_rates(run, a, t + _C[8] * h, k[8 * n :])
-    _look(run, a, t + _C[8] * h, 4)
+    _find_rates(run, 8, h)
     _9(x, a, k, n, h)
-    find_rates(run, a, t + _C[9] * h, k[9 * n :])
-    _look(run, a, t + _C[9] * h, 5)
+    _find_rates(run, 9, h)
     _10(x, a, k, n, h)
-    find_rates(run, a, t + _C[10] * h, k[10 * n :])
-    _look(run, a, t + _C[10] * h, 6)
+    _find_rates(run, 10, h)
     _11(x, a, k, n, h)
-    find_rates(run, a, t + _C[11] * h, k[11 * n :])
-    _look(run, a, t + _C[11] * h, 7)
+    _find_rates(run, 11, h)
     _NEW(x, new, k, n, h)
     find_rates(run, new, run.t_new, k[12 * n :])
     run.evaluations += 12

@@ -7,9 +7,9 @@ times less: a proximal step (Rockafellar, SIAM Journal on Control and Optimizati
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Numbers, copy_numbers, kernel
 from lumped.flattening.hold_modes import SHARE
-from lumped.kernel.instants.holds import copy_settings, is_shared
+from lumped.kernel.instants.holds import is_shared
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
@@ -27,7 +27,7 @@ def note_sharing(run: Run) -> None:
 def _find_exact_rates(run: Run, x: Numbers, t: float, out: Numbers) -> None:
     plant, look, exact = run.plant, run.instant.pushed, run.instant.sole
     evaluate(plant.look, run, x, t, run.m, look.greater)
-    copy_settings(plant, run.m, exact)
+    copy_numbers(plant.settings, run.m, exact)
     for h in range(plant.holds):
         if is_shared(plant, exact, h):
             exact[plant.hold_setting[h] + SHARE] = look.reaction[h]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lumped.code.words import Numbers, kernel, sqrt
+from lumped.code.words import Numbers, copy_numbers, kernel, sqrt
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.rates import find_rates
 from lumped.kernel.methods.sparse_lu import factorise, is_solved, solve
@@ -74,8 +74,7 @@ def step(run: Run, h: float) -> float:
                 total = new[i] + k[s * n + i]
             new[i] = total
         if s == 0:
-            for i in range(n):
-                rate[i] = k[i]
+            copy_numbers(n, k, rate)
         else:
             find_rates(run, new, t + NODES[s] * h, rate)
         for i in range(n):

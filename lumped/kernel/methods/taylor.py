@@ -9,7 +9,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from lumped.code.words import Numbers, exp, kernel, log, make_kernel, sqrt
+from lumped.code.words import (
+    Numbers,
+    exp,
+    greatest_of,
+    kernel,
+    least_of,
+    log,
+    make_kernel,
+    sqrt,
+)
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods import rodas5p
 from lumped.kernel.methods.dop853 import NODES
@@ -148,13 +157,10 @@ def set_ranges(run: Run) -> None:
             factor = factor * h * (float(j + 1) / float(max(order - j, 1)))
         for j in range(order):
             b[j + 1] = b[j + 1] / float(order)
-        least, most = b[0], b[0]
         for k in range(1, order + 1):
             for j in range(order, k - 1, -1):
                 b[j] += b[j - 1]
-        for j in range(1, order + 1):
-            least, most = min(least, b[j]), max(most, b[j])
-        run.ranges[i], run.ranges[n + i] = least, most
+        run.ranges[i], run.ranges[n + i] = least_of(b, order), greatest_of(b, order)
 
 
 @kernel

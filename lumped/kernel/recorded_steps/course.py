@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from lumped.code.records import Record
-from lumped.code.words import Integers, Numbers, call, kernel
+from lumped.code.words import Integers, Numbers, call, copy_numbers, kernel
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods import dop853, rodas5p
 from lumped.kernel.methods.any_method import inside
@@ -113,8 +113,7 @@ def go_to_step(run: Run, course: Course, k: int) -> float:
     n = course.states
     for i in range(run.plant.states):
         run.x[i] = course.x[n * k + i] if i < n else 0.0
-    for i in range(course.settings):
-        run.m[i] = course.m[course.settings * k + i]
+    copy_numbers(course.settings, course.m[course.settings * k :], run.m)
     run.t = course.t[k]
     run.t_new = course.t[k + 1]
     run.is_implicit = course.is_implicit[k]
@@ -142,8 +141,7 @@ def replay_steps(run: Run, course: Course) -> int:
         if not course.is_given[k + 1]:
             if not _step(run, go_to_step(run, course, k)):
                 return GIVEN_UP
-            for i in range(n):
-                course.x[n * (k + 1) + i] = run.new[i]
+            copy_numbers(n, run.new, course.x[n * (k + 1) :])
     return DONE
 
 
@@ -189,8 +187,7 @@ def of_columns(
         call(function.wide_address, point, run.p, t, run.m, out)
         return
     for c in range(columns):
-        for i in range(first):
-            sweep.one[i] = point[i]
+        copy_numbers(first, point, sweep.one)
         for i in range(n):
             sweep.one[first + i] = point[first + i * columns + c]
         evaluate(function, run, sweep.one, t, run.m, sweep.one_pulled)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from lumped.code.words import kernel, make_kernel
+from lumped.code.words import copy_numbers, kernel, make_kernel
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.dop853 import STAGES, stages
 from lumped.kernel.recorded_steps.course import Sweep, of_columns
@@ -76,10 +76,8 @@ def back(run: Run, sweep: Sweep, h: float) -> None:
     stages(run, h)
     _stages_back(run, sweep, h)
     _W0(sweep.adjoint, sweep.judged, point[n:], g, flat, w, h)
-    for i in range(n):
-        point[i] = run.x[i]
+    copy_numbers(n, run.x, point)
     of_columns(sweep.pullback, run, sweep, point, n, run.t, g)
-    for r in range(flat):
-        sweep.before[r] = sweep.adjoint[r]
+    copy_numbers(flat, sweep.adjoint, sweep.before)
     _add_stages(g, sweep.before, flat, w)
     _add_stages(g[flat:], sweep.by_parameters, w - flat, w)

@@ -6,7 +6,7 @@ come from the function `bent` of a `Sweep`.
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Numbers, copy_numbers, kernel
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.rodas5p import INCREMENTS, NODES, PARTS, UNSOLVED, WEIGHTS, step
 from lumped.kernel.methods.sparse_lu import solve_transposed
@@ -64,8 +64,7 @@ def back(run: Run, sweep: Sweep, h: float) -> bool:
             increments[s * flat + r] = 0.0
         increments[7 * flat + r] = sweep.adjoint[r] + sweep.judged[r]
     for s in range(7, -1, -1):
-        for r in range(flat):
-            sweep.solved[r] = increments[s * flat + r]
+        copy_numbers(flat, increments[s * flat :], sweep.solved)
         for c in range(columns):
             solve_transposed(run.matrix.pattern, run.matrix, n, sweep.solved[c:], columns)
         _argument(run, s, point)

@@ -9,11 +9,11 @@ import signal
 import numpy as np
 import pytest
 from contact_reference import lost, poisson
+from hybrid_comparisons import Storm
 from hybrid_drives import END, RandomDrive
 from hybrid_impacts import RandomImpact, compare_impact
 from hybrid_parts import Contact, Line, Load, steady
 from hybrid_reference import Drive
-from hybrid_storms import Storm
 from hybrid_verdicts import alarm, compare
 
 from lumped.errors import SolverError
