@@ -159,7 +159,6 @@ def describe_unit(
         "kind": kind,
         "identifier": interface.modelIdentifier,
         "token": read.guid,
-        "name": read.modelName,
         "tolerance": tolerance,
         "inputs": [s.variable for s in signals["input"]],
         "outputs": [s.variable for s in signals["output"]],
