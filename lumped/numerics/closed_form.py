@@ -19,6 +19,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from lumped.numerics.eigen import zero_rounding
 from lumped.numerics.skew_scaling import skew_scaling, two_colours
 
 Real = NDArray[np.float64]
@@ -132,7 +133,7 @@ def _part(a: Real | scipy.sparse.csr_array) -> _Block:
     if colour is not None:
         return _Coupled(skew, scale, colour)
     angular, vectors = scipy.linalg.eigh(1j * skew)
-    values: Complex = (-1j * _zero_frequencies(angular)).astype(complex)
+    values = zero_rounding(-1j * angular, len(angular))
     return _Modal(values, vectors / scale[:, None], vectors.conj().T * scale, 1.0, "modes")
 
 
@@ -147,12 +148,6 @@ def _general(a: Real) -> _Block:
     one = values.imag >= 0  # the real part of a pair is twice that of one of them
     forth = scale[:, None] * vectors[:, one] * np.where(values[one].imag > 0, 2.0, 1.0)
     return _Modal(values[one], forth, back[one], condition, "eigenvectors")
-
-
-def _zero_frequencies(angular: Real) -> Real:
-    """Frequencies that are zero to rounding become exactly zero."""
-    limit = 1e-13 * len(angular) * np.abs(angular).max(initial=0.0)
-    return np.where(np.abs(angular) <= limit, 0.0, angular)
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +192,7 @@ class _Coupled:
         self._w = np.zeros((len(w), k))
         self._u[:, : len(u)], self._w[:, : len(w)] = u, w.T
         angular = np.concatenate([angular, np.zeros(k - len(angular))])
-        self._values: Complex = (1j * _zero_frequencies(angular)).astype(complex)
+        self._values = zero_rounding(1j * angular, len(angular))
         self._scale, self._pace = scale, _find_pace(self._values)
 
     def _c(self, rows: Real) -> Complex:
