@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import scipy
 
 from lumped.flattening.flat_model import FlatModel, Group
 from lumped.flattening.tree import Instance
 from lumped.language.declared import ports_of
 from lumped.language.expression import Ref
-from lumped.support.sparse_graph import links
+from lumped.support.sparse_graph import find_sets
 
 
 def find_idle_parts(flat: FlatModel) -> list[str]:
@@ -50,9 +49,9 @@ def _find_closed(flat: FlatModel, joined: np.ndarray, touched: np.ndarray) -> It
         layout = tree.instances[group.nodes[0]].layout
         potentials = {("", name) for name in layout.names[: 2 * len(layout.ports) : 2]}
         own = [i for i, key in enumerate(group.template.unknowns) if key in potentials]
-        if len(columns) and len(set(_places(columns, count)[own])) < len(own):
+        if len(columns) and len(set(find_sets(columns, count)[own])) < len(own):
             rigid.update(group.nodes)
-    place = _places(np.concatenate(pairs), tree.unknown_count)
+    place = find_sets(np.concatenate(pairs), tree.unknown_count)
     for number, node in enumerate(tree.instances):
         ends = [i for i in range(len(node.layout.ports)) if touched[node.first_unknown + 2 * i]]
         loose = [i for i in range(len(node.layout.ports)) if i not in ends]
@@ -64,13 +63,6 @@ def _find_closed(flat: FlatModel, joined: np.ndarray, touched: np.ndarray) -> It
                 f"{node.label} does nothing: its {names} are joined to one another. Connect one "
                 "of them to something else, or leave the part out."
             )
-
-
-def _places(pairs: np.ndarray, count: int) -> np.ndarray:
-    """Number of the set that each of `count` things is in, if pairs of them are joined."""
-    graph = links(pairs[:, 0], pairs[:, 1], (count, count))
-    found: np.ndarray = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
-    return found
 
 
 def _same(flat: FlatModel, group: Group) -> np.ndarray:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from lumped.errors import ConnectError, EquationError, told_by
 from lumped.flattening.tree import Instance, Tree
@@ -17,7 +16,7 @@ from lumped.language.declared import values_of
 from lumped.language.expression import Ref
 from lumped.language.port import Connection, Port
 from lumped.language.quantity import Input, Output
-from lumped.support.sparse_graph import links
+from lumped.support.sparse_graph import find_sets
 
 
 @dataclass(frozen=True)
@@ -141,11 +140,9 @@ def _groups(items: list[int], pairs: list[tuple[int, int]]) -> list[list[int]]:
         return []
     items.sort()
     place = {t: i for i, t in enumerate(items)}
-    n = len(items)
-    i = np.array([place[a] for a, _ in pairs], dtype=int)
-    j = np.array([place[b] for _, b in pairs], dtype=int)
-    count, labels = scipy.sparse.csgraph.connected_components(links(i, j, (n, n)), directed=False)
-    groups: list[list[int]] = [[] for _ in range(count)]
+    joined = np.array([(place[a], place[b]) for a, b in pairs], dtype=int).reshape(-1, 2)
+    labels = find_sets(joined, len(items))
+    groups: list[list[int]] = [[] for _ in range(labels.max() + 1)]
     for item, group in zip(items, labels.tolist(), strict=True):
         groups[group].append(item)
     return sorted(groups)

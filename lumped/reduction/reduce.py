@@ -180,10 +180,8 @@ def _dependent(
             rank[first[number] + order] = value
     for node, value in ranks.items():
         rank[node] = value
-    selection = select_dependent(rows, rank, np.arange(first[-1]))
-    unused = selection.unused
-    expected = int(times.sum())
-    if unused or len(selection.dependent) < expected:
+    dependent, unused = select_dependent(rows, rank)
+    if unused or len(dependent) < int(times.sum()):
         row, order = labels[unused[0]] if unused else (int(np.argmax(times)), 0)
         raise SingularModelError(
             f"{incidence.flat.name}: these constraints are redundant or contradict each other:\n"
@@ -191,7 +189,7 @@ def _dependent(
             + "\nLikely a closed loop of rigid gears or linkages fixes the same motion twice. "
             "Make one member of the loop elastic, or remove it."
         )
-    return selection.dependent, tied
+    return dependent, tied
 
 
 def _by_declaration(aliases: Aliases, first: np.ndarray, states: np.ndarray) -> list[int]:
