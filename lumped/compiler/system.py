@@ -17,6 +17,7 @@ from lumped.flattening.flat_model import FlatModel
 from lumped.flattening.flatten import flatten
 from lumped.flattening.hold_modes import DEMAND, STUCK
 from lumped.flattening.measures import watching
+from lumped.flattening.tree import key_of
 from lumped.language.component import Component
 from lumped.language.formula import Formula, unit_of
 from lumped.language.quantity import Quantity
@@ -341,14 +342,14 @@ class System(Shared, RichHtml):
 
     def key(self, name: Name) -> str:
         """Dotted name of what is meant by a name or a reference; the formula of an expression."""
-        return self.structure.tree.key(name)
+        return key_of(name)
 
     def quantity(self, name: Name) -> Quantity:
         """Declaration of a quantity: unit and text."""
         key, tree = self.key(name), self.structure.tree
         if isinstance(key, Formula):
             return Quantity(unit_of(key.expression(tree.reference)), str(key))
-        return self.structure.tree.quantity(self.structure.tree.unknown(name))
+        return tree.quantity(tree.unknown(key))
 
     def theta(self, changes: Changes | None) -> np.ndarray:
         """Parameter vector with changes applied and checked.

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from operator import attrgetter
 
 from lumped.errors import DeclarationError, UnknownNameError, nearest
 from lumped.language.component import Component, path_of
@@ -111,8 +113,8 @@ class Tree:
     ----------
     instances : list of Instance
         The components.
-    unknown_count, parameter_count, port_count : int
-        How many there are.
+    quantities : list of Quantity
+        Declarations of the unknowns.
     input_parameters : dict of str to int
         Number of the parameter that each input given as a number became.
     """
@@ -120,7 +122,8 @@ class Tree:
     def __init__(self, model: Component, freed: frozenset[str] = frozenset()) -> None:
         self.model, self.freed = model, freed
         self.instances: list[Instance] = []
-        self.unknown_count = self.parameter_count = self.port_count = 0
+        self.quantities: list[Quantity] = []
+        self._parameter_count = self._port_count = 0
         self._layouts: dict[type[Component], Layout] = {}
         self._number: dict[int, int] = {}
         self._origins: dict[int, dict[int, str]] = {}
@@ -138,6 +141,11 @@ class Tree:
             ]
             stack.extend(reversed(parts))
         self._refuse_time()
+
+    @property
+    def unknown_count(self) -> int:
+        """Number of unknowns."""
+        return len(self.quantities)
 
     def _refuse_time(self) -> None:
         """Refuse a quantity or parameter of the model itself that has the name of the time."""
@@ -165,13 +173,13 @@ class Tree:
                 parent,
                 layout,
                 self.unknown_count,
-                self.parameter_count,
-                self.port_count,
+                self._parameter_count,
+                self._port_count,
             )
         )
-        self.unknown_count += len(layout.names)
-        self.parameter_count += len(layout.parameters)
-        self.port_count += len(layout.ports)
+        self.quantities += layout.quantities
+        self._parameter_count += len(layout.parameters)
+        self._port_count += len(layout.ports)
         return number
 
     def find(self, component: Component, scope: Instance) -> Instance | None:
@@ -223,10 +231,6 @@ class Tree:
             node = self.instances[node.children[name]]
         return node
 
-    def key(self, name: str | Ref | Expr) -> str:
-        """Dotted name of what the user asked for by name or by reference."""
-        return key_of(name)
-
     def unknown(self, name: str | Expr) -> int:
         """Number of an unknown.
 
@@ -235,11 +239,12 @@ class Tree:
         UnknownNameError
             If the model has no such unknown; the text lists the nearest names.
         """
-        key = self.key(name)
+        key = key_of(name)
         found = self._look_up(key)
-        if found is not None and found[1] in found[0].layout.unknowns:
-            return found[0].first_unknown + found[0].layout.unknowns[found[1]]
-        if found is not None and found[1] in found[0].layout.parameters:
+        if found is not None:
+            node, local = found
+            if local in node.layout.unknowns:
+                return node.first_unknown + node.layout.unknowns[local]
             raise UnknownNameError(f"'{key}' is a parameter, not an unknown of the model.")
         raise UnknownNameError(
             f"{type(self.model).__name__} has no quantity '{key}'. "
@@ -254,14 +259,15 @@ class Tree:
         UnknownNameError
             If the model has no such parameter; the text lists the nearest names.
         """
-        key = self.key(name)
+        key = key_of(name)
         if key in self.input_parameters:
             return self.input_parameters[key]
         found = self._look_up(key)
-        if found is not None and found[1] in found[0].layout.parameters:
-            return found[0].first_parameter + found[0].layout.parameters[found[1]]
-        if found is not None and found[1] in found[0].layout.unknowns:
-            raise UnknownNameError(f"'{key}' is no parameter{_why_none(*found)}")
+        if found is not None:
+            node, local = found
+            if local in node.layout.parameters:
+                return node.first_parameter + node.layout.parameters[local]
+            raise UnknownNameError(f"'{key}' is no parameter{_why_none(node, local)}")
         raise UnknownNameError(
             f"{type(self.model).__name__} has no parameter '{key}'. "
             + nearest(key, self.parameter_names())
@@ -276,12 +282,11 @@ class Tree:
             If the model has neither of this name; the text lists the nearest names.
         """
         found = self._look_up(name)
-        if found is not None and found[1] in found[0].layout.unknowns:
+        if found is not None:
             node, local = found
-            return Ref(node.component, local, node.layout.quantities[node.layout.unknowns[local]])
-        if found is not None and found[1] in found[0].layout.parameters:
-            node, local = found
-            return Ref(node.component, local, node.layout.declared[local])
+            place = node.layout.unknowns.get(local)
+            own = node.layout.declared[local] if place is None else node.layout.quantities[place]
+            return Ref(node.component, local, own)
         raise UnknownNameError(
             f"{type(self.model).__name__} has no quantity or parameter '{name}'. "
             + nearest(name, [*self.unknown_names(), *self.parameter_names()])
@@ -299,8 +304,8 @@ class Tree:
             local = ".".join(found[i:])
             if local in node.layout.unknowns or local in node.layout.parameters:
                 self._asked[key] = node, local
-            return node, local
-        return None
+            break
+        return self._asked.get(key)
 
     def unknown_names(self) -> Iterator[str]:
         """Names of all unknowns."""
@@ -317,14 +322,8 @@ class Tree:
 
     def node_of_unknown(self, number: int) -> Instance:
         """Component that declares an unknown."""
-        low, high = 0, len(self.instances) - 1
-        while low < high:
-            middle = (low + high + 1) // 2
-            if self.instances[middle].first_unknown <= number:
-                low = middle
-            else:
-                high = middle - 1
-        return self.instances[low]
+        after = bisect_right(self.instances, number, key=attrgetter("first_unknown"))
+        return self.instances[after - 1]
 
     def unknown_name(self, number: int) -> str:
         """Dotted name of an unknown."""
@@ -333,8 +332,7 @@ class Tree:
 
     def quantity(self, number: int) -> Quantity:
         """Declaration of an unknown."""
-        node = self.node_of_unknown(number)
-        return node.layout.quantities[number - node.first_unknown]
+        return self.quantities[number]
 
     def port_name(self, node: Instance, port: int) -> str:
         """Dotted name of a port of a node."""
