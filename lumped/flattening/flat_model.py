@@ -110,13 +110,17 @@ class FlatModel:
 
     def origin(self, equation: int) -> tuple[Instance, str]:
         """Component of a component equation, and the equation with full names."""
+        group, instance, number = self.place(equation)
+        node = self.tree.instances[group.nodes[instance]]
+        return node, self._text(group, number, node)
+
+    def place(self, equation: int) -> tuple[Group, int, int]:
+        """Group of a component equation, the instance, and the number in the template."""
         for group in self.groups:
             n = group.template.count
             offset = equation - group.first_equation
             if 0 <= offset < n * len(group.nodes):
-                instance, number = divmod(offset, n)
-                node = self.tree.instances[group.nodes[instance]]
-                return node, self._text(group, number, node)
+                return group, *divmod(offset, n)
         raise IndexError(equation)
 
     def initial_text(self, group: Group, instance: int, number: int) -> str:

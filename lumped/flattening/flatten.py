@@ -76,12 +76,7 @@ def _groups(
         if type(node.component).equations is Component.equations and not node.layout.variables:
             _check_hollow(node, joints)
             continue
-        key = template_key(node.component)
-        group = alike.get(key)
-        if group is None:
-            with told_by(node.label, "equations()"):
-                equations = node.component.equations()
-            group = alike[key] = _group(tree, groups, node, equations, own=True)
+        group = _own_group(tree, groups, alike, node)
         _check_balance(node, group, joints)
         group.nodes.append(number)
         group.names.append(node.path)
@@ -104,15 +99,28 @@ def _initial_groups(tree: Tree) -> list[Group]:
     for number, node in enumerate(tree.instances):
         if type(node.component).initial_equations is Component.initial_equations:
             continue
-        key = template_key(node.component)
-        if key not in alike:
-            with told_by(node.label, "initial_equations()"):
-                equations = node.component.initial_equations()
-            alike[key] = _group(tree, groups, node, equations, own=True, initial=True)
-        alike[key].nodes.append(number)
+        _own_group(tree, groups, alike, node, initial=True).nodes.append(number)
     for group in groups.values():
         number_group(tree, group)
     return list(groups.values())
+
+
+def _own_group(
+    tree: Tree,
+    groups: dict[Template, Group],
+    alike: dict[Hashable, Group],
+    node: Instance,
+    *,
+    initial: bool = False,
+) -> Group:
+    """Group of all instances with the own equations of one; those are asked for once."""
+    key = template_key(node.component)
+    if key not in alike:
+        method = "initial_equations" if initial else "equations"
+        with told_by(node.label, f"{method}()"):
+            equations = getattr(node.component, method)()
+        alike[key] = _group(tree, groups, node, equations, own=True, initial=initial)
+    return alike[key]
 
 
 def number_group(tree: Tree, group: Group) -> None:
@@ -240,48 +248,35 @@ def _at(tree: Tree, below: str, node: Instance, local: str) -> Instance:
     return tree.instances[node.parent]
 
 
-def _count_needed(node: Instance, joints: Joints) -> int:
-    """Equations that a component must bring: one per variable, free output and outer port."""
-    count = node.layout.variables
-    for local, quantity in enumerate(node.layout.quantities):
-        if quantity.kind == "output":
-            count += node.first_unknown + local not in joints.driven
-    for port in range(len(node.layout.ports)):
-        count += (node.first_port + port) not in joints.inside
-    return count
+def _list_free(node: Instance, joints: Joints) -> list[str]:
+    """Ports and outputs of a component that nothing inside it determines."""
+    layout = node.layout
+    ports = [n for i, n in enumerate(layout.ports) if node.first_port + i not in joints.inside]
+    outputs = [n for n, i in layout.outputs.items() if node.first_unknown + i not in joints.driven]
+    return ports + outputs
 
 
 def _check_hollow(node: Instance, joints: Joints) -> None:
-    if _count_needed(node, joints):
-        open_ports = [
-            name
-            for i, name in enumerate(node.layout.ports)
-            if node.first_port + i not in joints.inside
-        ]
-        outputs = [
-            name
-            for name, i in node.layout.unknowns.items()
-            if node.layout.quantities[i].kind == "output"
-            and node.first_unknown + i not in joints.driven
-        ]
+    """Refuse a component without equations and variables that leaves something open."""
+    if free := _list_free(node, joints):
         raise SingularModelError(
-            f"{node.label} has no equations, but its {', '.join(open_ports + outputs)} must be "
+            f"{node.label} has no equations, but its {', '.join(free)} must be "
             "determined. Connect them inside to a part, or write equations()."
         )
 
 
 def _check_balance(node: Instance, group: Group, joints: Joints) -> None:
-    needed, found = _count_needed(node, joints), group.template.count
+    """Refuse a component that has not one equation for each variable, free output and port."""
+    layout, found = node.layout, group.template.count
+    needed = layout.variables + len(_list_free(node, joints))
     if needed == found:
         return
-    layout = node.layout
     own = [n for n, i in layout.unknowns.items() if isinstance(layout.quantities[i], Var)]
-    outs = [n for n, i in layout.unknowns.items() if layout.quantities[i].kind == "output"]
     listed = [f"  {equation!r}" for equation in group.equations]
     verdict = "too few: something is left undetermined" if found < needed else "too many"
     raise SingularModelError(
         f"{node.label} brings {found} equations but needs {needed}, {verdict}.\n"
         f"It needs one for each variable ({', '.join(own) or 'none'}), output "
-        f"({', '.join(outs) or 'none'}) and port ({', '.join(layout.ports) or 'none'}).\n"
+        f"({', '.join(layout.outputs) or 'none'}) and port ({', '.join(layout.ports) or 'none'}).\n"
         "Its equations:\n" + ("\n".join(listed) or "  none")
     )

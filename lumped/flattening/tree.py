@@ -33,6 +33,8 @@ class Layout:
         Local number of each unknown: port potentials and flows, signals, variables.
     quantities : list of Quantity
         Their declarations.
+    outputs : dict of str to int
+        Those of the unknowns that are outputs.
     parameters : dict of str to int
         Local number of each parameter.
     variables : int
@@ -48,6 +50,7 @@ class Layout:
         self.unknowns = {name: i for i, (name, _) in enumerate(names)}
         self.names = [name for name, _ in names]
         self.quantities = [quantity for _, quantity in names]
+        self.outputs = {n: i for i, (n, q) in enumerate(names) if q.kind == "output"}
         self.ports = list(ports_of(cls))
         self.declared: dict[str, Param] = {
             n: q for n, q in quantities_of(cls).items() if isinstance(q, Param)

@@ -281,17 +281,11 @@ def _circle(incidence: Incidence, row: int) -> tuple[list[Origin], set[int]]:
 def _raw_unknowns(incidence: Incidence, row: int) -> list[int]:
     """Unknowns of an equation before anything was joined."""
     kind, number = incidence.origin(row)
-    flat = incidence.flat
     if kind == "sum":
-        return flat.joints.sums[number][0]
-    for group in flat.groups:
-        n = group.template.count
-        offset = number - group.first_equation
-        if 0 <= offset < n * len(group.nodes):
-            instance, e = divmod(offset, n)
-            locals_ = np.unique(group.template.residual(e).locals)
-            return [int(u) for u in group.unknowns[instance, locals_]]
-    raise IndexError(number)
+        return incidence.flat.joints.sums[number][0]
+    group, instance, e = incidence.flat.place(number)
+    locals_ = np.unique(group.template.residual(e).locals)
+    return [int(u) for u in group.unknowns[instance, locals_]]
 
 
 # -- rigid loops ---------------------------------------------------------------------------------

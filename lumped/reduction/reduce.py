@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -80,8 +81,13 @@ class Reduced:
 
     def node(self, unknown: int) -> int | None:
         """Node of an unknown; None if it is zero. Its value is its sign times the node's."""
-        number = self.aliases.classes[unknown]
-        return None if number < 0 else int(self.first[number] + self.aliases.shifts[unknown])
+        node = int(self.nodes[unknown])
+        return None if node < 0 else node
+
+    @cached_property
+    def nodes(self) -> np.ndarray:
+        """Node of each unknown, -1 if it is zero, shape (unknowns,)."""
+        return find_nodes(self.aliases, self.first)
 
     def class_and_order(self, node: int) -> tuple[int, int]:
         """Class and order of derivative of a node."""
@@ -141,18 +147,14 @@ def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
 def _wishes(flat: FlatModel, aliases: Aliases) -> dict[tuple[int, int], int]:
     """Strongest wish among the variables of each class and order; candidates only."""
     wish: dict[tuple[int, int], int] = {}
-    for node in flat.tree.instances:
-        for i, quantity in enumerate(node.layout.quantities):
-            if quantity.kind != "variable":
-                continue
-            u = node.first_unknown + i
-            if aliases.classes[u] < 0:
-                continue
-            key = (int(aliases.classes[u]), int(aliases.shifts[u]))
-            rank = RANK[quantity.wish]
-            old = wish.get(key)
-            if old is None or rank == 0 or (rank > old > 0):
-                wish[key] = rank
+    for u, quantity in enumerate(flat.tree.quantities):
+        if quantity.kind != "variable" or aliases.classes[u] < 0:
+            continue
+        key = (int(aliases.classes[u]), int(aliases.shifts[u]))
+        rank = RANK[quantity.wish]
+        old = wish.get(key)
+        if old is None or rank == 0 or (rank > old > 0):
+            wish[key] = rank
     return wish
 
 
@@ -194,11 +196,15 @@ def _dependent(
 
 def _by_declaration(aliases: Aliases, first: np.ndarray, states: np.ndarray) -> list[int]:
     """States sorted by the first declared quantity that they are."""
-    where = np.full(first[-1], len(aliases.classes))
-    alive = np.flatnonzero(aliases.classes >= 0)
-    nodes = first[aliases.classes[alive]] + aliases.shifts[alive]
-    np.minimum.at(where, nodes, alive)
-    return [int(n) for n in sorted(states.tolist(), key=lambda n: (where[n], n))]
+    where = np.full(first[-1] + 1, len(aliases.classes))
+    np.minimum.at(where, find_nodes(aliases, first), np.arange(len(aliases.classes)))
+    return sorted(states.tolist(), key=lambda n: (where[n], n))
+
+
+def find_nodes(aliases: Aliases, first: np.ndarray) -> np.ndarray:
+    """Node of each unknown, -1 if it is zero, from the first node of each class."""
+    nodes: np.ndarray = np.where(aliases.classes >= 0, first[aliases.classes] + aliases.shifts, -1)
+    return nodes
 
 
 def _blocks(
