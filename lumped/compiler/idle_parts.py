@@ -48,7 +48,7 @@ def _find_closed(flat: FlatModel, joined: np.ndarray, touched: np.ndarray) -> It
         pairs += [group.unknowns[:, pair] for pair in columns]
         layout = tree.instances[group.nodes[0]].layout
         potentials = {("", name) for name in layout.names[: 2 * len(layout.ports) : 2]}
-        own = [i for i, key in enumerate(group.template.unknowns) if key in potentials]
+        own = [i for key, i in group.template.unknowns.items() if key in potentials]
         if len(columns) and len(set(find_sets(columns, count)[own])) < len(own):
             rigid.update(group.nodes)
     place = find_sets(np.concatenate(pairs), tree.unknown_count)
@@ -68,7 +68,7 @@ def _find_closed(flat: FlatModel, joined: np.ndarray, touched: np.ndarray) -> It
 def _same(flat: FlatModel, group: Group) -> np.ndarray:
     """Columns of unknowns that an equation of a group makes equal, shape (k, 2)."""
     tree, scope = flat.tree, flat.tree.instances[group.nodes[0]]
-    local = {key: i for i, key in enumerate(group.template.unknowns)}
+    local = group.template.unknowns
     found = []
     for equation in group.equations:
         sides = [s for s in (equation.left, equation.right) if isinstance(s, Ref)]

@@ -215,9 +215,10 @@ class Switching(Shared):
         high = (classes >= 0) & (shifted > reduced.highest[classes])
         if high.any():
             i, k = np.argwhere(high)[0]
+            used = template.symbol(locals_[k], 0).name()
             raise SingularModelError(
                 f"{self.flat.name}: a condition or hold of {group.names[i]} uses derivative "
-                f"{orders[k]} of {template.unknowns[locals_[k]][1]}, which no equation determines."
+                f"{orders[k]} of {used}, which no equation determines."
             )
         seen = Occurrence(
             group,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping
 
 import numpy as np
 
@@ -216,7 +216,7 @@ def _motion(tree: Tree, groups: dict[Template, Group], name: str, wanted: Expr) 
     group.names.append(name)
 
 
-def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) -> np.ndarray:
+def _numbers(tree: Tree, group: Group, keys: Collection[tuple[str, str]], first: str) -> np.ndarray:
     table = np.empty((len(group.nodes), len(keys)), dtype=int)
     for column, (below, local) in enumerate(keys):
         for row, number in enumerate(group.nodes):

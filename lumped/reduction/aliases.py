@@ -150,7 +150,7 @@ def eliminate_aliases(flat: FlatModel) -> Aliases:
     for u in range(count):
         root, shifts[u], signs[u] = union.find(u)
         classes[u] = -1 if union.zero[root] else numbers.setdefault(root, len(numbers))
-    return Aliases(classes, shifts, signs, len(numbers), *kept.values(), used)
+    return Aliases(classes, shifts, signs, len(numbers), kept["equation"], kept["sum"], used)
 
 
 def _candidates(flat: FlatModel) -> list[tuple[str, int, Row]]:
