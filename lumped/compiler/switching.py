@@ -19,7 +19,6 @@ from lumped.flattening.template import Template
 from lumped.language.pieces import Pieces
 from lumped.language.program import Program
 from lumped.reduction.evaluation import Values
-from lumped.reduction.incidence import Occurrence
 from lumped.support.made_once import Shared, made_once
 
 _T = TypeVar("_T")
@@ -208,11 +207,10 @@ class Switching(Shared):
         keys = template.present(expressions)
         locals_ = np.array([k[0] for k in keys], dtype=int)
         orders = np.array([k[1] for k in keys], dtype=int)
-        aliases, reduced = values.reduced.aliases, values.reduced
-        unknowns = group.unknowns[:, locals_]
-        classes = aliases.classes[unknowns]
-        shifted = orders + aliases.shifts[unknowns]
-        high = (classes >= 0) & (shifted > reduced.highest[classes])
+        count, reduced = len(group.nodes), values.reduced
+        every = np.arange(count)
+        seen = reduced.incidence.locate(group, template.residual(0), every, locals_, orders)
+        high = (seen.classes >= 0) & (seen.orders > reduced.highest[seen.classes])
         if high.any():
             i, k = np.argwhere(high)[0]
             used = template.symbol(locals_[k], 0).name()
@@ -220,18 +218,8 @@ class Switching(Shared):
                 f"{self.flat.name}: a condition or hold of {group.names[i]} uses derivative "
                 f"{orders[k]} of {used}, which no equation determines."
             )
-        seen = Occurrence(
-            group,
-            template.residual(0),
-            np.arange(len(group.nodes)),
-            classes,
-            shifted,
-            aliases.signs[unknowns],
-        )
-        symbols = template.inputs(keys)
-        function = ca.Function("switching", symbols, [expressions])
+        function = ca.Function("switching", template.inputs(keys), [expressions])
         result: ca.SX = function(*values.arguments(seen))
-        count = len(group.nodes)
         return result if result.columns() == count else ca.repmat(result, 1, count)
 
     def _jump(self, group: Group, i: int, jump: Jump, name: str, mode: int, first: int) -> _Jumps:
