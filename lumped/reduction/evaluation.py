@@ -343,7 +343,7 @@ class Values:
         for k, (i, node, sign) in enumerate(parts):
             total, number = linear.right[i]
             linear.right[i] = (total + terms[k], number - sign * self._number[node])
-            linear.add(i, node, Entry(factors[k], CONSTANT, sign))
+            linear.add(i, node, factors[k], CONSTANT, sign)
 
     def _template_equations(self, seen: Occurrence, places: np.ndarray, linear: _Linear) -> None:
         """The same for several instances of one template equation, in one call."""
@@ -360,7 +360,7 @@ class Values:
             linear.right[i] = (rests[k], float(rest_sizes[k]))
             own = nodes[k].tolist(), partials[k * n : k * n + n], kinds, sizes[k].tolist()
             for node, partial, kind, size in zip(*own, strict=True):
-                linear.add(i, node, Entry(partial, kind, size))
+                linear.add(i, node, partial, kind, size)
 
 
 def _pick(vector: ca.SX, indices: np.ndarray) -> ca.SX:
@@ -376,12 +376,12 @@ class _Linear:
         self.rows: list[dict[int, Entry]] = [{} for _ in self._column]
         self.right: list[tuple[TapeTerm, float]] = [(self.tape.zero, 0.0)] * len(self.rows)
 
-    def add(self, row: int, node: int, entry: Entry) -> None:
+    def add(self, row: int, node: int, term: TapeTerm, kind: int, value: float) -> None:
         """Add a coefficient if the node is an unknown."""
         column = self._column.get(node)
         if column is None:
             return
         old = self.rows[row].get(column)
         if old is not None:
-            entry = Entry(old.term + entry.term, max(old.kind, entry.kind), old.value + entry.value)
-        self.rows[row][column] = entry
+            term, kind, value = old.term + term, max(old.kind, kind), old.value + value
+        self.rows[row][column] = Entry(term, kind, value)
