@@ -32,15 +32,14 @@ _SIGNAL = (
 """Types that an input may have besides numbers."""
 
 
-class _PartSlot:
-    """Class attribute that holds a part (or list or dictionary of parts) of a component."""
+class _Slot:
+    """Class attribute that is read from an instance; of the class it is what was declared."""
 
-    def __init__(self, name: str, default: Any) -> None:
-        self.name = name
-        self.default = default
+    def __init__(self, name: str, default: Any, read: Callable[[Component, str], Any]) -> None:
+        self._name, self._default, self._read = name, default, read
 
     def __get__(self, obj: Component | None, owner: type) -> Any:
-        return self.default if obj is None else obj._part(self.name)
+        return self._default if obj is None else self._read(obj, self._name)
 
 
 class Made:
@@ -74,17 +73,6 @@ class Made:
                 "dictionary of components) is needed."
             )
         return made
-
-
-class _FieldSlot:
-    """Class attribute that holds a structural choice of a component."""
-
-    def __init__(self, name: str, default: Any) -> None:
-        self.name = name
-        self.default = default
-
-    def __get__(self, obj: Component | None, owner: type) -> Any:
-        return self.default if obj is None else obj._values.get(self.name, self.default)
 
 
 @dataclass_transform(eq_default=False, kw_only_default=True)
@@ -126,11 +114,10 @@ class Component(RichHtml):
         super().__init_subclass__(**kwargs)
         tables: tuple[dict[str, Any], ...] = ({}, {}, {}, {})
         for base in reversed(cls.__mro__[1:]):
-            if isinstance(base, type) and issubclass(base, Component):
-                tables[0].update(base._quantities)
-                tables[1].update(base._ports)
-                tables[2].update(base._parts)
-                tables[3].update(base._fields)
+            if issubclass(base, Component):
+                inherited = base._quantities, base._ports, base._parts, base._fields
+                for table, own in zip(tables, inherited, strict=True):
+                    table.update(own)
         cls._quantities, cls._ports, cls._parts, cls._fields = tables
         refuse_slips(cls, Component)
         for name, value in list(vars(cls).items()):
@@ -143,9 +130,9 @@ class Component(RichHtml):
                 table.pop(name, None)
             home[name] = value
             if home is cls._parts:
-                setattr(cls, name, _PartSlot(name, value))
+                setattr(cls, name, _Slot(name, value, Component._part))
             elif home is cls._fields:
-                setattr(cls, name, _FieldSlot(name, value))
+                setattr(cls, name, _Slot(name, value, Component._field))
         refuse_shared(cls.__name__, _select_given(cls._parts))
         cls.__doc__ = DocumentationSlot(cls.__doc__)  # type: ignore[assignment]
 
@@ -336,6 +323,9 @@ class Component(RichHtml):
                 bound = tuple(c._copy_at(self, f"{name}[{i}]") for i, c in enumerate(held))
             self._bound[name] = bound
         return bound
+
+    def _field(self, name: str) -> Any:
+        return self._values.get(name, self._fields[name])
 
     def _children(self) -> Iterator[tuple[str, Component]]:
         for name in self._parts:

@@ -151,8 +151,8 @@ class Call(Expr):
         return self.args
 
 
-class Der(Expr):
-    """Time derivative of an expression."""
+class _Unary(Expr):
+    """What is made of one expression."""
 
     __slots__ = ("of",)
 
@@ -160,8 +160,14 @@ class Der(Expr):
         self.of = of
 
     def children(self) -> tuple[Expr, ...]:
-        """What is differentiated."""
+        """The expression."""
         return (self.of,)
+
+
+class Der(_Unary):
+    """Time derivative of an expression."""
+
+    __slots__ = ()
 
 
 class Partial(Expr):
@@ -264,17 +270,10 @@ class Piecewise(Expr):
         return (self.of, *self.heights)
 
 
-class Smooth(Expr):
+class Smooth(_Unary):
     """An expression whose kinks the user declares to be unimportant."""
 
-    __slots__ = ("of",)
-
-    def __init__(self, of: Expr) -> None:
-        self.of = of
-
-    def children(self) -> tuple[Expr, ...]:
-        """The expression."""
-        return (self.of,)
+    __slots__ = ()
 
 
 class Equation:
