@@ -10,7 +10,7 @@ import numpy as np
 
 from lumped.errors import DeclarationError, UnknownNameError, nearest, shown, told_by
 from lumped.language.declaration_checks import refuse_shared, refuse_slips
-from lumped.language.dotted_path import find_member, replace_member, split_key, steps
+from lumped.language.dotted_path import find_member, list_members, replace_member, split_key, steps
 from lumped.language.expression import Equation, Expr
 from lumped.language.pickling import rebuild, reduce_component
 from lumped.language.port import Connection, Port
@@ -329,12 +329,7 @@ class Component(RichHtml):
 
     def _children(self) -> Iterator[tuple[str, Component]]:
         for name in self._parts:
-            held = self._part(name)
-            if isinstance(held, Component):
-                yield name, held
-            else:
-                for part in held.values() if isinstance(held, Mapping) else held:
-                    yield part._place[1], part
+            yield from list_members(name, self._part(name))
 
 
 def _table_of(
@@ -367,10 +362,8 @@ def is_part(value: object) -> bool:
     """Whether a value is a component, or a list or dictionary of components."""
     if isinstance(value, Component):
         return True
-    if isinstance(value, Mapping):
-        return bool(value) and all(
-            isinstance(k, str) and isinstance(v, Component) for k, v in value.items()
-        )
+    if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):
+        value = list(value.values())
     return (
         isinstance(value, list | tuple)
         and bool(value)
