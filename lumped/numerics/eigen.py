@@ -77,15 +77,14 @@ def _by_singular_values(skew: Real, colour: NDArray[np.bool_]) -> tuple[Complex,
     n, pairs = len(skew), len(angular)
     values = np.zeros(n, dtype=complex)
     vectors = np.zeros((n, n), dtype=complex)
-    for k in range(pairs):
-        for sign, column in ((1, 2 * k), (-1, 2 * k + 1)):
-            values[column] = sign * 1j * angular[k]
-            vectors[one, column] = left[:, k]
-            vectors[two, column] = sign * 1j * right[k]
-    for k in range(pairs, len(one)):
-        vectors[one, 2 * pairs + k - pairs] = left[:, k]
-    for k in range(pairs, len(two)):
-        vectors[two, 2 * pairs + max(len(one) - pairs, 0) + k - pairs] = right[k]
+    for sign, first in ((1j, 0), (-1j, 1)):
+        columns = slice(first, 2 * pairs, 2)
+        values[columns] = sign * angular
+        vectors[one, columns] = left[:, :pairs]
+        vectors[two, columns] = sign * right[:pairs].T
+    # what is left is still: either torsions or speeds
+    vectors[one, 2 * pairs : pairs + len(one)] = left[:, pairs:]
+    vectors[two, 2 * pairs : pairs + len(two)] = right[pairs:].T
     return values, vectors
 
 
