@@ -8,7 +8,16 @@ import pytest
 from scipy.integrate import quad
 
 import lumped as lp
-from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, SpringDamper, Torque
+from lumped.components import (
+    Damper,
+    EllipticalGear,
+    Fixed,
+    IdealGear,
+    Inertia,
+    Spring,
+    SpringDamper,
+    Torque,
+)
 from lumped.components.translation import Force, Mass
 from lumped.errors import LumpedError, ParameterError, SolverError, StartError
 
@@ -118,19 +127,6 @@ def test_the_error_falls_with_the_tolerance_from_3_to_12_digits(method):
         print(f"rtol 1e-{digits}: error {errors[-1]:.1e}, {cost(run)}")
         assert errors[-1] < 100 * 10.0**-digits
     assert max(np.divide(errors[1:], errors[:-1])) < 0.5
-
-
-class EllipticalGear(lp.Component):
-    """Two equal ellipses in mesh, each turning about a focus."""
-
-    flange_a = lp.Flange()
-    flange_b = lp.Flange()
-    e: lp.Param = lp.param("1", "eccentricity", min=0, below=1)
-
-    def equations(self):
-        a, b, e = self.flange_a, self.flange_b, self.e
-        bend = 2 * lp.ops.atan2(e * lp.ops.sin(a.phi), 1 - e * lp.ops.cos(a.phi))
-        yield lp.lossless(b.phi == -(a.phi + bend), a, b)
 
 
 class Crank(lp.Component):
