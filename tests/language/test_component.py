@@ -1,4 +1,5 @@
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import IdealGear, Inertia, Spring, SpringDamper, Torque
@@ -89,15 +90,8 @@ def test_changing_a_parents_parameter_changes_every_use():
 
 def test_one_instance_stands_in_two_models():
     body = Inertia(J=3.0)
-    first = lp.compose(
-        body=body, drive=Torque(tau=6.0), connections=lambda m: lp.chain(m.drive, m.body)
-    )
-    second = lp.compose(
-        body=body, drive=Torque(tau=9.0), connections=lambda m: lp.chain(m.drive, m.body)
-    )
-    received = [
-        lp.simulate(lp.assemble(m), until=1.0, grid=1)["body.w"][-1] for m in (first, second)
-    ]
+    models = [in_a_row(drive=Torque(tau=tau), body=body) for tau in (6.0, 9.0)]
+    received = [lp.simulate(lp.assemble(m), until=1.0, grid=1)["body.w"][-1] for m in models]
     assert received == pytest.approx([2.0, 3.0], rel=1e-12)
 
 
