@@ -152,23 +152,18 @@ def test_citation_names_this_version():
     assert re.findall(r"^version: (.*)$", text, re.MULTILINE) == [lumped.__version__]
 
 
-def test_wheel_imports_without_the_sources(wheel: Path, tmp_path: Path):
-    with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(tmp_path)
-    code = "import lumped.components as c, lumped.models as m; print(c.__file__, m.__file__)"
-    received = python("-c", code, cwd=tmp_path, PYTHONPATH=str(tmp_path)).split()
-    expected = [tmp_path / f"lumped/{name}/__init__.py" for name in ("components", "models")]
-    assert [Path(file) for file in received] == expected
-
-
-def test_wheel_computes_what_the_checkout_computes(
+def test_wheel_computes_without_the_sources_what_the_checkout_computes(
     wheel: Path, tmp_path: Path, machine_rows: Callable[[str], list[Row]]
 ):
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(tmp_path)
     file = tmp_path / "wheel.json"
-    call = ("-m", "lumped", "run", "reversing_mill", "--json", file)
-    python(*call, cwd=tmp_path, PYTHONPATH=str(tmp_path))
+    code = "import sys, lumped.cli, lumped.components as c, lumped.models as m\n"
+    code += "print(c.__file__, m.__file__)\nsys.exit(lumped.cli.main(sys.argv[1:]))"
+    call = ("-c", code, "run", "reversing_mill", "--json", file)
+    printed = python(*call, cwd=tmp_path, PYTHONPATH=str(tmp_path)).split()
+    places = [tmp_path / f"lumped/{name}/__init__.py" for name in ("components", "models")]
+    assert [Path(place) for place in printed[:2]] == places
     received = {row["quantity"]: row["computed"] for row in json.loads(file.read_text())["rows"]}
     assert received
     assert received == {row.quantity: row.computed for row in machine_rows("reversing_mill")}
