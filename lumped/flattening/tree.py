@@ -126,8 +126,8 @@ class Tree:
         self.model, self.freed = model, freed
         self.instances: list[Instance] = []
         self.quantities: list[Quantity] = []
-        self._parameter_count = self._port_count = 0
-        self._layouts: dict[type[Component], Layout] = {}
+        parameter_count = port_count = 0
+        layouts: dict[type[Component], Layout] = {}
         self._number: dict[int, int] = {}
         self._origins: dict[int, dict[int, str]] = {}
         self.input_parameters: dict[str, int] = {}
@@ -135,7 +135,17 @@ class Tree:
         stack: list[tuple[Component, str, int, str]] = [(model, "", -1, "")]
         while stack:
             component, path, parent, own_name = stack.pop()
-            number = self._add(component, path, parent)
+            number = len(self.instances)
+            self._number[id(component)] = number
+            cls = type(component)
+            layout = layouts.get(cls)
+            if layout is None:
+                layout = layouts[cls] = Layout(cls)
+            firsts = self.unknown_count, parameter_count, port_count
+            self.instances.append(Instance(component, path, parent, layout, *firsts))
+            self.quantities += layout.quantities
+            parameter_count += len(layout.parameters)
+            port_count += len(layout.ports)
             if parent >= 0:
                 self.instances[parent].children[own_name] = number
             parts = [
@@ -161,29 +171,6 @@ class Tree:
                     "the time in results, files and tables. Rename it; a quantity of a part may "
                     "have this name."
                 )
-
-    def _add(self, component: Component, path: str, parent: int) -> int:
-        cls = type(component)
-        layout = self._layouts.get(cls)
-        if layout is None:
-            layout = self._layouts[cls] = Layout(cls)
-        number = len(self.instances)
-        self._number[id(component)] = number
-        self.instances.append(
-            Instance(
-                component,
-                path,
-                parent,
-                layout,
-                self.unknown_count,
-                self._parameter_count,
-                self._port_count,
-            )
-        )
-        self.quantities += layout.quantities
-        self._parameter_count += len(layout.parameters)
-        self._port_count += len(layout.ports)
-        return number
 
     def find(self, component: Component, scope: Instance) -> Instance | None:
         """Node of a component named inside `scope`, or None if it is not a part of it.

@@ -133,19 +133,11 @@ def hold(
     def expr(given: Number | None) -> Expr | None:
         return None if given is None else as_expr(given)
 
-    return Hold(
-        reaction,  # type: ignore[arg-type]
-        speed,  # type: ignore[arg-type]
-        expr(forward),
-        expr(backward),
-        expr(upper),
-        expr(lower),
-        engaged,
-        expr(gap),
-        as_expr(restitution),
-        pressed,
-        position,
-    )
+    assert isinstance(reaction, Ref)
+    assert isinstance(speed, Ref)
+    laws, limits = (expr(forward), expr(backward)), (expr(upper), expr(lower))
+    rest = engaged, expr(gap), as_expr(restitution), pressed, position
+    return Hold(reaction, speed, *laws, *limits, *rest)
 
 
 def when(
