@@ -135,9 +135,9 @@ def hold(
 
     assert isinstance(reaction, Ref)
     assert isinstance(speed, Ref)
-    laws, limits = (expr(forward), expr(backward)), (expr(upper), expr(lower))
-    rest = engaged, expr(gap), as_expr(restitution), pressed, position
-    return Hold(reaction, speed, *laws, *limits, *rest)
+    sides = expr(forward), expr(backward), expr(upper), expr(lower)
+    rest = expr(gap), as_expr(restitution)
+    return Hold(reaction, speed, *sides, engaged, *rest, pressed, position)
 
 
 def when(
