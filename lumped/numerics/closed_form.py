@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 import scipy
@@ -33,20 +32,6 @@ _DENSE = 500
 """States up to which the matrix is kept as an array."""
 _MOST_GROWTH = 600.0
 """Logarithm of the largest growth that a number can hold, with some to spare."""
-
-
-class _Block(Protocol):
-    """States that depend on each other."""
-
-    @property
-    def words(self) -> str:
-        """How they are solved."""
-
-    def solve(self, x: Real, terms: Real, s: Real, *, integrate: bool) -> tuple[Real, Real | None]:
-        """States at the times s, and their integrals from zero to s if asked for, shapes (k, n)."""
-
-    def rounding(self, span: float) -> float:
-        """Estimate of the error by rounding over a span, relative to the largest state."""
 
 
 class ClosedForm:
@@ -119,7 +104,8 @@ class ClosedForm:
         return max((part.rounding(span) for _, part in self._parts), default=_EPS)
 
 
-def _part(a: Real | scipy.sparse.csr_array) -> _Block:
+def _part(a: Real | scipy.sparse.csr_array) -> _Modal | _Coupled | _Stepped:
+    """States that depend on each other; `words` say how they are solved."""
     full = a if isinstance(a, np.ndarray) else a.toarray()
     if full.diagonal().any():
         return _general(full)
@@ -137,7 +123,7 @@ def _part(a: Real | scipy.sparse.csr_array) -> _Block:
     return _Modal(values, vectors / scale[:, None], vectors.conj().T * scale, 1.0, "modes")
 
 
-def _general(a: Real) -> _Block:
+def _general(a: Real) -> _Modal | _Stepped:
     with np.errstate(invalid="ignore"):  # SciPy turns scales into integers beside
         balanced, (scale, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
     values, vectors = scipy.linalg.eig(balanced)
@@ -161,6 +147,7 @@ class _Modal:
     words: str
 
     def solve(self, x: Real, terms: Real, s: Real, *, integrate: bool) -> tuple[Real, Real | None]:
+        """States at the times s, and their integrals from zero to s if asked for, shapes (k, n)."""
         q, integral = _modes(
             self.values, self.inverse @ x, terms @ self.inverse.T, s, integrate=integrate
         )
@@ -168,6 +155,7 @@ class _Modal:
         return (q @ back).real, None if integral is None else (integral @ back).real
 
     def rounding(self, span: float) -> float:
+        """Estimate of the error by rounding over a span, relative to the largest state."""
         return _phase(self._pace, span) * self.condition
 
     @cached_property

@@ -18,10 +18,9 @@ import numpy as np
 from lumped.flattening.residual import CONSTANT
 from lumped.flattening.tape import Tape, TapeTerm
 from lumped.reduction.block_errors import make_unheld_error, singular_block
-from lumped.reduction.block_kinds import equations_of, find_solved_blocks, nodes_of
 from lumped.reduction.elimination import Entry, SingularBlockError, solve
 from lumped.reduction.incidence import Occurrence
-from lumped.reduction.reduce import Block, Reduced
+from lumped.reduction.reduce import Block, Reduced, equations_of
 from lumped.support.process_lock import process_lock
 
 _ITERATIONS = 5
@@ -65,7 +64,7 @@ class Values:
         self._number = np.zeros(count + 1)
         reactions = reduced.incidence.reactions()
         self._reactions = {row: reduced.node(unknown) for row, unknown in reactions.items()}
-        self._joint, self._loops = find_solved_blocks(reduced, self._reactions)
+        self._joint, self._loops = reduced.find_solved_blocks(self._reactions)
         self._wave: list[int] = []
         for block in reduced.blocks:
             after = (self._wave[b] + (b in self._joint) for b in block.needs)
@@ -96,7 +95,7 @@ class Values:
 
     def arguments(self, seen: Occurrence) -> list[ca.SX]:
         """Arguments of a template's functions, one column per instance but for the time."""
-        nodes = nodes_of(self.reduced, seen)
+        nodes = self.reduced.nodes_of(seen)
         with process_lock:
             self.of(sorted({int(n) for n in nodes.ravel() if n < self.reduced.first[-1]}))
             return self._arguments(seen, nodes)
@@ -167,7 +166,7 @@ class Values:
         targets = np.array([block.nodes[0] for block in blocks])
         rows, orders = equations_of(blocks)
         found = incidence.alike(rows, orders)
-        alike = [(places, seen, nodes_of(self.reduced, seen)) for places, seen in found]
+        alike = [(places, seen, self.reduced.nodes_of(seen)) for places, seen in found]
         sums = np.flatnonzero(rows >= incidence.first_sum)
         terms = self._sum_nodes(rows[sums], orders[sums])
         used = np.concatenate([terms[1], *(nodes.ravel() for _, _, nodes in alike)])
@@ -347,7 +346,7 @@ class Values:
 
     def _template_equations(self, seen: Occurrence, places: np.ndarray, linear: _Linear) -> None:
         """The same for several instances of one template equation, in one call."""
-        nodes, residual = nodes_of(self.reduced, seen), seen.residual
+        nodes, residual = self.reduced.nodes_of(seen), seen.residual
         m, n = nodes.shape
         symbols, numbers = self._arguments(seen, nodes), self._numbers(seen, nodes)
         coefficients, value = residual.coefficients, residual.value

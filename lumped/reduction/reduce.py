@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from lumped.errors import SingularModelError
 from lumped.flattening.flat_model import FlatModel
 from lumped.reduction.aliases import Aliases, eliminate_aliases
 from lumped.reduction.diagnosis import class_names, equation_text, find_combination, list_equations
-from lumped.reduction.incidence import GenericPoint, Incidence
+from lumped.reduction.incidence import GenericPoint, Incidence, Occurrence
 from lumped.reduction.index_reduction import check_matching, differentiate
 from lumped.reduction.state_selection import RANK, constraint_rows, select_dependent
 from lumped.support.sparse_graph import links
@@ -89,10 +89,45 @@ class Reduced:
         """Node of each unknown, -1 if it is zero, shape (unknowns,)."""
         return find_nodes(self.aliases, self.first)
 
+    def nodes_of(self, seen: Occurrence) -> np.ndarray:
+        """Nodes in instances of an equation; one after the last for what is always zero."""
+        nodes: np.ndarray = self.first[seen.classes] + seen.orders
+        nodes[seen.classes < 0] = self.first[-1]
+        return nodes
+
+    def find_solved_blocks(self, reactions: Iterable[int]) -> tuple[set[int], set[int]]:
+        """Blocks that are no formulas, and those of them not linear in their unknowns.
+
+        Equations in `reactions` hold a motion.
+        """
+        owner = np.repeat(np.arange(len(self.blocks)), [len(block.nodes) for block in self.blocks])
+        joint = {b for b, block in enumerate(self.blocks) if len(block.nodes) > 1}
+        loops: set[int] = set()
+        block_of = np.append(self.block_of, -1)
+        rows, orders = equations_of(self.blocks)
+        joint.update(owner[np.isin(rows, list(reactions))].tolist())
+        for places, seen in self.incidence.alike(rows, orders):
+            inside = block_of[self.nodes_of(seen)] == owner[places][:, None]
+            several = np.flatnonzero(inside.sum(axis=1) > 1)
+            joint.update(owner[places[several]].tolist())
+            affine = seen.residual.affine
+            for k in range(len(places)) if not affine.all() else ():
+                here = np.flatnonzero(inside[k])
+                if not affine[np.ix_(here, here)].all():
+                    loops.add(int(owner[places[k]]))
+        return joint | loops, loops
+
     def class_and_order(self, node: int) -> tuple[int, int]:
         """Class and order of derivative of a node."""
         number = int(np.searchsorted(self.first, node, side="right")) - 1
         return number, node - int(self.first[number])
+
+
+def equations_of(blocks: list[Block]) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of the equations of blocks, and how often each is differentiated."""
+    pairs = [pair for block in blocks for pair in block.equations]
+    numbers, orders = np.array(pairs, dtype=int).reshape(-1, 2).T
+    return numbers, orders
 
 
 def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:

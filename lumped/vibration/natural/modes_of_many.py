@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from lumped.numerics.eigen_many import eigenvalues_of_many, vectors_of_many
+from lumped.numerics.eigen import eigenvalues_of_many, vectors_of_many
 from lumped.points.vibrating_states import moving
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.validity import ranges
