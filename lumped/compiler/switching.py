@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from typing import TypeVar
 
 import casadi as ca
@@ -134,18 +135,15 @@ class Switching(Shared):
                 found = of_formula(values, group, ca.vertcat(*wanted))
             else:
                 found = self._instances(group, ca.vertcat(*wanted))
-            offset = len(template.relations)
             for i in range(count):
-                own, mode = found[:, i], group.first_mode + i * width
+                own, mode = iter(ca.vertsplit(found[:, i])), group.first_mode + i * width
                 name = group.names[i] or self.flat.name
-                for k, relation in enumerate(template.relations):
-                    greater, less = own[2 * k], own[2 * k + 1]
-                    place = mode + relation.mode
+                for relation in template.relations:
+                    place, sides = mode + relation.mode, (next(own), next(own))
                     active = self._active(template, relation, mode)
-                    found_conditions.append(Condition(name, place, greater, less, relation, active))
-                for k, stick in enumerate(template.sticks):
-                    place = 2 * offset + 7 * k
-                    quantities.append(own[place : place + 7].T)
+                    found_conditions.append(Condition(name, place, *sides, relation, active))
+                for stick in template.sticks:
+                    quantities.append(ca.horzcat(*islice(own, 7)))
                     first_modes.append(mode + stick.first)
                     engaged.append(-1 if stick.engaged is None else mode + stick.engaged)
                     limits.append(stick.given)
@@ -156,19 +154,17 @@ class Switching(Shared):
                     node = values.reduced.node(unknown)
                     self.speeds.append(-1 if node is None else node + stick.speed[1])
                     self.speed_signs.append(float(values.reduced.aliases.signs[unknown]))
-                place = 2 * offset + 7 * len(template.sticks)
                 for jump in template.jumps:
                     self.jumps.append(self._jump(group, i, jump, name, mode, len(new_values)))
-                    new_values += ca.vertsplit(own[place : place + len(jump.values)])
-                    place += len(jump.values)
+                    new_values += islice(own, len(jump.values))
         self.timed, self.needs, self.conditions = sort_conditions(
             found_conditions, values, foresee=foresee
         )
         self.relation_modes = np.array([c.mode for c in self.conditions], dtype=int)
         self.strict = np.array([c.relation.strict for c in self.conditions], dtype=bool)
-        sides = [self._guard(c) for c in self.conditions]
-        self.greater = ca.vertcat(ca.SX(0, 1), *(greater for greater, _ in sides))
-        self.less = ca.vertcat(ca.SX(0, 1), *(less for _, less in sides))
+        guarded = [self._guard(c) for c in self.conditions]
+        self.greater = ca.vertcat(ca.SX(0, 1), *(greater for greater, _ in guarded))
+        self.less = ca.vertcat(ca.SX(0, 1), *(less for _, less in guarded))
         self.first_modes = np.array(first_modes, dtype=int)
         self.engaged = np.array(engaged, dtype=int)
         *flags, pressed = np.array(limits, dtype=bool).reshape(-1, 6).T
