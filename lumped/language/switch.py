@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from lumped.errors import EquationError, shown
-from lumped.language.expression import Compare, Equation, Expr, Number, Ref, as_expr
+from lumped.language.expression import Compare, Equation, Expr, Number, Ref, as_expr, der
 from lumped.language.program import Question
-from lumped.language.time_derivative import der
 
 
 @dataclass(frozen=True, eq=False)
