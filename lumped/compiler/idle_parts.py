@@ -7,8 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from lumped.flattening.flat_model import FlatModel, Group
-from lumped.flattening.tree import Instance
-from lumped.language.declared import ports_of
 from lumped.language.expression import Ref
 from lumped.support.sparse_graph import find_sets
 
@@ -34,12 +32,6 @@ def _find_alone(flat: FlatModel, touched: np.ndarray) -> Iterator[str]:
             yield f"{node.label} is connected to nothing. Connect it, or leave it out."
 
 
-def _may_move(node: Instance, loose: list[int]) -> bool:
-    """Whether one of the open ends is a free end, so that the part may move there."""
-    ports = ports_of(node.component)
-    return any(ports[node.layout.ports[i]].free for i in loose)
-
-
 def _find_closed(flat: FlatModel, joined: np.ndarray, touched: np.ndarray) -> Iterator[str]:
     """Parts whose ends are all in one place."""
     tree, pairs, rigid = flat.tree, [joined], set[int]()
@@ -55,7 +47,9 @@ def _find_closed(flat: FlatModel, joined: np.ndarray, touched: np.ndarray) -> It
     for number, node in enumerate(tree.instances):
         ends = [i for i in range(len(node.layout.ports)) if touched[node.first_unknown + 2 * i]]
         loose = [i for i in range(len(node.layout.ports)) if i not in ends]
-        if len(ends) < 2 or node.children or number in rigid or _may_move(node, loose):
+        # at an end that is open and free the part may move
+        may_move = any(tree.port(node, i).free for i in loose)
+        if len(ends) < 2 or node.children or number in rigid or may_move:
             continue
         if len(set(place[[node.first_unknown + 2 * i for i in ends]])) == 1:
             names = " and ".join(node.layout.ports[i] for i in ends)

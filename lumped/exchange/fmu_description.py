@@ -54,7 +54,9 @@ def model_description(
     _units(root, variables)
     Xml.SubElement(root, "DefaultExperiment", startTime="0", tolerance=repr(rtol))
     listed = Xml.SubElement(root, "ModelVariables")
-    jumps = "model_exchange" in kinds and _may_jump(interface)
+    switching = system.switching
+    may_jump = bool(len(switching.first_modes) or switching.jumps)
+    jumps = "model_exchange" in kinds and may_jump  # events change states
     for reference, shown in enumerate(variables):
         if new or shown.role != "indicator":
             facts, values = _facts(shown, names[reference], jumps=jumps)
@@ -119,12 +121,6 @@ def _units(root: Xml.Element, variables: Sequence[Shown]) -> None:
         if unit in _DISPLAYED:
             name, factor, _ = display("", unit, _DISPLAYED)
             Xml.SubElement(element, "DisplayUnit", name=name, factor=repr(factor))
-
-
-def _may_jump(interface: Interface) -> bool:
-    """Whether events change states: what collides, sticks or is set anew."""
-    switching = interface.system.switching
-    return bool(len(switching.first_modes) or switching.jumps)
 
 
 def _facts(shown: Shown, name: str, *, jumps: bool) -> tuple[dict[str, str], dict[str, str]]:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from operator import attrgetter
 
 from lumped.errors import DeclarationError, UnknownNameError, nearest
-from lumped.language.component import Component, path_of
+from lumped.language.component import Component
+from lumped.language.connection import label
 from lumped.language.declared import (
     origins_of,
     parts_of,
@@ -203,16 +204,9 @@ class Tree:
     def below(self, component: Component, scope: Instance) -> str | None:
         """Path of a component relative to `scope`: "" for itself, None if it is not a part."""
         node = self.find(component, scope)
-        if node is None or not (node is scope or self._inside(node, scope)):
+        if node is None or not (node is scope or node.path.startswith(scope.name(""))):
             return None
         return node.path[len(scope.path) :].lstrip(".")
-
-    def _inside(self, node: Instance, scope: Instance) -> bool:
-        while node.parent >= 0:
-            node = self.instances[node.parent]
-            if node is scope:
-                return True
-        return False
 
     def at(self, path: str, scope: Instance) -> Instance:
         """Node at a path relative to `scope`."""
@@ -356,8 +350,7 @@ def key_of(name: str | Expr) -> str:
     if isinstance(name, str):
         return name
     if isinstance(name, Ref):
-        path = path_of(name.owner)
-        return f"{path}.{name.name}" if path else name.name
+        return label(name)
     if isinstance(name, Expr):
         return Formula.of(name)
     raise UnknownNameError(
