@@ -18,7 +18,6 @@ from lumped.support.whole_files import write_text
 
 if TYPE_CHECKING:
     from lumped.explorer.explore import Explorer
-    from lumped.timeloop.results.trajectory import Trajectory
 
 Changes = Mapping[str, str | float]
 
@@ -209,7 +208,7 @@ def _explored(name: str, changes: Changes) -> Explorer:
     )
 
 
-def _find_changed(run: Trajectory) -> dict[str, float]:
+def _find_changed(run: Any) -> dict[str, float]:
     """Parameters of a run that are not those of its model."""
     values = zip(run.system.parameters.items(), run.theta.tolist(), strict=True)
     return {name: value for (name, model), value in values if value != model}
