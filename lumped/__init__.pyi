@@ -36,6 +36,7 @@ from lumped.language.connection import compose as compose
 from lumped.language.connection import connect as connect
 from lumped.language.expression import Equation as Equation
 from lumped.language.expression import Expr as Expr
+from lumped.language.expression import der as der
 from lumped.language.expression import time as time
 from lumped.language.port import Connection as Connection
 from lumped.language.port import Flange as Flange
@@ -52,7 +53,6 @@ from lumped.language.quantity import param as param
 from lumped.language.quantity import var as var
 from lumped.language.switch import hold as hold
 from lumped.language.switch import when as when
-from lumped.language.time_derivative import der as der
 from lumped.live.live_page import live_page as live_page
 from lumped.optimisation.identify import identify as identify
 from lumped.optimisation.optimise import optimise as optimise

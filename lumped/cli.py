@@ -47,7 +47,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if arguments.command == "report":
             with display_units(_units(arguments.units)):
                 write = _live if arguments.live else _report
-                write(arguments.name, arguments.output, changes)
+                print(f"written: {write(arguments.name, arguments.output, changes)}")
             return 0
         if arguments.command == "explore":
             page = _explored(arguments.name, changes)
@@ -151,23 +151,27 @@ def _units(given: Sequence[str]) -> Units:
     return found
 
 
-def _own_report(module: Path, file: Path, changes: Changes) -> Path:
-    """The page that the function `report` of a user's module writes."""
-    what = (
-        "report(path, parameters), which writes its page and returns the path; "
-        "lumped.drawing.torsional_report and report_html do"
-    )
-    return Path(_own(module, "report", what)(file, changes))
+_OWN = {
+    "explore": "explore(parameters), which returns what lumped.explore does",
+    "live": "live(path, parameters), which writes its page and returns the path; lumped.live_page "
+    "does",
+    "report": "report(path, parameters), which writes its page and returns the path; "
+    "lumped.drawing.torsional_report and report_html do",
+}
+"""Functions that a user's module may have."""
 
 
-def _own(module: Path, name: str, what: str) -> Callable[..., Any]:
-    """A function of a user's module."""
+def _own(file: str, name: str) -> Callable[..., Any] | None:
+    """A function of a user's module; None for the name of a machine."""
+    if not file.endswith(".py"):
+        return None
+    module = Path(file)
     if not module.is_file():
         raise OptionError(f"{name}: there is no file '{module}'.")
     sys.path.insert(0, str(module.parent))  # as Python does for a script
     found = runpy.run_path(str(module), run_name=module.stem).get(name)
     if not callable(found):
-        raise OptionError(f"{name}: '{module}' has no function {what}.")
+        raise OptionError(f"{name}: '{module}' has no function {_OWN[name]}.")
     return cast("Callable[..., Any]", found)
 
 
@@ -176,9 +180,8 @@ def _explored(name: str, changes: Changes) -> Explorer:
     from lumped.explorer.explore import Explorer, explore
     from lumped.vibration.rules.limits import Limit
 
-    if name.endswith(".py"):
-        what = "explore(parameters), which returns what lumped.explore does"
-        found = _own(Path(name), "explore", what)(changes)
+    if own := _own(name, "explore"):
+        found = own(changes)
         if not isinstance(found, Explorer):
             raise OptionError(
                 f"explore: the function of '{name}' returns a {type(found).__name__}; return what "
@@ -189,7 +192,6 @@ def _explored(name: str, changes: Changes) -> Explorer:
     about = chosen.ABOUT
     run = chosen.scene(about.until, parameters=changes, grid=1)
     system = run.system
-    values = zip(system.parameters.items(), run.theta.tolist(), strict=True)
     limits = [
         Limit(motor.torque, float(motor.maximum), name=f"{motor.name}, greatest torque")
         for motor in about.motors
@@ -199,61 +201,55 @@ def _explored(name: str, changes: Changes) -> Explorer:
         system,
         until=float(run.t[-1]),
         start=lambda parameters: chosen.begin(system, parameters),
-        parameters={name: value for (name, model), value in values if value != model},
+        parameters=_find_changed(run),
         of=list(about.watched.values()),
         inputs=about.varied,
         limits=limits,
     )
 
 
-def _live(name: str, file: Path, changes: Changes) -> None:
+def _find_changed(run: Any) -> dict[str, float]:
+    """Parameters of a run that are not those of its model."""
+    values = zip(run.system.parameters.items(), run.theta.tolist(), strict=True)
+    return {name: value for (name, model), value in values if value != model}
+
+
+def _live(name: str, file: Path, changes: Changes) -> Path:
     """The page that computes a machine's run, or that of a user's module."""
     from lumped.live.live_page import live_page
 
-    if name.endswith(".py"):
-        what = (
-            "live(path, parameters), which writes its page and returns the path; lumped.live_page "
-            "does"
-        )
-        print(f"written: {_own(Path(name), 'live', what)(file, changes)}")
-        return
+    if own := _own(name, "live"):
+        return Path(own(file, changes))
     chosen = machine(name)
     about = chosen.ABOUT
     run = chosen.scene(about.until, parameters=changes, grid=1)
     start = chosen.start_values(run.system, changes)
-    values = zip(run.system.parameters.items(), run.theta.tolist(), strict=True)
-    changed = {name: value for (name, model), value in values if value != model}
-    written = live_page(
+    return live_page(
         run.system,
         file,
         until=float(run.t[-1]),
         plots=list(about.watched.values()),
         start=chosen.begin(run.system, changes) if start is None else start,
-        parameters=None if start is None else changed,
+        parameters=None if start is None else _find_changed(run),
         title=MACHINES[name],
         text=about.scene,
     )
-    print(f"written: {written}")
 
 
 _TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9)
 
 
-def _report(name: str, file: Path, changes: Changes) -> None:
+def _report(name: str, file: Path, changes: Changes) -> Path:
     """The page about a machine, or that of a user's module."""
-    if name.endswith(".py"):
-        print(f"written: {_own_report(Path(name), file, changes)}")
-    else:
-        _machine_report(machine(name), name, file, changes)
-
-
-def _machine_report(chosen: Machine, name: str, file: Path, changes: Changes) -> None:
     from lumped.compiler.assemble import assemble
     from lumped.drawing.page import report_html
     from lumped.models.about import size_motor
     from lumped.models.sources import constants
     from lumped.simulation.work_precision import work_precision
 
+    if own := _own(name, "report"):
+        return Path(own(file, changes))
+    chosen = machine(name)
     about = chosen.ABOUT
     run = chosen.scene(about.until, parameters=changes, grid=4000, certify=True)
     short = chosen.scene(parameters=changes, grid=1)
@@ -269,7 +265,7 @@ def _machine_report(chosen: Machine, name: str, file: Path, changes: Changes) ->
         figures = {"What is watched in the run": run.plot(list(about.watched.values()))}
     else:
         figures = {about.captions[key]: figure for key, figure in chosen.plots().items()}
-    written = report_html(
+    return report_html(
         assemble(model.with_(changes), keep=kept),
         file,
         title=MACHINES[name] + (", changed" if changes else ""),
@@ -282,7 +278,6 @@ def _machine_report(chosen: Machine, name: str, file: Path, changes: Changes) ->
         sizing={motor.name: size_motor(run, motor) for motor in about.motors},
         accuracy=accuracy,
     )
-    print(f"written: {written}")
 
 
 def _run(chosen: Machine, name: str, json_file: Path | None, plot_folder: Path | None) -> None:

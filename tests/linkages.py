@@ -1,10 +1,11 @@
 """Closed linkages that several tests use."""
 
 import numpy as np
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Inertia
-from lumped.ops import cos, sin
+from lumped.ops import cos, sin, sqrt
 
 
 class FourBar(lp.Component):
@@ -29,6 +30,21 @@ class FourBar(lp.Component):
         yield self.f_y * cos(q) - self.f_x * sin(q) == 0
 
 
+class Crank(lp.Component):
+    """Crank and rod without mass: s = r cos(phi + shift) + sqrt(length^2 - r^2 sin^2)."""
+
+    flange_a = lp.Flange()
+    flange_b = lp.LinearFlange()
+    r: lp.Param = lp.param("m", "radius of the crank", 0.1, above=0)
+    length: lp.Param = lp.param("m", "length of the rod", 0.3, above=0)
+    shift: float = 0.0
+
+    def equations(self):
+        phi, r = self.flange_a.phi + self.shift, self.r
+        s = r * cos(phi) + sqrt(self.length**2 - (r * sin(phi)) ** 2)
+        yield lp.lossless(self.flange_b.s == s, self.flange_a, self.flange_b)
+
+
 class Rod(lp.Component):
     """Rigid rod between a slide along x and one along y: x^2 + y^2 = length^2."""
 
@@ -44,11 +60,10 @@ class Rod(lp.Component):
 
 
 def four_bar(**starts):
-    return lp.compose(
+    return in_a_row(
         crank=Inertia(J=2.0, **starts),
         linkage=FourBar(),
         rocker=Inertia(J=3.0, phi=1.9),  # where the search begins: the rocker above the frame
-        connections=lambda m: lp.chain(m.crank, m.linkage, m.rocker),
     )
 
 

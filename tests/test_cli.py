@@ -16,15 +16,10 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from processes import python
 
 from lumped.cli import main
 from lumped.models import MACHINES, MARKS, Row, machine
-
-
-def python(*arguments: str) -> str:
-    done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
 
 
 def test_list_shows_every_machine_on_one_line(capsys: pytest.CaptureFixture[str]):

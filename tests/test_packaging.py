@@ -2,11 +2,8 @@
 
 import importlib
 import json
-import os
 import re
 import shutil
-import subprocess
-import sys
 import tarfile
 import zipfile
 from collections.abc import Callable
@@ -15,31 +12,20 @@ from pathlib import Path
 import pytest
 from all_workers import made_once
 from packaging.metadata import Metadata
+from processes import ROOT, python
 from type_checkers import marked, mypy, pyright
 
 import lumped
 from lumped.models import Row
 
 Checker = Callable[[Path, Path], set[tuple[str, int, str]]]
-ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = {"lumped": "lumped", "components": "lumped/components", "models": "lumped/models"}
 
 
-def run(*arguments: str | Path, cwd: Path, **variables: str) -> str:
-    done = subprocess.run(
-        [sys.executable, *arguments],
-        cwd=cwd,
-        env=os.environ | variables,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
-
-
 def build(kind: str, source: Path, target: Path) -> Path:
-    run("-m", "build", f"--{kind}", "--no-isolation", "--outdir", target, source, cwd=target.parent)
+    python(
+        "-m", "build", f"--{kind}", "--no-isolation", "--outdir", target, source, cwd=target.parent
+    )
     (archive,) = target.iterdir()
     return archive
 
@@ -118,7 +104,7 @@ def test_type_checkers_read_the_constructors_in_the_wheel(
 
 def test_editable_install_names_the_folder_that_type_checkers_read(source: Path, tmp_path: Path):
     code = "import sys, setuptools.build_meta as b; b.build_editable(sys.argv[1])"
-    run("-c", code, tmp_path, cwd=source)
+    python("-c", code, tmp_path, cwd=source)
     (wheel,) = tmp_path.iterdir()
     received = [text.decode() for name, text in content(wheel).items() if name.endswith(".pth")]
     expected = [str(source)]
@@ -166,23 +152,18 @@ def test_citation_names_this_version():
     assert re.findall(r"^version: (.*)$", text, re.MULTILINE) == [lumped.__version__]
 
 
-def test_wheel_imports_without_the_sources(wheel: Path, tmp_path: Path):
-    with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(tmp_path)
-    code = "import lumped.components as c, lumped.models as m; print(c.__file__, m.__file__)"
-    received = run("-c", code, cwd=tmp_path, PYTHONPATH=str(tmp_path)).split()
-    expected = [tmp_path / f"lumped/{name}/__init__.py" for name in ("components", "models")]
-    assert [Path(file) for file in received] == expected
-
-
-def test_wheel_computes_what_the_checkout_computes(
+def test_wheel_computes_without_the_sources_what_the_checkout_computes(
     wheel: Path, tmp_path: Path, machine_rows: Callable[[str], list[Row]]
 ):
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(tmp_path)
     file = tmp_path / "wheel.json"
-    call = ("-m", "lumped", "run", "reversing_mill", "--json", file)
-    run(*call, cwd=tmp_path, PYTHONPATH=str(tmp_path))
+    code = "import sys, lumped.cli, lumped.components as c, lumped.models as m\n"
+    code += "print(c.__file__, m.__file__)\nsys.exit(lumped.cli.main(sys.argv[1:]))"
+    call = ("-c", code, "run", "reversing_mill", "--json", file)
+    printed = python(*call, cwd=tmp_path, PYTHONPATH=str(tmp_path)).split()
+    places = [tmp_path / f"lumped/{name}/__init__.py" for name in ("components", "models")]
+    assert [Path(place) for place in printed[:2]] == places
     received = {row["quantity"]: row["computed"] for row in json.loads(file.read_text())["rows"]}
     assert received
     assert received == {row.quantity: row.computed for row in machine_rows("reversing_mill")}
@@ -211,13 +192,3 @@ def test_short_name_is_refused(name: str, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.syspath_prepend(ROOT)
     with pytest.raises(ImportError, match=f"'lumped.{name}'"):
         importlib.import_module(name)
-
-
-@pytest.mark.parametrize("module", ["lumped", "lumped.components", "lumped.models", "lumped.cli"])
-def test_importing_loads_nothing_heavy(module: str) -> None:
-    late = ("matplotlib", "networkx", "pandas", "scipy.integrate", "scipy.linalg")
-    late += ("scipy.optimize", "scipy.sparse", "scipy.stats")
-    code = f"import json, sys, {module}; print(json.dumps(sorted(sys.modules)))"
-    loaded = json.loads(run("-c", code, cwd=ROOT))
-    assert module in loaded
-    assert not [name for name in loaded if name in late]

@@ -1,22 +1,17 @@
 """What `import lumped` shows: names, when they load, and what is said where there is none."""
 
 import ast
-import json
-import os
-import subprocess
-import sys
 import tomllib
-from pathlib import Path
 from types import ModuleType
 
 import networkx as nx
 import pytest
+from processes import ROOT, loaded, python
 from public_names import PLACES, PUBLIC, THEMES
 
 import lumped as lp
 from lumped.support.lazy_names import sources
 
-ROOT = Path(__file__).resolve().parents[1]
 INTERNAL = {
     "many_runs",
     *("cli", "code", "compiler", "flattening", "kernel", "language", "numerics", "reduction"),
@@ -27,23 +22,6 @@ HEAVY = {"casadi", "matplotlib", "networkx", "numpy", "pandas", "scipy"}
 
 def place(name: str) -> ModuleType:
     return lp if name == "lumped" else getattr(lp, name.removeprefix("lumped."))
-
-
-def python(code: str) -> str:
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=ROOT,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
-
-
-def loaded(code: str) -> set[str]:
-    return set(json.loads(python(f"import json, sys\n{code}\nprint(json.dumps([*sys.modules]))")))
 
 
 # -- names ---------------------------------------------------------------------------------------
@@ -98,10 +76,10 @@ def test_a_module_does_not_hide_the_function_of_its_name():
     code = (
         "import lumped.vibration.natural.modes, lumped as lp; print(lp.vibration.modes is lp.modes)"
     )
-    assert python(code) == "True\n"
+    assert python("-c", code) == "True\n"
     code = "import lumped as lp; lp.modes; import lumped.vibration.natural.modes\n"
     code += "print(lp.vibration.modes)"
-    assert python(code).startswith("<function modes")
+    assert python("-c", code).startswith("<function modes")
 
 
 def test_a_star_import_gives_the_core():
@@ -127,6 +105,15 @@ def test_importing_lumped_loads_no_other_package():
     assert not HEAVY & loaded("import lumped")
 
 
+@pytest.mark.parametrize("module", ["lumped.components", "lumped.models", "lumped.cli"])
+def test_importing_a_library_or_the_command_loads_nothing_heavy(module):
+    heavy = {"matplotlib", "networkx", "pandas", "scipy.integrate", "scipy.linalg"}
+    heavy |= {"scipy.optimize", "scipy.sparse", "scipy.stats"}
+    found = loaded(f"import {module}")
+    assert module in found
+    assert not heavy & found
+
+
 def test_listing_a_theme_loads_none_of_its_analyses():
     found = loaded("import lumped as lp; dir(lp.vibration)")
     assert "lumped.vibration" in found
@@ -138,7 +125,6 @@ def test_components_load_no_analysis():
     late = {*THEMES, "code", "compiler", "kernel", "models", "numerics", "reduction", "timeloop"}
     assert "lumped.components.gearing.gears" in found
     assert not [name for name in found if name.startswith("lumped.") and name.split(".")[1] in late]
-    assert not {"matplotlib", "networkx", "scipy.optimize", "scipy.linalg"} & found
 
 
 def test_only_drawing_needs_matplotlib():
@@ -252,11 +238,11 @@ def test_every_name_that_moved_into_a_theme_is_told_where_it_is(name):
 def test_a_library_is_told_how_to_be_imported(library):
     code = f"import lumped\ntry: lumped.{library}\nexcept AttributeError as error: print(error)"
     expected = f"lumped has no '{library}'. Write 'from lumped.{library} import ...'.\n"
-    assert python(code) == expected
+    assert python("-c", code) == expected
 
 
 def test_python_adds_no_suggestion_of_its_own():
     code = "import lumped\ntry: lumped.simulat\nexcept AttributeError:\n"
     code += "    import traceback; print(traceback.format_exc().splitlines()[-1])"
     expected = "AttributeError: lumped has no 'simulat'. Did you mean lumped.simulate?\n"
-    assert python(code) == expected
+    assert python("-c", code) == expected

@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from refusals import message
 from rows import in_a_row
 
 import lumped as lp
@@ -26,7 +27,6 @@ from lumped.errors import (
     ConnectError,
     DeclarationError,
     EquationError,
-    LumpedError,
     ModelWarning,
     OptionError,
     ParameterError,
@@ -34,14 +34,6 @@ from lumped.errors import (
     UnknownNameError,
 )
 from lumped.exchange.c_tables import _quote
-
-
-def message(action, kind=LumpedError):
-    with pytest.raises(kind) as caught:
-        action()
-    assert isinstance(caught.value, LumpedError)
-    print(f"\n{type(caught.value).__name__}: {caught.value}")
-    return str(caught.value)
 
 
 def built(connections, **parts):

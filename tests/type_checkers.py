@@ -4,9 +4,9 @@ import json
 import os
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
+
+from processes import python
 
 _FOLDER = Path(__file__).parent / "typing"
 FILES = sorted(set(_FOLDER.glob("*.py")) - set(_FOLDER.glob("test_*.py")))
@@ -61,13 +61,5 @@ def pyright(package: Path, folder: Path) -> Errors:
 
 def _run(checker: str, package: Path, folder: Path, *options: str) -> str:
     copies = [Path(shutil.copy(file, folder)).name for file in FILES]
-    done = subprocess.run(
-        [sys.executable, "-m", checker, *options, *copies],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(package)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode in (0, 1), done.stdout + done.stderr
-    return done.stdout
+    call = ("-m", checker, *options, *copies)
+    return python(*call, cwd=folder, codes=(0, 1), PYTHONPATH=str(package))

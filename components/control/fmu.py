@@ -17,7 +17,7 @@ from lumped.language.program import Program, question
 from lumped.language.switch import Item
 
 if TYPE_CHECKING:
-    from lumped.exchange.unit_quantities import Signal
+    from lumped.exchange.unit_description import Signal
 
 __all__ = ["from_fmu"]
 

@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import scipy
 
 from lumped.flattening.flat_model import FlatModel, Group
-from lumped.flattening.tree import Instance
-from lumped.language.declared import ports_of
 from lumped.language.expression import Ref
-from lumped.support.sparse_graph import links
+from lumped.support.sparse_graph import find_sets
 
 
 def find_idle_parts(flat: FlatModel) -> list[str]:
@@ -35,12 +32,6 @@ def _find_alone(flat: FlatModel, touched: np.ndarray) -> Iterator[str]:
             yield f"{node.label} is connected to nothing. Connect it, or leave it out."
 
 
-def _may_move(node: Instance, loose: list[int]) -> bool:
-    """Whether one of the open ends is a free end, so that the part may move there."""
-    ports = ports_of(node.component)
-    return any(ports[node.layout.ports[i]].free for i in loose)
-
-
 def _find_closed(flat: FlatModel, joined: np.ndarray, touched: np.ndarray) -> Iterator[str]:
     """Parts whose ends are all in one place."""
     tree, pairs, rigid = flat.tree, [joined], set[int]()
@@ -49,14 +40,16 @@ def _find_closed(flat: FlatModel, joined: np.ndarray, touched: np.ndarray) -> It
         pairs += [group.unknowns[:, pair] for pair in columns]
         layout = tree.instances[group.nodes[0]].layout
         potentials = {("", name) for name in layout.names[: 2 * len(layout.ports) : 2]}
-        own = [i for i, key in enumerate(group.template.unknowns) if key in potentials]
-        if len(columns) and len(set(_places(columns, count)[own])) < len(own):
+        own = [i for key, i in group.template.unknowns.items() if key in potentials]
+        if len(columns) and len(set(find_sets(columns, count)[own])) < len(own):
             rigid.update(group.nodes)
-    place = _places(np.concatenate(pairs), tree.unknown_count)
+    place = find_sets(np.concatenate(pairs), tree.unknown_count)
     for number, node in enumerate(tree.instances):
         ends = [i for i in range(len(node.layout.ports)) if touched[node.first_unknown + 2 * i]]
         loose = [i for i in range(len(node.layout.ports)) if i not in ends]
-        if len(ends) < 2 or node.children or number in rigid or _may_move(node, loose):
+        # at an end that is open and free the part may move
+        may_move = any(tree.port(node, i).free for i in loose)
+        if len(ends) < 2 or node.children or number in rigid or may_move:
             continue
         if len(set(place[[node.first_unknown + 2 * i for i in ends]])) == 1:
             names = " and ".join(node.layout.ports[i] for i in ends)
@@ -66,17 +59,10 @@ def _find_closed(flat: FlatModel, joined: np.ndarray, touched: np.ndarray) -> It
             )
 
 
-def _places(pairs: np.ndarray, count: int) -> np.ndarray:
-    """Number of the set that each of `count` things is in, if pairs of them are joined."""
-    graph = links(pairs[:, 0], pairs[:, 1], (count, count))
-    found: np.ndarray = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
-    return found
-
-
 def _same(flat: FlatModel, group: Group) -> np.ndarray:
     """Columns of unknowns that an equation of a group makes equal, shape (k, 2)."""
     tree, scope = flat.tree, flat.tree.instances[group.nodes[0]]
-    local = {key: i for i, key in enumerate(group.template.unknowns)}
+    local = group.template.unknowns
     found = []
     for equation in group.equations:
         sides = [s for s in (equation.left, equation.right) if isinstance(s, Ref)]

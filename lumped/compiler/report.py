@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from lumped.compiler.structure import Structure
 from lumped.reduction.pruning import LeftOut
 from lumped.support.rich_html import RichHtml
-from lumped.support.text_table import table
+from lumped.support.text_table import list_lines, table
 
 
 @dataclass(frozen=True)
@@ -48,16 +48,17 @@ class Report(RichHtml):
         parts = [
             table(("count", ""), [(name, str(n)) for name, n in self.counts.items()]),
             table(("stage", "ms"), [(n, f"{1e3 * s:.1f}") for n, s in self.seconds.items()]),
-            _list_items("states", [f"{name}: {why}" for name, why in self.states.items()]),
         ]
-        if self.blocks:
-            parts.append(_list_items("solved together", self.blocks))
-        if self.implicit:
-            parts.append(_list_items("found by Newton's method", self.implicit))
-        if self.still:
-            parts.append(_list_items("left open and held still", self.still))
-        if self.left_out:
-            parts.append(_list_items("left out", [repr(item) for item in self.left_out]))
+        lists = {
+            "states": [f"{name}: {why}" for name, why in self.states.items()],
+            "solved together": self.blocks,
+            "found by Newton's method": self.implicit,
+            "left open and held still": self.still,
+            "left out": [repr(item) for item in self.left_out],
+        }
+        for title, items in lists.items():
+            if items or title == "states":
+                parts.append(f"{title}\n{list_lines(items, 20)}".rstrip())
         return "\n\n".join(parts)
 
 
@@ -114,10 +115,3 @@ def shorten(items: Sequence[str], separator: str = ", ", most: int = 12) -> str:
     """Some of many texts, and how many more there are."""
     more = f"{separator}... {len(items) - most} more" if len(items) > most else ""
     return separator.join(items[:most]) + more
-
-
-def _list_items(title: str, items: Sequence[str], most: int = 20) -> str:
-    lines = [title, *(f"  {item}" for item in items[:most])]
-    if len(items) > most:
-        lines.append(f"  ... and {len(items) - most} more")
-    return "\n".join(lines)

@@ -111,19 +111,11 @@ class Structure(Shared):
 
     def _members_of_nodes(self) -> dict[int, int]:
         """Unknown that gives each node its name: a variable before a port quantity."""
-        aliases, first = self.reduced.aliases, self.reduced.first
-        alive = np.flatnonzero(aliases.classes >= 0)
-        nodes = first[aliases.classes[alive]] + aliases.shifts[alive]
-        variable = np.zeros(len(aliases.classes), dtype=bool)
-        for node in self.tree.instances:
-            for i, quantity in enumerate(node.layout.quantities):
-                variable[node.first_unknown + i] = quantity.kind == "variable"
-        best: dict[int, int] = {}
-        for unknown, node_number in zip(alive.tolist(), nodes.tolist(), strict=True):
-            held = best.get(node_number)
-            if held is None or (variable[unknown] and not variable[held]):
-                best[node_number] = unknown
-        return best
+        other = np.array([q.kind != "variable" for q in self.tree.quantities], dtype=bool)
+        best = np.lexsort((other, self.reduced.nodes))
+        nodes, places = np.unique(self.reduced.nodes[best], return_index=True)
+        named = zip(nodes.tolist(), best[places].tolist(), strict=True)
+        return {node: unknown for node, unknown in named if node >= 0}
 
     def node_name(self, node: int) -> str:
         """Name of a node: of its unknown, or ``der(...)`` of one."""
@@ -135,17 +127,9 @@ class Structure(Shared):
 
     def _positions(self) -> set[int]:
         """Places, among all states, of positions of flanges."""
-        reduced, shifts = self.reduced, self.reduced.aliases.shifts
-        place = {node: i for i, node in enumerate(reduced.states)}
-        found = set()
-        for node in self.tree.instances:
-            for i, quantity in enumerate(node.layout.quantities):
-                u = node.first_unknown + i
-                if quantity.kind == "potential" and shifts[u] == 0:
-                    number = reduced.node(u)
-                    if number in place:
-                        found.add(place[number])
-        return found
+        port = np.array([q.kind == "potential" for q in self.tree.quantities], dtype=bool)
+        found = self.reduced.nodes[port & (self.reduced.aliases.shifts == 0)]
+        return set(np.flatnonzero(np.isin(self.reduced.states, found)).tolist())
 
     def _find_needed_states(self) -> list[int]:
         """Places of the states that must be integrated."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from typing import TypeVar
 
 import casadi as ca
@@ -19,7 +20,6 @@ from lumped.flattening.template import Template
 from lumped.language.pieces import Pieces
 from lumped.language.program import Program
 from lumped.reduction.evaluation import Values
-from lumped.reduction.incidence import Occurrence
 from lumped.support.made_once import Shared, made_once
 
 _T = TypeVar("_T")
@@ -135,18 +135,15 @@ class Switching(Shared):
                 found = of_formula(values, group, ca.vertcat(*wanted))
             else:
                 found = self._instances(group, ca.vertcat(*wanted))
-            offset = len(template.relations)
             for i in range(count):
-                own, mode = found[:, i], group.first_mode + i * width
+                own, mode = iter(ca.vertsplit(found[:, i])), group.first_mode + i * width
                 name = group.names[i] or self.flat.name
-                for k, relation in enumerate(template.relations):
-                    greater, less = own[2 * k], own[2 * k + 1]
-                    place = mode + relation.mode
+                for relation in template.relations:
+                    place, sides = mode + relation.mode, (next(own), next(own))
                     active = self._active(template, relation, mode)
-                    found_conditions.append(Condition(name, place, greater, less, relation, active))
-                for k, stick in enumerate(template.sticks):
-                    place = 2 * offset + 7 * k
-                    quantities.append(own[place : place + 7].T)
+                    found_conditions.append(Condition(name, place, *sides, relation, active))
+                for stick in template.sticks:
+                    quantities.append(ca.horzcat(*islice(own, 7)))
                     first_modes.append(mode + stick.first)
                     engaged.append(-1 if stick.engaged is None else mode + stick.engaged)
                     limits.append(stick.given)
@@ -157,19 +154,17 @@ class Switching(Shared):
                     node = values.reduced.node(unknown)
                     self.speeds.append(-1 if node is None else node + stick.speed[1])
                     self.speed_signs.append(float(values.reduced.aliases.signs[unknown]))
-                place = 2 * offset + 7 * len(template.sticks)
                 for jump in template.jumps:
                     self.jumps.append(self._jump(group, i, jump, name, mode, len(new_values)))
-                    new_values += ca.vertsplit(own[place : place + len(jump.values)])
-                    place += len(jump.values)
+                    new_values += islice(own, len(jump.values))
         self.timed, self.needs, self.conditions = sort_conditions(
             found_conditions, values, foresee=foresee
         )
         self.relation_modes = np.array([c.mode for c in self.conditions], dtype=int)
         self.strict = np.array([c.relation.strict for c in self.conditions], dtype=bool)
-        sides = [self._guard(c) for c in self.conditions]
-        self.greater = ca.vertcat(ca.SX(0, 1), *(greater for greater, _ in sides))
-        self.less = ca.vertcat(ca.SX(0, 1), *(less for _, less in sides))
+        guarded = [self._guard(c) for c in self.conditions]
+        self.greater = ca.vertcat(ca.SX(0, 1), *(greater for greater, _ in guarded))
+        self.less = ca.vertcat(ca.SX(0, 1), *(less for _, less in guarded))
         self.first_modes = np.array(first_modes, dtype=int)
         self.engaged = np.array(engaged, dtype=int)
         *flags, pressed = np.array(limits, dtype=bool).reshape(-1, 6).T
@@ -208,29 +203,19 @@ class Switching(Shared):
         keys = template.present(expressions)
         locals_ = np.array([k[0] for k in keys], dtype=int)
         orders = np.array([k[1] for k in keys], dtype=int)
-        aliases, reduced = values.reduced.aliases, values.reduced
-        unknowns = group.unknowns[:, locals_]
-        classes = aliases.classes[unknowns]
-        shifted = orders + aliases.shifts[unknowns]
-        high = (classes >= 0) & (shifted > reduced.highest[classes])
+        count, reduced = len(group.nodes), values.reduced
+        every = np.arange(count)
+        seen = reduced.incidence.locate(group, template.residual(0), every, locals_, orders)
+        high = (seen.classes >= 0) & (seen.orders > reduced.highest[seen.classes])
         if high.any():
             i, k = np.argwhere(high)[0]
+            used = template.symbol(locals_[k], 0).name()
             raise SingularModelError(
                 f"{self.flat.name}: a condition or hold of {group.names[i]} uses derivative "
-                f"{orders[k]} of {template.unknowns[locals_[k]][1]}, which no equation determines."
+                f"{orders[k]} of {used}, which no equation determines."
             )
-        seen = Occurrence(
-            group,
-            template.residual(0),
-            np.arange(len(group.nodes)),
-            classes,
-            shifted,
-            aliases.signs[unknowns],
-        )
-        symbols = template.inputs(keys)
-        function = ca.Function("switching", symbols, [expressions])
+        function = ca.Function("switching", template.inputs(keys), [expressions])
         result: ca.SX = function(*values.arguments(seen))
-        count = len(group.nodes)
         return result if result.columns() == count else ca.repmat(result, 1, count)
 
     def _jump(self, group: Group, i: int, jump: Jump, name: str, mode: int, first: int) -> _Jumps:

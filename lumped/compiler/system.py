@@ -17,6 +17,7 @@ from lumped.flattening.flat_model import FlatModel
 from lumped.flattening.flatten import flatten
 from lumped.flattening.hold_modes import DEMAND, STUCK
 from lumped.flattening.measures import watching
+from lumped.flattening.tree import key_of
 from lumped.language.component import Component
 from lumped.language.formula import Formula, unit_of
 from lumped.language.quantity import Quantity
@@ -249,8 +250,7 @@ class System(Shared, RichHtml):
         if flat is self.structure.flat:
             return self
         self.expressions(formulas)  # refuses what was left out
-        _, outputs, kept = self.origin
-        return System(flat, outputs, kept, self.structure.ranks)
+        return self._with_changes(flat)
 
     def state_matrix(self, point_inputs: Sequence[np.ndarray | float]) -> scipy.sparse.csc_array:
         """Jacobian of the right-hand side by the states; what cancels is exactly zero."""
@@ -281,18 +281,14 @@ class System(Shared, RichHtml):
 
         Functions that are not linear in the time are watched as it goes, like those of states.
         """
-        _, outputs, kept = self.origin
-        return System(self.structure.flat, outputs, kept, self.structure.ranks, foresee=False)
+        return self._with_changes(foresee=False)
 
     @property
     @made_once
     def whole(self) -> System:
         """The same system with the states that were left out; itself if none."""
         lost = self.structure.lost_states
-        if not lost:
-            return self
-        _, outputs, kept = self.origin
-        return System(self.structure.flat, outputs, [*kept, *lost], self.structure.ranks)
+        return self._with_changes(keep=lost) if lost else self
 
     def exchange_state(self, follower: int, leader: int) -> System:
         """The same system with the motion of one node as state instead of that of another.
@@ -309,10 +305,22 @@ class System(Shared, RichHtml):
         with process_lock:
             self._charts[own] = self
             if key not in self._charts:
-                _, outputs, kept = self.origin
-                self._charts[key] = chart = System(structure.flat, outputs, kept, ranks)
+                self._charts[key] = chart = self._with_changes(ranks=ranks)
                 chart._charts = self._charts
             return self._charts[key]
+
+    def _with_changes(
+        self,
+        flat: FlatModel | None = None,
+        *,
+        keep: Iterable[str] = (),
+        ranks: Mapping[int, int] | None = None,
+        foresee: bool = True,
+    ) -> System:
+        """The same system of other equations, with more kept, other states, or no foresight."""
+        structure, (_, outputs, kept) = self.structure, self.origin
+        ranks = structure.ranks if ranks is None else ranks
+        return System(flat or structure.flat, outputs, [*kept, *keep], ranks, foresee=foresee)
 
     def is_chart_of(self, other: System) -> bool:
         """Whether this is the other system, or the same with other motions as states."""
@@ -341,14 +349,14 @@ class System(Shared, RichHtml):
 
     def key(self, name: Name) -> str:
         """Dotted name of what is meant by a name or a reference; the formula of an expression."""
-        return self.structure.tree.key(name)
+        return key_of(name)
 
     def quantity(self, name: Name) -> Quantity:
         """Declaration of a quantity: unit and text."""
         key, tree = self.key(name), self.structure.tree
         if isinstance(key, Formula):
             return Quantity(unit_of(key.expression(tree.reference)), str(key))
-        return self.structure.tree.quantity(self.structure.tree.unknown(name))
+        return tree.quantity(tree.unknown(key))
 
     def theta(self, changes: Changes | None) -> np.ndarray:
         """Parameter vector with changes applied and checked.

@@ -12,7 +12,7 @@ import numpy as np
 
 from lumped.errors import SolverError
 from lumped.many_runs.native_runs import Batch, NativeRuns
-from lumped.numerics.cluster import hand_out
+from lumped.numerics.process_pool import hand_out
 
 _FIRST, _MOST = 16, 100_000
 """Runs of the first and of the largest chunk that a thread is given."""

@@ -169,25 +169,22 @@ def _own_functions(interface: Interface) -> dict[str, Operations]:
     """What the interface needs beside the functions of the plant, one result after the other."""
     system, form = interface.system, interface.form
     _, p, time, m = system.inputs
-    all_states, v, all_clocks = (
-        system.structure.values.states,
-        system.structure.values,
-        clocks(system),
-    )
-    jacobian = ca.jacobian(form.miss, all_states)
+    v = system.structure.values
+    jacobian = ca.jacobian(form.miss, v.states)
     jacobian = jacobian[form.rows, form.columns] if form.rows else ca.SX(0, 1)
-    places = ca.vertcat(ca.SX(0, 1), *(c.condition.argument for c in all_clocks))
+    places = ca.vertcat(ca.SX(0, 1), *(c.condition.argument for c in clocks(system)))
     speeds = ca.densify(ca.jacobian(places, v.time))
     targets = ca.Function(
-        "targets", [all_states, p, time, m], [ca.densify(form.miss), ca.vec(ca.densify(jacobian))]
+        "targets", [v.states, p, time, m], [ca.densify(form.miss), ca.vec(ca.densify(jacobian))]
     )
-    return {
-        "outputs": _operations("outputs", system, [interface.output_expressions]),
-        "clocks": _operations("clocks", system, [places, speeds]),
-        "bound": _operations("bound", system, [_find_bound(system)]),
-        "start": _operations("start", system, [form.states]),
-        "targets": operations_of(targets),
+    own = {
+        "outputs": [interface.output_expressions],
+        "clocks": [places, speeds],
+        "bound": [_find_bound(system)],
+        "start": [form.states],
     }
+    found = {name: _operations(name, system, results) for name, results in own.items()}
+    return found | {"targets": operations_of(targets)}
 
 
 def _sizes(interface: Interface, timed: int) -> dict[str, int]:

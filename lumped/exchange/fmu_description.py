@@ -54,12 +54,19 @@ def model_description(
     _units(root, variables)
     Xml.SubElement(root, "DefaultExperiment", startTime="0", tolerance=repr(rtol))
     listed = Xml.SubElement(root, "ModelVariables")
-    described = _variable3 if new else _variable2
-    jumps = "model_exchange" in kinds and _may_jump(interface)
+    switching = system.switching
+    may_jump = bool(len(switching.first_modes) or switching.jumps)
+    jumps = "model_exchange" in kinds and may_jump  # events change states
     for reference, shown in enumerate(variables):
         if new or shown.role != "indicator":
             facts, values = _facts(shown, names[reference], jumps=jumps)
-            described(listed, reference, shown, facts, values)
+            if shown.state:
+                values["derivative"] = str(shown.state + (not new))
+            own = "Float64" if new else "ScalarVariable"
+            merged = facts | values if new else facts
+            variable = Xml.SubElement(listed, own, merged, valueReference=str(reference))
+            if not new:
+                Xml.SubElement(variable, "Real", values)
     _structure(root, interface, new=new)
     return _write_xml(root)
 
@@ -116,12 +123,6 @@ def _units(root: Xml.Element, variables: Sequence[Shown]) -> None:
             Xml.SubElement(element, "DisplayUnit", name=name, factor=repr(factor))
 
 
-def _may_jump(interface: Interface) -> bool:
-    """Whether events change states: what collides, sticks or is set anew."""
-    switching = interface.system.switching
-    return bool(len(switching.first_modes) or switching.jumps)
-
-
 def _facts(shown: Shown, name: str, *, jumps: bool) -> tuple[dict[str, str], dict[str, str]]:
     """Causality and the like of a variable, and what concerns its values."""
     facts = {"name": name, "description": shown.text}
@@ -154,31 +155,6 @@ def _names(variables: Sequence[Shown]) -> tuple[list[str], str]:
         return names, "flat"
     quoted = {name: "'" + re.sub(r"(['\"\\])", r"\\\1", name) + "'" for name in odd}
     return [quoted.get(name, name) for name in names], "structured"
-
-
-def _variable2(
-    listed: Xml.Element,
-    reference: int,
-    shown: Shown,
-    facts: dict[str, str],
-    values: dict[str, str],
-) -> None:
-    element = Xml.SubElement(listed, "ScalarVariable", facts, valueReference=str(reference))
-    if shown.state:
-        values["derivative"] = str(shown.state + 1)
-    Xml.SubElement(element, "Real", values)
-
-
-def _variable3(
-    listed: Xml.Element,
-    reference: int,
-    shown: Shown,
-    facts: dict[str, str],
-    values: dict[str, str],
-) -> None:
-    if shown.state:
-        values["derivative"] = str(shown.state)
-    Xml.SubElement(listed, "Float64", facts | values, valueReference=str(reference))
 
 
 def _structure(root: Xml.Element, interface: Interface, *, new: bool) -> None:

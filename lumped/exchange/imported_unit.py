@@ -14,8 +14,7 @@ import numpy as np
 
 from lumped.errors import SolverError
 from lumped.exchange import unit_process
-from lumped.exchange.unit_description import Description
-from lumped.exchange.unit_quantities import Signal
+from lumped.exchange.unit_description import Description, Signal
 from lumped.language.program import Program, Session
 
 

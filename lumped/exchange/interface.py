@@ -148,26 +148,18 @@ class Interface:
                 )
             )
         first = len(found)
-        starts = self._start_states()
+        starts, sizes = self._start_states(), nominals(system).tolist()
+        rates = []
         for i, name in enumerate(system.state_names):
             unit, text = self._describe(name)
+            start = starts[i] if self.settable_states[i] else None
+            output = name in self.output_states
             found.append(
-                Shown(
-                    name,
-                    unit,
-                    text,
-                    "state",
-                    starts[i] if self.settable_states[i] else None,
-                    is_output=name in self.output_states,
-                    nominal=float(nominals(system)[i]),
-                )
+                Shown(name, unit, text, "state", start, is_output=output, nominal=sizes[i])
             )
-        for i, name in enumerate(system.state_names):
-            unit, text = self._describe(name)
-            shown = _derivative(name)
-            found.append(
-                Shown(shown, rate_unit(unit), f"derivative of: {text}", "rate", state=first + i)
-            )
+            own = _derivative(name), rate_unit(unit), f"derivative of: {text}"
+            rates.append(Shown(*own, "rate", state=first + i))
+        found += rates
         for name in self.outputs:
             quantity = system.quantity(name)
             found.append(Shown(name, quantity.unit, quantity.text, "output", is_output=True))

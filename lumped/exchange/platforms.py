@@ -71,32 +71,18 @@ def libraries(
     ExportError
         If a compiler refuses the sources.
     """
-    if platforms:
-        return [_cross_compile(files, sources, version, name) for name in platforms]
-    own, compiler = _own_platform(), own_compiler()
-    if compiler is None:
-        return []
-    system = own.partition("-")[2]
-    made = _link_options(
-        system, () if system == "darwin" else ("-s",)
-    )  # Apple's linker knows no -s
-    content = compile_sources(files, sources, compiler, made)
-    return [Library(_folder(version, own), made.suffix, content)]
-
-
-def _cross_compile(
-    files: Mapping[str, str], sources: Sequence[str], version: str, name: str
-) -> Library:
-    machine, _, system = name.partition("-")
-    compiler = zig_compiler(f"{machine}-{_SYSTEMS[system][0]}", "export_fmu(platforms=)")
-    made = _link_options(system, ("-s",))
-    content = compile_sources(files, sources, compiler, made)
-    return Library(_folder(version, name), made.suffix, content)
-
-
-def _link_options(system: str, more: tuple[str, ...]) -> Linked:
-    _, suffix, options = _SYSTEMS[system]
-    return Linked((*options, "-fvisibility=hidden"), ("-shared", "-lm", *more), suffix)
+    own = None if platforms else own_compiler()
+    found = []
+    for name in platforms or ([_own_platform()] if own else []):
+        machine, _, system = name.partition("-")
+        target, suffix, options = _SYSTEMS[system]
+        compiler = own or zig_compiler(f"{machine}-{target}", "export_fmu(platforms=)")
+        strip = () if own and system == "darwin" else ("-s",)  # Apple's linker knows no -s
+        link = "-shared", "-lm", *strip
+        made = Linked((*options, "-fvisibility=hidden"), link, suffix)
+        content = compile_sources(files, sources, compiler, made)
+        found.append(Library(_folder(version, name), suffix, content))
+    return found
 
 
 def _folder(version: str, name: str) -> str:

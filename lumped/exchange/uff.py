@@ -16,7 +16,6 @@ from typing import Any, Literal
 import numpy as np
 
 from lumped.compiler.structure import Name
-from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.exchange.uff_shapes import (
     UffShape,
@@ -257,12 +256,8 @@ def _responses(found: FrequencyResponse, places: Mapping[str, int]) -> Iterator[
             raise OptionError(f"write_uff: {name} has no node; name it in `nodes`.")
     for output in found.outputs:
         for given in found.inputs:
-            ends = [(n, places[n], _unit(system, n)) for n in (output, given)]
+            ends = [(n, places[n], system.quantity(n).unit) for n in (output, given)]
             yield _function(4, found.hertz, found[output, given], *ends)
-
-
-def _unit(system: System, name: str) -> str:
-    return system.quantity(name).unit
 
 
 def _function(

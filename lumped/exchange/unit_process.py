@@ -15,6 +15,7 @@ import signal
 import struct
 import sys
 from collections.abc import Callable, Sequence
+from types import SimpleNamespace
 from typing import IO, Any
 
 Variable = tuple[int, str, int]
@@ -45,42 +46,28 @@ class _Unit:
         self.facts, self.version, self.t = facts, facts["version"], 0.0
         self._tell, self._is_begun, self._next_event = tell, False, math.inf
         self._groups = {which: _group(facts[which]) for which in _SIGNALS}
-        name = "FMU3" if self.version == 3 else "FMU2"
-        self.unit = getattr(self._module(), name + self._kind)(
-            guid=facts["token"],
-            modelIdentifier=facts["identifier"],
-            unzipDirectory=facts["folder"],
-            instanceName=facts["name"],
+        from fmpy.simulation import instantiate_fmu
+
+        own = SimpleNamespace(modelIdentifier=facts["identifier"])
+        self.unit = instantiate_fmu(
+            facts["folder"],
+            SimpleNamespace(
+                guid=facts["token"],
+                fmiVersion=f"{self.version}.0",
+                coSimulation=own,
+                modelExchange=own,
+            ),
+            self._kind,
+            logger=self._log,
+            early_return_allowed=facts["has_events"],
+            event_mode_used=facts["has_events"],
         )
 
     _kind = ""
 
-    def _module(self) -> Any:
-        if self.version == 3:
-            from fmpy import fmi3
-
-            return fmi3
-        from fmpy import fmi2
-
-        return fmi2
-
-    def _instantiate(self) -> None:
-        if self.version == 2:
-            self.unit.instantiate(callbacks=_callbacks(self._log))
-            return
-
-        def log_message(
-            environment: Any, status: int, category: Any, message: bytes | None
-        ) -> None:
-            self._log(status, message)
-
-        self.unit.instantiate(logMessage=log_message, **self._options())
-
-    def _options(self) -> dict[str, bool]:
-        """How it is made in version 3."""
-        return {}
-
-    def _log(self, status: int, text: bytes | None) -> None:
+    def _log(self, *message: Any) -> None:
+        """Tell a message; versions put different things before its status."""
+        status, _, text = message[-3:]
         if status > 0 and text:
             self._tell(text.decode("utf-8", "replace").strip())
 
@@ -88,9 +75,7 @@ class _Unit:
         """Begin anew at a time; gives the outputs."""
         if self._is_begun:
             self.unit.reset()
-        else:
-            self._instantiate()
-            self._is_begun = True
+        self._is_begun = True
         self.t, tolerance = t, self.facts["tolerance"]
         for reference, kind, value in self.facts["fixed"]:
             getattr(self.unit, "set" + _find_stored_type(kind, self.version))([reference], [value])
@@ -143,10 +128,7 @@ class _Unit:
 class _Slave(_Unit):
     """Co-simulation."""
 
-    _kind = "Slave"
-
-    def _options(self) -> dict[str, bool]:
-        return dict.fromkeys(("eventModeUsed", "earlyReturnAllowed"), self.facts["has_events"])
+    _kind = "CoSimulation"
 
     def _finish_begin(self) -> list[float]:
         if not self.facts["has_events"]:
@@ -193,7 +175,7 @@ class _Slave(_Unit):
 class _Model(_Unit):
     """Model exchange: its states are integrated here, by CVode."""
 
-    _kind = "Model"
+    _kind = "ModelExchange"
 
     def _finish_begin(self) -> list[float]:
         self._update()
@@ -275,30 +257,6 @@ def _convert(kind: str, value: float) -> Any:
     if kind in ("Real", "Float64", "Float32"):
         return value
     return value > 0.5 if kind == "Boolean" else round(value)
-
-
-def _callbacks(log: Callable[[int, bytes | None], None]) -> Any:
-    """Callbacks of version 2; a library of FMPy fills the arguments of messages in."""
-    from ctypes import byref
-
-    from fmpy import calloc, free
-    from fmpy.fmi2 import (
-        fmi2CallbackAllocateMemoryTYPE,
-        fmi2CallbackFreeMemoryTYPE,
-        fmi2CallbackFunctions,
-        fmi2CallbackLoggerTYPE,
-    )
-    from fmpy.logging import addLoggerProxy
-
-    def log_message(environment: Any, name: Any, status: int, category: Any, message: Any) -> None:
-        log(status, message)
-
-    made = fmi2CallbackFunctions()
-    made.logger = fmi2CallbackLoggerTYPE(log_message)
-    made.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
-    made.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
-    addLoggerProxy(byref(made))
-    return made
 
 
 def read(stream: IO[bytes]) -> Any:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from graphlib import CycleError, TopologicalSorter
+
 import casadi as ca
 import numpy as np
 
@@ -10,6 +12,7 @@ from lumped.flattening.parameters import Parameters, refuse_faults
 from lumped.flattening.tree import Instance, Tree
 from lumped.language.declared import quantities_of, values_of
 from lumped.language.expression import Expr, Ref, as_expr, walk
+from lumped.language.given_numbers import find_declaring
 from lumped.language.lowering import lower
 from lumped.language.quantity import Input, Param, Var, param
 
@@ -92,40 +95,28 @@ def _bind(
     names: list[str],
 ) -> None:
     """Lower the bound parameters in an order in which each finds what it needs."""
-    done: set[int] = set()
 
     def source(leaf: Expr, scope: Instance) -> int:
         return _source(tree, leaf, scope)
 
-    for start in expressions:
-        stack = [start]
-        waiting_for: set[int] = set()
-        while stack:
-            number = stack[-1]
-            if number in done:
-                stack.pop()
-                continue
-            expression, scope = expressions[number]
-            needs = [source(leaf, scope) for leaf in _leaves(expression)]
-            waiting = [n for n in needs if n in expressions and n not in done]
-            if not waiting:
-                try:
-                    lowered = lower(expression, lambda leaf, s=scope: values[source(leaf, s)])  # type: ignore[misc]
-                except EquationError as error:
-                    raise EquationError(f"{names[number]}: {error}") from None
-                values[number] = lowered
-                done.add(number)
-                stack.pop()
-                waiting_for.discard(number)
-                continue
-            waiting_for.add(number)
-            for n in dict.fromkeys(waiting):
-                if n in waiting_for:
-                    raise ParameterError(
-                        f"{names[number]} and {names[n]} are bound to each other in a circle. "
-                        "Give one of them a number."
-                    )
-                stack.append(n)
+    needs = {}
+    for number, (expression, scope) in expressions.items():
+        leaves = (node for node in walk(expression) if isinstance(node, Param | Ref))
+        needs[number] = {source(leaf, scope) for leaf in leaves} & expressions.keys()
+    try:
+        order = list(TopologicalSorter(needs).static_order())
+    except CycleError as fault:
+        needed, user, *_ = (names[number] for number in fault.args[1])
+        raise ParameterError(
+            f"{user} and {needed} are bound to each other in a circle. Give one of them a number."
+        ) from None
+    for number in order:
+        expression, scope = expressions[number]
+        try:
+            lowered = lower(expression, lambda leaf, s=scope: values[source(leaf, s)])  # type: ignore[misc]
+        except EquationError as error:
+            raise EquationError(f"{names[number]}: {error}") from None
+        values[number] = lowered
 
 
 def _describe(least: Expr, quantity: Param, node: Instance) -> tuple[str, tuple[str, str]]:
@@ -135,38 +126,24 @@ def _describe(least: Expr, quantity: Param, node: Instance) -> tuple[str, tuple[
     return repr(least), (quantity.unit, "")
 
 
-def _leaves(expression: Expr) -> list[Expr]:
-    return [node for node in walk(expression) if isinstance(node, Param | Ref)]
-
-
 def _source(tree: Tree, leaf: Expr, scope: Instance) -> int:
     """Number of the parameter that a leaf of a binding means, seen from `scope`."""
-    node: Instance | None = scope
     if isinstance(leaf, Ref) and isinstance(leaf.quantity, Param):
-        node, name = tree.find(leaf.owner, scope), leaf.name
+        owner, name = leaf.owner, leaf.name
     elif isinstance(leaf, Param):
-        node, name = _declaring(tree, leaf, scope), leaf.name
+        owner, name = find_declaring(leaf, scope.component), leaf.name
     else:
         raise EquationError(
             f"{scope.label}: '{leaf!r}' is not a parameter; parameters and start values are bound "
             "to numbers and parameters only."
         )
+    node = tree.find(owner, scope)
     if node is None or name not in node.layout.parameters:
         raise EquationError(
             f"{scope.label}: a part is bound to the parameter '{name}', which "
             f"{scope.label} does not have."
         )
     return node.first_parameter + node.layout.parameters[name]
-
-
-def _declaring(tree: Tree, leaf: Param, scope: Instance) -> Instance:
-    """The component around a part that declares a parameter, `scope` if none has this very one."""
-    node = scope
-    while node.layout.declared.get(leaf.name) is not leaf:
-        if node.parent < 0:
-            return scope
-        node = tree.instances[node.parent]
-    return node
 
 
 def start_values(tree: Tree, parameters: Parameters) -> tuple[dict[int, ca.SX], dict[int, ca.SX]]:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from lumped.errors import ConnectError, EquationError, told_by
 from lumped.flattening.tree import Instance, Tree
@@ -17,10 +16,10 @@ from lumped.language.declared import values_of
 from lumped.language.expression import Ref
 from lumped.language.port import Connection, Port
 from lumped.language.quantity import Input, Output
-from lumped.support.sparse_graph import links
+from lumped.support.sparse_graph import find_sets
 
 
-@dataclass(frozen=True)
+@dataclass
 class Joints:
     """Result of joining all connections of a model.
 
@@ -38,11 +37,11 @@ class Joints:
         Outputs of composites that are driven from inside (by unknown number).
     """
 
-    equal: list[tuple[int, int, str]]
-    sums: list[tuple[list[int], list[float], str]]
-    grounded: list[tuple[int, str]]
-    inside: set[int]
-    driven: set[int]
+    equal: list[tuple[int, int, str]] = field(default_factory=list)
+    sums: list[tuple[list[int], list[float], str]] = field(default_factory=list)
+    grounded: list[tuple[int, str]] = field(default_factory=list)
+    inside: set[int] = field(default_factory=set)
+    driven: set[int] = field(default_factory=set)
 
 
 class _End(NamedTuple):
@@ -93,15 +92,11 @@ def join(tree: Tree) -> Joints:
     for node in tree.instances:
         for port in range(len(node.layout.ports)):
             ends.setdefault(2 * (node.first_port + port), _End(node, port, 1))
-    equal: list[tuple[int, int, str]] = []
-    sums: list[tuple[list[int], list[float], str]] = []
-    grounded: list[tuple[int, str]] = []
+    joints = Joints(inside={t // 2 for t in ends if t % 2})
     for group in _groups(list(ends), pairs):
-        members = [ends[t] for t in group]
-        _tie(tree, members, equal, sums, grounded)
-    driven = _signal_sets(tree, signals, sides, equal)
-    inside = {t // 2 for t in ends if t % 2}
-    return Joints(equal, sums, grounded, inside, driven)
+        _tie(tree, [ends[t] for t in group], joints)
+    _tie_signals(tree, signals, sides, joints)
+    return joints
 
 
 def _node(tree: Tree, scope: Instance, end: Port | Ref) -> Instance:
@@ -141,52 +136,43 @@ def _groups(items: list[int], pairs: list[tuple[int, int]]) -> list[list[int]]:
         return []
     items.sort()
     place = {t: i for i, t in enumerate(items)}
-    n = len(items)
-    i = np.array([place[a] for a, _ in pairs], dtype=int)
-    j = np.array([place[b] for _, b in pairs], dtype=int)
-    count, labels = scipy.sparse.csgraph.connected_components(links(i, j, (n, n)), directed=False)
-    groups: list[list[int]] = [[] for _ in range(count)]
+    joined = np.array([(place[a], place[b]) for a, b in pairs], dtype=int).reshape(-1, 2)
+    labels = find_sets(joined, len(items))
+    groups: list[list[int]] = [[] for _ in range(labels.max() + 1)]
     for item, group in zip(items, labels.tolist(), strict=True):
         groups[group].append(item)
     return sorted(groups)
 
 
-def _tie(
-    tree: Tree,
-    members: list[_End],
-    equal: list[tuple[int, int, str]],
-    sums: list[tuple[list[int], list[float], str]],
-    grounded: list[tuple[int, str]],
-) -> None:
+def _tie(tree: Tree, members: list[_End], joints: Joints) -> None:
+    """Join the ports of one node."""
     potentials = [m.unknowns()[0] for m in members]
     flows = [m.unknowns()[1] for m in members]
     signs = [float(m.sign) for m in members]
     if len(members) > 1:
         where = " = ".join(tree.port_name(m.node, m.port) for m in members[:4])
         where += " = ..." if len(members) > 4 else ""
-        equal += [(a, b, where) for a, b in itertools.pairwise(potentials)]
-        sums.append((flows, signs, where))
+        joints.equal += [(a, b, where) for a, b in itertools.pairwise(potentials)]
+        joints.sums.append((flows, signs, where))
         return
     node, number = members[0].node, members[0].port
     port = tree.port(node, number)
     name = tree.port_name(node, number)
     if port.grounded:
-        grounded.append((potentials[0], name))
+        joints.grounded.append((potentials[0], name))
         return
     if not (port.free or node.parent < 0) and members[0].sign > 0:
         raise ConnectError(
             f"{name} of {node.label} is not connected. Connect it, or leave the component out; "
             "only ports declared free or grounded may stay open."
         )
-    sums.append((flows, signs, name))
+    joints.sums.append((flows, signs, name))
 
 
-def _signal_sets(
-    tree: Tree,
-    pairs: list[tuple[int, int]],
-    sides: dict[int, set[str]],
-    equal: list[tuple[int, int, str]],
-) -> set[int]:
+def _tie_signals(
+    tree: Tree, pairs: list[tuple[int, int]], sides: dict[int, set[str]], joints: Joints
+) -> None:
+    """Join signals, each to the one that feeds it."""
     for node in tree.instances:
         for name, local in node.layout.unknowns.items():
             quantity = node.layout.quantities[local]
@@ -213,9 +199,7 @@ def _signal_sets(
                 f"Signals {listed} are joined but have {what}; exactly one output must feed them."
             )
         where = " = ".join(tree.unknown_name(n) for n in group[:4])
-        equal += [(a, b, where) for a, b in itertools.pairwise(group)]
-    return {
-        n
-        for n, roles in sides.items()
-        if "driven inside" in roles and isinstance(tree.quantity(n), Output)
-    }
+        joints.equal += [(a, b, where) for a, b in itertools.pairwise(group)]
+    for n, roles in sides.items():
+        if "driven inside" in roles and isinstance(tree.quantity(n), Output):
+            joints.driven.add(n)

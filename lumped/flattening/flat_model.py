@@ -51,6 +51,11 @@ class Group:
     first_equation: int = 0
     first_mode: int = 0
 
+    def add(self, node: int, name: str) -> None:
+        """Add an instance."""
+        self.nodes.append(node)
+        self.names.append(name)
+
 
 @dataclass(eq=False)
 class FlatModel:
@@ -64,8 +69,6 @@ class FlatModel:
         What the connections imply.
     groups : list of Group
         Component equations, by template.
-    equation_count, mode_count : int
-        Number of component equations and of modes.
     parameters : Parameters
         Their symbols and defaults.
     given : dict of int to SX
@@ -83,8 +86,6 @@ class FlatModel:
     tree: Tree
     joints: Joints
     groups: list[Group]
-    equation_count: int
-    mode_count: int
     parameters: Parameters
     given: dict[int, ca.SX]
     starts: dict[int, ca.SX]
@@ -96,6 +97,16 @@ class FlatModel:
     def name(self) -> str:
         """Name of the model's class."""
         return type(self.tree.model).__name__
+
+    @cached_property
+    def equation_count(self) -> int:
+        """Number of component equations."""
+        return sum(group.template.count * len(group.nodes) for group in self.groups)
+
+    @cached_property
+    def mode_count(self) -> int:
+        """Number of modes."""
+        return sum(len(group.template.modes) * len(group.nodes) for group in self.groups)
 
     @cached_property
     def start_numbers(self) -> dict[int, float]:
@@ -110,13 +121,17 @@ class FlatModel:
 
     def origin(self, equation: int) -> tuple[Instance, str]:
         """Component of a component equation, and the equation with full names."""
+        group, instance, number = self.place(equation)
+        node = self.tree.instances[group.nodes[instance]]
+        return node, self._text(group, number, node)
+
+    def place(self, equation: int) -> tuple[Group, int, int]:
+        """Group of a component equation, the instance, and the number in the template."""
         for group in self.groups:
             n = group.template.count
             offset = equation - group.first_equation
             if 0 <= offset < n * len(group.nodes):
-                instance, number = divmod(offset, n)
-                node = self.tree.instances[group.nodes[instance]]
-                return node, self._text(group, number, node)
+                return group, *divmod(offset, n)
         raise IndexError(equation)
 
     def initial_text(self, group: Group, instance: int, number: int) -> str:

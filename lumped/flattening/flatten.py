@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -51,68 +51,24 @@ def flatten(
     tree = Tree(model, freed)
     parameters = collect(tree)
     joints = join(tree)
-    groups, equation_count, mode_count = _groups(tree, joints, motions or {})
-    given, starts = start_values(tree, parameters)
-    return FlatModel(
-        tree,
-        joints,
-        groups,
-        equation_count,
-        mode_count,
-        parameters,
-        given,
-        starts,
-        _initial_groups(tree),
-        motions or {},
-    )
-
-
-def _groups(
-    tree: Tree, joints: Joints, motions: Mapping[str, Expr]
-) -> tuple[list[Group], int, int]:
-    groups: dict[Template, Group] = {}
-    alike: dict[Hashable, Group] = {}
+    own = _Groups(tree)
     for number, node in enumerate(tree.instances):
         if type(node.component).equations is Component.equations and not node.layout.variables:
             _check_hollow(node, joints)
-            continue
-        key = template_key(node.component)
-        group = alike.get(key)
-        if group is None:
-            with told_by(node.label, "equations()"):
-                equations = node.component.equations()
-            group = alike[key] = _group(tree, groups, node, equations, own=True)
-        _check_balance(node, group, joints)
-        group.nodes.append(number)
-        group.names.append(node.path)
-    _bound_inputs(tree, groups)
-    for name, wanted in motions.items():
-        _motion(tree, groups, name, wanted)
-    count = modes = 0
-    for group in groups.values():
-        group.first_equation, group.first_mode = count, modes
-        count += group.template.count * len(group.nodes)
-        modes += len(group.template.modes) * len(group.nodes)
-        number_group(tree, group)
-    return list(groups.values()), count, modes
-
-
-def _initial_groups(tree: Tree) -> list[Group]:
-    """Equations that hold at the start only."""
-    groups: dict[Template, Group] = {}
-    alike: dict[Hashable, Group] = {}
+        else:
+            _check_balance(node, own.add_own(number), joints)
+    own.add_inputs()
+    for name, wanted in (motions or {}).items():
+        own.add_motion(name, wanted)
+    groups = own.number()
+    given, starts = start_values(tree, parameters)
+    initial = _Groups(tree, initial=True)
     for number, node in enumerate(tree.instances):
-        if type(node.component).initial_equations is Component.initial_equations:
-            continue
-        key = template_key(node.component)
-        if key not in alike:
-            with told_by(node.label, "initial_equations()"):
-                equations = node.component.initial_equations()
-            alike[key] = _group(tree, groups, node, equations, own=True, initial=True)
-        alike[key].nodes.append(number)
-    for group in groups.values():
-        number_group(tree, group)
-    return list(groups.values())
+        if type(node.component).initial_equations is not Component.initial_equations:
+            initial.add_own(number)
+    return FlatModel(
+        tree, joints, groups, parameters, given, starts, initial.number(), motions or {}
+    )
 
 
 def number_group(tree: Tree, group: Group) -> None:
@@ -121,20 +77,95 @@ def number_group(tree: Tree, group: Group) -> None:
     group.parameters = _numbers(tree, group, group.template.parameters, "first_parameter")
 
 
-def _group(
-    tree: Tree,
-    groups: dict[Template, Group],
-    scope: Instance,
-    found: Iterable[Item] | None,
-    *,
-    own: bool = False,
-    initial: bool = False,
-) -> Group:
-    """Group of all instances with equations like those found, made if there is none.
+class _Groups:
+    """Instances with equal equations, by template; `initial` ones hold at the start only."""
 
-    They are the component's `own`, or bind its parts; `initial` ones hold at the start only.
+    def __init__(self, tree: Tree, *, initial: bool = False) -> None:
+        self._tree, self._initial = tree, initial
+        self._found: dict[Template, Group] = {}
+        self._alike: dict[Hashable, Group] = {}
+
+    def number(self) -> list[Group]:
+        """All groups, their equations and modes numbered one after the other."""
+        count = modes = 0
+        for group in self._found.values():
+            group.first_equation, group.first_mode = count, modes
+            count += group.template.count * len(group.nodes)
+            modes += len(group.template.modes) * len(group.nodes)
+            number_group(self._tree, group)
+        return list(self._found.values())
+
+    def add_own(self, number: int) -> Group:
+        """Add an instance with its own equations; of equal ones they are asked for once."""
+        node = self._tree.instances[number]
+        key = template_key(node.component)
+        if key not in self._alike:
+            method = "initial_equations" if self._initial else "equations"
+            with told_by(node.label, f"{method}()"):
+                found = getattr(node.component, method)()
+            items = _list_items(node, found, f"{method}()")
+            if not self._initial:
+                with told_by(node.label, "valid()"):
+                    items += borders(check_ranges(node.component.valid()))
+            self._alike[key] = self._group(node, items, own=True)
+        group = self._alike[key]
+        group.add(number, node.path)
+        return group
+
+    def add_inputs(self) -> None:
+        """Add equations of inputs that are given to instances instead of connected."""
+        for number, node in enumerate(self._tree.instances):
+            for name, quantity in quantities_of(node.component).items():
+                if not isinstance(quantity, Input) or name not in values_of(node.component):
+                    continue
+                if node.name(name) in self._tree.freed:
+                    continue
+                given, signal = values_of(node.component)[name], Ref(node.component, name, quantity)
+                if isinstance(given, Expr):
+                    scope = max(node.parent, 0)
+                    group = self._group(self._tree.instances[scope], [Equation(signal, given)])
+                    group.add(scope, node.name(name))
+                    continue
+                key = (type(node.component), name)
+                if key not in self._alike:
+                    parameter = Ref(node.component, name, param(quantity.unit, quantity.text))
+                    self._alike[key] = self._group(node, [Equation(signal, parameter)])
+                self._alike[key].add(number, node.name(name))
+
+    def add_motion(self, name: str, wanted: Expr) -> None:
+        """Add the equation of a prescribed quantity."""
+        tree, number = self._tree, self._tree.unknown(name)
+        node = tree.node_of_unknown(number)
+        local = node.layout.names[number - node.first_unknown]
+        equation = Equation(Ref(node.component, local, tree.quantity(number)), wanted)
+        self._group(tree.instances[0], [equation]).add(0, name)
+
+    def _group(self, scope: Instance, items: Sequence[Single], *, own: bool = False) -> Group:
+        """Group of all instances with equations like these, made if there is none.
+
+        They are the component's `own`, or bind its parts.
+        """
+        try:
+            template = template_of(
+                scope.component,
+                lambda c: self._tree.below(c, scope),
+                items,
+                enclosed=own,
+                plain=self._initial,
+            )
+        except EquationError as error:
+            raise EquationError(f"{scope.label}: {error}") from None
+        return self._found.setdefault(template, Group(template, list(_list_equations(items))))
+
+
+def _list_items(scope: Instance, found: Iterable[Item] | None, method: str) -> list[Single]:
+    """What a method of a component yields, one by one.
+
+    Raises
+    ------
+    EquationError
+        If it yields anything but equations.
     """
-    method = "initial_equations()" if initial else "equations()"
     if not isinstance(found, Iterable):
         what = "nothing" if found is None else shown(found)
         raise EquationError(
@@ -142,26 +173,13 @@ def _group(
         )
     with told_by(scope.label, method):
         items = [e for item in found for e in (item if isinstance(item, tuple) else (item,))]
-    if own and not initial:
-        with told_by(scope.label, "valid()"):
-            items += borders(check_ranges(scope.component.valid()))
-    try:
-        for item in items:
-            if not isinstance(item, Equation | Hold | When):
-                raise EquationError(
-                    f"{type(scope.component).__name__} yielded {item!r} as an equation; "
-                    "each item must be an equation: left == right."
-                )
-        template = template_of(
-            scope.component,
-            lambda c: tree.below(c, scope),
-            items,
-            enclosed=own,
-            plain=initial,
-        )
-    except EquationError as error:
-        raise EquationError(f"{scope.label}: {error}") from None
-    return groups.setdefault(template, Group(template, list(_list_equations(items))))
+    for item in items:
+        if not isinstance(item, Equation | Hold | When):
+            raise EquationError(
+                f"{scope.label}: {type(scope.component).__name__} yielded {item!r} as an equation; "
+                "each item must be an equation: left == right."
+            )
+    return items
 
 
 def _list_equations(items: Iterable[Single]) -> Iterator[Equation]:
@@ -173,42 +191,7 @@ def _list_equations(items: Iterable[Single]) -> Iterator[Equation]:
             yield item
 
 
-def _bound_inputs(tree: Tree, groups: dict[Template, Group]) -> None:
-    """Equations of inputs that are given to instances instead of connected."""
-    alike: dict[Hashable, Group] = {}
-    for number, node in enumerate(tree.instances):
-        for name, quantity in quantities_of(node.component).items():
-            if not isinstance(quantity, Input) or name not in values_of(node.component):
-                continue
-            if node.name(name) in tree.freed:
-                continue
-            given, signal = values_of(node.component)[name], Ref(node.component, name, quantity)
-            if isinstance(given, Expr):
-                scope = max(node.parent, 0)
-                group = _group(tree, groups, tree.instances[scope], [Equation(signal, given)])
-                group.nodes.append(scope)
-                group.names.append(node.name(name))
-                continue
-            key = (type(node.component), name)
-            if key not in alike:
-                parameter = Ref(node.component, name, param(quantity.unit, quantity.text))
-                alike[key] = _group(tree, groups, node, [Equation(signal, parameter)])
-            alike[key].nodes.append(number)
-            alike[key].names.append(node.name(name))
-
-
-def _motion(tree: Tree, groups: dict[Template, Group], name: str, wanted: Expr) -> None:
-    """Add the equation of a prescribed quantity."""
-    number = tree.unknown(name)
-    node = tree.node_of_unknown(number)
-    local = node.layout.names[number - node.first_unknown]
-    equation = Equation(Ref(node.component, local, tree.quantity(number)), wanted)
-    group = _group(tree, groups, tree.instances[0], [equation])
-    group.nodes.append(0)
-    group.names.append(name)
-
-
-def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) -> np.ndarray:
+def _numbers(tree: Tree, group: Group, keys: Collection[tuple[str, str]], first: str) -> np.ndarray:
     table = np.empty((len(group.nodes), len(keys)), dtype=int)
     for column, (below, local) in enumerate(keys):
         for row, number in enumerate(group.nodes):
@@ -240,48 +223,35 @@ def _at(tree: Tree, below: str, node: Instance, local: str) -> Instance:
     return tree.instances[node.parent]
 
 
-def _count_needed(node: Instance, joints: Joints) -> int:
-    """Equations that a component must bring: one per variable, free output and outer port."""
-    count = node.layout.variables
-    for local, quantity in enumerate(node.layout.quantities):
-        if quantity.kind == "output":
-            count += node.first_unknown + local not in joints.driven
-    for port in range(len(node.layout.ports)):
-        count += (node.first_port + port) not in joints.inside
-    return count
+def _list_free(node: Instance, joints: Joints) -> list[str]:
+    """Ports and outputs of a component that nothing inside it determines."""
+    layout = node.layout
+    ports = [n for i, n in enumerate(layout.ports) if node.first_port + i not in joints.inside]
+    outputs = [n for n, i in layout.outputs.items() if node.first_unknown + i not in joints.driven]
+    return ports + outputs
 
 
 def _check_hollow(node: Instance, joints: Joints) -> None:
-    if _count_needed(node, joints):
-        open_ports = [
-            name
-            for i, name in enumerate(node.layout.ports)
-            if node.first_port + i not in joints.inside
-        ]
-        outputs = [
-            name
-            for name, i in node.layout.unknowns.items()
-            if node.layout.quantities[i].kind == "output"
-            and node.first_unknown + i not in joints.driven
-        ]
+    """Refuse a component without equations and variables that leaves something open."""
+    if free := _list_free(node, joints):
         raise SingularModelError(
-            f"{node.label} has no equations, but its {', '.join(open_ports + outputs)} must be "
+            f"{node.label} has no equations, but its {', '.join(free)} must be "
             "determined. Connect them inside to a part, or write equations()."
         )
 
 
 def _check_balance(node: Instance, group: Group, joints: Joints) -> None:
-    needed, found = _count_needed(node, joints), group.template.count
+    """Refuse a component that has not one equation for each variable, free output and port."""
+    layout, found = node.layout, group.template.count
+    needed = layout.variables + len(_list_free(node, joints))
     if needed == found:
         return
-    layout = node.layout
     own = [n for n, i in layout.unknowns.items() if isinstance(layout.quantities[i], Var)]
-    outs = [n for n, i in layout.unknowns.items() if layout.quantities[i].kind == "output"]
     listed = [f"  {equation!r}" for equation in group.equations]
     verdict = "too few: something is left undetermined" if found < needed else "too many"
     raise SingularModelError(
         f"{node.label} brings {found} equations but needs {needed}, {verdict}.\n"
         f"It needs one for each variable ({', '.join(own) or 'none'}), output "
-        f"({', '.join(outs) or 'none'}) and port ({', '.join(layout.ports) or 'none'}).\n"
+        f"({', '.join(layout.outputs) or 'none'}) and port ({', '.join(layout.ports) or 'none'}).\n"
         "Its equations:\n" + ("\n".join(listed) or "  none")
     )

@@ -58,4 +58,4 @@ def watching(flat: FlatModel, formulas: Iterable[Formula]) -> FlatModel:
             watched[formula] = group
     if len(watched) == len(flat.watched):
         return flat
-    return replace(flat, groups=groups, mode_count=modes, watched=watched)
+    return replace(flat, groups=groups, watched=watched)

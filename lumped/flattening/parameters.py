@@ -86,10 +86,6 @@ class Parameters:
         return self.all(self.defaults)
 
     @cached_property
-    def _function(self) -> ArrayFunction:
-        return ArrayFunction(ca.Function("p", [self.theta], [ca.densify(self.values)]))
-
-    @cached_property
     def _ruled(self) -> ca.SX:
         """Every parameter, then the lower limits in `ordered`."""
         return ca.vertcat(self.values, *(least for _, least, *_ in self.ordered))
@@ -184,7 +180,7 @@ class Parameters:
 
     def all(self, theta: np.ndarray) -> np.ndarray:
         """Every parameter, shape (all,), if those with a value of their own are `theta`."""
-        return self._function(theta)[0]
+        return self._ruled_function(theta)[0][: len(self.declared)]
 
     def places(self, numbers: Iterable[int]) -> list[int]:
         """Places in `theta` of parameters that have a value of their own.

@@ -66,11 +66,12 @@ class Template:
     ----------
     count : int
         Number of equations.
-    unknowns : list of (str, str)
-        Path of the owner below the component ("" for itself) and name of each local unknown.
-    parameters : list of (str, str)
-        The same for the parameters; `ENCLOSING` is the path of the component around it, whose
-        parameters may occur in structural choices.
+    unknowns : dict of (str, str) to int
+        Path of the owner below the component ("" for itself) and name of each local unknown, in
+        order, and its number.
+    parameters : dict of (str, str) to SX
+        The same for the parameters, and their symbols; `ENCLOSING` is the path of the component
+        around it, whose parameters may occur in structural choices.
     relations, sticks, jumps : list
         What changes modes or states.
     measures : list of SX
@@ -94,17 +95,14 @@ class Template:
     ) -> None:
         self.count = 0
         self._enclosed = enclosed
-        self.unknowns: list[tuple[str, str]] = []
-        self.parameters: list[tuple[str, str]] = []
-        self.parameter_symbols: list[ca.SX] = []
+        self.unknowns: dict[tuple[str, str], int] = {}
+        self.parameters: dict[tuple[str, str], ca.SX] = {}
         self.modes: list[ca.SX] = []
         self.relations: list[Relation] = []
         self.sticks: list[Stick] = []
         self.jumps: list[Jump] = []
         self.measures: list[ca.SX] = []
         self.time = ca.SX.sym("time")
-        self._unknown_index: dict[tuple[str, str], int] = {}
-        self._parameter_index: dict[tuple[str, str], int] = {}
         self._symbols: dict[tuple[int, int], ca.SX] = {}
         self._key_of: dict[int, tuple[int, int]] = {}
         self._residuals: dict[tuple[int, int], Residual] = {}
@@ -130,7 +128,7 @@ class Template:
         """Inputs of functions of this template: symbols of keys, parameters, time, modes."""
         none = ca.SX(0, 1)
         symbols = ca.vertcat(none, *(self._symbols[k] for k in keys))
-        parameters = ca.vertcat(none, *self.parameter_symbols)
+        parameters = ca.vertcat(none, *self.parameters.values())
         return [symbols, parameters, self.time, ca.vertcat(none, *self.modes)]
 
     def residual(self, number: int, order: int = 0) -> Residual:
@@ -225,25 +223,25 @@ class Template:
         key = (below, node.name)
         if isinstance(node.quantity, Param):
             return self._parameter(key)
-        if key not in self._unknown_index:
-            self._unknown_index[key] = len(self.unknowns)
-            self.unknowns.append(key)
-        return self.symbol(self._unknown_index[key], 0)
+        if key not in self.unknowns:
+            self.unknowns[key] = len(self.unknowns)
+            self._add_symbol((self.unknowns[key], 0), node.name)
+        return self.symbol(self.unknowns[key], 0)
 
     def _parameter(self, key: tuple[str, str]) -> ca.SX:
-        if key not in self._parameter_index:
-            self._parameter_index[key] = len(self.parameters)
-            self.parameters.append(key)
-            self.parameter_symbols.append(ca.SX.sym(key[1]))
-        return self.parameter_symbols[self._parameter_index[key]]
+        if key not in self.parameters:
+            self.parameters[key] = ca.SX.sym(key[1])
+        return self.parameters[key]
+
+    def _add_symbol(self, key: tuple[int, int], name: str) -> None:
+        symbol = self._symbols[key] = ca.SX.sym(name)
+        self._key_of[symbol.element_hash()] = key
 
     def symbol(self, unknown: int, order: int) -> ca.SX:
         """Symbol of a local unknown at an order of derivative."""
         key = (unknown, order)
         if key not in self._symbols:
-            symbol = ca.SX.sym(self.unknowns[unknown][1] + "'" * order)
-            self._symbols[key] = symbol
-            self._key_of[symbol.element_hash()] = key
+            self._add_symbol(key, self._symbols[unknown, 0].name() + "'" * order)
         return self._symbols[key]
 
     def present(self, expression: ca.SX) -> list[tuple[int, int]]:

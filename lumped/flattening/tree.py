@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from operator import attrgetter
 
 from lumped.errors import DeclarationError, UnknownNameError, nearest
-from lumped.language.component import Component, path_of
+from lumped.language.component import Component
+from lumped.language.connection import label
 from lumped.language.declared import (
     origins_of,
     parts_of,
@@ -31,6 +34,8 @@ class Layout:
         Local number of each unknown: port potentials and flows, signals, variables.
     quantities : list of Quantity
         Their declarations.
+    outputs : dict of str to int
+        Those of the unknowns that are outputs.
     parameters : dict of str to int
         Local number of each parameter.
     variables : int
@@ -46,6 +51,7 @@ class Layout:
         self.unknowns = {name: i for i, (name, _) in enumerate(names)}
         self.names = [name for name, _ in names]
         self.quantities = [quantity for _, quantity in names]
+        self.outputs = {n: i for i, (n, q) in enumerate(names) if q.kind == "output"}
         self.ports = list(ports_of(cls))
         self.declared: dict[str, Param] = {
             n: q for n, q in quantities_of(cls).items() if isinstance(q, Param)
@@ -111,8 +117,8 @@ class Tree:
     ----------
     instances : list of Instance
         The components.
-    unknown_count, parameter_count, port_count : int
-        How many there are.
+    quantities : list of Quantity
+        Declarations of the unknowns.
     input_parameters : dict of str to int
         Number of the parameter that each input given as a number became.
     """
@@ -120,8 +126,9 @@ class Tree:
     def __init__(self, model: Component, freed: frozenset[str] = frozenset()) -> None:
         self.model, self.freed = model, freed
         self.instances: list[Instance] = []
-        self.unknown_count = self.parameter_count = self.port_count = 0
-        self._layouts: dict[type[Component], Layout] = {}
+        self.quantities: list[Quantity] = []
+        parameter_count = port_count = 0
+        layouts: dict[type[Component], Layout] = {}
         self._number: dict[int, int] = {}
         self._origins: dict[int, dict[int, str]] = {}
         self.input_parameters: dict[str, int] = {}
@@ -129,7 +136,17 @@ class Tree:
         stack: list[tuple[Component, str, int, str]] = [(model, "", -1, "")]
         while stack:
             component, path, parent, own_name = stack.pop()
-            number = self._add(component, path, parent)
+            number = len(self.instances)
+            self._number[id(component)] = number
+            cls = type(component)
+            layout = layouts.get(cls)
+            if layout is None:
+                layout = layouts[cls] = Layout(cls)
+            firsts = self.unknown_count, parameter_count, port_count
+            self.instances.append(Instance(component, path, parent, layout, *firsts))
+            self.quantities += layout.quantities
+            parameter_count += len(layout.parameters)
+            port_count += len(layout.ports)
             if parent >= 0:
                 self.instances[parent].children[own_name] = number
             parts = [
@@ -138,6 +155,11 @@ class Tree:
             ]
             stack.extend(reversed(parts))
         self._refuse_time()
+
+    @property
+    def unknown_count(self) -> int:
+        """Number of unknowns."""
+        return len(self.quantities)
 
     def _refuse_time(self) -> None:
         """Refuse a quantity or parameter of the model itself that has the name of the time."""
@@ -150,29 +172,6 @@ class Tree:
                     "the time in results, files and tables. Rename it; a quantity of a part may "
                     "have this name."
                 )
-
-    def _add(self, component: Component, path: str, parent: int) -> int:
-        cls = type(component)
-        layout = self._layouts.get(cls)
-        if layout is None:
-            layout = self._layouts[cls] = Layout(cls)
-        number = len(self.instances)
-        self._number[id(component)] = number
-        self.instances.append(
-            Instance(
-                component,
-                path,
-                parent,
-                layout,
-                self.unknown_count,
-                self.parameter_count,
-                self.port_count,
-            )
-        )
-        self.unknown_count += len(layout.names)
-        self.parameter_count += len(layout.parameters)
-        self.port_count += len(layout.ports)
-        return number
 
     def find(self, component: Component, scope: Instance) -> Instance | None:
         """Node of a component named inside `scope`, or None if it is not a part of it.
@@ -205,16 +204,9 @@ class Tree:
     def below(self, component: Component, scope: Instance) -> str | None:
         """Path of a component relative to `scope`: "" for itself, None if it is not a part."""
         node = self.find(component, scope)
-        if node is None or not (node is scope or self._inside(node, scope)):
+        if node is None or not (node is scope or node.path.startswith(scope.name(""))):
             return None
         return node.path[len(scope.path) :].lstrip(".")
-
-    def _inside(self, node: Instance, scope: Instance) -> bool:
-        while node.parent >= 0:
-            node = self.instances[node.parent]
-            if node is scope:
-                return True
-        return False
 
     def at(self, path: str, scope: Instance) -> Instance:
         """Node at a path relative to `scope`."""
@@ -222,10 +214,6 @@ class Tree:
         for name in steps(path):
             node = self.instances[node.children[name]]
         return node
-
-    def key(self, name: str | Ref | Expr) -> str:
-        """Dotted name of what the user asked for by name or by reference."""
-        return key_of(name)
 
     def unknown(self, name: str | Expr) -> int:
         """Number of an unknown.
@@ -235,11 +223,12 @@ class Tree:
         UnknownNameError
             If the model has no such unknown; the text lists the nearest names.
         """
-        key = self.key(name)
+        key = key_of(name)
         found = self._look_up(key)
-        if found is not None and found[1] in found[0].layout.unknowns:
-            return found[0].first_unknown + found[0].layout.unknowns[found[1]]
-        if found is not None and found[1] in found[0].layout.parameters:
+        if found is not None:
+            node, local = found
+            if local in node.layout.unknowns:
+                return node.first_unknown + node.layout.unknowns[local]
             raise UnknownNameError(f"'{key}' is a parameter, not an unknown of the model.")
         raise UnknownNameError(
             f"{type(self.model).__name__} has no quantity '{key}'. "
@@ -254,14 +243,15 @@ class Tree:
         UnknownNameError
             If the model has no such parameter; the text lists the nearest names.
         """
-        key = self.key(name)
+        key = key_of(name)
         if key in self.input_parameters:
             return self.input_parameters[key]
         found = self._look_up(key)
-        if found is not None and found[1] in found[0].layout.parameters:
-            return found[0].first_parameter + found[0].layout.parameters[found[1]]
-        if found is not None and found[1] in found[0].layout.unknowns:
-            raise UnknownNameError(f"'{key}' is no parameter{_why_none(*found)}")
+        if found is not None:
+            node, local = found
+            if local in node.layout.parameters:
+                return node.first_parameter + node.layout.parameters[local]
+            raise UnknownNameError(f"'{key}' is no parameter{_why_none(node, local)}")
         raise UnknownNameError(
             f"{type(self.model).__name__} has no parameter '{key}'. "
             + nearest(key, self.parameter_names())
@@ -276,12 +266,11 @@ class Tree:
             If the model has neither of this name; the text lists the nearest names.
         """
         found = self._look_up(name)
-        if found is not None and found[1] in found[0].layout.unknowns:
+        if found is not None:
             node, local = found
-            return Ref(node.component, local, node.layout.quantities[node.layout.unknowns[local]])
-        if found is not None and found[1] in found[0].layout.parameters:
-            node, local = found
-            return Ref(node.component, local, node.layout.declared[local])
+            place = node.layout.unknowns.get(local)
+            own = node.layout.declared[local] if place is None else node.layout.quantities[place]
+            return Ref(node.component, local, own)
         raise UnknownNameError(
             f"{type(self.model).__name__} has no quantity or parameter '{name}'. "
             + nearest(name, [*self.unknown_names(), *self.parameter_names()])
@@ -299,8 +288,8 @@ class Tree:
             local = ".".join(found[i:])
             if local in node.layout.unknowns or local in node.layout.parameters:
                 self._asked[key] = node, local
-            return node, local
-        return None
+            break
+        return self._asked.get(key)
 
     def unknown_names(self) -> Iterator[str]:
         """Names of all unknowns."""
@@ -317,14 +306,8 @@ class Tree:
 
     def node_of_unknown(self, number: int) -> Instance:
         """Component that declares an unknown."""
-        low, high = 0, len(self.instances) - 1
-        while low < high:
-            middle = (low + high + 1) // 2
-            if self.instances[middle].first_unknown <= number:
-                low = middle
-            else:
-                high = middle - 1
-        return self.instances[low]
+        after = bisect_right(self.instances, number, key=attrgetter("first_unknown"))
+        return self.instances[after - 1]
 
     def unknown_name(self, number: int) -> str:
         """Dotted name of an unknown."""
@@ -333,8 +316,7 @@ class Tree:
 
     def quantity(self, number: int) -> Quantity:
         """Declaration of an unknown."""
-        node = self.node_of_unknown(number)
-        return node.layout.quantities[number - node.first_unknown]
+        return self.quantities[number]
 
     def port_name(self, node: Instance, port: int) -> str:
         """Dotted name of a port of a node."""
@@ -368,8 +350,7 @@ def key_of(name: str | Expr) -> str:
     if isinstance(name, str):
         return name
     if isinstance(name, Ref):
-        path = path_of(name.owner)
-        return f"{path}.{name.name}" if path else name.name
+        return label(name)
     if isinstance(name, Expr):
         return Formula.of(name)
     raise UnknownNameError(

@@ -10,7 +10,7 @@ import numpy as np
 
 from lumped.errors import DeclarationError, UnknownNameError, nearest, shown, told_by
 from lumped.language.declaration_checks import refuse_shared, refuse_slips
-from lumped.language.dotted_path import find_member, replace_member, split_key, steps
+from lumped.language.dotted_path import find_member, list_members, replace_member, split_key, steps
 from lumped.language.expression import Equation, Expr
 from lumped.language.pickling import rebuild, reduce_component
 from lumped.language.port import Connection, Port
@@ -32,15 +32,14 @@ _SIGNAL = (
 """Types that an input may have besides numbers."""
 
 
-class _PartSlot:
-    """Class attribute that holds a part (or list or dictionary of parts) of a component."""
+class _Slot:
+    """Class attribute that is read from an instance; of the class it is what was declared."""
 
-    def __init__(self, name: str, default: Any) -> None:
-        self.name = name
-        self.default = default
+    def __init__(self, name: str, default: Any, read: Callable[[Component, str], Any]) -> None:
+        self._name, self._default, self._read = name, default, read
 
     def __get__(self, obj: Component | None, owner: type) -> Any:
-        return self.default if obj is None else obj._part(self.name)
+        return self._default if obj is None else self._read(obj, self._name)
 
 
 class Made:
@@ -74,17 +73,6 @@ class Made:
                 "dictionary of components) is needed."
             )
         return made
-
-
-class _FieldSlot:
-    """Class attribute that holds a structural choice of a component."""
-
-    def __init__(self, name: str, default: Any) -> None:
-        self.name = name
-        self.default = default
-
-    def __get__(self, obj: Component | None, owner: type) -> Any:
-        return self.default if obj is None else obj._values.get(self.name, self.default)
 
 
 @dataclass_transform(eq_default=False, kw_only_default=True)
@@ -126,11 +114,10 @@ class Component(RichHtml):
         super().__init_subclass__(**kwargs)
         tables: tuple[dict[str, Any], ...] = ({}, {}, {}, {})
         for base in reversed(cls.__mro__[1:]):
-            if isinstance(base, type) and issubclass(base, Component):
-                tables[0].update(base._quantities)
-                tables[1].update(base._ports)
-                tables[2].update(base._parts)
-                tables[3].update(base._fields)
+            if issubclass(base, Component):
+                inherited = base._quantities, base._ports, base._parts, base._fields
+                for table, own in zip(tables, inherited, strict=True):
+                    table.update(own)
         cls._quantities, cls._ports, cls._parts, cls._fields = tables
         refuse_slips(cls, Component)
         for name, value in list(vars(cls).items()):
@@ -143,9 +130,9 @@ class Component(RichHtml):
                 table.pop(name, None)
             home[name] = value
             if home is cls._parts:
-                setattr(cls, name, _PartSlot(name, value))
+                setattr(cls, name, _Slot(name, value, Component._part))
             elif home is cls._fields:
-                setattr(cls, name, _FieldSlot(name, value))
+                setattr(cls, name, _Slot(name, value, Component._field))
         refuse_shared(cls.__name__, _select_given(cls._parts))
         cls.__doc__ = DocumentationSlot(cls.__doc__)  # type: ignore[assignment]
 
@@ -337,14 +324,12 @@ class Component(RichHtml):
             self._bound[name] = bound
         return bound
 
+    def _field(self, name: str) -> Any:
+        return self._values.get(name, self._fields[name])
+
     def _children(self) -> Iterator[tuple[str, Component]]:
         for name in self._parts:
-            held = self._part(name)
-            if isinstance(held, Component):
-                yield name, held
-            else:
-                for part in held.values() if isinstance(held, Mapping) else held:
-                    yield part._place[1], part
+            yield from list_members(name, self._part(name))
 
 
 def _table_of(
@@ -377,10 +362,8 @@ def is_part(value: object) -> bool:
     """Whether a value is a component, or a list or dictionary of components."""
     if isinstance(value, Component):
         return True
-    if isinstance(value, Mapping):
-        return bool(value) and all(
-            isinstance(k, str) and isinstance(v, Component) for k, v in value.items()
-        )
+    if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):
+        value = list(value.values())
     return (
         isinstance(value, list | tuple)
         and bool(value)

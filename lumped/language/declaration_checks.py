@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from lumped.errors import DeclarationError
+from lumped.language.dotted_path import list_members
 from lumped.language.port import Port
 from lumped.language.quantity import Quantity
 
@@ -54,13 +55,9 @@ def refuse_shared(kind: str, parts: Mapping[str, Any]) -> None:
     """Refuse a part that is in two places."""
     seen: dict[int, str] = {}
     for name, held in parts.items():
-        members = [(name, held)]
         if isinstance(held, Mapping):
             _refuse_keys(kind, name, held)
-            members = [(f'{name}["{k}"]', c) for k, c in held.items()]
-        elif isinstance(held, list | tuple):
-            members = [(f"{name}[{i}]", c) for i, c in enumerate(held)]
-        for place, part in members:
+        for place, part in list_members(name, held):
             if id(part) in seen:
                 raise DeclarationError(
                     f"{kind}: '{seen[id(part)]}' and '{place}' are the same "

@@ -7,6 +7,7 @@ from inspect import cleandoc
 from typing import Any
 
 from lumped.language.component import Component, Made
+from lumped.language.dotted_path import list_members
 from lumped.language.port import Port
 from lumped.language.quantity import Quantity
 from lumped.language.signature import DocumentationSlot
@@ -62,12 +63,6 @@ def origins_of(scope: Component) -> dict[int, str]:
     declared = [item for base in bases for item in base._parts.items()]
     places: dict[int, str] = {}
     for slot, held in (*declared, *((slot, scope._default(slot)) for slot in scope._parts)):
-        if slot not in scope._parts or isinstance(held, Made):
-            continue
-        if isinstance(held, Component):
-            places[id(held)] = slot
-        elif isinstance(held, dict):
-            places.update({id(m): f'{slot}["{key}"]' for key, m in held.items()})
-        else:
-            places.update({id(m): f"{slot}[{i}]" for i, m in enumerate(held)})
+        if slot in scope._parts and not isinstance(held, Made):
+            places.update({id(part): place for place, part in list_members(slot, held)})
     return places

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
 from lumped.errors import UnknownNameError
 
+_DOT = re.compile(r"\.(?![^\[]*\])")
+"""Not before the end of a bracket."""
+
 
 def steps(path: str) -> list[str]:
     """Parts of a dotted path; dots inside ["..."] do not count."""
-    found, current, depth = [], "", 0
-    for letter in path:
-        depth += (letter == "[") - (letter == "]")
-        if letter == "." and depth == 0:
-            found.append(current)
-            current = ""
-        else:
-            current += letter
-    return [*found, current] if path else []
+    return _DOT.split(path) if path else []
 
 
 def split_key(head: str) -> tuple[str, str | None]:
@@ -27,6 +23,15 @@ def split_key(head: str) -> tuple[str, str | None]:
         return head, None
     slot, _, key = head[:-1].partition("[")
     return slot, key.strip("\"'")
+
+
+def list_members(slot: str, held: Any) -> list[tuple[str, Any]]:
+    """Places of the parts of a slot, such as ``mass[3]``, and the parts."""
+    if isinstance(held, Mapping):
+        return [(f'{slot}["{key}"]', part) for key, part in held.items()]
+    if isinstance(held, list | tuple):
+        return [(f"{slot}[{i}]", part) for i, part in enumerate(held)]
+    return [(slot, held)]
 
 
 def find_member(held: Any, key: str | None, slot: str) -> Any:

@@ -8,6 +8,7 @@ scalar symbols costs 15 microseconds; error texts print the trees, too.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NoReturn, Union
 
 from lumped.errors import EquationError, shown
@@ -95,13 +96,11 @@ class Expr(Arithmetic["Expr"]):
         return text(self)
 
 
+@dataclass(eq=False, repr=False, slots=True)
 class ConstantExpression(Expr):
     """A number."""
 
-    __slots__ = ("value",)
-
-    def __init__(self, value: float) -> None:
-        self.value = value
+    value: float
 
 
 class Datum(ConstantExpression):
@@ -116,6 +115,7 @@ class Time(Expr):
     __slots__ = ()
 
 
+@dataclass(eq=False, repr=False, slots=True)
 class Ref(Expr):
     """A quantity of a component instance: ``self.phi`` in a component, ``rig.shaft.tau`` outside.
 
@@ -129,74 +129,63 @@ class Ref(Expr):
         Its declaration.
     """
 
-    __slots__ = ("name", "owner", "quantity")
-
-    def __init__(self, owner: Any, name: str, quantity: Quantity) -> None:
-        self.owner = owner
-        self.name = name
-        self.quantity = quantity
+    owner: Any
+    name: str
+    quantity: Quantity
 
 
+@dataclass(eq=False, repr=False, slots=True)
 class Call(Expr):
     """An operator or function applied to operands."""
 
-    __slots__ = ("args", "op")
-
-    def __init__(self, op: str, args: tuple[Expr, ...]) -> None:
-        self.op = op
-        self.args = args
+    op: str
+    args: tuple[Expr, ...]
 
     def children(self) -> tuple[Expr, ...]:
         """Operands, in order."""
         return self.args
 
 
-class Der(Expr):
-    """Time derivative of an expression."""
+@dataclass(eq=False, repr=False, slots=True)
+class _Unary(Expr):
+    """What is made of one expression."""
 
-    __slots__ = ("of",)
-
-    def __init__(self, of: Expr) -> None:
-        self.of = of
+    of: Expr
 
     def children(self) -> tuple[Expr, ...]:
-        """What is differentiated."""
+        """The expression."""
         return (self.of,)
 
 
+class Der(_Unary):
+    """Time derivative of an expression."""
+
+    __slots__ = ()
+
+
+@dataclass(eq=False, repr=False, slots=True)
 class Partial(Expr):
     """Partial derivative of an expression by one quantity in it."""
 
-    __slots__ = ("by", "of")
-
-    def __init__(self, of: Expr, by: Ref) -> None:
-        self.of = of
-        self.by = by
+    of: Expr
+    by: Ref
 
     def children(self) -> tuple[Expr, ...]:
         """The expression and the quantity."""
         return (self.of, self.by)
 
 
+@dataclass(eq=False, repr=False, slots=True)
 class Compare:
     """The relation ``greater >= less``, or ``greater > less`` if strict.
 
     Events tell `words` while it holds and while it does not; without them, its sides.
     """
 
-    __slots__ = ("greater", "less", "strict", "words")
-
-    def __init__(
-        self,
-        greater: Expr,
-        less: Expr,
-        strict: bool = False,
-        words: tuple[str, str] | None = None,
-    ) -> None:
-        self.greater = greater
-        self.less = less
-        self.strict = strict
-        self.words = words
+    greater: Expr
+    less: Expr
+    strict: bool = False
+    words: tuple[str, str] | None = None
 
     def called(self, yes: str, no: str) -> Compare:
         """The same relation, of which events tell `yes` while it holds, else `no`."""
@@ -225,21 +214,20 @@ class Compare:
         return f"{text(self.greater)} {'>' if self.strict else '>='} {text(self.less)}"
 
 
+@dataclass(eq=False, repr=False, slots=True)
 class Where(Expr):
     """One of two expressions, chosen by a relation."""
 
-    __slots__ = ("condition", "no", "yes")
-
-    def __init__(self, condition: Compare, yes: Expr, no: Expr) -> None:
-        self.condition = condition
-        self.yes = yes
-        self.no = no
+    condition: Compare
+    yes: Expr
+    no: Expr
 
     def children(self) -> tuple[Expr, ...]:
         """Both sides of the relation, and what is chosen from."""
         return (self.condition.greater, self.condition.less, self.yes, self.no)
 
 
+@dataclass(eq=False, repr=False, slots=True)
 class Piecewise(Expr):
     """Piecewise polynomial of an expression.
 
@@ -254,29 +242,22 @@ class Piecewise(Expr):
         then zeros.
     """
 
-    __slots__ = ("heights", "of", "pieces")
-
-    def __init__(self, of: Expr, pieces: Pieces, heights: tuple[Expr, ...] = ()) -> None:
-        self.of, self.pieces, self.heights = of, pieces, heights
+    of: Expr
+    pieces: Pieces
+    heights: tuple[Expr, ...] = ()
 
     def children(self) -> tuple[Expr, ...]:
         """The argument, then the heights."""
         return (self.of, *self.heights)
 
 
-class Smooth(Expr):
+class Smooth(_Unary):
     """An expression whose kinks the user declares to be unimportant."""
 
-    __slots__ = ("of",)
-
-    def __init__(self, of: Expr) -> None:
-        self.of = of
-
-    def children(self) -> tuple[Expr, ...]:
-        """The expression."""
-        return (self.of,)
+    __slots__ = ()
 
 
+@dataclass(eq=False, repr=False, slots=True)
 class Equation:
     """``left == right``, to be yielded by ``equations()``.
 
@@ -286,12 +267,10 @@ class Equation:
         The sides.
     """
 
-    __slots__ = ("left", "right")
-    __hash__ = None  # type: ignore[assignment]
+    left: Expr
+    right: Expr
 
-    def __init__(self, left: Expr, right: Expr) -> None:
-        self.left = left
-        self.right = right
+    __hash__ = None  # type: ignore[assignment]
 
     def __bool__(self) -> NoReturn:
         raise EquationError(
@@ -325,6 +304,31 @@ def as_expr(value: object) -> Expr:
             "nan stands in an expression; only finite numbers have a meaning there."
         )
     return ConstantExpression(number)
+
+
+def der(of: Expr) -> Expr:
+    """Time derivative of an expression.
+
+    Parameters
+    ----------
+    of : expression
+        Expression to differentiate.
+
+    Returns
+    -------
+    Expr
+
+    Raises
+    ------
+    EquationError
+        If `of` is not an expression of the model.
+    """
+    if not isinstance(of, Expr):
+        raise EquationError(f"der({of!r}): only quantities of the model have a time derivative.")
+    kinds = {leaf.quantity.kind for leaf in walk(of) if isinstance(leaf, Ref)}
+    if kinds == {"parameter"} and not any(isinstance(leaf, Time) for leaf in walk(of)):
+        raise EquationError(f"der({of!r}): a parameter is constant; its derivative is zero.")
+    return Der(of)
 
 
 def walk(root: Expr, closed: type[Expr] | None = None) -> Iterator[Expr]:

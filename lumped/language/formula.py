@@ -128,7 +128,8 @@ def _tree(nodes: tuple[Any, ...], leaf: Callable[[str], Expr]) -> Expr:
     for kind, what, *places in nodes:
         parts = [done[place] for place in places]
         if kind is Ref:
-            done.append(leaf(_join_path(what)))
+            path, name, _ = what
+            done.append(leaf(f"{path}.{name}" if path else name))
         elif issubclass(kind, ConstantExpression):
             done.append(kind(float(what)))
         elif kind is Call:
@@ -187,8 +188,3 @@ def _over(unit: str, by: str) -> str:
     if unit.endswith(f" {by}"):
         return unit[: -len(by) - 1]
     return f"{unit or '1'}/({by})" if " " in by or "/" in by else f"{unit or '1'}/{by}"
-
-
-def _join_path(what: tuple[str, str, bool]) -> str:
-    path, name, _ = what
-    return f"{path}.{name}" if path else name

@@ -43,13 +43,13 @@ def read_given_number(component: Component, name: str) -> float:
         if isinstance(node, Ref):
             return ca.SX(read_given_number(node.owner, node.name))
         if isinstance(node, Param):
-            return ca.SX(read_given_number(_declaring(node, scope), node.name))
+            return ca.SX(read_given_number(find_declaring(node, scope), node.name))
         raise EquationError(f"'{node!r}' is not a parameter.")
 
     return float(lower(value, leaf))
 
 
-def _declaring(parameter: Param, scope: Component) -> Component:
+def find_declaring(parameter: Param, scope: Component) -> Component:
     """The component around a part that declares a parameter, `scope` if none has this very one."""
     node = scope
     while quantities_of(node).get(parameter.name) is not parameter:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from operator import eq, ge, gt, le, lt
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Never, Self, overload
 
@@ -109,7 +110,23 @@ def _ends(bounds: list[Bound]) -> tuple[float, float]:
     return max(least, default=-np.inf), min(most, default=np.inf)
 
 
-class Param(Quantity, Expr):
+class _Declared(Quantity):
+    """A quantity that is an expression in an instance and itself in its class."""
+
+    @overload
+    def __get__(self, obj: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, obj: object, owner: type) -> Expr: ...
+    def __get__(self, obj: Any, owner: type) -> Self | Expr:
+        return self if obj is None else Ref(obj, self.name, self)
+
+    if TYPE_CHECKING:  # its value is what constructors take; nothing can be assigned
+
+        def __set__(self, obj: Never, value: Value) -> None: ...
+
+
+@dataclass(eq=False, repr=False)
+class Param(_Declared, Expr):
     """A parameter; in a class body it stands for itself in expressions that bind parts.
 
     Attributes
@@ -128,46 +145,30 @@ class Param(Quantity, Expr):
 
     kind = "parameter"
 
-    def __init__(
-        self,
-        unit: str,
-        text: str,
-        default: Default | None,
-        *,
-        min: Limit | None,
-        max: float | None,
-        above: Limit | None,
-        below: float | None,
-        nonzero: bool,
-        vibrates: bool,
-        amplitude_of: str,
-    ) -> None:
-        super().__init__(unit, text)
-        self.default = default
-        self.vibrates = vibrates
-        self.amplitude_of = amplitude_of
-        self.above = None if isinstance(above, Expr) or callable(above) else above
-        self.min = None if isinstance(min, Expr) or callable(min) else min
-        is_strict = self.above is not above
-        self.exceeds = above if is_strict else min if self.min is None else None
-        self.lower = GREATER if is_strict else AT_LEAST
-        self.max, self.below = max, below
-        self.nonzero = nonzero
-        ends = ((AT_LEAST, self.min), (GREATER, self.above), (AT_MOST, max), (LESS, below))
-        self.bounds = [bound._replace(limit=float(end)) for bound, end in ends if end is not None]
+    unit: str
+    text: str
+    default: Default | None
+    min: Limit | None
+    max: float | None
+    above: Limit | None
+    below: float | None
+    nonzero: bool
+    vibrates: bool
+    amplitude_of: str
+
+    def __post_init__(self) -> None:
+        super().__init__(self.unit, self.text)
+        self.exceeds: Limit | None = None
+        self.lower = AT_LEAST
+        if isinstance(self.min, Expr) or callable(self.min):
+            self.exceeds, self.min = self.min, None
+        if isinstance(self.above, Expr) or callable(self.above):
+            self.exceeds, self.above, self.lower = self.above, None, GREATER
+        ends = {AT_LEAST: self.min, GREATER: self.above, AT_MOST: self.max, LESS: self.below}
+        found = [(bound, end) for bound, end in ends.items() if end is not None]
+        self.bounds = [bound._replace(limit=float(end)) for bound, end in found]
         self.least, self.most = _ends(self.bounds)
-        self.bounds += [NONZERO] * nonzero
-
-    @overload
-    def __get__(self, obj: None, owner: type) -> Self: ...
-    @overload
-    def __get__(self, obj: object, owner: type) -> Expr: ...
-    def __get__(self, obj: Any, owner: type) -> Expr:
-        return self if obj is None else Ref(obj, self.name, self)
-
-    if TYPE_CHECKING:  # its value is what constructors take; nothing can be assigned
-
-        def __set__(self, obj: Never, value: Value) -> None: ...
+        self.bounds += [NONZERO] * self.nonzero
 
     def fault(self, value: float) -> str | None:
         """Why `value` is out of range, or None if it is not."""
@@ -175,7 +176,7 @@ class Param(Quantity, Expr):
         return beyond(value) or next(broken, None)
 
 
-class Var(Quantity):
+class Var(_Declared):
     """An unknown of a component.
 
     Attributes
@@ -196,31 +197,11 @@ class Var(Quantity):
         self.nominal = nominal
         self.wish = state
 
-    @overload
-    def __get__(self, obj: None, owner: type) -> Self: ...
-    @overload
-    def __get__(self, obj: object, owner: type) -> Expr: ...
-    def __get__(self, obj: Any, owner: type) -> Self | Expr:
-        return self if obj is None else Ref(obj, self.name, self)
 
-    if TYPE_CHECKING:
-
-        def __set__(self, obj: Never, value: Value) -> None: ...
-
-
-class Signal(Quantity):
-    """A causal signal of a component: connects like a port, occurs in equations like a quantity."""
-
-    @overload
-    def __get__(self, obj: None, owner: type) -> Self: ...
-    @overload
-    def __get__(self, obj: object, owner: type) -> Expr: ...
-    def __get__(self, obj: Any, owner: type) -> Self | Expr:
-        return self if obj is None else Ref(obj, self.name, self)
-
-
-class Input(Signal):
+class Input(_Declared):
     """A signal that a component needs from outside: connected, or given to the instance.
+
+    A signal connects like a port and occurs in equations like a quantity.
 
     Parameters
     ----------
@@ -230,12 +211,8 @@ class Input(Signal):
 
     kind = "input"
 
-    if TYPE_CHECKING:
 
-        def __set__(self, obj: Never, value: Value) -> None: ...
-
-
-class Output(Signal):
+class Output(_Declared):
     """A signal that a component determines.
 
     Parameters
@@ -248,7 +225,7 @@ class Output(Signal):
 
     if TYPE_CHECKING:
 
-        def __set__(self, obj: Never, value: Never) -> None: ...
+        def __set__(self, obj: Never, value: Never) -> None: ...  # type: ignore[override]
 
 
 @checked
@@ -294,18 +271,7 @@ def param(
     -------
     Param
     """
-    return Param(
-        unit,
-        text,
-        default,
-        min=min,
-        max=max,
-        above=above,
-        below=below,
-        nonzero=nonzero,
-        vibrates=vibrates,
-        amplitude_of=amplitude_of,
-    )
+    return Param(unit, text, default, min, max, above, below, nonzero, vibrates, amplitude_of)
 
 
 @checked

@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from lumped.errors import EquationError, shown
-from lumped.language.expression import Compare, Equation, Expr, Number, Ref, as_expr
+from lumped.language.expression import Compare, Equation, Expr, Number, Ref, as_expr, der
 from lumped.language.program import Question
-from lumped.language.time_derivative import der
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,19 +132,11 @@ def hold(
     def expr(given: Number | None) -> Expr | None:
         return None if given is None else as_expr(given)
 
-    return Hold(
-        reaction,  # type: ignore[arg-type]
-        speed,  # type: ignore[arg-type]
-        expr(forward),
-        expr(backward),
-        expr(upper),
-        expr(lower),
-        engaged,
-        expr(gap),
-        as_expr(restitution),
-        pressed,
-        position,
-    )
+    assert isinstance(reaction, Ref)
+    assert isinstance(speed, Ref)
+    sides = expr(forward), expr(backward), expr(upper), expr(lower)
+    rest = expr(gap), as_expr(restitution)
+    return Hold(reaction, speed, *sides, engaged, *rest, pressed, position)
 
 
 def when(

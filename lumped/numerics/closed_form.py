@@ -13,12 +13,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from lumped.numerics.eigen import zero_rounding
 from lumped.numerics.skew_scaling import skew_scaling, two_colours
 
 Real = NDArray[np.float64]
@@ -32,20 +32,6 @@ _DENSE = 500
 """States up to which the matrix is kept as an array."""
 _MOST_GROWTH = 600.0
 """Logarithm of the largest growth that a number can hold, with some to spare."""
-
-
-class _Block(Protocol):
-    """States that depend on each other."""
-
-    @property
-    def words(self) -> str:
-        """How they are solved."""
-
-    def solve(self, x: Real, terms: Real, s: Real, *, integrate: bool) -> tuple[Real, Real | None]:
-        """States at the times s, and their integrals from zero to s if asked for, shapes (k, n)."""
-
-    def rounding(self, span: float) -> float:
-        """Estimate of the error by rounding over a span, relative to the largest state."""
 
 
 class ClosedForm:
@@ -118,7 +104,8 @@ class ClosedForm:
         return max((part.rounding(span) for _, part in self._parts), default=_EPS)
 
 
-def _part(a: Real | scipy.sparse.csr_array) -> _Block:
+def _part(a: Real | scipy.sparse.csr_array) -> _Modal | _Coupled | _Stepped:
+    """States that depend on each other; `words` say how they are solved."""
     full = a if isinstance(a, np.ndarray) else a.toarray()
     if full.diagonal().any():
         return _general(full)
@@ -132,11 +119,11 @@ def _part(a: Real | scipy.sparse.csr_array) -> _Block:
     if colour is not None:
         return _Coupled(skew, scale, colour)
     angular, vectors = scipy.linalg.eigh(1j * skew)
-    values: Complex = (-1j * _zero_frequencies(angular)).astype(complex)
+    values = zero_rounding(-1j * angular, len(angular))
     return _Modal(values, vectors / scale[:, None], vectors.conj().T * scale, 1.0, "modes")
 
 
-def _general(a: Real) -> _Block:
+def _general(a: Real) -> _Modal | _Stepped:
     with np.errstate(invalid="ignore"):  # SciPy turns scales into integers beside
         balanced, (scale, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
     values, vectors = scipy.linalg.eig(balanced)
@@ -147,12 +134,6 @@ def _general(a: Real) -> _Block:
     one = values.imag >= 0  # the real part of a pair is twice that of one of them
     forth = scale[:, None] * vectors[:, one] * np.where(values[one].imag > 0, 2.0, 1.0)
     return _Modal(values[one], forth, back[one], condition, "eigenvectors")
-
-
-def _zero_frequencies(angular: Real) -> Real:
-    """Frequencies that are zero to rounding become exactly zero."""
-    limit = 1e-13 * len(angular) * np.abs(angular).max(initial=0.0)
-    return np.where(np.abs(angular) <= limit, 0.0, angular)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,6 +147,7 @@ class _Modal:
     words: str
 
     def solve(self, x: Real, terms: Real, s: Real, *, integrate: bool) -> tuple[Real, Real | None]:
+        """States at the times s, and their integrals from zero to s if asked for, shapes (k, n)."""
         q, integral = _modes(
             self.values, self.inverse @ x, terms @ self.inverse.T, s, integrate=integrate
         )
@@ -173,6 +155,7 @@ class _Modal:
         return (q @ back).real, None if integral is None else (integral @ back).real
 
     def rounding(self, span: float) -> float:
+        """Estimate of the error by rounding over a span, relative to the largest state."""
         return _phase(self._pace, span) * self.condition
 
     @cached_property
@@ -197,7 +180,7 @@ class _Coupled:
         self._w = np.zeros((len(w), k))
         self._u[:, : len(u)], self._w[:, : len(w)] = u, w.T
         angular = np.concatenate([angular, np.zeros(k - len(angular))])
-        self._values: Complex = (1j * _zero_frequencies(angular)).astype(complex)
+        self._values = zero_rounding(1j * angular, len(angular))
         self._scale, self._pace = scale, _find_pace(self._values)
 
     def _c(self, rows: Real) -> Complex:

@@ -6,6 +6,7 @@ Ends are rounded to nearest, so bounds are valid except for rounding.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Generic, Protocol, TypeVar
 
 import casadi as ca
@@ -44,19 +45,17 @@ class Intervals(Generic[V]):
     def __init__(self, by: ValueMaker[V]) -> None:
         self._by = by
         self._apply, self._constant = by.apply, by.constant
-        self._one = {
+        self._rules: dict[int, Callable[..., tuple[V, V]]] = {
             ca.OP_NEG: self._negative,
-            ca.OP_SQ: self._square,
+            ca.OP_SQ: lambda a: self._even(ca.OP_SQ, a),
             ca.OP_INV: self._inverse,
             ca.OP_FABS: self._magnitude,
             ca.OP_SIN: lambda a: self._wave(ca.OP_SIN, a, 0.5 * math.pi),
             ca.OP_COS: lambda a: self._wave(ca.OP_COS, a, 0.0),
             ca.OP_TAN: self._tan,
             ca.OP_ACOS: self._acos,
-            ca.OP_COSH: self._cosh,
+            ca.OP_COSH: lambda a: self._even(ca.OP_COSH, a),
             ca.OP_NOT: self._not,
-        }
-        self._two = {
             ca.OP_ADD: self._sum,
             ca.OP_SUB: self._difference,
             ca.OP_MUL: self._times,
@@ -83,10 +82,8 @@ class Intervals(Generic[V]):
         if operation in _RISING:
             low, high = self._clip(args[0], *_RISING[operation])
             found = self._apply(operation, low), self._apply(operation, high)
-        elif operation in self._one:
-            found = self._one[operation](args[0])
-        elif operation in self._two:
-            found = self._two[operation](*args)
+        elif operation in self._rules:
+            found = self._rules[operation](*args)
         else:
             found = self._constant(-math.inf), self._constant(math.inf)
         if operation in _CALM:
@@ -115,6 +112,18 @@ class Intervals(Generic[V]):
             self._apply(ca.OP_IF_ELSE_ZERO, condition, yes),
             self._apply(ca.OP_IF_ELSE_ZERO, other, no),
         )
+
+    def _choose(self, condition: V, yes: tuple[V, V], no: tuple[V, V]) -> tuple[V, V]:
+        """One of two intervals."""
+        return self._choice(condition, yes[0], no[0]), self._choice(condition, yes[1], no[1])
+
+    def _unless(self, condition: V, least: float, most: float, a: tuple[V, V]) -> tuple[V, V]:
+        """An interval, or one between two numbers if a condition holds."""
+        return self._choose(condition, (self._constant(least), self._constant(most)), a)
+
+    def _has_zero(self, a: tuple[V, V]) -> V:
+        zero = self._constant(0.0)
+        return self._both(self._apply(ca.OP_LE, a[0], zero), self._apply(ca.OP_LE, zero, a[1]))
 
     def _clip(self, a: tuple[V, V], least: float, most: float) -> tuple[V, V]:
         low, high = a
@@ -160,23 +169,18 @@ class Intervals(Generic[V]):
 
     def _inverse(self, a: tuple[V, V]) -> tuple[V, V]:
         """Of what may be zero only what is certain: nothing."""
-        zero, unit = self._constant(0.0), self._constant(1.0)
-        inside = self._both(self._apply(ca.OP_LE, a[0], zero), self._apply(ca.OP_LE, zero, a[1]))
+        unit = self._constant(1.0)
         low, high = (self._apply(ca.OP_DIV, unit, end) for end in a[::-1])
-        lowest, highest = self._constant(_LOWEST), self._constant(_HIGHEST)
-        return self._choice(inside, lowest, low), self._choice(inside, highest, high)
+        return self._unless(self._has_zero(a), _LOWEST, _HIGHEST, (low, high))
 
     def _magnitude(self, a: tuple[V, V]) -> tuple[V, V]:
         low = self._most(self._most(a[0], self._minus(a[1])), self._constant(0.0))
         return low, self._most(self._minus(a[0]), a[1])
 
-    def _square(self, a: tuple[V, V]) -> tuple[V, V]:
+    def _even(self, operation: int, a: tuple[V, V]) -> tuple[V, V]:
+        """Interval of what rises with the magnitude."""
         low, high = self._magnitude(a)
-        return self._apply(ca.OP_SQ, low), self._apply(ca.OP_SQ, high)
-
-    def _cosh(self, a: tuple[V, V]) -> tuple[V, V]:
-        low, high = self._magnitude(a)
-        return self._apply(ca.OP_COSH, low), self._apply(ca.OP_COSH, high)
+        return self._apply(operation, low), self._apply(operation, high)
 
     def _acos(self, a: tuple[V, V]) -> tuple[V, V]:
         low, high = self._clip(a, -1.0, 1.0)
@@ -190,10 +194,8 @@ class Intervals(Generic[V]):
     def _periods(self, a: tuple[V, V], begin: float, period: float) -> tuple[V, V]:
         """Both ends in periods from a begin."""
         first, length = self._constant(begin), self._constant(period)
-        low, high = (
-            self._apply(ca.OP_DIV, self._apply(ca.OP_SUB, side, first), length) for side in a
-        )
-        return low, high
+        low, high = (self._apply(ca.OP_SUB, side, first) for side in a)
+        return self._apply(ca.OP_DIV, low, length), self._apply(ca.OP_DIV, high, length)
 
     def _wave(self, operation: int, a: tuple[V, V], top: float) -> tuple[V, V]:
         """Interval of a sine or cosine with maxima at `top` and every turn from there."""
@@ -208,10 +210,7 @@ class Intervals(Generic[V]):
     def _tan(self, a: tuple[V, V]) -> tuple[V, V]:
         pole = self._holds_whole(*self._periods(a, 0.5 * math.pi, math.pi))
         low, high = (self._apply(ca.OP_TAN, end) for end in a)
-        return (
-            self._choice(pole, self._constant(-math.inf), low),
-            self._choice(pole, self._constant(math.inf), high),
-        )
+        return self._unless(pole, -math.inf, math.inf, (low, high))
 
     def _power(self, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
         if b[0] is not b[1]:
@@ -219,38 +218,27 @@ class Intervals(Generic[V]):
         exponent = self._by.read_constant(b[0])
         n = self._apply(ca.OP_FABS, b[0])
         least, most = (self._apply(ca.OP_POW, end, n) for end in self._magnitude(a))
-        rising = [self._apply(ca.OP_POW, end, n) for end in a]
+        low, high = (self._apply(ca.OP_POW, end, n) for end in a)
         half = self._apply(ca.OP_FLOOR, self._apply(ca.OP_DIV, n, self._constant(2.0)))
         even = self._apply(ca.OP_EQ, self._apply(ca.OP_TWICE, half), n)
-        found = self._choice(even, least, rising[0]), self._choice(even, most, rising[1])
+        found = self._choose(even, (least, most), (low, high))
         if exponent is not None and exponent >= 0:
             return found
-        over = self._inverse(found)
         negative = self._apply(ca.OP_LT, b[0], self._constant(0.0))
-        return (
-            self._choice(negative, over[0], found[0]),
-            self._choice(negative, over[1], found[1]),
-        )
+        return self._choose(negative, self._inverse(found), found)
 
     def _power_that_moves(self, a: tuple[V, V], b: tuple[V, V]) -> tuple[V, V]:
         low, high = self._clip(a, 0.0, math.inf)
         log = self._apply(ca.OP_LOG, low), self._apply(ca.OP_LOG, high)
         low, high = (self._apply(ca.OP_EXP, end) for end in self._times(b, log))
         bad = self._apply(ca.OP_LT, a[0], self._constant(0.0))
-        return (
-            self._choice(bad, self._constant(-math.inf), low),
-            self._choice(bad, self._constant(math.inf), high),
-        )
+        return self._unless(bad, -math.inf, math.inf, (low, high))
 
     def _atan2(self, y: tuple[V, V], x: tuple[V, V]) -> tuple[V, V]:
         low, high = self._hull(*(self._apply(ca.OP_ATAN2, s, c) for s in y for c in x))
-        zero = self._constant(0.0)
-        across = self._both(self._apply(ca.OP_LE, y[0], zero), self._apply(ca.OP_LE, zero, y[1]))
-        around = self._both(self._apply(ca.OP_LE, x[0], zero), across)
-        return (
-            self._choice(around, self._constant(-math.pi), low),
-            self._choice(around, self._constant(math.pi), high),
-        )
+        left = self._apply(ca.OP_LE, x[0], self._constant(0.0))
+        around = self._both(left, self._has_zero(y))
+        return self._unless(around, -math.pi, math.pi, (low, high))
 
     def _truth(self, yes: V, no: V) -> tuple[V, V]:
         """1 if a relation is certainly true, 0 if certainly false, else both."""
@@ -291,7 +279,7 @@ class Intervals(Generic[V]):
         sure, never, zero = self._is_surely_true(a), self._is_surely_false(a), self._constant(0.0)
         low = self._choice(never, zero, self._least(b[0], zero))
         high = self._choice(never, zero, self._most(b[1], zero))
-        return self._choice(sure, b[0], low), self._choice(sure, b[1], high)
+        return self._choose(sure, b, (low, high))
 
 
 _ALL = (-math.inf, math.inf)

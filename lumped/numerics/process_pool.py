@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import pickle
 import signal
 import time as clock
 import warnings
@@ -10,8 +11,6 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
-
-from lumped.numerics.cluster import hand_out
 
 Outcome = list[float] | str
 Task = tuple[int, dict[str, float]]
@@ -116,13 +115,16 @@ def _begin(job: Callable[[dict[str, float]], Outcome], own_process: bool) -> Non
 
 
 def _work(chunk: list[Task]) -> list[Done]:
-    return [_time_task(_job, task) for task in chunk]
+    return _work_on_cluster(_job, chunk)
 
 
-def _time_task(job: Callable[[dict[str, float]], Outcome], task: Task) -> Done:
-    begin = clock.perf_counter()
-    outcome = job(task[1])
-    return task[0], outcome, clock.perf_counter() - begin
+def hand_out(client: Any, what: object) -> Any:
+    """Future of an object that all workers of a cluster of Dask can take.
+
+    It is the result of a task, whose input the scheduler keeps, so it is made again if a worker
+    that has it, or is just given it, dies. What is scattered would be lost.
+    """
+    return client.submit(pickle.loads, pickle.dumps(what), pure=False)
 
 
 def _on_cluster(
@@ -141,4 +143,8 @@ def _on_cluster(
 
 
 def _work_on_cluster(job: Callable[[dict[str, float]], Outcome], chunk: list[Task]) -> list[Done]:
-    return [_time_task(job, task) for task in chunk]
+    found = []
+    for number, argument in chunk:
+        begin = clock.perf_counter()
+        found.append((number, job(argument), clock.perf_counter() - begin))
+    return found

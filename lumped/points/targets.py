@@ -356,8 +356,8 @@ def find_determined(
             rows[i][j] = (v, CONSTANT)
     states = system.structure.reduced.states
     rank = [_rank(system, n) for n in states] + [-1] * (matrix.shape[1] - len(states))
-    chosen = select_dependent(rows, np.array(rank), np.arange(len(rank)))
-    return chosen.dependent, np.setdiff1d(np.arange(matrix.shape[0]), chosen.unused)
+    dependent, unused = select_dependent(rows, np.array(rank))
+    return dependent, np.setdiff1d(np.arange(matrix.shape[0]), unused)
 
 
 def _rank(system: System, node: int) -> int:

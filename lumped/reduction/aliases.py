@@ -137,14 +137,20 @@ def eliminate_aliases(flat: FlatModel) -> Aliases:
         if len(left) == len(waiting):
             break
         waiting = left
-    kept_equations = np.ones(flat.equation_count, dtype=bool)
-    kept_sums = np.ones(len(joints.sums), dtype=bool)
+    kept = {
+        "equation": np.ones(flat.equation_count, dtype=bool),
+        "sum": np.ones(len(joints.sums), dtype=bool),
+    }
     for kind, number, _ in used:
-        if kind == "equation":
-            kept_equations[number] = False
-        elif kind == "sum":
-            kept_sums[number] = False
-    return _number_classes(union, kept_equations, kept_sums, used)
+        if kind in kept:
+            kept[kind][number] = False
+    count = flat.tree.unknown_count
+    classes, shifts, signs = np.empty(count, dtype=int), np.empty(count, dtype=int), np.empty(count)
+    numbers: dict[int, int] = {}
+    for u in range(count):
+        root, shifts[u], signs[u] = union.find(u)
+        classes[u] = -1 if union.zero[root] else numbers.setdefault(root, len(numbers))
+    return Aliases(classes, shifts, signs, len(numbers), kept["equation"], kept["sum"], used)
 
 
 def _candidates(flat: FlatModel) -> list[tuple[str, int, Row]]:
@@ -161,20 +167,3 @@ def _candidates(flat: FlatModel) -> list[tuple[str, int, Row]]:
                 row = list(zip(unknowns, orders, values, strict=True))
                 found.append(("equation", group.first_equation + i * n + e, row))
     return found
-
-
-def _number_classes(
-    union: _Union,
-    kept_equations: np.ndarray,
-    kept_sums: np.ndarray,
-    used: list[tuple[str, int, list[int]]],
-) -> Aliases:
-    count = len(union.parent)
-    classes = np.empty(count, dtype=int)
-    shifts, signs = np.empty(count, dtype=int), np.empty(count)
-    number: dict[int, int] = {}
-    for u in range(count):
-        root, shift, sign = union.find(u)
-        classes[u] = -1 if union.zero[root] else number.setdefault(root, len(number))
-        shifts[u], signs[u] = shift, sign
-    return Aliases(classes, shifts, signs, len(number), kept_equations, kept_sums, used)

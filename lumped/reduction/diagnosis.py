@@ -13,7 +13,7 @@ import scipy
 
 from lumped.language.port import Pin
 from lumped.reduction.incidence import Entries, Incidence
-from lumped.support.text_table import list_names
+from lumped.support.text_table import list_lines, list_names
 from lumped.support.units import amount
 
 Origin = tuple[str, int]
@@ -46,14 +46,7 @@ def class_names(incidence: Incidence, number: int, most: int) -> list[str]:
 
 def list_equations(incidence: Incidence, rows: Iterable[int], most: int = 10) -> str:
     """Lines with the equations of some rows."""
-    return _lines(incidence, [incidence.origin(int(r)) for r in rows], most)
-
-
-def _lines(incidence: Incidence, origins: list[Origin], most: int = 10) -> str:
-    lines = [f"  {equation_text(incidence, *origin)}" for origin in origins[:most]]
-    if len(origins) > most:
-        lines.append(f"  ... and {len(origins) - most} more")
-    return "\n".join(lines)
+    return list_lines([equation_text(incidence, *incidence.origin(int(r))) for r in rows], most)
 
 
 def list_each_once(names: Iterable[str]) -> str:
@@ -206,7 +199,7 @@ def misfit(
         "unknowns left after joining what is equal, and they do not fit."
     ]
     for fault in faults:
-        text += [fault.what, _lines(incidence, fault.origins)]
+        text += [fault.what, list_lines([equation_text(incidence, *o) for o in fault.origins], 10)]
     open_ = [", ".join(class_names(incidence, c, 3)) for c in _open(incidence, faults, under)]
     if open_:
         more = f" and {lacking - len(open_)} more" if lacking > len(open_) else ""
@@ -281,17 +274,11 @@ def _circle(incidence: Incidence, row: int) -> tuple[list[Origin], set[int]]:
 def _raw_unknowns(incidence: Incidence, row: int) -> list[int]:
     """Unknowns of an equation before anything was joined."""
     kind, number = incidence.origin(row)
-    flat = incidence.flat
     if kind == "sum":
-        return flat.joints.sums[number][0]
-    for group in flat.groups:
-        n = group.template.count
-        offset = number - group.first_equation
-        if 0 <= offset < n * len(group.nodes):
-            instance, e = divmod(offset, n)
-            locals_ = np.unique(group.template.residual(e).locals)
-            return [int(u) for u in group.unknowns[instance, locals_]]
-    raise IndexError(number)
+        return incidence.flat.joints.sums[number][0]
+    group, instance, e = incidence.flat.place(number)
+    locals_ = np.unique(group.template.residual(e).locals)
+    return [int(u) for u in group.unknowns[instance, locals_]]
 
 
 # -- rigid loops ---------------------------------------------------------------------------------
@@ -303,7 +290,7 @@ def factors(incidence: Incidence, row: int, order: int = 0) -> list[int]:
         return []
     origin, place = incidence.place(row)
     group, e, instances, _ = incidence.blocks[origin]
-    symbols = ca.vertcat(ca.SX(0, 1), *group.template.parameter_symbols)
+    symbols = ca.vertcat(ca.SX(0, 1), *group.template.parameters.values())
     present = ca.which_depends(group.template.residual(e, order).partials, symbols)
     numbers: list[int] = group.parameters[instances[place]][np.array(present, dtype=bool)].tolist()
     return numbers

@@ -15,8 +15,8 @@ Complementarity Problem, 1992, ch. 3).
 from __future__ import annotations
 
 import heapq
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
@@ -75,135 +75,157 @@ def solve(
     for i, row in enumerate(rows):
         for j in row:
             holders[j].add(i)
+    system = _System(rows, right, tape, holders)
     pivots = dict(last or {})
-    barred = frozenset(pivots.values())
-    open_rows = set(range(n)) - set(pivots)
-    order: list[tuple[list[int], list[int]]] = []
-    heap = [(*_cheapest(rows[i], holders, barred), i) for i in open_rows]
-    heapq.heapify(heap)
-    while heap:
-        *cost, j, i = heapq.heappop(heap)
-        if i not in open_rows:
-            continue
-        now = _cheapest(rows[i], holders, barred)
-        if now[0] == _NO_PIVOT:
-            continue
-        if now > (*cost, j):
-            heapq.heappush(heap, (*now, i))
-            continue
-        if now[0] == _VARIES and not pivots:
-            rest, columns = _find_coupled(rows, holders, i)
-            if len(rest) == len(columns) <= _MOST_DENSE:
-                order.append((rest, columns))
-                open_rows.difference_update(rest)
+    system.eliminate_cheapest(pivots)
+    system.eliminate_given(pivots)
+    return system.substitute_back()
+
+
+@dataclass
+class _System:
+    """A linear system while it is solved.
+
+    Attributes
+    ----------
+    holders : dict of int to set of int
+        Rows not yet used up that hold each column.
+    order : list of (list of int, list of int)
+        Rows used up together, and the columns that they determine.
+    """
+
+    rows: list[dict[int, Entry]]
+    right: list[tuple[TapeTerm, float]]
+    tape: Tape
+    holders: dict[int, set[int]]
+    order: list[tuple[list[int], list[int]]] = field(default_factory=list)
+
+    def eliminate_cheapest(self, last: Mapping[int, int]) -> None:
+        """Use up all rows but the last, those with the best pivots first."""
+        rows, barred = self.rows, frozenset(last.values())
+        open_rows = set(range(len(rows))) - set(last)
+        heap = [(*_cheapest(rows[i], self.holders, barred), i) for i in open_rows]
+        heapq.heapify(heap)
+        while heap:
+            *cost, j, i = heapq.heappop(heap)
+            if i not in open_rows:
                 continue
-        j = now[-1]
-        order.append(([i], [j]))
-        open_rows.discard(i)
-        for c in rows[i]:
-            holders[c].discard(i)
-        for k in sorted(holders[j]):
-            _subtract(rows, right, holders, k, i, j)
-            if k in open_rows:
-                heapq.heappush(heap, (*_cheapest(rows[k], holders, barred), k))
-        holders[j].clear()
-    if open_rows:
-        raise SingularBlockError(sorted(open_rows))
-    order += _diagonal(rows, right, holders, pivots)
-    return _substitute_back(rows, right, order, tape)
+            now = _cheapest(rows[i], self.holders, barred)
+            if now[0] == _NO_PIVOT:
+                continue
+            if now > (*cost, j):
+                heapq.heappush(heap, (*now, i))
+                continue
+            if now[0] == _VARIES and not last:
+                rest, columns = self._find_coupled(i)
+                if len(rest) == len(columns) <= _MOST_DENSE:
+                    self.order.append((rest, columns))
+                    open_rows.difference_update(rest)
+                    continue
+            open_rows.discard(i)
+            for k in self._eliminate(i, now[-1]):
+                if k in open_rows:
+                    heapq.heappush(heap, (*_cheapest(rows[k], self.holders, barred), k))
+        if open_rows:
+            raise SingularBlockError(sorted(open_rows))
 
+    def eliminate_given(self, pivots: dict[int, int]) -> None:
+        """Use up rows with given pivots, those with the least fill-in first."""
 
-def _diagonal(
-    rows: list[dict[int, Entry]],
-    right: list[tuple[TapeTerm, float]],
-    holders: dict[int, set[int]],
-    pivots: dict[int, int],
-) -> list[tuple[list[int], list[int]]]:
-    """Eliminate rows with given pivots, those with the least fill-in first."""
-    order: list[tuple[list[int], list[int]]] = []
-    heap = [((len(rows[i]) - 1) * (len(holders[j]) - 1), i) for i, j in pivots.items()]
-    heapq.heapify(heap)
-    while heap:
-        cost, i = heapq.heappop(heap)
-        if i not in pivots:
-            continue
-        j = pivots[i]
-        now = (len(rows[i]) - 1) * (len(holders[j]) - 1)
-        if now > cost:
-            heapq.heappush(heap, (now, i))
-            continue
-        if j not in rows[i]:
-            raise SingularBlockError([i])
-        del pivots[i]
-        order.append(([i], [j]))
-        for c in rows[i]:
-            holders[c].discard(i)
-        for k in sorted(holders[j]):
-            _subtract(rows, right, holders, k, i, j)
-        holders[j].clear()
-    return order
+        def fill(i: int) -> int:
+            return (len(self.rows[i]) - 1) * (len(self.holders[pivots[i]]) - 1)
 
+        heap = [(fill(i), i) for i in pivots]
+        heapq.heapify(heap)
+        while heap:
+            cost, i = heapq.heappop(heap)
+            if (now := fill(i)) > cost:
+                heapq.heappush(heap, (now, i))
+                continue
+            if pivots[i] not in self.rows[i]:
+                raise SingularBlockError([i])
+            for _ in self._eliminate(i, pivots[i]):
+                pass
 
-def _find_coupled(
-    rows: list[dict[int, Entry]], holders: dict[int, set[int]], start: int
-) -> tuple[list[int], list[int]]:
-    """Open rows that share columns with a row, directly or through others; and the columns."""
-    found, columns, stack = {start}, set(), [start]
-    while stack:
-        for column in rows[stack.pop()]:
-            if column not in columns:
-                columns.add(column)
-                stack.extend(holders[column] - found)
-                found |= holders[column]
-    return sorted(found), sorted(columns)
+    def _eliminate(self, i: int, j: int) -> Iterator[int]:
+        """Use row i up for column j; yields each other row that changes."""
+        self.order.append(([i], [j]))
+        for c in self.rows[i]:
+            self.holders[c].discard(i)
+        for k in sorted(self.holders[j]):
+            self._subtract(k, i, j)
+            yield k
+        self.holders[j].clear()
 
+    def _subtract(self, k: int, i: int, j: int) -> None:
+        """Row k minus the multiple of row i that removes column j."""
+        row, right = self.rows[k], self.right
+        pivot, mine = self.rows[i][j], row.pop(j)
+        factor = mine.term / pivot.term
+        ratio = mine.value / pivot.value
+        kind = max(mine.kind, pivot.kind)
+        for c, entry in self.rows[i].items():
+            if c == j:
+                continue
+            old = row.get(c)
+            value = (old.value if old else 0.0) - ratio * entry.value
+            worst = max(kind, entry.kind, old.kind if old else 0)
+            if worst == 0 and abs(value) <= 1e-14 * abs(ratio * entry.value):
+                if old:
+                    del row[c]
+                    self.holders[c].discard(k)
+                continue
+            change = factor * entry.term
+            row[c] = Entry(old.term - change if old else -change, worst, value)
+            self.holders[c].add(k)
+        right[k] = right[k][0] - factor * right[i][0], right[k][1] - ratio * right[i][1]
 
-def _substitute_back(
-    rows: list[dict[int, Entry]],
-    right: list[tuple[TapeTerm, float]],
-    order: list[tuple[list[int], list[int]]],
-    tape: Tape,
-) -> list[tuple[TapeTerm, float]]:
-    result: list[tuple[TapeTerm, float]] = [(tape.zero, 0.0)] * len(rows)
-    for group, columns in reversed(order):
-        if len(group) > 1:
-            for j, solved in zip(columns, _dense(rows, right, group, columns, tape), strict=True):
-                result[j] = solved
-            continue
-        (i,), (j,) = group, columns
-        total, number = right[i]
-        for c, entry in rows[i].items():
-            if c != j:
-                total = total - entry.term * result[c][0]
-                number -= entry.value * result[c][1]
-        pivot = rows[i][j]
-        result[j] = (total / pivot.term, number / pivot.value)
-    return result
+    def _find_coupled(self, start: int) -> tuple[list[int], list[int]]:
+        """Open rows that share columns with a row, directly or through others; and the columns."""
+        found, columns, stack = {start}, set(), [start]
+        while stack:
+            for column in self.rows[stack.pop()]:
+                if column not in columns:
+                    columns.add(column)
+                    stack.extend(self.holders[column] - found)
+                    found |= self.holders[column]
+        return sorted(found), sorted(columns)
 
+    def substitute_back(self) -> list[tuple[TapeTerm, float]]:
+        """The unknowns."""
+        result: list[tuple[TapeTerm, float]] = [(self.tape.zero, 0.0)] * len(self.rows)
+        for group, columns in reversed(self.order):
+            if len(group) > 1:
+                for j, solved in zip(columns, self._solve_dense(group, columns), strict=True):
+                    result[j] = solved
+                continue
+            (i,), (j,) = group, columns
+            total, number = self.right[i]
+            for c, entry in self.rows[i].items():
+                if c != j:
+                    total = total - entry.term * result[c][0]
+                    number -= entry.value * result[c][1]
+            pivot = self.rows[i][j]
+            result[j] = (total / pivot.term, number / pivot.value)
+        return result
 
-def _dense(
-    rows: list[dict[int, Entry]],
-    right: list[tuple[TapeTerm, float]],
-    group: list[int],
-    columns: list[int],
-    tape: Tape,
-) -> list[tuple[TapeTerm, float]]:
-    """Solve a few equations together without pivots."""
-    n = len(group)
-    terms = [right[i][0] for i in group]
-    symbols = ca.SX.sym("a", n * n + n)
-    matrix, numbers = ca.SX.zeros(n, n), np.zeros((n, n))
-    for a, i in enumerate(group):
-        for b, j in enumerate(columns):
-            if j in rows[i]:
-                matrix[a, b], numbers[a, b] = symbols[len(terms)], rows[i][j].value
-                terms.append(rows[i][j].term)
-    if np.linalg.matrix_rank(numbers) < n:
-        raise SingularBlockError(group)
-    used = symbols[: len(terms)]
-    function = ca.Function("dense", [used], [ca.solve(matrix, used[:n])])
-    values = np.linalg.solve(numbers, [right[i][1] for i in group])
-    return list(zip(tape.call(function, terms), values.tolist(), strict=True))
+    def _solve_dense(self, group: list[int], columns: list[int]) -> list[tuple[TapeTerm, float]]:
+        """Solve a few equations together without pivots."""
+        n = len(group)
+        terms = [self.right[i][0] for i in group]
+        symbols = ca.SX.sym("a", n * n + n)
+        matrix, numbers = ca.SX.zeros(n, n), np.zeros((n, n))
+        for a, i in enumerate(group):
+            for b, j in enumerate(columns):
+                if j in self.rows[i]:
+                    matrix[a, b], numbers[a, b] = symbols[len(terms)], self.rows[i][j].value
+                    terms.append(self.rows[i][j].term)
+        if np.linalg.matrix_rank(numbers) < n:
+            raise SingularBlockError(group)
+        used = symbols[: len(terms)]
+        function = ca.Function("dense", [used], [ca.solve(matrix, used[:n])])
+        values = np.linalg.solve(numbers, [self.right[i][1] for i in group])
+        return list(zip(self.tape.call(function, terms), values.tolist(), strict=True))
 
 
 _STEADY, _VARIES, _NO_PIVOT = 0, 1, 2
@@ -222,36 +244,3 @@ def _cheapest(
             steady = _VARIES if entry.kind == VARYING else _STEADY
             best = min(best, (steady, size < 0.01, entry.kind, fill, -size, j))
     return best
-
-
-def _subtract(
-    rows: list[dict[int, Entry]],
-    right: list[tuple[TapeTerm, float]],
-    holders: dict[int, set[int]],
-    k: int,
-    i: int,
-    j: int,
-) -> None:
-    """Row k minus the multiple of row i that removes column j."""
-    pivot, mine = rows[i][j], rows[k].pop(j)
-    factor = mine.term / pivot.term
-    ratio = mine.value / pivot.value
-    kind = max(mine.kind, pivot.kind)
-    for c, entry in rows[i].items():
-        if c == j:
-            continue
-        old = rows[k].get(c)
-        value = (old.value if old else 0.0) - ratio * entry.value
-        worst = max(kind, entry.kind, old.kind if old else 0)
-        if worst == 0 and abs(value) <= 1e-14 * abs(ratio * entry.value):
-            if old:
-                del rows[k][c]
-                holders[c].discard(k)
-            continue
-        change = factor * entry.term
-        rows[k][c] = Entry(old.term - change if old else -change, worst, value)
-        holders[c].add(k)
-    right[k] = (
-        right[k][0] - factor * right[i][0],
-        right[k][1] - ratio * right[i][1],
-    )

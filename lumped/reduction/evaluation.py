@@ -9,7 +9,8 @@ is computed that nobody asked for.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -17,10 +18,9 @@ import numpy as np
 from lumped.flattening.residual import CONSTANT
 from lumped.flattening.tape import Tape, TapeTerm
 from lumped.reduction.block_errors import make_unheld_error, singular_block
-from lumped.reduction.block_kinds import equations_of, find_solved_blocks, nodes_of
 from lumped.reduction.elimination import Entry, SingularBlockError, solve
 from lumped.reduction.incidence import Occurrence
-from lumped.reduction.reduce import Block, Reduced
+from lumped.reduction.reduce import Block, Reduced, equations_of
 from lumped.support.process_lock import process_lock
 
 _ITERATIONS = 5
@@ -64,7 +64,7 @@ class Values:
         self._number = np.zeros(count + 1)
         reactions = reduced.incidence.reactions()
         self._reactions = {row: reduced.node(unknown) for row, unknown in reactions.items()}
-        self._joint, self._loops = find_solved_blocks(reduced, self._reactions)
+        self._joint, self._loops = reduced.find_solved_blocks(self._reactions)
         self._wave: list[int] = []
         for block in reduced.blocks:
             after = (self._wave[b] + (b in self._joint) for b in block.needs)
@@ -95,7 +95,7 @@ class Values:
 
     def arguments(self, seen: Occurrence) -> list[ca.SX]:
         """Arguments of a template's functions, one column per instance but for the time."""
-        nodes = nodes_of(self.reduced, seen)
+        nodes = self.reduced.nodes_of(seen)
         with process_lock:
             self.of(sorted({int(n) for n in nodes.ravel() if n < self.reduced.first[-1]}))
             return self._arguments(seen, nodes)
@@ -166,7 +166,7 @@ class Values:
         targets = np.array([block.nodes[0] for block in blocks])
         rows, orders = equations_of(blocks)
         found = incidence.alike(rows, orders)
-        alike = [(places, seen, nodes_of(self.reduced, seen)) for places, seen in found]
+        alike = [(places, seen, self.reduced.nodes_of(seen)) for places, seen in found]
         sums = np.flatnonzero(rows >= incidence.first_sum)
         terms = self._sum_nodes(rows[sums], orders[sums])
         used = np.concatenate([terms[1], *(nodes.ravel() for _, _, nodes in alike)])
@@ -186,23 +186,24 @@ class Values:
             self._sx[known.tolist()] = values
         function = ca.Function("formulas", [given, *rest], [solved])
         self._sx[targets.tolist()] = function(values, *rest)
-        point = [self._number[known], self.flat.parameters.defaults, _TIME, self._mode_numbers]
+        point: list[Any] = [
+            self._number[known],
+            self.flat.parameters.defaults,
+            _TIME,
+            self._mode_numbers,
+        ]
         numbers = np.asarray(function(*point)).ravel()
         if not np.isfinite(numbers).all():
             single = ca.Function("single", [symbols, given, *rest], [meaning])
-            numbers = self._evaluate_in_turn(
-                lambda z: np.asarray(single(z, *point)).ravel(), len(targets)
-            )
+            numbers = self._evaluate_in_turn(single, point, len(targets))
         self._number[targets] = numbers
 
-    def _evaluate_in_turn(
-        self, single: Callable[[np.ndarray], np.ndarray], count: int
-    ) -> np.ndarray:
+    def _evaluate_in_turn(self, single: ca.Function, point: list[Any], count: int) -> np.ndarray:
         """Values of formulas one after the other, any generic value where one is not finite."""
         generic = self._rng.uniform(0.3, 0.9, count)
         last, numbers = np.zeros(count), generic
         while (last != numbers).any():
-            last, found = numbers, single(numbers)
+            last, found = numbers, np.asarray(single(numbers, *point)).ravel()
             numbers = np.where(np.isfinite(found), found, generic)
         return numbers
 
@@ -218,14 +219,7 @@ class Values:
         position = (nodes == targets[:, None]).argmax(axis=1)
         for i in np.unique(position):
             mask = position == i
-            part = Occurrence(
-                seen.group,
-                seen.residual,
-                seen.instances[mask],
-                seen.classes[mask],
-                seen.orders[mask],
-                seen.signs[mask],
-            )
+            part = seen.pick(mask)
             function = seen.residual.solve_for(int(i))
             result = ca.vec(function(*self._arguments(part, nodes[mask])))
             if (part.signs[:, i] < 0).any():
@@ -302,20 +296,18 @@ class Values:
 
     def _solve_linearised(self, blocks: list[Block]) -> tuple[ca.SX, np.ndarray]:
         """What to add to the present values of nodes so that linearised equations hold."""
-        incidence, tape = self.reduced.incidence, Tape()
-        column = {node: j for block in blocks for j, node in enumerate(block.nodes)}
+        incidence, linear = self.reduced.incidence, _Linear(blocks)
         numbers, orders = equations_of(blocks)
-        rows: list[dict[int, Entry]] = [{} for _ in numbers]
-        right: list[tuple[TapeTerm, float]] = [(tape.zero, 0.0) for _ in numbers]
         for places, seen in incidence.alike(numbers, orders):
-            self._template_equations(seen, places, column, tape, rows, right)
+            self._template_equations(seen, places, linear)
         sums = np.flatnonzero(numbers >= incidence.first_sum)
-        self._sum_equations(sums, numbers[sums], orders[sums], column, tape, rows, right)
+        self._sum_equations(sums, numbers[sums], orders[sums], linear)
+        tape = linear.tape
         found: list[tuple[TapeTerm, float]] = []
         for block in blocks:
             own = slice(len(found), len(found) + len(block.nodes))
             try:
-                found += solve(rows[own], right[own], tape, self._last(block))
+                found += solve(linear.rows[own], linear.right[own], tape, self._last(block))
             except SingularBlockError as error:
                 lost = [block.equations[i][0] for i in error.args[0]]
                 holds = [row for row, _ in block.equations if row in self._reactions]
@@ -340,59 +332,55 @@ class Values:
         return found
 
     def _sum_equations(
-        self,
-        sums: np.ndarray,
-        numbers: np.ndarray,
-        orders: np.ndarray,
-        column: dict[int, int],
-        tape: Tape,
-        rows: list[dict[int, Entry]],
-        right: list[tuple[TapeTerm, float]],
+        self, sums: np.ndarray, numbers: np.ndarray, orders: np.ndarray, linear: _Linear
     ) -> None:
         """Enter coefficients of the unknowns in flow sums, and minus their residuals."""
         places, nodes, signs = self._sum_nodes(numbers, orders)
-        terms = tape.add_terms(-_pick(self._sx, nodes) * ca.DM(signs))
-        factors = tape.add_terms(ca.SX(ca.DM(signs)))
+        terms = linear.tape.add_terms(-_pick(self._sx, nodes) * ca.DM(signs))
+        factors = linear.tape.add_terms(ca.SX(ca.DM(signs)))
         parts = zip(sums[places].tolist(), nodes.tolist(), signs.tolist(), strict=True)
         for k, (i, node, sign) in enumerate(parts):
-            total, number = right[i]
-            right[i] = (total + terms[k], number - sign * self._number[node])
-            if node in column:
-                _add(rows[i], column[node], Entry(factors[k], CONSTANT, sign))
+            total, number = linear.right[i]
+            linear.right[i] = (total + terms[k], number - sign * self._number[node])
+            linear.add(i, node, factors[k], CONSTANT, sign)
 
-    def _template_equations(
-        self,
-        seen: Occurrence,
-        places: np.ndarray,
-        column: dict[int, int],
-        tape: Tape,
-        rows: list[dict[int, Entry]],
-        right: list[tuple[TapeTerm, float]],
-    ) -> None:
+    def _template_equations(self, seen: Occurrence, places: np.ndarray, linear: _Linear) -> None:
         """The same for several instances of one template equation, in one call."""
-        nodes, residual = nodes_of(self.reduced, seen), seen.residual
+        nodes, residual = self.reduced.nodes_of(seen), seen.residual
         m, n = nodes.shape
         symbols, numbers = self._arguments(seen, nodes), self._numbers(seen, nodes)
         coefficients, value = residual.coefficients, residual.value
-        partials = tape.add_terms(ca.vec(coefficients(*symbols) * ca.DM(seen.signs.T)))
+        partials = linear.tape.add_terms(ca.vec(coefficients(*symbols) * ca.DM(seen.signs.T)))
         sizes = self._finite(np.asarray(coefficients(*numbers)).reshape(n, m)).T * seen.signs
-        rests = tape.add_terms(ca.vec(-value(*symbols)))
+        rests = linear.tape.add_terms(ca.vec(-value(*symbols)))
         rest_sizes = -np.asarray(value(*numbers)).ravel()
         kinds = residual.kinds.tolist()
         for k, i in enumerate(places.tolist()):
-            right[i] = (rests[k], float(rest_sizes[k]))
+            linear.right[i] = (rests[k], float(rest_sizes[k]))
             own = nodes[k].tolist(), partials[k * n : k * n + n], kinds, sizes[k].tolist()
             for node, partial, kind, size in zip(*own, strict=True):
-                if node in column:
-                    _add(rows[i], column[node], Entry(partial, kind, size))
+                linear.add(i, node, partial, kind, size)
 
 
 def _pick(vector: ca.SX, indices: np.ndarray) -> ca.SX:
     return vector[indices.tolist()] if len(indices) else ca.SX(0, 1)
 
 
-def _add(entries: dict[int, Entry], column: int, entry: Entry) -> None:
-    old = entries.get(column)
-    if old is not None:
-        entry = Entry(old.term + entry.term, max(old.kind, entry.kind), old.value + entry.value)
-    entries[column] = entry
+class _Linear:
+    """Linear equations of blocks: coefficients of the unknowns of each, and right sides."""
+
+    def __init__(self, blocks: list[Block]) -> None:
+        self.tape = Tape()
+        self._column = {node: j for block in blocks for j, node in enumerate(block.nodes)}
+        self.rows: list[dict[int, Entry]] = [{} for _ in self._column]
+        self.right: list[tuple[TapeTerm, float]] = [(self.tape.zero, 0.0)] * len(self.rows)
+
+    def add(self, row: int, node: int, term: TapeTerm, kind: int, value: float) -> None:
+        """Add a coefficient if the node is an unknown."""
+        column = self._column.get(node)
+        if column is None:
+            return
+        old = self.rows[row].get(column)
+        if old is not None:
+            term, kind, value = old.term + term, max(old.kind, kind), old.value + value
+        self.rows[row][column] = Entry(term, kind, value)

@@ -55,6 +55,11 @@ class Occurrence:
     orders: np.ndarray
     signs: np.ndarray
 
+    def pick(self, some: np.ndarray) -> Occurrence:
+        """The same for some of these instances."""
+        own = (self.instances, self.classes, self.orders, self.signs)
+        return Occurrence(self.group, self.residual, *(held[some] for held in own))
+
 
 class Incidence:
     """Equations left after alias elimination, numbered 0 .. count-1.
@@ -118,15 +123,21 @@ class Incidence:
         """Symbols of the equations `picked` (positions in the block), differentiated."""
         group, e, instances, _ = self.blocks[block]
         residual = group.template.residual(e, order)
-        unknowns = group.unknowns[instances[picked]][:, residual.locals]
-        a = self.aliases
+        return self.locate(group, residual, instances[picked], residual.locals, residual.orders)
+
+    def locate(
+        self,
+        group: Group,
+        residual: Residual,
+        instances: np.ndarray,
+        locals_: np.ndarray,
+        orders: np.ndarray,
+    ) -> Occurrence:
+        """Where local unknowns of a template at orders of derivative occur."""
+        unknowns, a = group.unknowns[instances][:, locals_], self.aliases
+        shifted = orders + a.shifts[unknowns]
         return Occurrence(
-            group,
-            residual,
-            instances[picked],
-            a.classes[unknowns],
-            residual.orders + a.shifts[unknowns],
-            a.signs[unknowns],
+            group, residual, instances, a.classes[unknowns], shifted, a.signs[unknowns]
         )
 
     def alike(

@@ -13,7 +13,7 @@ import scipy
 from lumped.errors import SingularModelError
 from lumped.reduction.diagnosis import list_equations, misfit
 from lumped.reduction.incidence import Entries, Incidence
-from lumped.support.sparse_graph import links
+from lumped.support.sparse_graph import find_reached, links
 
 _MOST_ROUNDS = 12
 _MOST_FAULTS = 6
@@ -37,15 +37,10 @@ def _find_reached(
 ) -> np.ndarray:
     """Rows that alternating paths from the rows `starts` reach, themselves included."""
     n, m = graph.shape
-    row_of = _inverse(match, m)
-    to = row_of[graph.indices]
+    to = _inverse(match, m)[graph.indices]
     known = to >= 0
     rows = np.repeat(np.arange(n), np.diff(graph.indptr))
-    sources = np.concatenate([rows[known], np.full(len(starts), n)])
-    targets = np.concatenate([to[known], starts])
-    paths = links(sources, targets, (n + 1, n + 1))
-    order = scipy.sparse.csgraph.breadth_first_order(paths, n, return_predecessors=False)
-    return np.sort(order[order < n])
+    return find_reached(rows[known], to[known], starts, n)
 
 
 def differentiate(

@@ -10,13 +10,13 @@ from __future__ import annotations
 from collections import defaultdict
 
 import numpy as np
-import scipy
 
 from lumped.errors import SingularModelError
 from lumped.flattening.flat_model import FlatModel
 from lumped.reduction.diagnosis import list_each_once, list_equations, lock
 from lumped.reduction.pruning import LeftOut
 from lumped.reduction.reduce import Block, Reduced
+from lumped.support.sparse_graph import find_sets
 
 
 def find_locked_loops(reduced: Reduced) -> list[LeftOut]:
@@ -105,10 +105,8 @@ def _move(flat: FlatModel, members: list[list[int]]) -> bool:
 
 def _find_grounded(flat: FlatModel) -> np.ndarray:
     """Whether each unknown is the position of an open port that grounds itself."""
-    pairs = np.array([(a, b) for a, b, _ in flat.joints.equal], dtype=int).reshape(-1, 2)
-    n = flat.tree.unknown_count
-    graph = scipy.sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(n, n))
-    label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
+    pairs = np.array([pair[:2] for pair in flat.joints.equal], dtype=int).reshape(-1, 2)
+    label = find_sets(pairs, flat.tree.unknown_count)
     return np.isin(label, label[[u for u, _ in flat.joints.grounded]])
 
 

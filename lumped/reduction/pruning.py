@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from lumped.reduction.evaluation import Values
-from lumped.support.sparse_graph import links
+from lumped.support.sparse_graph import find_reached, links
 
 _SMALL = 1e-9  # of the largest derivative
 _SITUATIONS = 512  # finds what needs six given modes but for 3 in 10 000
@@ -137,24 +137,13 @@ def find_needed_states(
     rates = values.of([n + 1 for n in states])
     asked = set(find_used_states(kept, values).tolist())
     if outputs is not None:
-        return _find_all_needed(
-            uses(rates, values), asked | set(find_used_states(outputs, values).tolist())
-        )
+        asked |= set(find_used_states(outputs, values).tolist())
+        found = uses(rates, values).tocoo()
+        needed = find_reached(found.row, found.col, np.array(sorted(asked), int), len(states))
+        return [int(i) for i in needed]
     moving = np.zeros(len(states), dtype=bool)
     moving[find_used_states(rates, values)] = True
     doubtful = [i for i in sorted(positions - asked) if moving[i]]
     if doubtful:
         moving[doubtful] = ~independent_of(rates, doubtful, values)
     return [i for i in range(len(states)) if moving[i] or i in asked or i not in positions]
-
-
-def _find_all_needed(uses: scipy.sparse.csr_array, begin: set[int]) -> list[int]:
-    """All states that those in `begin` need directly or indirectly."""
-    n = uses.shape[0]
-    coo = uses.tocoo()
-    rows = np.concatenate([coo.row, np.full(len(begin), n)])
-    columns = np.concatenate([coo.col, np.array(sorted(begin), dtype=int)])
-    order = scipy.sparse.csgraph.breadth_first_order(
-        links(rows, columns, (n + 1, n + 1)), n, return_predecessors=False
-    )
-    return sorted(int(i) for i in order if i < n)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from lumped.errors import SingularModelError
 from lumped.flattening.flat_model import FlatModel
 from lumped.reduction.aliases import Aliases, eliminate_aliases
 from lumped.reduction.diagnosis import class_names, equation_text, find_combination, list_equations
-from lumped.reduction.incidence import GenericPoint, Incidence
+from lumped.reduction.incidence import GenericPoint, Incidence, Occurrence
 from lumped.reduction.index_reduction import check_matching, differentiate
 from lumped.reduction.state_selection import RANK, constraint_rows, select_dependent
 from lumped.support.sparse_graph import links
@@ -80,13 +81,53 @@ class Reduced:
 
     def node(self, unknown: int) -> int | None:
         """Node of an unknown; None if it is zero. Its value is its sign times the node's."""
-        number = self.aliases.classes[unknown]
-        return None if number < 0 else int(self.first[number] + self.aliases.shifts[unknown])
+        node = int(self.nodes[unknown])
+        return None if node < 0 else node
+
+    @cached_property
+    def nodes(self) -> np.ndarray:
+        """Node of each unknown, -1 if it is zero, shape (unknowns,)."""
+        return find_nodes(self.aliases, self.first)
+
+    def nodes_of(self, seen: Occurrence) -> np.ndarray:
+        """Nodes in instances of an equation; one after the last for what is always zero."""
+        nodes: np.ndarray = self.first[seen.classes] + seen.orders
+        nodes[seen.classes < 0] = self.first[-1]
+        return nodes
+
+    def find_solved_blocks(self, reactions: Iterable[int]) -> tuple[set[int], set[int]]:
+        """Blocks that are no formulas, and those of them not linear in their unknowns.
+
+        Equations in `reactions` hold a motion.
+        """
+        owner = np.repeat(np.arange(len(self.blocks)), [len(block.nodes) for block in self.blocks])
+        joint = {b for b, block in enumerate(self.blocks) if len(block.nodes) > 1}
+        loops: set[int] = set()
+        block_of = np.append(self.block_of, -1)
+        rows, orders = equations_of(self.blocks)
+        joint.update(owner[np.isin(rows, list(reactions))].tolist())
+        for places, seen in self.incidence.alike(rows, orders):
+            inside = block_of[self.nodes_of(seen)] == owner[places][:, None]
+            several = np.flatnonzero(inside.sum(axis=1) > 1)
+            joint.update(owner[places[several]].tolist())
+            affine = seen.residual.affine
+            for k in range(len(places)) if not affine.all() else ():
+                here = np.flatnonzero(inside[k])
+                if not affine[np.ix_(here, here)].all():
+                    loops.add(int(owner[places[k]]))
+        return joint | loops, loops
 
     def class_and_order(self, node: int) -> tuple[int, int]:
         """Class and order of derivative of a node."""
         number = int(np.searchsorted(self.first, node, side="right")) - 1
         return number, node - int(self.first[number])
+
+
+def equations_of(blocks: list[Block]) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of the equations of blocks, and how often each is differentiated."""
+    pairs = [pair for block in blocks for pair in block.equations]
+    numbers, orders = np.array(pairs, dtype=int).reshape(-1, 2).T
+    return numbers, orders
 
 
 def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
@@ -141,18 +182,14 @@ def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
 def _wishes(flat: FlatModel, aliases: Aliases) -> dict[tuple[int, int], int]:
     """Strongest wish among the variables of each class and order; candidates only."""
     wish: dict[tuple[int, int], int] = {}
-    for node in flat.tree.instances:
-        for i, quantity in enumerate(node.layout.quantities):
-            if quantity.kind != "variable":
-                continue
-            u = node.first_unknown + i
-            if aliases.classes[u] < 0:
-                continue
-            key = (int(aliases.classes[u]), int(aliases.shifts[u]))
-            rank = RANK[quantity.wish]
-            old = wish.get(key)
-            if old is None or rank == 0 or (rank > old > 0):
-                wish[key] = rank
+    for u, quantity in enumerate(flat.tree.quantities):
+        if quantity.kind != "variable" or aliases.classes[u] < 0:
+            continue
+        key = (int(aliases.classes[u]), int(aliases.shifts[u]))
+        rank = RANK[quantity.wish]
+        old = wish.get(key)
+        if old is None or rank == 0 or (rank > old > 0):
+            wish[key] = rank
     return wish
 
 
@@ -180,10 +217,8 @@ def _dependent(
             rank[first[number] + order] = value
     for node, value in ranks.items():
         rank[node] = value
-    selection = select_dependent(rows, rank, np.arange(first[-1]))
-    unused = selection.unused
-    expected = int(times.sum())
-    if unused or len(selection.dependent) < expected:
+    dependent, unused = select_dependent(rows, rank)
+    if unused or len(dependent) < int(times.sum()):
         row, order = labels[unused[0]] if unused else (int(np.argmax(times)), 0)
         raise SingularModelError(
             f"{incidence.flat.name}: these constraints are redundant or contradict each other:\n"
@@ -191,16 +226,20 @@ def _dependent(
             + "\nLikely a closed loop of rigid gears or linkages fixes the same motion twice. "
             "Make one member of the loop elastic, or remove it."
         )
-    return selection.dependent, tied
+    return dependent, tied
 
 
 def _by_declaration(aliases: Aliases, first: np.ndarray, states: np.ndarray) -> list[int]:
     """States sorted by the first declared quantity that they are."""
-    where = np.full(first[-1], len(aliases.classes))
-    alive = np.flatnonzero(aliases.classes >= 0)
-    nodes = first[aliases.classes[alive]] + aliases.shifts[alive]
-    np.minimum.at(where, nodes, alive)
-    return [int(n) for n in sorted(states.tolist(), key=lambda n: (where[n], n))]
+    where = np.full(first[-1] + 1, len(aliases.classes))
+    np.minimum.at(where, find_nodes(aliases, first), np.arange(len(aliases.classes)))
+    return sorted(states.tolist(), key=lambda n: (where[n], n))
+
+
+def find_nodes(aliases: Aliases, first: np.ndarray) -> np.ndarray:
+    """Node of each unknown, -1 if it is zero, from the first node of each class."""
+    nodes: np.ndarray = np.where(aliases.classes >= 0, first[aliases.classes] + aliases.shifts, -1)
+    return nodes
 
 
 def _blocks(

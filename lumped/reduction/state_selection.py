@@ -10,8 +10,6 @@ solved for where its factor can pass zero.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from lumped.flattening.residual import VARYING
@@ -21,25 +19,9 @@ RANK = {"never": 0, "avoid": 1, "default": 2, "prefer": 3, "always": 4}
 """Order in which wishes are honoured: the lower, the sooner dependent."""
 
 
-@dataclass(frozen=True)
-class Selection:
-    """Outcome of the elimination.
-
-    Attributes
-    ----------
-    dependent : list of int
-        Columns that the constraints determine.
-    unused : list of int
-        Constraint rows in which nothing was left to solve for.
-    """
-
-    dependent: list[int]
-    unused: list[int]
-
-
 def select_dependent(
-    rows: list[dict[int, tuple[float, int]]], rank: np.ndarray, order: np.ndarray
-) -> Selection:
+    rows: list[dict[int, tuple[float, int]]], rank: np.ndarray
+) -> tuple[list[int], list[int]]:
     """Choose one dependent column for each constraint.
 
     Parameters
@@ -47,86 +29,84 @@ def select_dependent(
     rows : list of dict of int to (float, int)
         Coefficient and its kind for each column of each constraint; used up.
     rank : ndarray of int, shape (columns,)
-        Wish of each column to stay a state.
-    order : ndarray of int, shape (columns,)
-        Tie-break among equal ranks: the higher, the sooner dependent.
+        Wish of each column to stay a state; of equal ones the later is the sooner dependent.
+
+    Returns
+    -------
+    dependent : list of int
+        Columns that the constraints determine.
+    unused : list of int
+        Constraint rows in which nothing was left to solve for.
     """
-    holders: dict[int, set[int]] = {}
-    for i, row in enumerate(rows):
-        for column in row:
-            holders.setdefault(column, set()).add(i)
-    largest = [max((abs(v) for v, _ in row.values()), default=0.0) for row in rows]
-    stale: set[int] = set()  # rows whose largest entry may be smaller by now
+    constraints = _Constraints(rows)
     open_rows = set(range(len(rows)))
     dependent: list[int] = []
-    always = RANK["always"]
-    columns = sorted(holders, key=lambda c: (rank[c], -order[c]))
-    first = [c for c in columns if rank[c] < always]
+    columns = sorted(constraints.holders, key=lambda c: (rank[c], -c))
+    first = [c for c in columns if rank[c] < RANK["always"]]
     for allow_varying, group in ((False, first), (True, first), (True, columns)):
         for column in group:
             if not open_rows:
                 break
-            pivot = _pivot(rows, largest, stale, holders.get(column, set()), column, allow_varying)
-            if pivot is None:
+            pivot = constraints.find_pivot(column, allow_varying)
+            if pivot is not None:
+                dependent.append(column)
+                open_rows.discard(pivot)
+                constraints.eliminate(pivot, column)
+    return dependent, sorted(open_rows)
+
+
+class _Constraints:
+    """Rows of an elimination, and those not yet used up that hold each column."""
+
+    def __init__(self, rows: list[dict[int, tuple[float, int]]]) -> None:
+        self.rows = rows
+        self.holders: dict[int, set[int]] = {}
+        for i, row in enumerate(rows):
+            for column in row:
+                self.holders.setdefault(column, set()).add(i)
+        self._largest = [max((abs(v) for v, _ in row.values()), default=0.0) for row in rows]
+        self._stale: set[int] = set()  # rows whose largest entry may be smaller by now
+
+    def find_pivot(self, column: int, allow_varying: bool) -> int | None:
+        """The shortest row in which a column has an entry that is not small."""
+        rows, largest = self.rows, self._largest
+        best, length = None, 0
+        for i in sorted(self.holders[column]):
+            value, kind = rows[i][column]
+            if kind == VARYING and not allow_varying:
                 continue
-            dependent.append(column)
-            open_rows.discard(pivot)
-            _eliminate(rows, largest, stale, holders, pivot, column)
-    return Selection(dependent, sorted(open_rows))
+            if i in self._stale and not abs(value) > 1e-9 * largest[i]:
+                largest[i] = max(abs(v) for v, _ in rows[i].values())
+                self._stale.discard(i)
+            if not abs(value) > 1e-9 * largest[i]:
+                continue
+            if best is None or len(rows[i]) < length:
+                best, length = i, len(rows[i])
+        return best
 
-
-def _pivot(
-    rows: list[dict[int, tuple[float, int]]],
-    largest: list[float],
-    stale: set[int],
-    held: set[int],
-    column: int,
-    allow_varying: bool,
-) -> int | None:
-    best, length = None, 0
-    for i in sorted(held):
-        value, kind = rows[i][column]
-        if kind == VARYING and not allow_varying:
-            continue
-        if i in stale and not abs(value) > 1e-9 * largest[i]:
-            largest[i] = max(abs(v) for v, _ in rows[i].values())
-            stale.discard(i)
-        if not abs(value) > 1e-9 * largest[i]:
-            continue
-        if best is None or len(rows[i]) < length:
-            best, length = i, len(rows[i])
-    return best
-
-
-def _eliminate(
-    rows: list[dict[int, tuple[float, int]]],
-    largest: list[float],
-    stale: set[int],
-    holders: dict[int, set[int]],
-    pivot: int,
-    column: int,
-) -> None:
-    pivot_row = rows[pivot]
-    value, kind = pivot_row[column]
-    for c in pivot_row:
-        holders[c].discard(pivot)
-    for i in list(holders[column]):
-        row = rows[i]
-        factor, factor_kind = row[column]
-        for c, (v, k) in pivot_row.items():
-            change = factor / value * v
-            old, old_kind = row.get(c, (0.0, 0))
-            new = old - change
-            if c == column or abs(new) <= 1e-12 * max(abs(old), abs(change)):
-                if c in row:
-                    del row[c]
-                    holders[c].discard(i)
-            else:
-                row[c] = (new, max(old_kind, k, kind, factor_kind))
-                holders[c].add(i)
-                largest[i] = max(largest[i], abs(new))
-            if abs(old) >= largest[i]:
-                stale.add(i)
+    def eliminate(self, pivot: int, column: int) -> None:
+        """Use a row up to remove a column from the others."""
+        pivot_row, largest = self.rows[pivot], self._largest
+        value, kind = pivot_row[column]
+        for c in pivot_row:
+            self.holders[c].discard(pivot)
+        for i in list(self.holders[column]):
+            row = self.rows[i]
+            factor, factor_kind = row[column]
+            for c, (v, k) in pivot_row.items():
+                change = factor / value * v
+                old, old_kind = row.get(c, (0.0, 0))
+                new = old - change
+                if c == column or abs(new) <= 1e-12 * max(abs(old), abs(change)):
+                    if c in row:
+                        del row[c]
+                        self.holders[c].discard(i)
+                else:
+                    row[c] = (new, max(old_kind, k, kind, factor_kind))
+                    self.holders[c].add(i)
+                    largest[i] = max(largest[i], abs(new))
+                if abs(old) >= largest[i]:
+                    self._stale.add(i)
 
 
 def constraint_rows(

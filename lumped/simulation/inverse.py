@@ -11,7 +11,7 @@ from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SingularModelError, SolverError, nearest
 from lumped.flattening.flatten import flatten
-from lumped.flattening.tree import Tree
+from lumped.flattening.tree import Tree, key_of
 from lumped.language.declared import quantities_of, values_of
 from lumped.language.expression import Expr, as_expr
 from lumped.language.quantity import Input
@@ -119,7 +119,7 @@ def inverse(
 
 def _drive(tree: Tree, name: Name) -> str:
     """Dotted name of an input that is given to its instance."""
-    key = tree.key(name)
+    key = key_of(name)
     number = tree.unknown(key)
     quantity, node = tree.quantity(number), tree.node_of_unknown(number)
     given = [

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, ExitStack
 from functools import cache
-from types import TracebackType
 from typing import NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
@@ -252,25 +251,7 @@ def _factors(wanted: str, unit: str) -> tuple[float, float]:
     return 1 / (one - zero), -zero / (one - zero) + 0.0  # never -0.0
 
 
-class _RestoredUnits:
-    """What a choice for the session replaced, and puts back at the end of a context."""
-
-    def __init__(self, before: _Usual) -> None:
-        self._before = before
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        _Session.units = self._before
-
-
-def display_units(units: Units) -> AbstractContextManager[None]:
+def display_units(units: Units) -> AbstractContextManager[object]:
     """Choose the units in which results are shown from now on.
 
     Tables, plots and reports follow it unless they are given `units` themselves. Numbers that are
@@ -303,8 +284,10 @@ def display_units(units: Units) -> AbstractContextManager[None]:
             _scale(unit, key, f"display_units: {key} cannot be shown in")
         elif not _is_unit(key, unit):
             _check_readable(key, unit)
-    before, _Session.units = _Session.units, choice
-    return _RestoredUnits(before)
+    former = ExitStack()
+    former.callback(setattr, _Session, "units", _Session.units)
+    _Session.units = choice
+    return former
 
 
 def _check_readable(key: str, unit: str) -> None:

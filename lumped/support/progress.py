@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import sys
 import time as clock
+from weakref import WeakSet
 
 _FIRST, _EVERY = 1.0, 0.2  # s
 
-_open: list[Progress] = []
-"""The work whose line is shown; at most one."""
+_open: WeakSet[Progress] = WeakSet()
+"""The work whose line is shown; at most one.
+
+Held weakly, as an interrupt between two instructions may leave a block without its end.
+"""
 
 
 class Progress:
@@ -48,13 +52,13 @@ class Progress:
         self._next, self._shown = now + _EVERY, True
 
     def __enter__(self) -> Progress:
-        # one line: an interrupt comes before it, or finds what `__exit__` removes
-        return (_open.append(self) if self._outermost else None) or self  # type: ignore[func-returns-value]
+        if self._outermost:
+            _open.add(self)
+        return self
 
     def __exit__(self, *_: object) -> None:
         """Remove the line."""
-        if self._outermost:
-            _open.clear()
+        _open.discard(self)
         if self._shown:
             sys.stderr.write("\r" + " " * 78 + "\r")
             sys.stderr.flush()

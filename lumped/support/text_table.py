@@ -13,6 +13,12 @@ def list_names(names: Sequence[str], most: int = 6) -> str:
     return ", ".join(names[:most]) + more
 
 
+def list_lines(lines: Sequence[str], most: int) -> str:
+    """Indented lines; those beyond `most` are only counted."""
+    more = [f"... and {len(lines) - most} more"] if len(lines) > most else []
+    return "\n".join(f"  {line}" for line in [*lines[:most], *more])
+
+
 def number(value: float, digits: int = 6) -> str:
     """A number in few characters."""
     return f"{value:.{digits}g}"

@@ -11,25 +11,13 @@ from lumped.components import (
     Fixed,
     IdealGear,
     Inertia,
+    Planetary,
     RackAndPinion,
     Spring,
     SpringDamper,
     Torque,
     translation,
 )
-
-
-class Planetary(lp.Component):
-    """Planetary set of three shafts: ``phi_c = (phi_s + k phi_r) / (1 + k)``."""
-
-    carrier = lp.Flange()
-    sun = lp.Flange()
-    ring = lp.Flange()
-    k: lp.Param = lp.param("1", "teeth of the ring over teeth of the sun", above=0)
-
-    def equations(self):
-        c, s, r = self.carrier, self.sun, self.ring
-        yield lp.lossless(c.phi == (s.phi + self.k * r.phi) / (1 + self.k), c, s, r)
 
 
 class Graph:
@@ -129,7 +117,7 @@ class Graph:
             ratio = float(rng.uniform(0.4, 3))
             if rng.random() < 0.5:
                 if self.restrict({i: 1 + ratio, j: -1.0, k: -ratio}):
-                    self.part(Planetary(k=ratio), carrier=i, sun=j, ring=k)
+                    self.part(Planetary(ratio=ratio), carrier=i, sun=j, ring=k)
             elif self.restrict({i: 1.0, j: ratio, k: -1 - ratio}):
                 self.part(IdealGear(ratio=-ratio), flange_a=i, flange_b=j, support=k)
         elif kind == "source":

@@ -7,7 +7,7 @@ import pytest
 from random_graphs import locked, random_drive
 
 import lumped as lp
-from lumped.components import Fixed, IdealGear, Inertia, RackAndPinion, Speed, Torque
+from lumped.components import Fixed, IdealGear, Inertia, Planetary, RackAndPinion, Speed, Torque
 from lumped.errors import SingularModelError
 
 
@@ -21,7 +21,8 @@ def kinematics(graph, k):
         ratio = part._values["ratio"]
         factors = {"flange_a": 1.0, "flange_b": -ratio, "support": ratio - 1}
     else:
-        factors = {"carrier": 1 + part._values["k"], "sun": -1.0, "ring": -part._values["k"]}
+        ratio = part._values["ratio"]
+        factors = {"carrier": 1 + ratio, "sun": -1.0, "ring": -ratio}
     for port, factor in factors.items():
         row[node[port]] += factor
     return row[:-1]
@@ -40,19 +41,6 @@ def test_random_drives_that_lock_are_refused_with_the_loop_that_locks(first):
         assert locked(np.array([*loop, *couplings]))[np.any(loop, axis=0)].all()
 
 
-class Planetary(lp.Component):
-    """Planetary set: (1 + z) phi_carrier = phi_sun + z phi_ring."""
-
-    sun = lp.Flange()
-    ring = lp.Flange()
-    carrier = lp.Flange()
-    z: lp.Param = lp.param("1", "teeth of the ring over teeth of the sun", above=0)
-
-    def equations(self):
-        s, r, c = self.sun, self.ring, self.carrier
-        yield lp.lossless(s.phi == (1 + self.z) * c.phi - self.z * r.phi, s, r, c)
-
-
 def gearbox(one, two):
     """Two planetary sets with common ring and carrier; something at each sun."""
     return lp.assemble(
@@ -60,8 +48,8 @@ def gearbox(one, two):
             drive=Torque(tau=5.0),
             ring=Inertia(J=1.0),
             carrier=Inertia(J=2.0),
-            front=Planetary(z=2.0),
-            rear=Planetary(z=3.0),
+            front=Planetary(ratio=2.0),
+            rear=Planetary(ratio=3.0),
             one=one,
             two=two,
             connections=lambda m: [
@@ -147,7 +135,7 @@ def test_a_held_body_is_no_locked_loop():
     system = lp.assemble(
         lp.compose(
             wall=Fixed(),
-            set=Planetary(z=2.0),
+            set=Planetary(ratio=2.0),
             a=Inertia(J=1.0),
             gear=IdealGear(ratio=3.0),
             b=Inertia(J=1.0),

@@ -8,7 +8,7 @@ finds the motions that the rigid parts allow by an SVD, and then eliminates what
 
 import numpy as np
 import pytest
-from random_graphs import Planetary, random_drive, rank
+from random_graphs import random_drive, rank
 from scipy.optimize import linear_sum_assignment
 
 import lumped as lp
@@ -16,6 +16,7 @@ from lumped.components import (
     Damper,
     IdealGear,
     Inertia,
+    Planetary,
     Spring,
     translation,
 )
@@ -94,7 +95,7 @@ def test_a_kept_angle_adds_no_rigid_body_mode():
         c=Inertia(J=3.0),
         one=Spring(c=100.0),
         two=Spring(c=300.0),
-        gear=Planetary(k=1.7),
+        gear=Planetary(ratio=1.7),
         connections=lambda m: [
             lp.connect(m.a.flange_b, m.one.flange_a, m.gear.sun),
             lp.connect(m.one.flange_b, m.b.flange_a, m.two.flange_a, m.gear.ring),
@@ -110,7 +111,7 @@ def test_two_three_shaft_gears_that_lock_each_other_turn_as_one_body():
         a=Inertia(J=1.0),
         b=Inertia(J=2.0),
         shaft=Spring(c=100.0),
-        set=Planetary(k=1.3),
+        set=Planetary(ratio=1.3),
         gear=IdealGear(ratio=-0.7),
         connections=lambda m: [
             lp.connect(m.a.flange_b, m.shaft.flange_b, m.set.sun, m.gear.flange_b),

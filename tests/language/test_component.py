@@ -1,4 +1,5 @@
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import IdealGear, Inertia, Spring, SpringDamper, Torque
@@ -89,15 +90,8 @@ def test_changing_a_parents_parameter_changes_every_use():
 
 def test_one_instance_stands_in_two_models():
     body = Inertia(J=3.0)
-    first = lp.compose(
-        body=body, drive=Torque(tau=6.0), connections=lambda m: lp.chain(m.drive, m.body)
-    )
-    second = lp.compose(
-        body=body, drive=Torque(tau=9.0), connections=lambda m: lp.chain(m.drive, m.body)
-    )
-    received = [
-        lp.simulate(lp.assemble(m), until=1.0, grid=1)["body.w"][-1] for m in (first, second)
-    ]
+    models = [in_a_row(drive=Torque(tau=tau), body=body) for tau in (6.0, 9.0)]
+    received = [lp.simulate(lp.assemble(m), until=1.0, grid=1)["body.w"][-1] for m in models]
     assert received == pytest.approx([2.0, 3.0], rel=1e-12)
 
 
@@ -135,6 +129,13 @@ def test_a_subclass_overrides_parts_and_fields():
     assert lp.assemble(Heavier()).parameters["source.J"] == 9.0
 
 
+SHARED = Inertia(J=1.0)
+
+
+def slip(**body):
+    return type("Slip", (lp.Component,), body)
+
+
 @pytest.mark.parametrize(
     ("make", "kind", "hint"),
     [
@@ -150,25 +151,13 @@ def test_a_subclass_overrides_parts_and_fields():
         (lambda: lp.connect(Inertia(J=1.0).flange_a), ConnectError, "two ports"),
         (lambda: lp.compose(a=3), DeclarationError, "compose"),
         (lambda: lp.assemble(Train), OptionError, "parentheses"),
+        (lambda: lp.compose(a=SHARED, b=SHARED), DeclarationError, "'a' and 'b' are the same In"),
+        (lambda: lp.compose(w=[SHARED] * 2), DeclarationError, r"'w\[0\]' and 'w\[1\]'"),
+        (lambda: slip(gear=IdealGear), DeclarationError, "with parentheses"),
+        (lambda: slip(__annotations__={"J": lp.Param}), DeclarationError, "but has no value"),
+        (lambda: slip(connections=Inertia(J=1.0)), DeclarationError, "choose another"),
     ],
 )
 def test_wrong_use_is_refused_with_a_hint(make, kind, hint):
     with pytest.raises(kind, match=hint):
         make()
-
-
-def test_the_same_object_twice_in_a_parent_is_refused():
-    shared = Inertia(J=1.0)
-    with pytest.raises(DeclarationError, match=r"'a' and 'b' are the same Inertia object"):
-        lp.compose(a=shared, b=shared)
-    with pytest.raises(DeclarationError, match=r"'wheels\[0\]' and 'wheels\[1\]'"):
-        lp.compose(wheels=[shared] * 2)
-
-
-def test_declarations_that_cannot_be_meant_are_refused():
-    with pytest.raises(DeclarationError, match="with parentheses"):
-        type("Slip", (lp.Component,), {"gear": IdealGear})
-    with pytest.raises(DeclarationError, match="annotated but has no value"):
-        type("Slip", (lp.Component,), {"__annotations__": {"J": lp.Param}})
-    with pytest.raises(DeclarationError, match="choose another"):
-        type("Slip", (lp.Component,), {"connections": Inertia(J=1.0)})

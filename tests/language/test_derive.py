@@ -3,13 +3,14 @@
 import casadi as ca
 import numpy as np
 import pytest
+from linkages import Crank
 from rows import in_a_row
 
 import lumped as lp
 from lumped.components import IdealGear, Inertia, Spring, Torque
 from lumped.components.translation import Mass
 from lumped.language.derivatives import along, partials
-from lumped.ops import cos, sin, sqrt
+from lumped.ops import sin
 
 UNARY = [
     *(ca.sin, ca.cos, ca.atan, ca.tanh, ca.sinh, ca.fabs, ca.sign),
@@ -100,20 +101,6 @@ def chain(n, ratio):
     torque = ca.vertcat(tau, 0) - ca.vertcat(0, passed)
     inputs = [twist, w, J, c, rest, i if gears else ca.SX(0, 1)]
     return model, ca.Function("f", inputs, [ca.vertcat(speed - w[:-1], torque / J)])
-
-
-class Crank(lp.Component):
-    """Crank and rod without mass: s = r cos(phi) + sqrt(length^2 - r^2 sin(phi)^2)."""
-
-    flange_a = lp.Flange()
-    flange_b = lp.LinearFlange()
-    r: lp.Param = lp.param("m", "radius of the crank", 0.1, above=0)
-    length: lp.Param = lp.param("m", "length of the rod", 0.3, above=0)
-
-    def equations(self):
-        phi, r = self.flange_a.phi, self.r
-        s = r * cos(phi) + sqrt(self.length**2 - (r * sin(phi)) ** 2)
-        yield lp.lossless(self.flange_b.s == s, self.flange_a, self.flange_b)
 
 
 class Yoke(lp.Component):

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from lumped.numerics.eigen import eigenpairs
-from lumped.numerics.eigen_many import eigenvalues_of_many, vectors_of_many
+from lumped.numerics.eigen import eigenpairs, eigenvalues_of_many, vectors_of_many
 
 
 def chains(kind, count=40, masses=5, seed=3):

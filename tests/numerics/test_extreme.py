@@ -5,10 +5,21 @@ Where errors add up over a run, the limit is the tolerance times the number of s
 
 import numpy as np
 import pytest
+from linkages import Crank
+from rows import in_a_row
 from scipy.integrate import quad
 
 import lumped as lp
-from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, SpringDamper, Torque
+from lumped.components import (
+    Damper,
+    EllipticalGear,
+    Fixed,
+    IdealGear,
+    Inertia,
+    Spring,
+    SpringDamper,
+    Torque,
+)
 from lumped.components.translation import Force, Mass
 from lumped.errors import LumpedError, ParameterError, SolverError, StartError
 
@@ -31,7 +42,7 @@ def cost(run):
 
 def joined(keep=(), **parts):
     """Parts in a row, assembled."""
-    return lp.assemble(lp.compose(**parts, connections=lp.chain(*parts.values())), keep=keep)
+    return lp.assemble(in_a_row(**parts), keep=keep)
 
 
 def two_masses(J_a, c, J_b):
@@ -120,33 +131,6 @@ def test_the_error_falls_with_the_tolerance_from_3_to_12_digits(method):
     assert max(np.divide(errors[1:], errors[:-1])) < 0.5
 
 
-class EllipticalGear(lp.Component):
-    """Two equal ellipses in mesh, each turning about a focus."""
-
-    flange_a = lp.Flange()
-    flange_b = lp.Flange()
-    e: lp.Param = lp.param("1", "eccentricity", min=0, below=1)
-
-    def equations(self):
-        a, b, e = self.flange_a, self.flange_b, self.e
-        bend = 2 * lp.ops.atan2(e * lp.ops.sin(a.phi), 1 - e * lp.ops.cos(a.phi))
-        yield lp.lossless(b.phi == -(a.phi + bend), a, b)
-
-
-class Crank(lp.Component):
-    """Crank and rod: ``s = r cos(phi) + sqrt(rod^2 - r^2 sin(phi)^2)``."""
-
-    flange_a = lp.Flange()
-    flange_b = lp.LinearFlange()
-    r: lp.Param = lp.param("m", "radius of the crank", above=0)
-    rod: lp.Param = lp.param("m", "length of the rod", above=0)
-
-    def equations(self):
-        phi, r = self.flange_a.phi, self.r
-        s = r * lp.ops.cos(phi) + lp.ops.sqrt(self.rod**2 - (r * lp.ops.sin(phi)) ** 2)
-        yield lp.lossless(self.flange_b.s == s, self.flange_a, self.flange_b)
-
-
 def turn_time(inertia, energy):
     """Time of one turn of a body with an inertia that depends on its angle."""
     half = quad(lambda phi: np.sqrt(inertia(phi) / (2 * energy)), 0, np.pi, epsrel=1e-10, limit=500)
@@ -182,7 +166,7 @@ def crank_drive(rod_ratio, force=0.0):
     return joined(
         keep=["crank.phi"],
         crank=Inertia(J=CRANK["J"]),
-        rod=Crank(r=r, rod=rod_ratio * r),
+        rod=Crank(r=r, length=rod_ratio * r),
         piston=Mass(m=CRANK["m"]),
         force=Force(f=force),
     )

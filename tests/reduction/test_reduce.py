@@ -5,9 +5,19 @@ import pytest
 from rows import in_a_row
 
 import lumped as lp
-from lumped.components import Fixed, IdealGear, Inertia, Position, Spring, SpringDamper, Torque
+from lumped.components import (
+    EllipticalGear,
+    Fixed,
+    IdealGear,
+    Inertia,
+    Planetary,
+    Position,
+    Spring,
+    SpringDamper,
+    Torque,
+)
 from lumped.components.translation import Mass
-from lumped.ops import atan2, cos, sin
+from lumped.ops import sin
 
 
 def relative(received, expected):
@@ -103,24 +113,11 @@ def test_the_housing_of_a_gear_takes_the_difference_of_the_torques():
     assert relative([point[n] for n in ("a.a", "b.a", "housing.a")], expected) < 1e-13
 
 
-class EllipticalPair(lp.Component):
-    """Two equal ellipses in mesh: phi_b = -phi_a - 2 atan2(e sin phi_a, 1 - e cos phi_a)."""
-
-    flange_a = lp.Flange()
-    flange_b = lp.Flange()
-    e: lp.Param = lp.param("1", "eccentricity", min=0, below=1)
-
-    def equations(self):
-        a, b = self.flange_a, self.flange_b
-        bend = 2 * atan2(self.e * sin(a.phi), 1 - self.e * cos(a.phi))
-        yield lp.lossless(b.phi == -(a.phi + bend), a, b)
-
-
 class EllipticalDrive(lp.Component):
     """Inertia, elliptical gear, inertia: J_a, J_b, e."""
 
     a: Inertia = Inertia(J=1.3)
-    gear: EllipticalPair = EllipticalPair(e=0.5)
+    gear: EllipticalGear = EllipticalGear(e=0.5)
     b: Inertia = Inertia(J=0.7)
 
     def connections(self):
@@ -176,22 +173,9 @@ def test_a_prescribed_angle_gives_the_torque_it_takes():
     assert error < 1e-13
 
 
-class Differential(lp.Component):
-    """Planetary set with three free shafts: phi_c = (phi_s + k phi_r) / (1 + k)."""
-
-    sun = lp.Flange()
-    carrier = lp.Flange()
-    ring = lp.Flange()
-    k: lp.Param = lp.param("1", "teeth of ring over teeth of sun", above=0)
-
-    def equations(self):
-        s, c, r = self.sun, self.carrier, self.ring
-        yield lp.lossless(c.phi == (s.phi + self.k * r.phi) / (1 + self.k), s, c, r)
-
-
 def test_a_planetary_set_has_the_projected_mass_matrix():
     model = lp.compose(
-        gear=Differential(k=2.5),
+        gear=Planetary(ratio=2.5),
         s=Inertia(J=1.0),
         c=Inertia(J=4.0),
         r=Inertia(J=2.0),

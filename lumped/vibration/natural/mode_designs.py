@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.compiler.system import Changes
-from lumped.numerics.eigen_many import eigenvalues_of_many, vectors_of_many
+from lumped.numerics.eigen import eigenvalues_of_many, vectors_of_many
 from lumped.points.equilibrium import equilibrium
 from lumped.points.moved_equilibrium import find_moved_point
 from lumped.points.start import start_point

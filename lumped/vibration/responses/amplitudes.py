@@ -94,7 +94,7 @@ def needing_rates(system: System) -> frozenset[int]:
     touched: set[int] = set()
     for group, e, instances, first in incidence.blocks:
         rows = instances[times[first : first + len(instances)] > 0]
-        symbols = ca.vertcat(ca.SX(0, 1), *group.template.parameter_symbols)
+        symbols = ca.vertcat(ca.SX(0, 1), *group.template.parameters.values())
         if len(rows) and symbols.numel():
             present = ca.which_depends(group.template.residual(e).expression, symbols)
             touched.update(group.parameters[rows][:, np.array(present, dtype=bool)].ravel())
