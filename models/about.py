@@ -10,17 +10,6 @@ from typing import Any, NamedTuple
 import lumped as lp
 from lumped.simulation.sizing import Limit
 
-__all__ = [
-    "About",
-    "Measure",
-    "Motor",
-    "extremes",
-    "find_shared",
-    "number_values",
-    "read_about",
-    "size_motor",
-]
-
 
 class Motor(NamedTuple):
     """A motor to size.

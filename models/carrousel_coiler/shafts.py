@@ -21,8 +21,6 @@ from lumped.models.carrousel_coiler.drive import (
 from lumped.models.sources import Given
 from lumped.ops import where
 
-__all__ = ["JAM", "J_HALF", "J_WHEEL", "SLIP", "STIFFNESS", "ShaftedDrive", "jam"]
-
 SLIP = Given(140e3, "N.m", "A", "slip torque of the safety coupling, at the motor shaft")
 SLIDING = Given(0.9, "1", "A", "torque of the slipping coupling over its slip torque")
 J_HALF = Given(20.0, "kg.m2", "A", "half of the safety coupling and pinion, at the motor shaft")

@@ -253,10 +253,7 @@ def eccentricity_gains(gap: OpenGap, speeds: np.ndarray, torque: float) -> np.nd
     ndarray of complex, shape (k, 3)
         Amplitudes of the torques `SHAFTS`.
     """
-    line = lp.linearise(
-        lp.assemble(gap), inputs=["upper_load.tau", "lower_load.tau"], outputs=SHAFTS
-    )
-    push = line.B.sum(axis=1) * torque
-    omegas = 2 * np.pi * eccentricity_hertz(1) * np.asarray(speeds)
-    unit = np.eye(len(push))
-    return np.array([line.C @ np.linalg.solve(1j * w * unit - line.A, push) for w in omegas])
+    loads, hertz = ("upper_load.tau", "lower_load.tau"), eccentricity_hertz(1) * np.asarray(speeds)
+    found = lp.frequency_response(lp.assemble(gap), inputs=loads, outputs=SHAFTS, hertz=hertz)
+    gains = [sum(found[shaft, load] for load in loads) for shaft in SHAFTS]
+    return torque * np.transpose(gains)

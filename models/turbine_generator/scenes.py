@@ -17,16 +17,6 @@ from lumped.models.turbine_generator.drive import (
     TurbineGenerator,
 )
 
-__all__ = [
-    "FREE",
-    "at_maximum",
-    "clear_faults",
-    "find_rated_point",
-    "per_unit",
-    "run_reclosing",
-    "run_short_circuit",
-]
-
 FREE = ["bus.V", "bus.phase", "gen.v_f", "turbine.steam"]
 """What follows from the state at the start: bus, excitation, steam."""
 
