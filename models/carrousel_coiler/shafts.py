@@ -13,11 +13,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import Brake, ElastoBacklash, Inertia, SlipCoupling, Torque
-from lumped.models.carrousel_coiler.drive import (
-    J_MANDREL,
-    UnderTension,
-    WindingDrive,
-)
+from lumped.models.carrousel_coiler.drive import J_MANDREL, UnderTension, WindingDrive
 from lumped.models.sources import Given
 from lumped.ops import where
 

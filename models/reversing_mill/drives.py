@@ -58,7 +58,7 @@ class MotorUpper(OnMotor):
 
     def to_motor(self) -> Iterator[Any]:
         yield self.shaft
-        yield self.motor.flange
+        yield from super().to_motor()
 
 
 class MotorLower(OnMotor):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -28,17 +29,25 @@ def draw_modes_closed() -> Any:
     return lp.modes(lp.assemble(mill.ClosedGap())).plot()
 
 
-def draw_strip_entry() -> Figure:
-    figure, axes = panels(2, size=(8, 6), x="time, ms", y=[SHARE] * 2, sharey=True)
-    cases = (("motors unchanged", 0.0), ("motors stepping to rated torque", RATED))
-    for axis, (title, motor_torque) in zip(axes, cases, strict=True):
-        run = mill.strip_entry(mill.ClosedGap(), motor_torque, grid=1000)
+def _draw_torques(runs: Mapping[str, lp.Trajectory], height: float, until: float) -> Figure:
+    """Shaft torques of some runs up to an instant in ms, one below the other, by their titles."""
+    count = len(runs)
+    figure, axes = panels(count, size=(8, height), x="time, ms", y=[SHARE] * count, sharey=True)
+    for axis, (title, run) in zip(axes, runs.items(), strict=True):
         axis.plot(1e3 * run.t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
         axis.axhline(0, color="black", linewidth=0.8)
-        axis.set(title=f"Strip entry, {title}")
+        axis.set_title(title)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    axes[1].set(xlim=(0, 200))
+    axes[-1].set(xlim=(0, until))
     return figure
+
+
+def draw_strip_entry() -> Figure:
+    runs = {
+        f"Strip entry, motors {what}": mill.strip_entry(mill.ClosedGap(), torque, grid=1000)
+        for what, torque in (("unchanged", 0.0), ("stepping to rated torque", RATED))
+    }
+    return _draw_torques(runs, 6, 200)
 
 
 def draw_eccentricity() -> Figure:
@@ -112,23 +121,17 @@ def draw_skidding() -> Figure:
 
 
 def draw_strip_break() -> Figure:
-    figure, axes = panels(3, size=(8, 8), x="time, ms", y=[SHARE] * 3, sharey=True)
-    cases: tuple[tuple[str, dict[str, Any]], ...] = (
-        ("motors at rated torque", {}),
-        ("motors at 1.1 and 0.9 rated torque", {"share": 0.1}),
-        (
-            f"motors at rated torque, spindles with {scenes.PLAY:g} rad of play",
-            {"play": scenes.PLAY},
-        ),
-    )
-    for axis, (title, options) in zip(axes, cases, strict=True):
-        run = scenes.strip_break(**options, grid=2000)
-        axis.plot(1e3 * run.t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
-        axis.axhline(0, color="black", linewidth=0.8)
-        axis.set(title=f"Strip break, {title}")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    axes[-1].set(xlim=(0, 220))
-    return figure
+    loose = f"motors at rated torque, spindles with {scenes.PLAY:g} rad of play"
+    cases: dict[str, dict[str, float]] = {
+        "motors at rated torque": {},
+        "motors at 1.1 and 0.9 rated torque": {"share": 0.1},
+        loose: {"play": scenes.PLAY},
+    }
+    runs = {
+        f"Strip break, {title}": scenes.strip_break(**case, grid=2000)
+        for title, case in cases.items()
+    }
+    return _draw_torques(runs, 8, 220)
 
 
 def draw_strip_entry_unequal_speeds() -> Figure:

@@ -253,7 +253,7 @@ def eccentricity_gains(gap: OpenGap, speeds: np.ndarray, torque: float) -> np.nd
     ndarray of complex, shape (k, 3)
         Amplitudes of the torques `SHAFTS`.
     """
-    loads, hertz = ("upper_load.tau", "lower_load.tau"), eccentricity_hertz(1) * np.asarray(speeds)
+    upper, lower = loads = ("upper_load.tau", "lower_load.tau")
+    hertz = eccentricity_hertz(1) * np.asarray(speeds)
     found = lp.frequency_response(lp.assemble(gap), inputs=loads, outputs=SHAFTS, hertz=hertz)
-    gains = [sum(found[shaft, load] for load in loads) for shaft in SHAFTS]
-    return torque * np.transpose(gains)
+    return torque * np.transpose([found[shaft, upper] + found[shaft, lower] for shaft in SHAFTS])

@@ -32,11 +32,7 @@ from lumped.components import (
 )
 from lumped.models.rotary_arm import parts
 from lumped.models.rotary_arm.cycle import ADOPTED
-from lumped.models.rotary_arm.loads import (
-    FREE_WEIGHTS,
-    MAXIMUM,
-    load_inertia,
-)
+from lumped.models.rotary_arm.loads import FREE_WEIGHTS, MAXIMUM, load_inertia
 from lumped.models.sources import Given
 
 BRAKING = Given(1.0, "rad/s2", "A", "deceleration of the profile and of the square-root law, a_p")

@@ -25,10 +25,7 @@ import lumped as lp
 from lumped.components import Torque
 from lumped.errors import ParameterError
 from lumped.models.rotary_arm import parts
-from lumped.models.rotary_arm.loads import (
-    MAXIMUM,
-    RATED,
-)
+from lumped.models.rotary_arm.loads import MAXIMUM, RATED
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,7 @@ import numpy as np
 import lumped as lp
 from lumped.components import IdealGear, Inertia, Speed, SwingingMass, Torque
 from lumped.models.rotary_arm import parts
-from lumped.models.rotary_arm.cycle import (
-    ADOPTED,
-    Cycle,
-)
+from lumped.models.rotary_arm.cycle import ADOPTED, Cycle
 from lumped.models.rotary_arm.loads import MAXIMUM
 
 NOTHING = 1e-3  # kg  an arm without mandrel; a mass is positive

@@ -10,12 +10,7 @@ from numpy.typing import ArrayLike
 
 import lumped as lp
 from lumped.errors import OptionError
-from lumped.models.turbine_generator.drive import (
-    BASE,
-    SHAFTS,
-    Reclosed,
-    TurbineGenerator,
-)
+from lumped.models.turbine_generator.drive import BASE, SHAFTS, Reclosed, TurbineGenerator
 
 FREE = ["bus.V", "bus.phase", "gen.v_f", "turbine.steam"]
 """What follows from the state at the start: bus, excitation, steam."""
