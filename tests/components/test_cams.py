@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import CamSwitch, HarmonicTorque, Inertia, PeriodicTorque, PulseTorque, Speed
 
 
 def turned(part: lp.Component, w: float = 1.0, **options: object) -> lp.Trajectory:
-    model = lp.compose(
-        drive=Speed(w=w), part=part, connections=lambda m: lp.chain(m.drive.flange, m.part.flange)
-    )
+    model = in_a_row(drive=Speed(w=w), part=part)
     system = lp.assemble(model, keep=["drive.flange.phi"])
     return lp.simulate(system, until=4 * np.pi, rtol=1e-10, **options)
 
@@ -51,10 +50,8 @@ class TestPulseTorque:
         assert np.abs(received[:5][1:] - expected[1:]).max() < 1e-9
 
     def test_free_flywheel_gets_the_work_of_each_pulse(self):
-        model = lp.compose(
-            wheel=Inertia(J=2.0, w=1.0),
-            pulse=PulseTorque(tau_max=3.0, centre=1.0, width=0.5),
-            connections=lambda m: lp.chain(m.wheel, m.pulse.flange),
+        model = in_a_row(
+            wheel=Inertia(J=2.0, w=1.0), pulse=PulseTorque(tau_max=3.0, centre=1.0, width=0.5)
         )
         system = lp.assemble(model, keep=["wheel.phi"])
         run = lp.simulate(system, until=5.0, rtol=1e-10)
@@ -66,9 +63,7 @@ class TestPulseTorque:
 
 def torques(part: lp.Component, angles: np.ndarray) -> np.ndarray:
     """Torque of a load at given angles."""
-    model = lp.compose(
-        turn=Speed(w=1.0), part=part, connections=lambda m: lp.chain(m.turn.flange, m.part.flange)
-    )
+    model = in_a_row(turn=Speed(w=1.0), part=part)
     system = lp.assemble(model, keep=["turn.flange.phi"])
     name = system.state_names[0]
     return np.array([lp.start_point(system, start={name: a})["part.tau"] for a in angles])
@@ -76,9 +71,7 @@ def torques(part: lp.Component, angles: np.ndarray) -> np.ndarray:
 
 def flywheel(part: lp.Component, until: float, w: float = 30.0) -> lp.Trajectory:
     """A flywheel of 2 kg.m2 under a load."""
-    model = lp.compose(
-        wheel=Inertia(J=2.0, w=w), part=part, connections=lambda m: lp.chain(m.wheel, m.part.flange)
-    )
+    model = in_a_row(wheel=Inertia(J=2.0, w=w), part=part)
     system = lp.assemble(model, keep=["wheel.phi"])
     return lp.simulate(system, until=until, rtol=1e-10, grid=400)
 

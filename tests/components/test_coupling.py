@@ -112,13 +112,7 @@ def test_a_coupling_that_closes_in_a_drive_with_a_spring_keeps_the_books():
 
 def test_a_turning_arm_picks_a_body_up_and_puts_it_down():
     arm, body, w = 3.0, 1.5, 2.0
-    system = lp.assemble(
-        lp.compose(
-            arm=Inertia(J=arm, w=w),
-            load=PickUp(J=body, u=at(0.5) - at(1.0)),
-            connections=lambda m: [lp.connect(m.arm.flange_b, m.load.flange)],
-        )
-    )
+    system = assemble_row(arm=Inertia(J=arm, w=w), load=PickUp(J=body, u=at(0.5) - at(1.0)))
     run = lp.simulate(system, until=1.5, grid=[0.4, 0.6, 1.5])
     slow = w * arm / (arm + body)
     np.testing.assert_allclose(run["arm.w"], [w, slow, slow], rtol=1e-13)
@@ -166,12 +160,9 @@ def test_an_arm_takes_a_body_where_it_passes_and_leaves_it_further_on():
 
 
 def test_a_sliding_carriage_picks_up_and_puts_down():
-    system = lp.assemble(
-        lp.compose(
-            carriage=translation.Mass(m=3.0, v=2.0, s=0.0),
-            load=translation.PickUp(m=1.0, u=at(0.5) - at(1.0)),
-            connections=lambda m: [lp.connect(m.carriage.flange_b, m.load.flange)],
-        )
+    system = assemble_row(
+        carriage=translation.Mass(m=3.0, v=2.0, s=0.0),
+        load=translation.PickUp(m=1.0, u=at(0.5) - at(1.0)),
     )
     run = lp.simulate(system, until=1.5, grid=[0.4, 0.6, 1.5])
     np.testing.assert_allclose(run["carriage.v"], [2.0, 1.5, 1.5], rtol=1e-13)

@@ -27,11 +27,7 @@ def test_a_pendulum_swings_with_its_closed_period():
     R, amplitude = 0.7, 1.9
     period = 4 * np.sqrt(R / G) * ellipk(np.sin(amplitude / 2) ** 2)
     begin = amplitude - np.pi / 2
-    model = lp.compose(
-        bob=SwingingMass(m=3.0, R=R),
-        hub=Inertia(J=1e-12),
-        connections=lambda m: [lp.connect(m.bob.flange, m.hub.flange_a)],
-    )
+    model = in_a_row(bob=SwingingMass(m=3.0, R=R), hub=Inertia(J=1e-12))
     run = lp.simulate(
         lp.assemble(model), until=5 * period, rtol=1e-11, grid=10, start={"bob.phi": begin}
     )
@@ -42,10 +38,8 @@ def test_a_pendulum_swings_with_its_closed_period():
 @pytest.mark.parametrize(("m", "R", "J", "phi0"), [(4.0, 0.6, 0.5, 0.0), (2.5, -1.1, 0.0, 0.7)])
 def test_it_takes_inertia_times_acceleration_and_its_weight_times_the_lever(m, R, J, phi0):
     # phi = 0.3 + 0.5 t + t^2: a = 2
-    model = lp.compose(
-        turn=Speed(w=0.5 + 2.0 * lp.time),
-        body=SwingingMass(m=m, R=R, J=J, phi0=phi0, g=9.81),
-        connections=lambda m: [lp.connect(m.turn.flange, m.body.flange)],
+    model = in_a_row(
+        turn=Speed(w=0.5 + 2.0 * lp.time), body=SwingingMass(m=m, R=R, J=J, phi0=phi0, g=9.81)
     )
     system = lp.assemble(model, keep=["body.phi"])
     run = lp.simulate(system, until=3.0, rtol=1e-11, grid=50, start={"body.phi": 0.3})
@@ -78,11 +72,7 @@ def test_a_weight_is_the_gravity_of_a_mass_whose_inertia_stands_elsewhere():
 
 
 def test_a_balanced_arm_stays_where_it_is():
-    model = lp.compose(
-        arm=SwingingMass(m=7.0, R=0.5),
-        weight=SwingingMass(m=10.0, R=-0.35),
-        connections=lambda m: [lp.connect(m.arm.flange, m.weight.flange)],
-    )
+    model = in_a_row(arm=SwingingMass(m=7.0, R=0.5), weight=SwingingMass(m=10.0, R=-0.35))
     run = lp.simulate(lp.assemble(model), until=5.0, start={"arm.phi": 0.4})
     assert run["arm.phi"] == pytest.approx(0.4, abs=1e-12)
 
@@ -119,10 +109,8 @@ def test_a_pendulum_in_a_journal_loses_its_energy_swing_by_swing_and_sticks():
     # between turning points: m g R (sin phi_1 - sin phi_2) = grip |phi_1 - phi_2|
     m, R, load = 5.0, 0.4, 40.0
     grip = MU * load * D / 2
-    model = lp.compose(
-        bob=SwingingMass(m=m, R=R),
-        journal=JournalFriction(mu=MU, d=D, f_n=load, peak=1.2),
-        connections=lambda m: [lp.connect(m.bob.flange, m.journal.flange_a)],
+    model = in_a_row(
+        bob=SwingingMass(m=m, R=R), journal=JournalFriction(mu=MU, d=D, f_n=load, peak=1.2)
     )
     run = lp.simulate(
         lp.assemble(model), until=30.0, rtol=1e-11, grid=3000, start={"bob.phi": -0.5}

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.integrate import solve_ivp
 
 import lumped as lp
@@ -248,11 +249,7 @@ def test_eccentric_shaft_drives_either_of_two_carriages(chosen):
         ),
     )
     run = lp.simulate(lp.assemble(model, keep=["crank.v"]), until=2.0, rtol=1e-10)
-    alone = lp.compose(
-        turn=Speed(w=w),
-        crank=CrankSlider(r=R, L=L, m=masses[chosen]),
-        connections=lambda m: [lp.connect(m.turn.flange, m.crank.flange)],
-    )
+    alone = in_a_row(turn=Speed(w=w), crank=CrankSlider(r=R, L=L, m=masses[chosen]))
     expected = lp.simulate(lp.assemble(alone, keep=["crank.v"]), until=2.0, grid=run.t, rtol=1e-10)
     assert np.abs(run[f"carriages[{chosen}].v"] - expected["crank.v"]).max() < 1e-8
     assert np.abs(run[f"carriages[{1 - chosen}].v"]).max() < 1e-8

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.interpolate import RegularGridInterpolator
 
 import lumped as lp
@@ -26,9 +27,7 @@ J = 0.4
 
 def turned(motor, w):
     """The motor at a speed."""
-    return lp.compose(
-        motor=motor, turn=Speed(w=w), connections=lambda m: lp.chain(m.motor.flange, m.turn)
-    )
+    return in_a_row(motor=motor, turn=Speed(w=w))
 
 
 def settled(motor, w, until):

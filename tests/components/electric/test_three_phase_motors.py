@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -28,9 +29,7 @@ def motor(**given):
 
 
 def driven(part, load):
-    return lp.compose(
-        motor=part, load=load, connections=lambda m: [lp.connect(m.motor.flange, m.load.flange)]
-    )
+    return in_a_row(motor=part, load=load)
 
 
 def circuit(s, V=V, f=F, R_s=CAGE["R_s"]):

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -229,9 +230,7 @@ def test_without_voltage_on_its_field_a_round_machine_starts_as_one_with_a_cage(
         L_l1q=leak,
     )
     fan = QuadraticTorque(tau_nominal=-10.0, w_nominal=185.0)
-    expected = lp.compose(
-        motor=cage, fan=fan, connections=lambda m: [lp.connect(m.motor.flange, m.fan.flange)]
-    )
+    expected = in_a_row(motor=cage, fan=fan)
     model = lp.compose(
         bus=InfiniteBus(V=180.0, f=60.0),
         motor=machine,

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -288,18 +289,16 @@ class TestShortRod:
         assert np.ptp(energy) < 1e-4 * energy[0]
 
     def turned(self, L, e, assembly):
-        model = lp.compose(
+        model = in_a_row(
             fly=Inertia(J=50.0, w=2.0, phi=0.3),
             crank=CrankSlider(r=R, L=L, e=e, m=100.0, assembly=assembly),
-            connections=lambda m: [lp.connect(m.fly.flange_a, m.crank.flange)],
         )
         return lp.simulate(lp.assemble(model), until=12.0)
 
     def swing(self, assembly, until):
-        model = lp.compose(
+        model = in_a_row(
             fly=Inertia(J=50.0),
             crank=CrankSlider(r=R, L=0.9, e=E, m=100.0, phase=np.pi, assembly=assembly),
-            connections=lambda m: [lp.connect(m.fly.flange_a, m.crank.flange)],
         )
         start = {"fly.w": 1.0} | ({} if assembly else {"crank.psi": np.pi})
         return lp.simulate(lp.assemble(model), until=until, start=start, rtol=1e-8, grid=4000)
@@ -338,10 +337,8 @@ class TestRotatingMass:
         assert worst(-run["turn.flange.tau"], m * g * r * np.cos(angle)) < 1e-13
 
     def test_it_hangs_as_a_pendulum(self):
-        model = lp.compose(
-            mass=RotatingMass(m=3.0, r=0.5, J=0.2, phase=-np.pi / 2, g=9.81),
-            shaft=Inertia(J=0.1),
-            connections=lambda m: [lp.connect(m.mass.flange, m.shaft.flange_a)],
+        model = in_a_row(
+            mass=RotatingMass(m=3.0, r=0.5, J=0.2, phase=-np.pi / 2, g=9.81), shaft=Inertia(J=0.1)
         )
         received = lp.modes(lp.assemble(model)).hertz[0]
         assert abs(received * 2 * np.pi / np.sqrt(3 * 9.81 * 0.5 / (0.75 + 0.3)) - 1) < 1e-12

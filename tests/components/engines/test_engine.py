@@ -3,6 +3,7 @@ import itertools
 import numpy as np
 import pytest
 import scipy
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -42,10 +43,9 @@ def slope(a):
 
 def turned(until=4 * np.pi, law=None, **fields):
     """A run of a cylinder at a given angle over the time, W t by default."""
-    model = lp.compose(
+    model = in_a_row(
         cylinder=Cylinder(**SIZE, **fields),
         drive=Position(phi=law if law is not None else W * lp.time),
-        connections=lambda m: [lp.connect(m.drive.flange, m.cylinder.flange)],
     )
     return lp.simulate(lp.assemble(model), until=until / W, grid=2880)
 
@@ -173,11 +173,7 @@ def test_tangential_harmonics_act_at_the_crank_pin():
     ],
 )
 def test_energy_of_a_run_closes(fields):
-    model = lp.compose(
-        cylinder=Cylinder(**SIZE, **fields),
-        wheel=Inertia(J=0.5, w=W),
-        connections=lambda m: [lp.connect(m.cylinder.flange, m.wheel.flange_a)],
-    )
+    model = in_a_row(cylinder=Cylinder(**SIZE, **fields), wheel=Inertia(J=0.5, w=W))
     run = lp.simulate(lp.assemble(model), until=0.4, rtol=1e-10, certify=True)
     energy = run.certificate.energy
     print(energy)
@@ -206,11 +202,7 @@ def test_energy_of_a_run_closes(fields):
     ],
 )
 def test_slips_of_a_cylinder_are_named(fields, match):
-    model = lp.compose(
-        pot=Cylinder(**SIZE, **fields),
-        wheel=Inertia(J=1.0),
-        connections=lambda m: [lp.connect(m.pot.flange, m.wheel.flange_a)],
-    )
+    model = in_a_row(pot=Cylinder(**SIZE, **fields), wheel=Inertia(J=1.0))
     with pytest.raises(LumpedError, match=match) as caught:
         lp.assemble(model)
     assert "pot" in str(caught.value)
