@@ -13,7 +13,6 @@ from lumped.components import (
     PickUp,
     SpringDamper,
     Torque,
-    translation,
 )
 
 
@@ -157,33 +156,6 @@ def test_an_arm_takes_a_body_where_it_passes_and_leaves_it_further_on():
     np.testing.assert_allclose(times, [0.3 / w, 0.3 / w + 0.6 / slow], rtol=1e-11)
     assert run["arm.w"][-1] == pytest.approx(slow, rel=1e-12)
     assert run["load.w"][-1] == 0.0
-
-
-def test_a_sliding_carriage_picks_up_and_puts_down():
-    system = assemble_row(
-        carriage=translation.Mass(m=3.0, v=2.0, s=0.0),
-        load=translation.PickUp(m=1.0, u=at(0.5) - at(1.0)),
-    )
-    run = lp.simulate(system, until=1.5, grid=[0.4, 0.6, 1.5])
-    np.testing.assert_allclose(run["carriage.v"], [2.0, 1.5, 1.5], rtol=1e-13)
-    np.testing.assert_allclose(run["load.v"], [0.0, 1.5, 0.0], rtol=1e-13)
-
-
-def test_sliding_play_and_coupling_follow_the_same_laws():
-    system = assemble_row(
-        a=translation.Mass(m=1.0, v=3.0),
-        play=translation.Backlash(b=0.2, restitution=0.25, s_rel=0.0),
-        b=translation.Mass(m=2.0, v=0.0),
-        coupling=translation.Coupling(u=at(0.5)),
-        c=translation.Mass(m=4.0, v=0.0),
-    )
-    run = lp.simulate(system, until=0.6, grid=[0.01, 0.05, 0.6])
-    # common speed 1; the deviations -2 and 1 are reversed and reduced
-    np.testing.assert_allclose(run["a.v"][:2], [3.0, 0.5], rtol=1e-12)
-    np.testing.assert_allclose(run["b.v"][:2], [0.0, 1.25], rtol=1e-12)
-    assert run["b.v"][-1] == run["c.v"][-1]
-    momentum = run["a.v"] + 2 * run["b.v"] + 4 * run["c.v"]
-    np.testing.assert_allclose(momentum, 3.0, rtol=1e-12)
 
 
 def test_a_coupling_that_is_closed_from_the_start_makes_speeds_equal_at_once():

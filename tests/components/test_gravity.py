@@ -9,13 +9,10 @@ from scipy.special import ellipk
 
 import lumped as lp
 from lumped.components import (
-    IdealGear,
     Inertia,
     JournalFriction,
     Speed,
     SwingingMass,
-    Torque,
-    Weight,
 )
 from lumped.ops import where
 
@@ -46,35 +43,6 @@ def test_it_takes_inertia_times_acceleration_and_its_weight_times_the_lever(m, R
     phi = 0.3 + 0.5 * run.t + run.t**2
     expected = (J + m * R**2) * 2.0 + m * 9.81 * R * np.cos(phi + phi0)
     assert -run["turn.flange.tau"] == pytest.approx(expected, rel=1e-9)
-
-
-def test_a_weight_is_the_gravity_of_a_mass_whose_inertia_stands_elsewhere():
-    def course(parts, ends, angle):
-        model = lp.compose(
-            drive=Torque(tau=7.0),
-            gear=IdealGear(ratio=3.0),
-            **parts,
-            connections=lambda m: [
-                lp.connect(m.drive.flange, m.gear.flange_a),
-                lp.connect(m.gear.flange_b, *(getattr(getattr(m, p), e) for p, e in ends)),
-            ],
-        )
-        run = lp.simulate(lp.assemble(model), until=4.0, rtol=1e-11, start={angle: 0.2})
-        return run[angle]
-
-    whole = course({"body": SwingingMass(m=2.0, R=0.8)}, [("body", "flange")], "body.phi")
-    parted = course(
-        {"body": Inertia(J=2.0 * 0.8**2), "pull": Weight(f=2.0 * G, R=0.8)},
-        [("body", "flange_a"), ("pull", "flange")],
-        "body.phi",
-    )
-    assert parted == pytest.approx(whole, abs=1e-8)
-
-
-def test_a_balanced_arm_stays_where_it_is():
-    model = in_a_row(arm=SwingingMass(m=7.0, R=0.5), weight=SwingingMass(m=10.0, R=-0.35))
-    run = lp.simulate(lp.assemble(model), until=5.0, start={"arm.phi": 0.4})
-    assert run["arm.phi"] == pytest.approx(0.4, abs=1e-12)
 
 
 # -- journals ----------------------------------------------------------------------------------
