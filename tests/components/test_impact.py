@@ -3,17 +3,13 @@
 import numpy as np
 import pytest
 from rows import assemble_row
+from test_impact_shafts import at
 
 import lumped as lp
 from lumped.components import Inertia, Stop, Torque, translation
 from lumped.components.translation import Force, Mass, MassWithStops, Position
 
 G = 9.81  # m/s2
-
-
-def at(instant):
-    """A command that becomes 1."""
-    return lp.ops.where(lp.time >= instant, 1, 0)
 
 
 def impacts(run, component=None):

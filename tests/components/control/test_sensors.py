@@ -5,11 +5,9 @@ import numpy as np
 import lumped as lp
 from lumped import components as rotation
 from lumped.components import (
-    IdealGear,
     Inertia,
     RelativeAngleSensor,
     RelativeSpeedSensor,
-    Speed,
     Spring,
     Torque,
     TorqueSensor,
@@ -96,28 +94,3 @@ def test_effort_and_power_count_positive_from_a_to_b():
     power = 6.0 * (2.0 * GRID - 3.0)
     assert_close(found["effort.tau"], effort, 1e-14, "effort")
     assert_close(found["power.power"], power, 1e-10, "power")
-
-
-def test_a_torque_sensor_before_a_gear_shows_the_reflected_inertia():
-    ratio, J = 3.0, 1.8
-    drive = Speed(w=lp.ops.sin(2 * lp.time))
-    row = [drive, TorqueSensor(), IdealGear(ratio=ratio), Inertia(J=J)]
-    found = lp.simulate(lp.assemble(lp.compose(row=row, connections=lp.chain(*row))), **TIGHT)
-    expected = J / ratio**2 * 2 * np.cos(2 * GRID)
-    assert_close(found["row[1].tau"], expected, 1e-14, "torque")
-
-
-def test_a_speed_sensor_closes_a_loop():
-    class Governed(lp.Component):
-        """A torque source that a speed sensor drives: J der(w) = w."""
-
-        body: Inertia = Inertia(J=2.0, w=1.0)
-        sensor: rotation.SpeedSensor = rotation.SpeedSensor()
-        drive: Torque = Torque()
-
-        def connections(self):
-            yield lp.connect(self.body.flange_b, self.sensor.flange, self.drive.flange)
-            yield lp.connect(self.sensor.w, self.drive.tau)
-
-    found = lp.simulate(lp.assemble(Governed()), **TIGHT)
-    assert_close(found["body.w"], np.exp(GRID / 2), 1e-10, "speed")

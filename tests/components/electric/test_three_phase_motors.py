@@ -8,8 +8,6 @@ from scipy.optimize import brentq
 
 import lumped as lp
 from lumped.components import (
-    HeatCapacitor,
-    Heated,
     InductionMotor,
     PIController,
     QuadraticTorque,
@@ -147,43 +145,7 @@ def test_a_motor_with_a_fan_settles_where_their_torques_agree():
     assert found["motor.w"] == pytest.approx(X / PAIRS * (1 - slip), rel=1e-9)
 
 
-class Audited(lp.Component):
-    """A motor and a fan, with the energies supplied, lost and delivered as states."""
-
-    motor: lp.Component = motor()
-    load: lp.Component = FAN
-    supplied: lp.Var = lp.var("J", "energy from the supply", nominal=1e3)
-    heat: lp.Var = lp.var("J", "heat of the windings", nominal=1e3)
-    delivered: lp.Var = lp.var("J", "energy to the load", nominal=1e3)
-
-    def connections(self):
-        yield lp.connect(self.motor.flange, self.load.flange)
-
-    def equations(self):
-        yield lp.der(self.supplied) == self.motor.P
-        yield lp.der(self.heat) == self.motor.loss()
-        yield lp.der(self.delivered) == self.load.flange.tau * self.motor.w
-
-
 MAGNETS = {"psi": 0.12, "R": 0.3, "L_d": 4e-3, "L_q": 7e-3, "pairs": 3, "J": 0.01}
-
-
-def test_a_motor_warms_by_what_its_windings_lose():
-    class Hot(Heated, SquirrelCageMotor):
-        """A motor with a thermal port."""
-
-    class Warming(Audited):
-        """The motor and its mass."""
-
-        motor: Hot = Hot(**CAGE, pairs=PAIRS, J=J, V=V, f=F)
-        copper: HeatCapacitor = HeatCapacitor(C=800.0)
-
-        def connections(self):
-            yield from super().connections()
-            yield lp.connect(self.motor.heat, self.copper.port)
-
-    run = lp.simulate(lp.assemble(Warming(), keep=["copper.T"]), until=0.5, rtol=1e-10)
-    assert 800.0 * (run["copper.T"] - 293.15) == pytest.approx(run["heat"], abs=1e-5)
 
 
 # -- permanent magnets -------------------------------------------------------------------------

@@ -7,14 +7,12 @@ from rows import in_a_row
 
 import lumped as lp
 from lumped.components import (
-    CrankSlider,
     Cylinder,
     Engine,
     Fixed,
     Inertia,
     Position,
     SpringDamper,
-    Torque,
 )
 from lumped.errors import LumpedError
 
@@ -76,25 +74,6 @@ def test_work_of_the_gas_over_a_cycle_is_the_integral_of_p_dv(strokes):
         expected += 0.5 * (right - left) * weights @ (p * AREA * lever(a))
     print(f"{received:.6g} of {expected:.6g} J")
     assert received == pytest.approx(expected, rel=2e-5)  # Simpson over kinks of the table
-
-
-def test_exact_masses_move_as_a_crank_with_a_slider():
-    def run(part):
-        model = lp.compose(
-            part=part,
-            wheel=Inertia(J=0.05, phi=0.3, w=W),
-            load=Torque(tau=-3.0),
-            connections=lambda m: [
-                lp.connect(m.part.flange, m.wheel.flange_a),
-                lp.connect(m.load.flange, m.wheel.flange_b),
-            ],
-        )
-        return lp.simulate(lp.assemble(model), until=0.5, grid=200, rtol=1e-10)
-
-    received = run(Cylinder(**SIZE))["wheel.w"]
-    expected = run(CrankSlider(r=R, L=L, m=M))["wheel.w"]
-    assert np.ptp(expected) > 1
-    np.testing.assert_allclose(received, expected, rtol=1e-8)
 
 
 def test_masses_as_an_excitation_have_no_mean_and_the_mean_inertia():
