@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from closeness import apart
 from pilger_by_hand import ByHand, golden
-from pilger_turns import error
 from scipy.optimize import minimize
 
 import lumped as lp
@@ -119,7 +119,7 @@ class TestBalance:
         w, degrees = SPEED[name], np.arange(1441) / 4
         own = stand.revolution(stand.turn_mill(stand.mill(name), w * lp.time), w, degrees)
         force = np.hypot(*stand.shaking_force(own).T)[:-1]
-        assert error(of.forces(PUBLISHED), force) < 1e-11
+        assert apart(of.forces(PUBLISHED), force) < 1e-11
 
     def test_ideal_cranks_have_the_optimum_of_the_closed_form(self):
         """Without slope of the rods the force is zero at My = Mx, S = (Mx + mq) R."""

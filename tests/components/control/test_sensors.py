@@ -1,6 +1,7 @@
 """Sensors against the quantities that they measure."""
 
 import numpy as np
+from closeness import assert_close
 
 import lumped as lp
 from lumped import components as rotation
@@ -15,12 +16,6 @@ from lumped.components import (
 
 GRID = np.linspace(0.0, 2.0, 41)
 TIGHT = {"until": 2.0, "rtol": 1e-11, "grid": GRID}
-
-
-def assert_close(received, expected, rtol, what):
-    error = np.abs(received - expected).max() / np.abs(expected).max()
-    print(f"{what}: largest error {error:.1e} of the largest value")
-    assert error <= rtol
 
 
 class Turning(lp.Component):

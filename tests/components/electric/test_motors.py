@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from closeness import assert_close
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
@@ -26,12 +27,6 @@ from lumped.components import (
 )
 
 RATED = {"k": 0.6366, "R": 0.05, "L": 1.5e-3, "J": 0.3}
-
-
-def assert_close(received, expected, rtol, what):
-    error = np.abs(received - expected).max() / np.abs(expected).max()
-    print(f"{what}: largest error {error:.1e} of the largest value")
-    assert error <= rtol
 
 
 def fan(c):
