@@ -130,7 +130,7 @@ class Machine:
     name : str
         Its name in `MACHINES`.
     ABOUT : About
-        Texts of its report.
+        Description in its report.
     rows : callable
         Published and computed numbers.
     model : callable
@@ -162,7 +162,7 @@ class Machine:
     grid: int = 4000
 
     def scene(self, until: float | None = None, **options: Any) -> "Trajectory":
-        """The run of the report; up to `short` unless told otherwise."""
+        """The run of the report; it ends at `short` unless `until` is given."""
         return self.run(until=self.short if until is None else until, **options)
 
     def plots(self) -> "dict[str, Figure]":

@@ -1,4 +1,4 @@
-"""Texts of a report on a machine, and the numbers by which its runs are compared."""
+"""Description of a machine in its report, and the numbers by which its runs are compared."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Motor(NamedTuple):
 
 
 class About(NamedTuple):
-    """Texts of a report, and the quantities of a run that it shows.
+    """Paragraphs of a report, and the quantities of a run that it shows.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class Measure(NamedTuple):
 
 
 def read_about(machine: str, until: float, watched: Mapping[str, str], **more: Any) -> About:
-    """Texts of the file `about.md` of a machine, and the quantities of its run.
+    """Paragraphs of the file `about.md` of a machine, and the quantities of its run.
 
     Parameters
     ----------

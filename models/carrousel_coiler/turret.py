@@ -34,7 +34,7 @@ RAMP = Given(3.0, "s", "A", "speeding up and slowing down of the turret")
 
 DISTANCE = float(np.hypot(*ROLL))
 BEGIN = float(-np.pi + np.arctan2(*ROLL[::-1]) - np.pi)
-"""Angle of the mandrel at the begin, opposite to the side where the turn ends, from the direction
+"""Angle of the mandrel at the start, opposite to the side where the turn ends, from the direction
 of the roll to the turret."""
 
 
@@ -60,7 +60,7 @@ class Turret(lp.Component):
     T: lp.Param = lp.param("N", "tension", coiler.TENSION)
     v: lp.Param = lp.param("m/s", "line speed", LINE)
     r: lp.Param = lp.param("m", "radius of the mandrel", coiler.MANDREL, above=0)
-    R_0: lp.Param = lp.param("m", "radius of the coil at the begin", RADIUS_0, above=r)
+    R_0: lp.Param = lp.param("m", "radius of the coil at the start", RADIUS_0, above=r)
     h: lp.Param = lp.param("m", "thickness of the strip", coiler.THICKNESS, above=0)
     r_t: lp.Param = lp.param("m", "radius of the circle of the mandrels", CIRCLE, above=0)
     d: lp.Param = lp.param("m", "roll from the axis of the turret", DISTANCE, above=0)

@@ -83,7 +83,7 @@ class Blades(lp.Component):
 class Turbine(lp.Component):
     """Turbine behind two gear stages, from the pinion at the bull gear to the rotor.
 
-    A damper against the casing stands for the steam.
+    A damper against the casing represents the steam.
     """
 
     gear = lp.Flange()
