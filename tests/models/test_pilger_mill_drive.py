@@ -8,7 +8,7 @@ from pilger_turns import data
 import lumped as lp
 from lumped.components import SpeedSensor
 from lumped.models.pilger_mill import drive
-from lumped.models.pilger_mill.stand import DESIGNS, SETS, SPEED
+from lumped.models.pilger_mill.stand import SETS, SPEED
 
 FORWARD = data("forward")
 
@@ -36,7 +36,7 @@ class TestRunning:
         assert abs(torque.min() + 830.6) < 0.06
         assert abs(torque.max() - 4776.7) < 0.06
 
-    def test_work_of_motor_and_loads_is_that_of_the_reference_and_the_energy(self):
+    def test_work_of_motor_and_loads_is_that_of_the_reference(self):
         class Metered(drive.Driven):
             meter: SpeedSensor = SpeedSensor()
             motor_work: lp.Var = lp.var("1", "work of the motor", state="prefer")
@@ -56,20 +56,6 @@ class TestRunning:
         supplied, used = run["motor_work"], run["load_work"]
         assert apart(supplied, FORWARD["W_motor_J"]) < 1e-8
         assert apart(-used, FORWARD["W_load_J"]) < 1e-7  # the load grows straight up to v_0
-        w, p = run["shaft.w"], SETS["P"] | DESIGNS["after"]
-        fixed = p["m_pin"] * 0.59**2 + 4 * p["U"] * 0.9 + 3000.0 + 15.6**2 * 30.0
-        fixed += 2 * 0.55 * (p["m_rod"] + p["m_rod_1"]) * 0.59**2
-        twice = fixed * w**2
-        trains = (
-            ("stand", "m1", "m_rod", 4.25, 1100 * (0.21 / 0.19) ** 2),
-            ("weight", "m2", "m_rod_1", 3.4, 0.0),
-        )
-        for part, slider, rod, length, rolls in trains:
-            twice = twice + (p[slider] + 2 * 0.45 * p[rod] + rolls) * run[f"mill.{part}.v"] ** 2
-            about = 2 * p[rod] * length**2 * (1 / 12 - 0.05**2 - 0.45 * 0.55)
-            twice = twice + about * run[f"mill.{part}.w_rod"] ** 2
-        balance_of = np.diff(twice / 2) - np.diff(supplied - used)
-        assert np.abs(np.cumsum(balance_of)).max() < 1e-8 * np.ptp(twice) + 1e-9 * supplied[-1]
 
     def test_stiff_control_comes_to_the_prescribed_motion(self):
         """A fast motor at a high gain turns the crank evenly: its torque is M(f)."""
