@@ -122,7 +122,7 @@ def draw_skidding() -> Figure:
 
 def draw_strip_break() -> Figure:
     loose = f"motors at rated torque, spindles with {scenes.PLAY:g} rad of play"
-    cases: dict[str, dict[str, float]] = {
+    cases: dict[str, dict[str, Any]] = {
         "motors at rated torque": {},
         "motors at 1.1 and 0.9 rated torque": {"share": 0.1},
         loose: {"play": scenes.PLAY},
