@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from lumped.timeloop.results.operating_point import OperatingPoint
     from lumped.timeloop.results.trajectory import Trajectory
 
-__all__ = ["MACHINES", "MARKS", "Machine", "Row", "compare", "machine", "unpublished"]
+__all__ = ["MACHINES", "MARKS", "Machine", "Row", "list_rows", "machine"]
 
 MACHINES = {
     "carrousel_coiler": "Winding drive of a carrousel coiler",
@@ -97,25 +97,24 @@ class Row(NamedTuple):
         return format_comparison(self.published, self.computed, self.bounds, self.fitted)
 
 
-def compare(titles: Iterable[tuple[Any, ...]], computed: Iterable[float]) -> list[Row]:
-    """Rows of a table.
+def list_rows(
+    unit: str, place: str, remarks: Mapping[str, str], computed: Iterable[float]
+) -> list[Row]:
+    """Rows of what the source does not print.
 
     Parameters
     ----------
-    titles : iterable of tuple
-        Quantity, unit, published value, place, remark, and what else a `Row` may have.
+    unit, place : str
+        As in `Row`, of all of them.
+    remarks : mapping of str to str
+        Remarks by the quantities.
     computed : iterable of float
         Values of the model, in the same order.
     """
     return [
-        Row(quantity, unit, published, float(value), *rest)
-        for (quantity, unit, published, *rest), value in zip(titles, computed, strict=True)
+        Row(quantity, unit, None, float(value), place, remark)
+        for (quantity, remark), value in zip(remarks.items(), computed, strict=True)
     ]
-
-
-def unpublished(unit: str, place: str, remarks: Mapping[str, str]) -> list[tuple[Any, ...]]:
-    """Titles for `compare` of what the source does not print: quantities and remarks."""
-    return [(quantity, unit, None, place, remark) for quantity, remark in remarks.items()]
 
 
 def _none(_: "System", __: Mapping[str, Any] | None) -> dict[str, float]:
@@ -131,7 +130,7 @@ class Machine:
     name : str
         Its name in `MACHINES`.
     ABOUT : About
-        Texts of its report.
+        Description in its report.
     rows : callable
         Published and computed numbers.
     model : callable
@@ -163,7 +162,7 @@ class Machine:
     grid: int = 4000
 
     def scene(self, until: float | None = None, **options: Any) -> "Trajectory":
-        """The run of the report; up to `short` unless told otherwise."""
+        """The run of the report; it ends at `short` unless `until` is given."""
         return self.run(until=self.short if until is None else until, **options)
 
     def plots(self) -> "dict[str, Figure]":

@@ -1,4 +1,4 @@
-"""Texts of a report on a machine, and the numbers by which its runs are compared."""
+"""Description of a machine in its report, and the numbers by which its runs are compared."""
 
 from __future__ import annotations
 
@@ -9,17 +9,6 @@ from typing import Any, NamedTuple
 
 import lumped as lp
 from lumped.simulation.sizing import Limit
-
-__all__ = [
-    "About",
-    "Measure",
-    "Motor",
-    "extremes",
-    "find_shared",
-    "number_values",
-    "read_about",
-    "size_motor",
-]
 
 
 class Motor(NamedTuple):
@@ -43,7 +32,7 @@ class Motor(NamedTuple):
 
 
 class About(NamedTuple):
-    """Texts of a report, and the quantities of a run that it shows.
+    """Paragraphs of a report, and the quantities of a run that it shows.
 
     Attributes
     ----------
@@ -86,7 +75,7 @@ class Measure(NamedTuple):
 
 
 def read_about(machine: str, until: float, watched: Mapping[str, str], **more: Any) -> About:
-    """Texts of the file `about.md` of a machine, and the quantities of its run.
+    """Paragraphs of the file `about.md` of a machine, and the quantities of its run.
 
     Parameters
     ----------

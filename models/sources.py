@@ -8,8 +8,6 @@ from pkgutil import iter_modules
 
 from lumped.models import MARKS
 
-__all__ = ["Given", "constants"]
-
 
 class Given(float):
     """A number together with its description in a report.

@@ -14,15 +14,16 @@ import numpy as np
 
 import lumped as lp
 from lumped.models import Machine, Row
-from lumped.models.about import Measure, find_shared
+from lumped.models.about import Measure, Motor, find_shared, read_about
 from lumped.models.carrousel_coiler import drive, scenes, sizing
-from lumped.models.carrousel_coiler.about import ABOUT
 from lumped.models.carrousel_coiler.turret import half_turn
 
 EXAMPLE_1, EXAMPLE_2, DRAWING = "[P] example 3.1", "[P] example 3.2", "[P] drawing"
 RESTORED, INFERRED = "not published, [R]", "not published, [I]"
 ASSUMED = "not published, inertias and strip [A]"
 RPM = 30 / np.pi
+MOTOR = sizing.choose_motor()
+LIMITS = sizing.limit_rows(MOTOR)
 
 
 def rows() -> list[Row]:
@@ -31,7 +32,7 @@ def rows() -> list[Row]:
 
 
 def _motors() -> Iterator[Row]:
-    motor, second = sizing.choose_motor(), sizing.choose_motor(sizing.SPEED_2)
+    motor, second = MOTOR, sizing.choose_motor(sizing.SPEED_2)
     note = "print cut off, not rounded; (3.4) [R] times 1.25 [I], which is read off this number"
     row = Row("motor power, 20 m/s", "kW", 2347.0, motor.power / 1e3, EXAMPLE_1, note)
     yield row._replace(fitted=True)
@@ -54,9 +55,8 @@ def _motors() -> Iterator[Row]:
         ("20 m/s", motor, "323.24 from (3.12), a = 1.25", "847.85 from (3.13)"),
         ("1300 m/min", second, "350.2, perhaps 350 was meant", "918.5 from (3.13)"),
     ):
-        yield Row(
-            f"base speed of the motor, {speed}", "rpm", None, chosen.base * RPM, INFERRED, base
-        )
+        name = f"base speed of the motor, {speed}"
+        yield Row(name, "rpm", None, chosen.base * RPM, INFERRED, base)
         name = f"greatest speed of the motor, {speed}"
         yield Row(name, "rpm", None, chosen.speed * RPM, RESTORED, most)
     note = "69.3597, which holds the full coil in high gear"
@@ -64,7 +64,7 @@ def _motors() -> Iterator[Row]:
 
 
 def _gears() -> Iterator[Row]:
-    motor, drawn = sizing.choose_motor(), sizing.drawn_motor()
+    motor, drawn = MOTOR, sizing.drawn_motor()
     slow = np.array([5.0])
     for name, found, i, note in (
         ("high gear", motor, drive.I_HIGH, "80 as a = 1.25 says"),
@@ -82,19 +82,16 @@ def _gears() -> Iterator[Row]:
 
 
 def _run() -> Iterator[Row]:
-    motor = sizing.choose_motor()
     run = drive.winding(grid=20_000, rtol=1e-9)
-    asked = sizing.demand(run, motor)
+    asked = sizing.demand(run, MOTOR)
     note = "1892.0 closed form, at the end of the acceleration; (3.4) gives 1878.3"
     yield Row("greatest motor power, whole run", "kW", None, asked.peak_power / 1e3, ASSUMED, note)
     note = "61.9386 closed form, at the end of steady winding"
-    yield Row(
-        "greatest motor torque, whole run", "kN.m", None, asked.peak_torque / 1e3, ASSUMED, note
-    )
-    rms = asked.rms_torque / motor.torque
+    peak = asked.peak_torque / 1e3
+    yield Row("greatest motor torque, whole run", "kN.m", None, peak, ASSUMED, note)
+    rms = asked.rms_torque / MOTOR.torque
     yield Row("RMS motor torque over rated torque", "1", None, rms, ASSUMED, "0.648 closed form")
-    peak = asked.peak
-    use = peak.ratio if peak else np.nan
+    use = asked.peak.ratio if asked.peak else np.nan
     yield Row("greatest use of the motor's limit", "1", None, use, ASSUMED, "0.893 closed form")
     turns, mass = run["drive.coil.theta"][-1] / (2 * np.pi), run["drive.coil.m"][-1]
     length = run["drive.coil.L"][-1]
@@ -162,16 +159,11 @@ def _extremes() -> Iterator[Row]:
         yield Row(f"turret drive, {name} torque of half a turn", "kN.m", None, found, ASSUMED, note)
 
 
-def scene(until: float, **options: Any) -> lp.Trajectory:
-    """A full coil is wound under torque control, or a part of it."""
-    return scenes.elastic_winding(until=until if np.isfinite(until) else None, **options)
-
-
 def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
     """Demand of a coil that the line winds, with changed parameters."""
     system = lp.assemble(drive.UnderTension())
     wound = drive.winding(grid=4000, rtol=1e-9, parameters=find_shared(system, parameters))
-    asked = sizing.demand(wound, sizing.choose_motor())
+    asked = sizing.demand(wound, MOTOR)
     return [
         Measure("prescribed motion, greatest motor power", "W", asked.peak_power),
         Measure("prescribed motion, greatest motor torque", "N.m", asked.peak_torque),
@@ -181,4 +173,18 @@ def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Me
     ]
 
 
-MACHINE = Machine("carrousel_coiler", ABOUT, rows, drive.UnderTension, scene, effects, short=30.0)
+ABOUT = read_about(
+    "carrousel_coiler",
+    until=np.inf,
+    watched={
+        "tension of the strip": "strip.T",
+        "motor torque": "drive.motor.tau",
+        "speed of the motor": "drive.rotor.w",
+        "radius of the coil": "drive.coil.R",
+    },
+    motors=(Motor("motor of 2348 kW", "drive.motor.tau", "drive.rotor.w", MOTOR.torque, LIMITS),),
+)
+MACHINE = Machine(
+    *("carrousel_coiler", ABOUT, rows, drive.UnderTension, scenes.elastic_winding, effects),
+    short=30.0,
+)

@@ -15,35 +15,34 @@ def draw_winding_run() -> Figure:
     run = drive.winding(grid=1000, rtol=1e-9)
     motor = sizing.choose_motor()
     torque, w = run["drive.rotor.flange_a.tau"], run["drive.rotor.w"]
-    figure, ((line, speeds), (radius, inertia), (torques, powers)) = panels(3, 2, size=(10, 8))
+    labels = ("line speed, m/s", "speed, rad/s", "radius, m", "inertia, 10$^3$ kg m$^2$")
+    figure, ((line, speeds), (radius, inertia), (torques, powers)) = panels(
+        3, 2, size=(10, 8), x="time, s", y=(*labels, "torque, kN m", "power, MW")
+    )
     figure.suptitle("Strip of 1 mm wound at 20 m/s under 80 kN in high gear")
     line.plot(run.t, run["drive.coil.w"] * run["drive.coil.R"], label="strip")
-    line.set_ylabel("line speed, m/s")
     speeds.plot(run.t, w, label="motor")
     speeds.plot(run.t, run["drive.coil.w"], label="mandrel")
     speeds.axhline(motor.base, color="grey", linestyle="--", label="base speed")
-    speeds.set_ylabel("speed, rad/s")
     radius.plot(run.t, run["drive.coil.R"], label="coil")
-    radius.set_ylabel("radius, m")
-    inertia.plot(
-        run.t, (run["drive.coil.J"] + scenes.J_EMPTY) / 1e3, label="at the mandrel, with rotor"
-    )
-    inertia.plot(run.t, run["drive.coil.J"] / 1e3, "--", label="coil alone")
-    inertia.set_ylabel("inertia, 10$^3$ kg m$^2$")
+    J = run["drive.coil.J"] / 1e3
+    inertia.plot(run.t, J + scenes.J_EMPTY / 1e3, label="at the mandrel, with rotor")
+    inertia.plot(run.t, J, "--", label="coil alone")
     limit = motor.power / np.maximum(w, motor.base)
     torques.plot(run.t, torque / 1e3, label="motor")
     torques.plot(run.t, limit / 1e3, "--", label="limit of the motor")
-    torques.set(ylabel="torque, kN m", xlabel="time, s")
     powers.plot(run.t, torque * w / 1e6, label="motor")
     powers.axhline(sizing.tension_power() / 1e6, color="grey", linestyle="--", label="(3.4)")
-    powers.set(ylabel="power, MW", xlabel="time, s", xlim=(0, run.t[-1]))
-    _finish(figure)
-    return figure
+    powers.set(xlim=(0, run.t[-1]))
+    return _finish(figure)
 
 
 def draw_tension_deviation() -> Figure:
     radii = np.linspace(drive.MANDREL, drive.RADIUS, 80)
-    figure, axis = panels(size=(8, 5))
+    title = "Deviation of the tension without inertia compensation"
+    figure, axis = panels(
+        size=(8, 5), title=title, x="radius of the coil, m", y=["tension - wanted, kN"]
+    )
     for v, a, label in (
         (20.0, 0.0, "20 m/s, steady"),
         (10.0, 0.0, "10 m/s, steady"),
@@ -55,90 +54,78 @@ def draw_tension_deviation() -> Figure:
             text = found - drive.strip_momentum(1.0)  # over the radius, to which it is proportional
             axis.plot(radii, text / 1e3, "C0--", label="20 m/s, with w dJ/dt of (3.5)")
     axis.axhline(0.0, color="grey", linewidth=0.8)
-    axis.set(title="Deviation of the tension without inertia compensation")
-    axis.set(
-        xlabel="radius of the coil, m",
-        ylabel="tension - wanted, kN",
-        xlim=(drive.MANDREL, drive.RADIUS),
-    )
-    _finish(figure)
-    return figure
+    axis.set(xlim=(drive.MANDREL, drive.RADIUS))
+    return _finish(figure)
 
 
 def draw_elastic_strip() -> Figure:
-    figure, axis = panels(size=(8, 5))
+    title = "Tension of 10 m of elastic strip under torque control"
+    figure, axis = panels(size=(8, 5), title=title, x="time, s", y=["tension, kN"])
     for share in (0.0, 0.8, 1.0):  # swings of 6 Hz are seen as bands
         run = scenes.elastic_winding(share, grid=6000, rtol=1e-8)
         axis.plot(run.t, run["strip.T"] / 1e3, linewidth=1, label=f"{100 * share:g} % compensated")
     axis.axhline(drive.TENSION / 1e3, color="grey", linestyle="--", linewidth=0.8)
-    axis.set(title="Tension of 10 m of elastic strip under torque control")
-    axis.set(xlabel="time, s", ylabel="tension, kN", xlim=(0, run.t[-1]))
-    _finish(figure)
-    return figure
+    axis.set(xlim=(0, run.t[-1]))
+    return _finish(figure)
 
 
 def draw_gear_map() -> Figure:
-    speeds = np.concatenate([np.arange(100.0, 1300, 10), [812.4, 812.5, 1199.9, 1200.1]])
-    speeds = np.sort(speeds)
-    motor = sizing.choose_motor()
-    drawn = sizing.drawn_motor()
-    figure, axis = panels(size=(8, 5))
-    for found, line, name in ((motor, "-", "2348 kW"), (drawn, "--", "2160 kW")):
+    speeds = np.sort([*np.arange(100.0, 1300, 10), 812.4, 812.5, 1199.9, 1200.1])
+    title = "Tension from the empty to the full coil; dots: gear chosen for a strip"
+    figure, axis = panels(size=(8, 5), title=title, x="line speed, m/min", y=["tension, kN"])
+    motors = ((sizing.choose_motor(), "-", "2348 kW"), (sizing.drawn_motor(), "--", "2160 kW"))
+    for motor, line, name in motors:
         for ratio, color, gear in ((drive.I_HIGH, "C0", "high"), (drive.I_LOW, "C1", "low")):
-            tension = sizing.greatest_tension(found, speeds / 60, ratio)
+            tension = sizing.greatest_tension(motor, speeds / 60, ratio)
             axis.plot(speeds, tension / 1e3, line, color=color, label=f"{gear} gear, {name}")
     for v, T in ((1200, 80), (780, 100), (400, 110), (1080, 90)):
         axis.plot(v, T, "ok")
         gear = sizing.gear_for(v / 60, 1e3 * T) or "none"
         axis.annotate(gear, (v, T), (-5, 5), textcoords="offset points", ha="right")
-    axis.set(title="Tension from the empty to the full coil; dots: gear chosen for a strip")
-    axis.set(xlabel="line speed, m/min", ylabel="tension, kN", ylim=(0, 135))
-    _finish(figure)
-    return figure
+    axis.set(ylim=(0, 135))
+    return _finish(figure)
 
 
 def draw_gear_change() -> Figure:
     run = scenes.gear_change()
-    figure, axis = panels()
+    title = "Low to high gear while turning: speeds jump, momentum is kept"
+    figure, axis = panels(title=title, x="time, s", y=["speed, rad/s"])
     axis.plot(run.t, run["drive.rotor.w"], label="motor")
     axis.plot(run.t, run["drive.mandrel.w"], label="mandrel")
-    axis.set(title="Low to high gear while turning: speeds jump, momentum is kept")
-    axis.set(xlabel="time, s", ylabel="speed, rad/s", xlim=(0, run.t[-1]))
-    _finish(figure)
-    return figure
+    axis.set(xlim=(0, run.t[-1]))
+    return _finish(figure)
 
 
 def draw_turret() -> Figure:
-    figure, (speeds, torques, lengths) = panels(3, size=(8, 8))
+    title = "Half a turn of the turret while winding at 5 m/s under 80 kN"
+    labels = ("speed, rad/s", "torque of the drive, kN m", "length, m")
+    figure, (speeds, torques, lengths) = panels(3, size=(8, 8), title=title, x="time, s", y=labels)
     run, still = half_turn(grid=600), half_turn(turning=False, grid=600)
     speeds.plot(run.t, run["coil.w"], label="mandrel")
     speeds.plot(still.t, still["coil.w"], ":", color="C0", label="mandrel, turret at rest")
-    speeds.set(title="Half a turn of the turret while winding at 5 m/s under 80 kN")
-    speeds.set_ylabel("speed, rad/s")
     torques.plot(run.t, -run["held.motor.tau"] / 1e3, label="on the sun")
     torques.plot(run.t, -run["turn.flange.tau"] / 1e3, label="on the turret")
-    torques.set_ylabel("torque of the drive, kN m")
     lengths.plot(run.t, run["coil.R"], label="radius of the coil")
     lengths.plot(run.t, run["path.length"], label="strip from the roll to the coil")
-    lengths.set(ylabel="length, m", xlabel="time, s", xlim=(0, run.t[-1]), ylim=(0, None))
-    _finish(figure)
-    return figure
+    lengths.set(xlim=(0, run.t[-1]), ylim=(0, None))
+    return _finish(figure)
 
 
 def draw_jam() -> Figure:
-    figure, (torque, speed) = panels(2, size=(9, 6))
-    for label, limit in (("coupling without limit", 1e9), ("coupling that slips", None)):
-        changes = {} if limit is None else {"drive.coupling.static": limit}
+    title = "Mandrel jams with 400 kN m while winding at 20 m/s"
+    labels = ("torque, kN m", "speed, rad/s")
+    figure, (torque, speed) = panels(2, size=(9, 6), title=title, x="time, s", y=labels)
+    unlimited = {"drive.coupling.static": 1e9}
+    for label, changes in (("coupling without limit", unlimited), ("coupling that slips", {})):
         run = jam(grid=3000, parameters=changes)
         torque.plot(run.t, -run["drive.shaft.tau"] / 1e3, label=f"shaft, {label}")
         speed.plot(run.t, run["drive.rotor.w"] / drive.I_HIGH, label=f"motor over ratio, {label}")
     speed.plot(run.t, run["drive.mandrel.w"], "C1:", label="mandrel, coupling that slips")
-    torque.set(title="Mandrel jams with 400 kN m while winding at 20 m/s", ylabel="torque, kN m")
-    speed.set(xlabel="time, s", ylabel="speed, rad/s", xlim=(0, run.t[-1]))
-    _finish(figure)
-    return figure
+    speed.set(xlim=(0, run.t[-1]))
+    return _finish(figure)
 
 
-def _finish(figure: Figure) -> None:
+def _finish(figure: Figure) -> Figure:
     for axis in figure.axes:
         axis.legend(fontsize="small")
+    return figure

@@ -10,39 +10,15 @@ import numpy as np
 import lumped as lp
 from lumped.components import Position, Strip, Torque, translation
 from lumped.errors import OptionError, SolverError, doubt
-from lumped.models.carrousel_coiler.drive import (
-    ACCELERATION,
-    BEARING,
-    DECELERATION,
-    DENSITY,
-    ETA,
-    HIGH,
-    I_HIGH,
-    J_MANDREL,
-    J_MOTOR,
-    LOW,
-    M_MANDREL,
-    MANDREL,
-    MU,
-    SPEED,
-    TENSION,
-    THICKNESS,
-    WIDTH,
-    YIELD,
-    UnderTension,
-    WindingDrive,
-    capacity,
-    check_length,
-    line_speed,
-    turn_mandrel,
-)
+from lumped.models.carrousel_coiler import drive as coiler
+from lumped.models.carrousel_coiler.drive import UnderTension, WindingDrive
 from lumped.models.sources import Given
 from lumped.ops import pi, sqrt, where
 
 MODULUS = Given(2.1e11, "Pa", "A", "modulus of elasticity of the strip")
 FREE = Given(10.0, "m", "A", "length of the strip before the coil")
 DAMPING = Given(0.05, "1", "A", "damping ratio of the empty drive on the strip")
-J_EMPTY = J_MANDREL + J_MOTOR * I_HIGH**2  # kg.m2  at the mandrel, high gear
+J_EMPTY = coiler.J_MANDREL + coiler.J_MOTOR * coiler.I_HIGH**2  # kg.m2  at the mandrel, high gear
 
 
 class TensionControl(lp.Component):
@@ -58,19 +34,19 @@ class TensionControl(lp.Component):
     a: lp.Input = lp.Input("m/s2", "acceleration of the line")
     tau = lp.Output("N.m", "motor torque")
     compensation: lp.Param = lp.param("1", "share of the inertia compensated", 1.0)
-    T: lp.Param = lp.param("N", "wanted tension", TENSION)
-    i: lp.Param = lp.param("1", "ratio of the gear", I_HIGH)
-    eta: lp.Param = lp.param("1", "efficiency", ETA)
-    h: lp.Param = lp.param("m", "thickness of the strip", THICKNESS)
-    b: lp.Param = lp.param("m", "width of the strip", WIDTH)
-    rho: lp.Param = lp.param("kg/m3", "density of the strip", DENSITY)
-    sigma_s: lp.Param = lp.param("Pa", "yield stress of the strip", YIELD)
-    r: lp.Param = lp.param("m", "radius of the mandrel", MANDREL)
-    m_0: lp.Param = lp.param("kg", "mass of the mandrel", M_MANDREL)
-    J_0: lp.Param = lp.param("kg.m2", "inertia of gears and mandrel", J_MANDREL)
-    J_m: lp.Param = lp.param("kg.m2", "inertia of the motor", J_MOTOR)
-    mu: lp.Param = lp.param("1", "friction of the bearings", MU)
-    d: lp.Param = lp.param("m", "diameter of the bearings", BEARING)
+    T: lp.Param = lp.param("N", "wanted tension", coiler.TENSION)
+    i: lp.Param = lp.param("1", "ratio of the gear", coiler.I_HIGH)
+    eta: lp.Param = lp.param("1", "efficiency", coiler.ETA)
+    h: lp.Param = lp.param("m", "thickness of the strip", coiler.THICKNESS)
+    b: lp.Param = lp.param("m", "width of the strip", coiler.WIDTH)
+    rho: lp.Param = lp.param("kg/m3", "density of the strip", coiler.DENSITY)
+    sigma_s: lp.Param = lp.param("Pa", "yield stress of the strip", coiler.YIELD)
+    r: lp.Param = lp.param("m", "radius of the mandrel", coiler.MANDREL)
+    m_0: lp.Param = lp.param("kg", "mass of the mandrel", coiler.M_MANDREL)
+    J_0: lp.Param = lp.param("kg.m2", "inertia of gears and mandrel", coiler.J_MANDREL)
+    J_m: lp.Param = lp.param("kg.m2", "inertia of the motor", coiler.J_MOTOR)
+    mu: lp.Param = lp.param("1", "friction of the bearings", coiler.MU)
+    d: lp.Param = lp.param("m", "diameter of the bearings", coiler.BEARING)
     g: lp.Param = lp.param("m/s2", "acceleration of free fall", 9.80665)
 
     def equations(self) -> Iterator[lp.Equation]:
@@ -135,10 +111,10 @@ class ElasticStrip(lp.Component):
 def elastic_winding(
     compensation: float = 1.0,
     length: float | None = None,
-    until: float | None = None,
-    v: float = SPEED,
-    a: float = ACCELERATION,
-    b: float = DECELERATION,
+    until: float = np.inf,
+    v: float = coiler.SPEED,
+    a: float = coiler.ACCELERATION,
+    b: float = coiler.DECELERATION,
     model: ElasticStrip | None = None,
     parameters: Mapping[str, Any] | None = None,
     **options: Any,
@@ -151,8 +127,8 @@ def elastic_winding(
         Share of the inertia that the motor torque compensates.
     length : float, optional
         Length of the strip, m; that of a full coil unless given.
-    until : float, optional
-        End, s; that of the strip unless given.
+    until : float
+        End, s; that of the strip if infinite.
     v, a, b : float
         Line speed m/s, acceleration and deceleration m/s2.
     model : ElasticStrip, optional
@@ -173,8 +149,8 @@ def elastic_winding(
     model = ElasticStrip() if model is None else model
     at_rest = {"line.v": 0.0, "drive.control.v": 0.0, "drive.control.a": 0.0}
     found = lp.assemble(model.with_(at_rest)).parameter_values(parameters)
-    _, speed, acceleration, end = line_speed(check_length(length, found), v, a, b)
-    if until is not None and until > end * (1 + 1e-9):
+    _, speed, acceleration, end = coiler.line_speed(coiler.check_length(length, found), v, a, b)
+    if end * (1 + 1e-9) < until < np.inf:
         raise OptionError(
             f"elastic_winding: until = {until:g} s, but the strip ends at {end:.6g} s: wind a "
             "longer one, or stop there."
@@ -182,7 +158,7 @@ def elastic_winding(
     moving = {"line.v": speed, "drive.control.v": speed, "drive.control.a": acceleration}
     run = lp.simulate(
         lp.assemble(model.with_(moving)),
-        until=end if until is None else until,
+        until=end if until == np.inf else until,
         parameters={"drive.control.compensation": compensation} | dict(parameters or {}),
         **options,
     )
@@ -209,7 +185,7 @@ class PlacedDrive(WindingDrive):
     v: lp.Param = lp.param("m/s", "speed at the time zero", 0.0)
     a: lp.Param = lp.param("m/s2", "acceleration", 0.0)
     motor: Position = Position(
-        phi=WindingDrive.gear.ratio_1 * turn_mandrel(L_0 + v * lp.time + a * lp.time**2 / 2)
+        phi=WindingDrive.gear.ratio_1 * coiler.turn_mandrel(L_0 + v * lp.time + a * lp.time**2 / 2)
     )
 
 
@@ -220,7 +196,7 @@ class Placed(UnderTension):
 
 
 def tension_deviation(
-    radii: np.ndarray, v: float = SPEED, a: float = 0.0, h: float = THICKNESS
+    radii: np.ndarray, v: float = coiler.SPEED, a: float = 0.0, h: float = coiler.THICKNESS
 ) -> np.ndarray:
     """Deviation of the tension without compensation, N, from the motor torque of a free strip.
 
@@ -238,10 +214,10 @@ def tension_deviation(
     system = lp.assemble(Placed(T=0.0))
     found = []
     for radius in np.asarray(radii):
-        at = {"drive.L_0": capacity(radius, h), "drive.v": v, "drive.a": a, "drive.h": h}
-        wound = {"drive.coil.theta": 2 * np.pi * (radius - MANDREL) / h}
+        at = {"drive.L_0": coiler.capacity(radius, h), "drive.v": v, "drive.a": a, "drive.h": h}
+        wound = {"drive.coil.theta": 2 * np.pi * (radius - coiler.MANDREL) / h}
         point = lp.start_point(system, parameters=at, start=wound)
-        found.append(point["drive.motor.flange.tau"] * I_HIGH / radius)
+        found.append(point["drive.motor.flange.tau"] * coiler.I_HIGH / radius)
     return np.array(found)
 
 
@@ -270,7 +246,7 @@ def gear_change(
         Passed to `lumped.simulate`.
     """
     free = {"motor": Torque(tau=0.0), "mu": 0.0, "sigma_s": 0.0, "eta": 1.0, "h": 0.0}
-    free["gear.u"] = where(lp.time >= at, HIGH, LOW)
+    free["gear.u"] = where(lp.time >= at, coiler.HIGH, coiler.LOW)
     drive = (WindingDrive() if drive is None else drive).with_(free)
     system = lp.assemble(UnderTension(T=0.0, drive=drive))
     ratio = system.parameter_values(parameters)["drive.gear.ratio_2"]

@@ -13,15 +13,9 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import Brake, ElastoBacklash, Inertia, SlipCoupling, Torque
-from lumped.models.carrousel_coiler.drive import (
-    J_MANDREL,
-    UnderTension,
-    WindingDrive,
-)
+from lumped.models.carrousel_coiler.drive import J_MANDREL, UnderTension, WindingDrive
 from lumped.models.sources import Given
 from lumped.ops import where
-
-__all__ = ["JAM", "J_HALF", "J_WHEEL", "SLIP", "STIFFNESS", "ShaftedDrive", "jam"]
 
 SLIP = Given(140e3, "N.m", "A", "slip torque of the safety coupling, at the motor shaft")
 SLIDING = Given(0.9, "1", "A", "torque of the slipping coupling over its slip torque")

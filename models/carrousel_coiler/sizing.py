@@ -9,18 +9,7 @@ from numpy.typing import ArrayLike
 
 import lumped as lp
 from lumped.components import ConverterDrive, Speed
-from lumped.models.carrousel_coiler.drive import (
-    ETA,
-    I_HIGH,
-    I_LOW,
-    J_MOTOR,
-    MANDREL,
-    RADIUS,
-    SPEED,
-    TENSION,
-    THICKNESS,
-    UnderTension,
-)
+from lumped.models.carrousel_coiler import drive as coiler
 from lumped.models.sources import Given
 
 K = Given(1.08, "1", "P", "torque of tension, bending and friction over that of the tension, K")
@@ -45,12 +34,12 @@ class Motor:
         return self.power / self.torque
 
 
-def tension_power(T: float = TENSION, v: float = SPEED) -> float:
+def tension_power(T: float = coiler.TENSION, v: float = coiler.SPEED) -> float:
     """Power of tension, bending and friction at the motor, W: K T v / eta, (3.4) [R]."""
-    return K * T * v / ETA
+    return K * T * v / coiler.ETA
 
 
-def losses_over_tension(radius: float, h: float = THICKNESS) -> float:
+def losses_over_tension(radius: float, h: float = coiler.THICKNESS) -> float:
     """Torque of bending and friction over that of the tension, from the model at rest.
 
     The source has 5 to 10 per cent of the total power, (3.3), and K = 1.08.
@@ -60,31 +49,33 @@ def losses_over_tension(radius: float, h: float = THICKNESS) -> float:
     radius, h : float
         Of the coil and thickness of the strip, m.
     """
-    model = UnderTension().with_({"drive.h": h, "drive.motor.phi": lp.time})
-    wound = {"drive.coil.theta": 2 * np.pi * (radius - MANDREL) / h}
+    model = coiler.UnderTension().with_({"drive.h": h, "drive.motor.phi": lp.time})
+    wound = {"drive.coil.theta": 2 * np.pi * (radius - coiler.MANDREL) / h}
     point = lp.start_point(lp.assemble(model), start=wound)
     friction = -point["drive.bearing.flange_a.tau"]
-    return float((point["drive.coil.M_b"] + abs(friction)) / (TENSION * radius))
+    return float((point["drive.coil.M_b"] + abs(friction)) / (coiler.TENSION * radius))
 
 
-def speed_range(i: float = I_HIGH, v_max: float = SPEED_2, v_min: float = SPEED_MIN) -> float:
+def speed_range(
+    i: float = coiler.I_HIGH, v_max: float = SPEED_2, v_min: float = SPEED_MIN
+) -> float:
     """Range of motor speeds: `v_max` in high gear, `v_min` in the gear i, (3.11) [R].
 
     From the empty coil at `v_max` to the full coil at `v_min`. The gear is chosen for a strip at
     standstill, never changed while it is wound.
     """
-    return RADIUS / MANDREL * v_max / v_min * I_HIGH / i
+    return coiler.RADIUS / coiler.MANDREL * v_max / v_min * coiler.I_HIGH / i
 
 
-def choose_motor(v: float = SPEED, a: float = AMPLIFICATION) -> Motor:
+def choose_motor(v: float = coiler.SPEED, a: float = AMPLIFICATION) -> Motor:
     """Motor of example 3.1, (3.4), (3.12), (3.13) [R].
 
     Its greatest speed is that at the empty coil in high gear. Its power is `a` times that of the
     tension, as its speed range ``n_max / n_N`` is smaller than that of the radii by this factor.
     """
-    fastest = I_HIGH * v / MANDREL
+    fastest = coiler.I_HIGH * v / coiler.MANDREL
     power = a * tension_power(v=v)
-    base = fastest * a / (RADIUS / MANDREL)
+    base = fastest * a / (coiler.RADIUS / coiler.MANDREL)
     return Motor(power / base, power, fastest)
 
 
@@ -93,7 +84,7 @@ def drawn_power() -> float:
 
     The printed 2160 kW are the amplified power of example 3.1 without the efficiency.
     """
-    return AMPLIFICATION * tension_power() * ETA
+    return AMPLIFICATION * tension_power() * coiler.ETA
 
 
 def drawn_motor() -> Motor:
@@ -117,9 +108,9 @@ def limit_rows(motor: Motor) -> list[tuple[float, float]]:
     return [(float(w), motor.power / w) for w in np.linspace(motor.base, motor.speed, 400)]
 
 
-def torque_at_mandrel(torque: ArrayLike, ratio: float = I_HIGH) -> np.ndarray:
+def torque_at_mandrel(torque: ArrayLike, ratio: float = coiler.I_HIGH) -> np.ndarray:
     """Torque of the tension that a motor torque holds at the mandrel, N.m, (3.4) [R]."""
-    return np.asarray(torque) * ratio * ETA / K
+    return np.asarray(torque) * ratio * coiler.ETA / K
 
 
 def greatest_tension(motor: Motor, speeds: np.ndarray, ratio: float) -> np.ndarray:
@@ -140,9 +131,9 @@ def greatest_tension(motor: Motor, speeds: np.ndarray, ratio: float) -> np.ndarr
         Tension, N; zero where the motor would turn too fast on the empty coil.
     """
     speeds = np.asarray(speeds)
-    radii = np.linspace(MANDREL, RADIUS, 41)
+    radii = np.linspace(coiler.MANDREL, coiler.RADIUS, 41)
     turning = ratio * speeds[:, None] / radii
-    allowed = speeds * ratio / MANDREL <= motor.speed * (1 + 1e-12)
+    allowed = speeds * ratio / coiler.MANDREL <= motor.speed * (1 + 1e-12)
     tension = torque_at_mandrel(_limit(motor, turning), ratio) / radii
     return np.where(allowed, tension.min(axis=1), 0.0)
 
@@ -152,7 +143,7 @@ def _limit(motor: Motor, speeds: np.ndarray) -> np.ndarray:
     rig = lp.compose(
         turn=Speed(w=lp.time),
         motor=ConverterDrive(
-            J=J_MOTOR, tau_max=motor.torque, P_max=motor.power, T=0.01, wanted=0.0
+            J=coiler.J_MOTOR, tau_max=motor.torque, P_max=motor.power, T=0.01, wanted=0.0
         ),
         connections=lambda m: [lp.connect(m.turn.flange, m.motor.flange)],
     )
@@ -164,7 +155,7 @@ def _limit(motor: Motor, speeds: np.ndarray) -> np.ndarray:
 def gear_for(v: float, T: float, motor: Motor | None = None) -> str | None:
     """Gear for a strip: "high" if this suffices, else "low" if this does, else None."""
     motor = choose_motor() if motor is None else motor
-    for name, ratio in (("high", I_HIGH), ("low", I_LOW)):
+    for name, ratio in (("high", coiler.I_HIGH), ("low", coiler.I_LOW)):
         if T <= greatest_tension(motor, np.array([v]), ratio)[0] * (1 + 1e-12):
             return name
     return None

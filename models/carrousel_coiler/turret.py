@@ -17,13 +17,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import Coil, IdealGear, Position, StripPath
-from lumped.models.carrousel_coiler.drive import (
-    MANDREL,
-    RADIUS,
-    TENSION,
-    THICKNESS,
-    WIDTH,
-)
+from lumped.models.carrousel_coiler import drive as coiler
 from lumped.models.sources import Given
 from lumped.ops import cos, pi, sqrt, where
 
@@ -40,7 +34,7 @@ RAMP = Given(3.0, "s", "A", "speeding up and slowing down of the turret")
 
 DISTANCE = float(np.hypot(*ROLL))
 BEGIN = float(-np.pi + np.arctan2(*ROLL[::-1]) - np.pi)
-"""Angle of the mandrel at the begin, opposite to the side where the turn ends, from the direction
+"""Angle of the mandrel at the start, opposite to the side where the turn ends, from the direction
 of the roll to the turret."""
 
 
@@ -63,18 +57,20 @@ class HeldTension(lp.Component):
 class Turret(lp.Component):
     """Turret, sun drive, coil and strip to the fixed roll."""
 
-    T: lp.Param = lp.param("N", "tension", TENSION)
+    T: lp.Param = lp.param("N", "tension", coiler.TENSION)
     v: lp.Param = lp.param("m/s", "line speed", LINE)
-    r: lp.Param = lp.param("m", "radius of the mandrel", MANDREL, above=0)
-    R_0: lp.Param = lp.param("m", "radius of the coil at the begin", RADIUS_0, above=r)
-    h: lp.Param = lp.param("m", "thickness of the strip", THICKNESS, above=0)
+    r: lp.Param = lp.param("m", "radius of the mandrel", coiler.MANDREL, above=0)
+    R_0: lp.Param = lp.param("m", "radius of the coil at the start", RADIUS_0, above=r)
+    h: lp.Param = lp.param("m", "thickness of the strip", coiler.THICKNESS, above=0)
     r_t: lp.Param = lp.param("m", "radius of the circle of the mandrels", CIRCLE, above=0)
     d: lp.Param = lp.param("m", "roll from the axis of the turret", DISTANCE, above=0)
     rho: lp.Param = lp.param("kg/m3", "density of the strip; 0: without inertia", 0.0, min=0)
     k: lp.Param = lp.param("1", "teeth of the sun over those of the mandrel", RATIO, above=0)
     turn: Position = Position(phi=0.0)
     gear: IdealGear = IdealGear(ratio=-1 / k)
-    coil: Coil = Coil(r=r, R_max=RADIUS, h=h, b=WIDTH, rho=rho, theta=2 * pi * (R_0 - r) / h)
+    coil: Coil = Coil(
+        r=r, R_max=coiler.RADIUS, h=h, b=coiler.WIDTH, rho=rho, theta=2 * pi * (R_0 - r) / h
+    )
     path: StripPath = StripPath(r_t=r_t, d=d, phi_0=BEGIN)
     to_roll = r_t**2 + d**2 + 2 * r_t * d * cos(path.phi_0)  # m2  square of mandrel to roll
     held: HeldTension = HeldTension(

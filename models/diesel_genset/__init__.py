@@ -6,21 +6,21 @@ The drive and its source are described in `lumped.models.diesel_genset.drive`, i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 import lumped as lp
-from lumped.models import Machine, Row
-from lumped.models.about import Measure, number_values
+from lumped.models import Machine, Row, list_rows
+from lumped.models.about import Measure, number_values, read_about
 from lumped.models.diesel_genset import scenes
-from lumped.models.diesel_genset.about import ABOUT
 from lumped.models.diesel_genset.drive import SHAFTS, Genset
 
 PICTURE = "picture of the example [P]"
 NOT = "not published [R]"
 ASSUMED = "not published, assumed parts [A]"
+MATRICES = "by complex matrices in SciPy"
 READ = "read off the picture, within about 0.5 %"
 PUBLISHED = {8: (9530.0, 2170.0), 1: (867.0, 2170.0)}  # shaft: N.m, 1/min
 NATURAL = ("216.5836", "592.7405", "984.9230", "1171.0174", "1415.9950")  # Hz, matrices in SciPy
@@ -34,45 +34,44 @@ OUTER = {8: "shaft_8.tau_c", 1: "shaft_1.tau_c"}
 
 def rows() -> list[Row]:
     """Published and computed numbers."""
-    found = [*_compare_published(), *_natural()]
-    for case in scenes.CASES:
-        for (number, name), known in zip(OUTER.items(), BY_SCIPY[case], strict=True):
-            size = float(scenes.solve_crankshaft(case).synthesis(name).maximum.max())
-            remark = f"{known} by complex matrices in SciPy"
-            text = f"shaft {number}, largest torque, {case}"
-            found.append(Row(text, "N.m", None, size, NOT, remark))
-    rated = scenes.SLOW.index(1500)
-    for case in scenes.CASES:
-        size = float(scenes.solve_coupling(case).synthesis("coupling.tau").maximum[rated])
-        text = f"coupling at 1500 1/min, {case}"
-        found.append(Row(text, "N.m", None, size, ASSUMED, "vibratory torque"))
-    return found
+    return [*_compare_published(), *_natural(), *_largest(), *_coupling()]
 
 
-def _compare_published() -> list[Row]:
-    steady, found = scenes.solve_crankshaft(), []
+def _compare_published() -> Iterator[Row]:
+    steady = scenes.solve_crankshaft()
     for number, (torque, rpm) in PUBLISHED.items():
-        size = steady.synthesis(OUTER[number]).sum
-        text = f"shaft {number}, largest sum of amplitudes"
-        found.append(Row(text, "N.m", torque, float(size.max()), PICTURE, READ))
-        at = float(steady.rpm[size.argmax()])
-        found.append(Row(f"shaft {number}, speed there", "1/min", rpm, at, PICTURE, READ))
-    return found
+        size, text = (
+            steady.synthesis(OUTER[number]).sum,
+            f"shaft {number}, largest sum of amplitudes",
+        )
+        yield Row(text, "N.m", torque, size.max(), PICTURE, READ)
+        at = steady.rpm[size.argmax()]
+        yield Row(f"shaft {number}, speed there", "1/min", rpm, at, PICTURE, READ)
 
 
 def _natural() -> list[Row]:
     hertz = lp.vibration.mass_elastic(scenes.mean_modes(), shaft="flywheel.phi").hertz
-    return [
-        Row(
-            f"natural frequency, mode {i}",
-            "Hz",
-            None,
-            float(value),
-            NOT,
-            f"{known} from K and M by SciPy",
-        )
-        for i, (value, known) in enumerate(zip(hertz[: len(NATURAL)], NATURAL, strict=True), 1)
-    ]
+    remarks = {
+        f"natural frequency, mode {i}": f"{known} from K and M by SciPy"
+        for i, known in enumerate(NATURAL, 1)
+    }
+    return list_rows("Hz", NOT, remarks, hertz[: len(NATURAL)])
+
+
+def _largest() -> Iterator[Row]:
+    for case in scenes.CASES:
+        for (number, name), known in zip(OUTER.items(), BY_SCIPY[case], strict=True):
+            size = scenes.solve_crankshaft(case).synthesis(name).maximum.max()
+            text, remark = f"shaft {number}, largest torque, {case}", f"{known} {MATRICES}"
+            yield Row(text, "N.m", None, size, NOT, remark)
+
+
+def _coupling() -> Iterator[Row]:
+    rated = scenes.SLOW.index(1500)
+    for case in scenes.CASES:
+        size = scenes.solve_coupling(case).synthesis("coupling.tau").maximum[rated]
+        text = f"coupling at 1500 1/min, {case}"
+        yield Row(text, "N.m", None, size, ASSUMED, "vibratory torque")
 
 
 def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
@@ -88,6 +87,16 @@ def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Me
     return found
 
 
+ABOUT = read_about(
+    "diesel_genset",
+    until=0.6,
+    watched={
+        "torque of the coupling": "coupling.tau",
+        "torque of shaft 8": "shaft_8.tau",
+        "heat of the damper": "damper.power",
+        "speed of the flywheel": "flywheel.w",
+    },
+)
 MACHINE = Machine(
     *("diesel_genset", ABOUT, rows, Genset, scenes.run_up, effects),
     short=0.2,

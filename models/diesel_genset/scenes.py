@@ -14,21 +14,6 @@ from lumped.components import Engine
 from lumped.models.diesel_genset.drive import ENGINE, RPM, SHAFTS, Crankshaft, Genset, load
 from lumped.models.sources import Given
 
-__all__ = [
-    "CASES",
-    "SLOW",
-    "SPEEDS",
-    "Start",
-    "mean_modes",
-    "misfiring",
-    "response",
-    "run_up",
-    "solve_coupling",
-    "solve_crankshaft",
-    "starting",
-    "vector_sums",
-]
-
 CASES = {
     "all cylinders fire": "none",
     "cylinder 1 compresses only": "compression",

@@ -19,10 +19,9 @@ from typing import Any
 import numpy as np
 
 import lumped as lp
-from lumped.models import Machine, Row, compare
-from lumped.models.about import Measure, find_shared, number_values
+from lumped.models import Machine, Row
+from lumped.models.about import Measure, Motor, find_shared, number_values, read_about
 from lumped.models.eccentric_shear import scenes, stand
-from lumped.models.eccentric_shear.about import ABOUT
 
 ANGLES = "angles of the cycle [P]"
 FIGURE = "figure 3 and its text [P]"
@@ -35,58 +34,14 @@ CUTS = "4 cuts/min, printed beside 1.05 rad/s, but without pauses 0.419 rad/s"
 LOAD = "1.6 to 1.7 for e = 0.4 to 0.5, ends in any order; idle torque fitted [I]"
 MOTORS = "J_mx is illegible; the claims fit 5.4 as well as 54 t.m2 [I]"
 EVEN = "1.6 to 1.7 for e = 0.4 to 0.5; the other reading, at constant motor speed [I]"
-READINGS = (stand.PrintedShear, stand.GuidedShear)
 TOO_WIDE = "impossible: at most 1.79 without inertia; a rectangle of 68 deg is too wide"
 INERTIAS = (5.4e3, 51e3, 56e3)  # kg.m2  other readings of J_mx [I]
 BEST = 0.564  # 1  eccentricity of the least peak
-ELLIPSES = (0.4, 0.5)
-
-
-def _pair(quantity: str, published: tuple[float, ...] | None, *place: Any) -> list[tuple[Any, ...]]:
-    """Titles of a reduction for the eccentricities 0.4 and 0.5."""
-    values = published or (None, None)
-    return [
-        (f"{quantity}, e = {e:g}", "1", value, *place)
-        for e, value in zip(ELLIPSES, values, strict=True)
-    ]
-
-
-PEAKS, LOADS = (2.5, 3.0), (1.6, 1.7)
-TITLES = (  # quantity, unit, published, place, remark, bounds, fitted
-    ("travel while cutting", "mm", 200.0, ANGLES, "slab of 200 mm; angles rounded to 5'"),
-    ("approach of the upper support", "mm", None, ANGLES, "260.18 from the printed angles"),
-    ("lift before the cut", "mm", None, ANGLES, "14.87 from the printed angles"),
-    ("overlap of the knives", "mm", 15.0, ANGLES, "from the printed angles, rounded to 5'"),
-    ("equivalent rectangular torque", "MN.m", None, MEAN_TORQUE, "1.3673 from a half-sine"),
-    ("reduced inertia, before the change", "t.m2", None, RIGHT, "2.8094 from (1)"),
-    ("reduced inertia, after it, as printed", "t.m2", None, RIGHT, "3.1170 from (4)"),
-    ("reduced inertia, after it, guided", "t.m2", None, RIGHT, "3.1388 from plane geometry"),
-    ("greatest torque, e = 0", "kN.m", None, RIGHT, "2711.7 from (20)"),
-    ("RMS torque, e = 0", "kN.m", None, RIGHT, "813.4 from (20)"),
-    *_pair("greatest torque, reduction", PEAKS, FIGURE, CLAIM, None, True),
-    *_pair("the same, constant inertia", PEAKS, FIGURE, SHAPE, None, True),
-    *_pair("the same at 0.419 rad/s", PEAKS, FIGURE, CUTS),
-    *(
-        title
-        for J in INERTIAS
-        for title in _pair(f"the same, motor of {J / 1e3:g} t.m2", PEAKS, FIGURE, MOTORS)
-    ),
-    *_pair("RMS torque, reduction", LOADS, FIGURE, LOAD, None, True),
-    *_pair("RMS torque, even motor, reduction", LOADS, FIGURE, EVEN),
-    *_pair("the same without idle torque", LOADS, FIGURE, EVEN),
-    *_pair("greatest torque, rectangle, reduction", PEAKS, FIGURE, TOO_WIDE),
-    ("rectangle without inertia, reduction, e = 0.5", "1", None, RIGHT, "1.78 from (20)"),
-    *_pair("rectangle, phase by (22), increase", None, RIGHT, "2.33 and 2.86 from (20)"),
-    (f"greatest torque, reduction, e = {BEST}", "1", None, RIGHT, "3.00 from (20), the best"),
-    (f"the same, constant inertia, e = {BEST}", "1", None, RIGHT, "3.56 from (20), the best"),
-    ("free run, time of two turns", "s", None, MOTOR, "11.982149 by DOP853 on (19)"),
-    ("free run, greatest motor torque", "kN.m", None, MOTOR, "2739.2 by DOP853 on (19)"),
-    ("free run, RMS motor torque", "kN.m", None, MOTOR, "880.1 by DOP853 on (19)"),
-    ("free run, speed kept where the pin lands", "1", None, MOTOR, "0.95265 from momentum"),
-    ("free run, energy lost there", "kJ", None, MOTOR, "2.7386 from momentum"),
-    ("free run, e = 0.5, landing over cutting torque", "1", None, MOTOR, "above 1 by the impacts"),
-    ("the same, supports in the guides of the frame", "1", None, MOTOR, "the other reading"),
-)
+ELLIPSES, PEAKS, LOADS = (0.4, 0.5), (2.5, 3.0), (1.6, 1.7)
+SLOW: dict[str, Any] = {"speed": scenes.SLOW * stand.SPEED}
+WIDE: dict[str, Any] = {"pulse": "rectangle"}
+EVEN_MOTOR: dict[str, Any] = {"size": "rms", "motion": scenes.MotorTurned}
+NO_IDLE: dict[str, Any] = {"parameters": {"loaded.idle.tau": 0.0}}
 
 
 def printed_phase(eps: float) -> float:
@@ -97,50 +52,91 @@ def printed_phase(eps: float) -> float:
 
 def rows() -> list[Row]:
     """Published and computed numbers; reductions are those against e = 0."""
-    lift = (
-        -1e3
-        * stand.ECCENTRICITY
-        * np.diff(np.cos([0, stand.MEETS, stand.CUT_BEGINS, stand.CUT_ENDS, stand.PULSE_ENDS]))
+    return [*_geometry(), *_reductions(), *_free()]
+
+
+def _geometry() -> list[Row]:
+    turns = [0, stand.MEETS, stand.CUT_BEGINS, stand.CUT_ENDS, stand.PULSE_ENDS]
+    down, lift, travel, over = -1e3 * stand.ECCENTRICITY * np.diff(np.cos(turns))
+    sine, (before, after, guided) = scenes.turn(scenes.CrankTurned), _at_the_change()
+    mean, slab = stand.MEAN / 1e6, "slab of 200 mm; angles rounded to 5'"
+    printed, half_sine = "from the printed angles", "1.3673 from a half-sine"
+    geometry = "3.1388 from plane geometry"
+    return [
+        Row("travel while cutting", "mm", 200.0, travel, ANGLES, slab),
+        Row("approach of the upper support", "mm", None, down, ANGLES, f"260.18 {printed}"),
+        Row("lift before the cut", "mm", None, lift, ANGLES, f"14.87 {printed}"),
+        Row("overlap of the knives", "mm", 15.0, over, ANGLES, f"{printed}, rounded to 5'"),
+        Row("equivalent rectangular torque", "MN.m", None, mean, MEAN_TORQUE, half_sine),
+        Row("reduced inertia, before the change", "t.m2", None, before, RIGHT, "2.8094 from (1)"),
+        Row("reduced inertia, after it, as printed", "t.m2", None, after, RIGHT, "3.1170 from (4)"),
+        Row("reduced inertia, after it, guided", "t.m2", None, guided, RIGHT, geometry),
+        Row("greatest torque, e = 0", "kN.m", None, sine.peak / 1e3, RIGHT, "2711.7 from (20)"),
+        Row("RMS torque, e = 0", "kN.m", None, sine.rms / 1e3, RIGHT, "813.4 from (20)"),
+    ]
+
+
+def _reductions() -> Iterator[Row]:
+    motors = (
+        (f"the same, motor of {J / 1e3:g} t.m2", PEAKS, MOTORS, {"parameters": {"motor.J": J}})
+        for J in INERTIAS
     )
-    sine = scenes.turn(scenes.CrankTurned)
-    even = scenes.free_run(rtol=1e-9, until=12.0, grid=20_000)
-    twice = np.interp(4 * np.pi, even["loaded.shear.crank.phi"], even.t)
-    tau = even["motor.tau"][even.t <= twice]
-    first = next(event.time for event in even.events if event.loss)
-    elliptical = [scenes.free_run(0.5, shear=shear, rtol=1e-9, grid=40_000) for shear in READINGS]
-    slow: dict[str, Any] = {"speed": scenes.SLOW * stand.SPEED}
-    wide: dict[str, Any] = {"pulse": "rectangle"}
-    mistaken = [
-        scenes.turn(scenes.CrankTurned, e, slowest=printed_phase(e), **wide).peak
-        / scenes.turn(scenes.CrankTurned, **wide).peak
+    for name, published, remark, options in (
+        ("greatest torque, reduction", PEAKS, CLAIM, {}),
+        ("the same, constant inertia", PEAKS, SHAPE, SLOW),
+        ("the same at 0.419 rad/s", PEAKS, CUTS, {"speed": stand.FOUR_CUTS}),
+        *motors,
+        ("RMS torque, reduction", LOADS, LOAD, {"size": "rms"}),
+        ("RMS torque, even motor, reduction", LOADS, EVEN, EVEN_MOTOR),
+        ("the same without idle torque", LOADS, EVEN, EVEN_MOTOR | NO_IDLE),
+        ("greatest torque, rectangle, reduction", PEAKS, TOO_WIDE, WIDE),
+    ):
+        for e, printed, value in zip(ELLIPSES, published, reductions(**options), strict=True):
+            row = Row(f"{name}, e = {e:g}", "1", printed, value, FIGURE, remark)
+            yield row._replace(fitted="fitted" in remark)
+    even_peak = scenes.turn(scenes.CrankTurned, **WIDE).peak
+    mistaken = (
+        scenes.turn(scenes.CrankTurned, e, slowest=printed_phase(e), **WIDE).peak / even_peak
         for e in ELLIPSES
+    )
+    name, remark = "rectangle without inertia, reduction, e = 0.5", "1.78 from (20)"
+    (slow,) = reductions(ellipses=(0.5,), **WIDE, **SLOW)
+    yield Row(name, "1", None, slow, RIGHT, remark)
+    for e, increase in zip(ELLIPSES, mistaken, strict=True):
+        name = f"rectangle, phase by (22), increase, e = {e:g}"
+        yield Row(name, "1", None, increase, RIGHT, "2.33 and 2.86 from (20)")
+    for name, options, remark in (
+        ("greatest torque, reduction", {}, "3.00 from (20), the best"),
+        ("the same, constant inertia", SLOW, "3.56 from (20), the best"),
+    ):
+        (best,) = reductions(ellipses=(BEST,), **options)
+        yield Row(f"{name}, e = {BEST}", "1", None, best, RIGHT, remark)
+
+
+def _free() -> list[Row]:
+    run = scenes.free_run(rtol=1e-9, until=12.0, grid=20_000)
+    twice = np.interp(4 * np.pi, run["loaded.shear.crank.phi"], run.t)
+    t, tau = run.t[run.t <= twice], run["motor.tau"][run.t <= twice] / 1e3
+    rms = np.sqrt(np.trapezoid(tau**2, t) / twice)
+    first = next(event.time for event in run.events if event.loss)
+    lost = sum(event.loss for event in run.events if event.time == first) / 1e3
+    kept, momentum = scenes.compare_speeds(run)[0], "0.95265 from momentum"
+    printed, guided = (
+        scenes.landing(scenes.free_run(0.5, shear=shear, rtol=1e-9, grid=40_000))
+        for shear in (stand.PrintedShear, stand.GuidedShear)
+    )
+    over_cut, above = "free run, e = 0.5, landing over cutting torque", "above 1 by the impacts"
+    other, reading = "the same, supports in the guides of the frame", "the other reading"
+    by_hand = "{} by DOP853 on (19)".format
+    return [
+        Row("free run, time of two turns", "s", None, twice, MOTOR, by_hand("11.982149")),
+        Row("free run, greatest motor torque", "kN.m", None, tau.max(), MOTOR, by_hand("2739.2")),
+        Row("free run, RMS motor torque", "kN.m", None, rms, MOTOR, by_hand("880.1")),
+        Row("free run, speed kept where the pin lands", "1", None, kept, MOTOR, momentum),
+        Row("free run, energy lost there", "kJ", None, lost, MOTOR, "2.7386 from momentum"),
+        Row(over_cut, "1", None, printed, MOTOR, above),
+        Row(other, "1", None, guided, MOTOR, reading),
     ]
-    computed = [
-        *lift[[2, 0, 1, 3]],
-        stand.MEAN / 1e6,
-        *_at_the_change(),
-        *(sine.peak / 1e3, sine.rms / 1e3),
-        *reductions(),
-        *reductions(**slow),
-        *reductions(speed=stand.FOUR_CUTS),
-        *(x for J in INERTIAS for x in reductions(parameters={"motor.J": J})),
-        *reductions("rms"),
-        *reductions("rms", motion=scenes.MotorTurned),
-        *reductions("rms", motion=scenes.MotorTurned, parameters={"loaded.idle.tau": 0.0}),
-        *reductions(**wide),
-        *reductions(ellipses=(0.5,), **wide, **slow),
-        *mistaken,
-        *reductions(ellipses=(BEST,)),
-        *reductions(ellipses=(BEST,), **slow),
-        *(twice, tau.max() / 1e3),
-        np.sqrt(np.trapezoid(tau**2, even.t[even.t <= twice]) / twice) / 1e3,
-        *(
-            scenes.compare_speeds(even)[0],
-            sum(e.loss for e in even.events if e.time == first) / 1e3,
-        ),
-        *map(scenes.landing, elliptical),
-    ]
-    return compare(TITLES, computed)
 
 
 def reductions(
@@ -188,6 +184,17 @@ def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Me
     ]
 
 
+ABOUT = read_about(
+    "eccentric_shear",
+    until=12.0,
+    watched={
+        "motor torque": "motor.tau",
+        "speed of the motor": "motor.w",
+        "speed of the crank": "loaded.shear.shaft.body.w",
+        "current of the motor": "motor.i",
+    },
+    motors=(Motor("motor", "motor.tau", "motor.w"),),
+)
 MACHINE = Machine(
     *("eccentric_shear", ABOUT, rows, scenes.FreeShear, scenes.free_run, effects),
     short=6.0,

@@ -19,7 +19,8 @@ def _label_crank(axis: Axes, degrees: int = 360) -> None:
 
 
 def draw_inertia() -> Figure:
-    figure, axis = panels()
+    title = "Inertia of shaft and supports, reduced to the crank"
+    figure, axis = panels(title=title, y=["reduced inertia, t.m²"])
     lines = (
         (stand.PrintedShear, "-", "as printed"),
         (stand.GuidedShear, "--", "in the guides of the frame"),
@@ -30,15 +31,16 @@ def draw_inertia() -> Figure:
         axis.plot(np.degrees(stand.SPEED * run.t), reduced, line, label=f"supports {label}")
     for angle, text in ((46, "upper support moves"), (180, "lower support moves")):
         axis.text(angle, 1.2, text, ha="center")
-    axis.set(title="Inertia of shaft and supports, reduced to the crank", ylim=(0, None))
-    axis.set_ylabel("reduced inertia, t.m²")
+    axis.set(ylim=(0, None))
     axis.legend()
     _label_crank(axis)
     return figure
 
 
 def draw_ellipses() -> Figure:
-    figure, (ratio, felt) = panels(2, size=(8, 6))
+    title = "Elliptical gears, slowest crank in the middle of the cut"
+    labels = ("motor speed / crank speed", "motor's inertia at the crank, t.m²")
+    figure, (ratio, felt) = panels(2, size=(8, 6), title=title, y=labels)
     for e in (0.0, 0.2, 0.4, 0.5, 0.6):
         demand = scenes.turn(scenes.CrankTurned, e, grid=720)
         phi, u = np.degrees(demand.phi), demand.ratio
@@ -49,20 +51,18 @@ def draw_ellipses() -> Figure:
             *np.degrees([stand.CUT_BEGINS, stand.CUT_ENDS]), color="C7", alpha=0.2, label="cut"
         )
         _label_crank(axis)
-    ratio.set(title="Elliptical gears, slowest crank in the middle of the cut", xlabel="")
-    ratio.set_ylabel("motor speed / crank speed")
-    felt.set_ylabel("motor's inertia at the crank, t.m²")
+    ratio.set(xlabel="")
     ratio.legend(fontsize="small")
     return figure
 
 
 def draw_torque() -> Figure:
-    figure, axes = panels(2, size=(8, 6))
+    figure, axes = panels(2, size=(8, 6), y=["torque / Mmax"] * 2)
     for axis, pulse in zip(axes, ("half-sine", "rectangle"), strict=True):
         for e in (0.0, 0.2, 0.4, 0.5, 0.6):
             demand = scenes.turn(scenes.CrankTurned, e, pulse)
             axis.plot(np.degrees(demand.phi), demand.tau / stand.GREATEST, label=f"e = {e:g}")
-        axis.set(title=f"Motor torque at constant crank speed, {pulse}", ylabel="torque / Mmax")
+        axis.set(title=f"Motor torque at constant crank speed, {pulse}")
         axis.axhline(0, color="black", linewidth=0.8)
         _label_crank(axis)
     axes[0].set_xlabel("")
@@ -71,7 +71,8 @@ def draw_torque() -> Figure:
 
 
 def draw_ratios() -> Figure:
-    figure, grid = panels(2, 2, size=(8, 7), sharey=True)
+    eccentricity, share = "eccentricity e of the ellipses", "torque / torque of circles"
+    figure, grid = panels(2, 2, size=(8, 7), x=eccentricity, y=(share, "", share), sharey=True)
     ellipses = np.linspace(0, 0.6, 17)
     sizes = (("peak", 2.5, 3.0, "peak"), ("rms", 1.6, 1.7, "RMS"))
     for column, pulse in enumerate(("half-sine", "rectangle")):
@@ -90,15 +91,13 @@ def draw_ratios() -> Figure:
             axis.fill_between([0.4, 0.5], 1 / high, 1 / low, color="C2", alpha=0.4, label=claim)
             axis.set(title=f"{text} of the motor torque, {pulse}", xlim=(0, 0.6), ylim=(0.2, 1))
             axis.legend(fontsize="small")
-    for axis in grid[:, 0]:
-        axis.set_ylabel("torque / torque of circles")
-    for axis in grid[1]:
-        axis.set_xlabel("eccentricity e of the ellipses")
     return figure
 
 
 def draw_free_run() -> Figure:
-    figure, axes = panels(3, size=(8, 8))
+    title = "Controlled motor, free speed; the carriage changes at the thin lines"
+    labels = ("crank speed, rad/s", "motor speed, rad/s", "motor torque / Mmax")
+    figure, axes = panels(3, size=(8, 8), title=title, y=labels)
     cases = (
         (0.0, stand.PrintedShear, "C0-", "e = 0"),
         (0.5, stand.PrintedShear, "C1-", "e = 0.5"),
@@ -114,15 +113,12 @@ def draw_free_run() -> Figure:
         )
         for axis, signal in zip(axes, signals, strict=True):
             axis.plot(phi, signal, line, label=label)
-    titles = ("crank speed, rad/s", "motor speed, rad/s", "motor torque / Mmax")
-    for axis, title in zip(axes, titles, strict=True):
-        axis.set_ylabel(title)
+    for axis in axes:
         for begin in (0, 360):
             cut = np.degrees([stand.CUT_BEGINS, stand.CUT_ENDS]) + begin
             axis.axvspan(*cut, color="C7", alpha=0.2, label="cut" if begin == 0 else None)
         _label_crank(axis, 720)
         axis.set(xlabel="", xticks=range(0, 721, 90))
-    axes[0].set_title("Controlled motor, free speed; the carriage changes at the thin lines")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     axes[2].set_xlabel("crank angle, deg")
     return figure

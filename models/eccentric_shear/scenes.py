@@ -21,30 +21,14 @@ from lumped.components import (
     VoltageSource,
 )
 from lumped.components.gearing.noncircular import elliptical
-from lumped.models.eccentric_shear.stand import (
-    CENTRE_RECTANGLE,
-    CENTRE_SINE,
-    CUT_BEGINS,
-    CUT_ENDS,
-    HALF_SINE,
-    J_LOWER,
-    J_MOTOR,
-    J_SHAFT,
-    J_UPPER,
-    M_LOWER,
-    M_SHAFT,
-    M_UPPER,
-    MEETS,
-    RECTANGLE,
-    SPEED,
-    GuidedShear,
-    Loaded,
-    PrintedShear,
-    Shear,
-)
+from lumped.models.eccentric_shear import stand
+from lumped.models.eccentric_shear.stand import SPEED, GuidedShear, Loaded, PrintedShear, Shear
 from lumped.models.sources import Given
 
-PULSES = {"half-sine": (HALF_SINE, CENTRE_SINE), "rectangle": (RECTANGLE, CENTRE_RECTANGLE)}
+PULSES = {
+    "half-sine": (stand.HALF_SINE, stand.CENTRE_SINE),
+    "rectangle": (stand.RECTANGLE, stand.CENTRE_RECTANGLE),
+}
 SLOW = 1e-5
 """Speed over `SPEED` at which inertia no longer counts: its torque falls with the square."""
 FLUX = Given(571.0, "V.s", "A", "flux of the motor, voltage over speed")
@@ -58,9 +42,11 @@ class CrankTurned(lp.Component):
 
     w: lp.Param = lp.param("rad/s", "crank speed", SPEED, above=0)
     eps: lp.Param = lp.param("1", "eccentricity of the ellipses", 0.0, min=0, below=1)
-    slowest: lp.Param = lp.param("rad", "crank angle at which the ratio is greatest", CENTRE_SINE)
+    slowest: lp.Param = lp.param(
+        "rad", "crank angle at which the ratio is greatest", stand.CENTRE_SINE
+    )
     drive: Position = Position(phi=elliptical(w * lp.time, eps, slowest))
-    motor: Inertia = Inertia(J=J_MOTOR)
+    motor: Inertia = Inertia(J=stand.J_MOTOR)
     loaded: Loaded = Loaded(eps=eps, slowest=slowest)
 
     def connections(self) -> Iterator[lp.Connection]:
@@ -78,7 +64,7 @@ class FreeShear(lp.Component):
 
     w: lp.Param = lp.param("rad/s", "wanted motor speed", SPEED)
     eps: lp.Param = lp.param("1", "eccentricity of the ellipses", 0.0, min=0, below=1)
-    motor: DCMotor = DCMotor(k=FLUX, R=RESISTANCE, L=INDUCTANCE, J=J_MOTOR, w=w)
+    motor: DCMotor = DCMotor(k=FLUX, R=RESISTANCE, L=INDUCTANCE, J=stand.J_MOTOR, w=w)
     loaded: Loaded = Loaded(eps=eps)
     source: VoltageSource = VoltageSource()
     ground: Ground = Ground()
@@ -206,7 +192,7 @@ def _turn_crank(
     return lp.simulate(system, until=until, parameters=changes, start=start, grid=grid, rtol=1e-10)
 
 
-def inertia(shear: type[Shear], grid: Any = 720, width: float = 2 * MEETS) -> lp.Trajectory:
+def inertia(shear: type[Shear], grid: Any = 720, width: float = 2 * stand.MEETS) -> lp.Trajectory:
     """A turn of the crank at `SPEED` without loads and without the motor's inertia.
 
     Parameters
@@ -235,9 +221,9 @@ def motions(run: lp.Trajectory, shear: type[Shear]) -> np.ndarray:
     """
     path = "loaded.shear"
     bodies = {
-        "shaft": (M_SHAFT, M_SHAFT, J_SHAFT),
-        "upper": (M_UPPER, M_UPPER, J_UPPER),
-        "lower": (M_LOWER, M_LOWER, J_LOWER),
+        "shaft": (stand.M_SHAFT, stand.M_SHAFT, stand.J_SHAFT),
+        "upper": (stand.M_UPPER, stand.M_UPPER, stand.J_UPPER),
+        "lower": (stand.M_LOWER, stand.M_LOWER, stand.J_LOWER),
     }
     columns = []
     for body, masses in bodies.items():
@@ -306,7 +292,7 @@ def landing(run: lp.Trajectory) -> float:
     phi, tau = run["loaded.shear.crank.phi"], run["motor.tau"]
     last = np.flatnonzero(phi >= phi[-1] - 2 * np.pi)
     angle = np.mod(phi[last], 2 * np.pi)
-    cutting = (angle >= CUT_BEGINS) & (angle <= CUT_ENDS)
+    cutting = (angle >= stand.CUT_BEGINS) & (angle <= stand.CUT_ENDS)
     return _peak(run.t, tau, last[~cutting]) / _peak(run.t, tau, last[cutting])
 
 

@@ -8,12 +8,13 @@ derivation and in agreement with the print, [I] inferred, [A] assumed because th
 give it.
 
 The crank shaft turns in the lower support (journal A) and carries the upper support on its pin; it
-floats, for neither support is fixed to the frame. While the lower support is seated, A stands still
-and the upper support comes down as a connecting rod. At 92 deg 20' it meets the strip: now the
-pin stands still and the shaft lifts the lower support, which cuts. At the change of carriage all
-speeds jump with momentum kept. This follows from the equations, so that a wrong rule (``J w`` kept,
-or no jump) is not possible. The return at 267 deg 40' mirrors the change [I]. The ellipses turn the
-crank slowest where it cuts. Angles count from the upper position of the pin.
+floats, because neither support is fixed to the frame. While the lower support is seated, A is at
+rest and the upper support comes down as a connecting rod. At 92 deg 20' it meets the strip: from
+then on the pin is at rest and the shaft lifts the lower support, which cuts. At the change of
+carriage all speeds jump with momentum kept. This follows from the equations, so that a wrong rule
+(``J w`` kept, or no jump) is not possible. The return at 267 deg 40' is the mirror image of this
+change [I]. The ellipses turn the crank slowest during the cut. Angles count from the upper position
+of the pin.
 
 There are models for two readings of the source. `PrintedShear` is that of (1) to (7): each support
 is a rod whose guide goes through the other joint of the shaft, and lies at rest while the other one
@@ -50,7 +51,7 @@ MINUTE = DEGREE / 60
 ECCENTRICITY = Given(0.25, "m", "P", "crank radius, e")
 MEETS = Given(92 * DEGREE + 20 * MINUTE, "rad", "P", "upper support meets the strip: 92 deg 20 min")
 GAP = Given(
-    3 * DEGREE + 25 * MINUTE, "rad", "P", "from there to the begin of the cut: 3 deg 25 min"
+    3 * DEGREE + 25 * MINUTE, "rad", "P", "from there to the start of the cut: 3 deg 25 min"
 )
 CUT = Given(58 * DEGREE + 25 * MINUTE, "rad", "P", "cut: 58 deg 25 min")
 OVERLAP = Given(9 * DEGREE + 35 * MINUTE, "rad", "P", "overlap after the cut: 9 deg 35 min")
@@ -87,7 +88,7 @@ SPEED = Given(1.05, "rad/s", "P", "speed of the crank, printed beside 4 cuts a m
 FOUR_CUTS = Given(0.419, "rad/s", "R", "4 cuts a minute without pauses")
 GREATEST = Given(2.5e6, "N.m", "P", "greatest torque of the cut, Mmax")
 IDLE = Given(
-    0.085 * GREATEST, "N.m", "I", "idle torque, fitted to the printed reductions; text: 5 to 10 %"
+    0.085 * GREATEST, "N.m", "I", "idle torque, fitted to the printed reductions; source: 5 to 10 %"
 )
 MEAN = Given(2 * CUT / (np.pi * PULSE) * GREATEST, "N.m", "R", "equivalent rectangle (17)")
 CENTRE_SINE = CUT_BEGINS + CUT / 2

@@ -12,16 +12,15 @@ from typing import Any
 import numpy as np
 
 import lumped as lp
-from lumped.models import Machine, Row
-from lumped.models.about import Measure, find_shared, number_values
-from lumped.models.marine_turbine.about import ABOUT
+from lumped.models import Machine, Row, list_rows
+from lumped.models.about import Measure, find_shared, number_values, read_about
 from lumped.models.marine_turbine.drive import BLADES, MarineTurbine
 from lumped.models.marine_turbine.scenes import response, run_up, slow_turning
 
 EXAMPLE = "example 8.1 [P]"
 FIGURE = "figure 8.10-5, digitised [P]"
 NOT = "not published [R]"
-DIGITS = "equal in the printed digits"
+DIGITS, HIGHEST = "equal in the printed digits", "highest of the digitised points"
 PUBLISHED = (177.7, 220.2, 1282.6)  # 1/min
 HIGHER = ("2496.867 from K and M by SciPy", "2883.382 from K and M by SciPy")
 
@@ -31,42 +30,21 @@ def rows() -> list[Row]:
     modes = lp.modes(lp.assemble(MarineTurbine()))
     found = lp.vibration.mass_elastic(modes, shaft="propeller.phi").hertz * 60
     steady = response(np.arange(20.0, 60.05, 0.1))
-    size = {name: steady.magnitude(name, BLADES) for name in steady.of}
-    top = int(size["shaft.tau"].argmax())
-    text = "natural frequency, mode"
+    shaft, inner = (
+        steady.magnitude(x, BLADES) / 1e3 for x in ("shaft.tau", "low.intermediate.tau")
+    )
+    speed, text = steady.rpm[shaft.argmax()], "greatest vibratory torque"
+    low, hand = f"LP intermediate shaft, {text}", "42.849 by dense linear algebra"
+    higher = {f"natural frequency, mode {i}": remark for i, remark in enumerate(HIGHER, 4)}
     return [
         *(
-            Row(f"{text} {i}", "1/min", published, float(found[i - 1]), EXAMPLE, DIGITS)
-            for i, published in enumerate(PUBLISHED, 1)
+            Row(f"natural frequency, mode {i}", "1/min", published, hertz, EXAMPLE, DIGITS)
+            for i, (published, hertz) in enumerate(zip(PUBLISHED, found, strict=False), 1)
         ),
-        *(
-            Row(f"{text} {i}", "1/min", None, float(found[i - 1]), NOT, remark)
-            for i, remark in enumerate(HIGHER, 4)
-        ),
-        Row(
-            "propeller shaft, greatest vibratory torque",
-            "kN.m",
-            468.75,
-            float(size["shaft.tau"][top] / 1e3),
-            FIGURE,
-            "highest of the digitised points",
-        ),
-        Row(
-            "propeller shaft, speed there",
-            "1/min",
-            35.46,
-            float(steady.rpm[top]),
-            FIGURE,
-            "highest of the digitised points",
-        ),
-        Row(
-            "LP intermediate shaft, greatest vibratory torque",
-            "kN.m",
-            None,
-            float(size["low.intermediate.tau"].max() / 1e3),
-            NOT,
-            "42.849 by dense linear algebra",
-        ),
+        *list_rows("1/min", NOT, higher, found[3:5]),
+        Row(f"propeller shaft, {text}", "kN.m", 468.75, shaft.max(), FIGURE, HIGHEST),
+        Row("propeller shaft, speed there", "1/min", 35.46, speed, FIGURE, HIGHEST),
+        Row(low, "kN.m", None, inner.max(), NOT, hand),
     ]
 
 
@@ -82,6 +60,16 @@ def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Me
     return found
 
 
+ABOUT = read_about(
+    "marine_turbine",
+    until=240.0,
+    watched={
+        "torque of the propeller shaft": "shaft.tau",
+        "torque of the LP turbine shaft": "low.shaft.tau",
+        "torque of the HP turbine shaft": "high.shaft.tau",
+        "speed of the propeller": "propeller.w",
+    },
+)
 MACHINE = Machine(
     *("marine_turbine", ABOUT, rows, MarineTurbine, run_up, effects),
     short=20.0,

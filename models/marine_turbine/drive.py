@@ -50,6 +50,13 @@ RATED_SPEED = Given(85 * RPM, "rad/s", "P", "rated speed of the propeller, 85 1/
 RATED_TORQUE = Given(22.24e6 * LBF_IN, "N.m", "P", "rated torque of the propeller, 22.24e6 lbf in")
 SHARE = Given(0.1, "1", "P", "alternating over mean torque of the propeller")
 BLADES = Given(5.0, "1", "P", "blades of the propeller, order of its torque")
+J_WHOLE = (
+    (J_PROPELLER + J_BULL + (J_LP_WHEEL + J_HP_WHEEL) * FIRST**2)
+    + J_LP * LP_TURNS**2
+    + J_HP * HP_TURNS**2
+)
+D_WHOLE = D_PROPELLER + D_LP * LP_TURNS**2 + D_HP * HP_TURNS**2
+"""Inertia and damping of the whole drive at the propeller, kg.m2 and N.m.s/rad."""
 
 
 class Blades(lp.Component):
@@ -76,7 +83,7 @@ class Blades(lp.Component):
 class Turbine(lp.Component):
     """Turbine behind two gear stages, from the pinion at the bull gear to the rotor.
 
-    A damper against the casing stands for the steam.
+    A damper against the casing represents the steam.
     """
 
     gear = lp.Flange()

@@ -57,12 +57,11 @@ def draw_run_up() -> Any:
 
 def draw_torque() -> Figure:
     steady = _steady()
-    figure, axis = panels()
+    figure, axis = panels(x="speed of the propeller, 1/min", y=["vibratory torque, kN.m"])
     size = steady.magnitude("shaft.tau", BLADES) / 1e3
     axis.plot(steady.rpm, size, label="computed")
     rpm, torque = np.array(FIGURE).T
     axis.plot(rpm, torque * LBF_IN / 1e3, "o", markersize=4, label="figure 8.10-5, digitised")
-    axis.set(xlabel="speed of the propeller, 1/min", xlim=(0, 100), ylim=(0, None))
-    axis.set_ylabel("vibratory torque, kN.m")
+    axis.set(xlim=(0, 100), ylim=(0, None))
     axis.legend()
     return figure

@@ -12,18 +12,8 @@ import lumped as lp
 from lumped.components import Torque
 from lumped.models.marine_turbine.drive import (
     BLADES,
-    D_HP,
-    D_LP,
-    D_PROPELLER,
-    FIRST,
-    HP_TURNS,
-    J_BULL,
-    J_HP,
-    J_HP_WHEEL,
-    J_LP,
-    J_LP_WHEEL,
-    J_PROPELLER,
-    LP_TURNS,
+    D_WHOLE,
+    J_WHOLE,
     RPM,
     ZETA,
     MarineTurbine,
@@ -32,12 +22,6 @@ from lumped.models.sources import Given
 
 BEGIN = Given(25 * RPM, "rad/s", "A", "speed of the propeller at which the run up begins, 25 1/min")
 RATE = Given(25 * RPM / 240, "rad/s2", "A", "rise of the speed of the propeller in the run up")
-J_WHOLE = (
-    (J_PROPELLER + J_BULL + (J_LP_WHEEL + J_HP_WHEEL) * FIRST**2)
-    + J_LP * LP_TURNS**2
-    + J_HP * HP_TURNS**2
-)
-D_WHOLE = D_PROPELLER + D_LP * LP_TURNS**2 + D_HP * HP_TURNS**2
 SHAFTS = (
     "shaft.tau",
     "low.intermediate.tau",

@@ -13,13 +13,9 @@ import numpy as np
 
 import lumped as lp
 from lumped.models import Machine, Row
-from lumped.models.about import Measure, find_shared
+from lumped.models.about import Measure, Motor, find_shared, read_about
 from lumped.models.pilger_mill import drive, stand
-from lumped.models.pilger_mill.about import ABOUT
-from lumped.models.pilger_mill.balance import (
-    Balance,
-    balance,
-)
+from lumped.models.pilger_mill.balance import Balance, balance
 from lumped.models.sources import Given
 
 TABLE = "table 2 [P]"
@@ -55,26 +51,19 @@ VECTORS = {name: np.array(list(design.values())) for name, design in stand.DESIG
 
 def rows() -> list[Row]:
     """Published and computed numbers of both sets of parameters."""
-    stroke = np.sqrt((stand.ROD + stand.RADIUS) ** 2 - stand.OFFSET**2) - np.sqrt(
-        (stand.ROD - stand.RADIUS) ** 2 - stand.OFFSET**2
-    )
-    dead = np.degrees(
-        np.arcsin(
-            [stand.OFFSET / (stand.ROD + stand.RADIUS), stand.OFFSET / (stand.ROD - stand.RADIUS)]
-        )
-    )
+    reach = stand.ROD + stand.RADIUS * np.array([1, -1])
+    far, near = 1e3 * np.sqrt(reach**2 - stand.OFFSET**2)
+    dead, inward = np.degrees(np.arcsin(stand.OFFSET / reach)), "crank angle of the stroke inward"
     outward = 180 - dead[1] + dead[0]
     found = [
-        Row("stroke of the stand", "mm", None, 1e3 * stroke, RESTORED, "1183.644 from R, L and e"),
-        Row(
-            "crank angle of the stroke inward", "deg", None, outward, RESTORED, "178.7365 likewise"
-        ),
+        Row("stroke of the stand", "mm", None, far - near, RESTORED, "1183.644 from R, L and e"),
+        Row(inward, "deg", None, outward, RESTORED, "178.7365 likewise"),
     ]
     for name in ("F", "P"):
         found += _compare(name)
     run = drive.running(until=TWO_CYCLES, grid=4000, rtol=1e-9)
     torque = run["motor.tau"]
-    phi = float(run["mill.crank.phi"][-1] / (2 * np.pi))
+    phi = run["mill.crank.phi"][-1] / (2 * np.pi)
     for label, unit, value, reference in (
         ("turns in 1.8771169117 s", "1", phi, "2 by DOP853"),
         ("motor speed then", "rad/s", run["motor.w"][-1], "104.28781 by DOP853"),
@@ -82,7 +71,7 @@ def rows() -> list[Row]:
         ("motor torque, greatest", "N.m", torque.max(), "4776.7 by DOP853"),
         ("motor torque, least", "N.m", torque.min(), "-830.6 by DOP853"),
     ):
-        found.append(Row(f"set P, {label}", unit, None, float(value), MOTOR, reference))
+        found.append(Row(f"set P, {label}", unit, None, value, MOTOR, reference))
     return found
 
 
@@ -114,15 +103,8 @@ def _table(name: str) -> Iterator[Row]:
         row = Row(f"foundation force {design}", "N", FORCE[design], found, TABLE, remark)
         yield row._replace(fitted=name == "F")
     less = 100 * (1 - force["after"] / force["before"])
-    yield Row(
-        "reduction of the foundation force",
-        "%",
-        34.67,
-        less,
-        "section 3.2 [P]",
-        FITTED,
-        fitted=True,
-    )
+    row = Row("reduction of the foundation force", "%", 34.67, less, "section 3.2 [P]", FITTED)
+    yield row._replace(fitted=True)
     for design, found in torque.items():
         row = Row(f"torque fluctuation {design}", "N.m", FLUCTUATION[design], found, TABLE, plain)
         yield row._replace(fitted=True)
@@ -154,17 +136,12 @@ def _optimum(name: str) -> Iterator[Row]:
         row = Row(label, unit, more, float(value - before[i]), DIFFERENCE, remark)
         yield row._replace(fitted=True)
     (force, torque), (light, even) = paper.goals(), (design[0] for design in paper.single)
-    bound, crest = "2 is the bound", "crest to trough"
+    least, bound, crest = torque / ratio, "2 is the bound", "crest to trough"
     for label, unit, value, remark in (
         ("objective, published design", "1", paper.objective(published), bound),
         ("objective, best design", "1", paper.objective(best), bound),
         ("least foundation force of all designs", "N", force, f"at m2 = {light:.1f} kg"),
-        (
-            "least torque fluctuation of all designs",
-            "N.m",
-            torque / ratio,
-            f"at m2 = {even:.1f} kg",
-        ),
+        ("least torque fluctuation of all designs", "N.m", least, f"at m2 = {even:.1f} kg"),
         ("inertia torque as printed", "kN.m", _swing(name, stand.AsPrinted), crest),
         ("inertia torque, exact", "kN.m", _swing(name, stand.Mill), crest),
     ):
@@ -191,18 +168,25 @@ def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Me
     """Force and torque of a turn at constant speed with changed parameters."""
     w = stand.SPEED["P"]
     system = stand.turn_mill(stand.mill("P"), w * lp.time)
-    turn = stand.revolution(
-        system, w, np.arange(0.0, 360.05, 0.25), find_shared(system, parameters)
-    )
-    force = float(np.hypot(*stand.shaking_force(turn).T).max())
+    degrees, shared = np.arange(0.0, 360.05, 0.25), find_shared(system, parameters)
+    turn = stand.revolution(system, w, degrees, shared)
+    force = np.hypot(*stand.shaking_force(turn).T).max()
+    swing = np.ptp(stand.crank_torque(turn, stand.IDLE))
     return [
-        Measure("greatest force on the foundation", "N", force),
-        Measure(
-            "fluctuation of the crank torque",
-            "N.m",
-            float(np.ptp(stand.crank_torque(turn, stand.IDLE))),
-        ),
+        Measure("greatest force on the foundation", "N", float(force)),
+        Measure("fluctuation of the crank torque", "N.m", float(swing)),
     ]
 
 
+ABOUT = read_about(
+    "pilger_mill",
+    until=9.0,
+    watched={
+        "motor torque": "motor.tau",
+        "speed of the crank": "shaft.w",
+        "speed of the motor": "motor.w",
+        "position of the stand": "mill.stand.s",
+    },
+    motors=(Motor("motor", "motor.tau", "motor.w", maximum=drive.BREAKDOWN),),
+)
 MACHINE = Machine("pilger_mill", ABOUT, rows, build_drawn, drive.start_up, effects, short=3.0)

@@ -17,18 +17,7 @@ from scipy.optimize import linprog, minimize_scalar
 
 import lumped as lp
 from lumped.errors import SolverError
-from lumped.models.pilger_mill.stand import (
-    DESIGNS,
-    IDLE,
-    SPEED,
-    AsPrinted,
-    Mill,
-    crank_torque,
-    mill,
-    revolution,
-    shaking_force,
-    turn_mill,
-)
+from lumped.models.pilger_mill import stand
 
 POINTS = 1440
 STEPS = (1000.0, 500.0)  # kg, kg.m
@@ -73,7 +62,7 @@ class Balance:
         counts = torque > 0 or np.isfinite(limit)
         none = np.zeros(2)
         allowed = 1e-7 * self.forces(none).max(), 1e-8 * self.fluctuation(none)
-        u = np.array(list(DESIGNS["before"].values()))
+        u = np.array(list(stand.DESIGNS["before"].values()))
         for _ in range(100):
             for row, bound in self._cuts(u, counts):
                 rows.append(row)
@@ -157,7 +146,7 @@ class Balance:
 
 
 def balance(
-    name: str, kind: type[Mill] = AsPrinted, g: float = 0.0, points: int = POINTS
+    name: str, kind: type[stand.Mill] = stand.AsPrinted, g: float = 0.0, points: int = POINTS
 ) -> Balance:
     """Force and torque of all designs of a set.
 
@@ -172,17 +161,19 @@ def balance(
     points : int
         Crank angles.
     """
-    w = SPEED[name]
+    w = stand.SPEED[name]
     degrees = np.arange(points + 1) * 360 / points
     corners = ((0.0, 0.0), (STEPS[0], 0.0), (0.0, STEPS[1]))
-    torque_of, force_of = (turn_mill(mill(name, kind=k, g=g), w * lp.time) for k in (kind, Mill))
+    torque_of, force_of = (
+        stand.turn_mill(stand.mill(name, kind=k, g=g), w * lp.time) for k in (kind, stand.Mill)
+    )
     forces, torques = [], []
     for m2, U in corners:
         changed = {"mill.m2": m2, "mill.U": U}
-        run = revolution(torque_of, w, degrees, changed)
-        torques.append(crank_torque(run, IDLE)[:-1])
-        run = revolution(force_of, w, degrees, changed)
-        forces.append(shaking_force(run)[:-1])
+        run = stand.revolution(torque_of, w, degrees, changed)
+        torques.append(stand.crank_torque(run, stand.IDLE)[:-1])
+        run = stand.revolution(force_of, w, degrees, changed)
+        forces.append(stand.shaking_force(run)[:-1])
     return Balance(*(_affine(np.array(found)) for found in (forces, torques)))
 
 

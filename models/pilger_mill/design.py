@@ -9,17 +9,8 @@ from collections.abc import Iterator
 
 import lumped as lp
 from lumped.components import Position
-from lumped.models.pilger_mill.stand import (
-    DESIGNS,
-    IDLE,
-    SETS,
-    SPEED,
-    AsPrinted,
-    Mill,
-)
+from lumped.models.pilger_mill import stand
 from lumped.ops import pi, sqrt
-
-__all__ = ["Turned", "run_revolution"]
 
 
 class Turned(lp.Component):
@@ -29,15 +20,15 @@ class Turned(lp.Component):
     U: lp.Param = lp.param("kg.m", "mass moment of a sector", min=0)
     force = lp.Output("N", "amount of the force on the foundation")
     torque = lp.Output("N.m", "torque at the crank shaft, with idle friction")
-    exact: Mill = Mill(m2=m2, U=U).with_(SETS["P"])
-    printed: AsPrinted = AsPrinted(m2=m2, U=U).with_(SETS["P"])
-    turn: Position = Position(phi=SPEED["P"] * lp.time)
-    turn_printed: Position = Position(phi=SPEED["P"] * lp.time)
+    exact: stand.Mill = stand.Mill(m2=m2, U=U).with_(stand.SETS["P"])
+    printed: stand.AsPrinted = stand.AsPrinted(m2=m2, U=U).with_(stand.SETS["P"])
+    turn: Position = Position(phi=stand.SPEED["P"] * lp.time)
+    turn_printed: Position = Position(phi=stand.SPEED["P"] * lp.time)
 
     def equations(self) -> Iterator[lp.Equation]:
         x, y = self.exact.base_x.flange.f, self.exact.base_y.flange.f
         yield self.force == sqrt(x**2 + y**2)
-        yield self.torque == -self.turn_printed.flange.tau / (1 - IDLE)
+        yield self.torque == -self.turn_printed.flange.tau / (1 - stand.IDLE)
 
     def connections(self) -> Iterator[lp.Connection]:
         yield lp.connect(self.turn.flange, self.exact.crank)
@@ -56,5 +47,5 @@ def run_revolution(points: int = 1440) -> lp.Trajectory:
     -------
     Trajectory
     """
-    system = lp.assemble(Turned().with_(DESIGNS["before"]))
-    return lp.simulate(system, until=2 * pi / SPEED["P"], grid=points)
+    system = lp.assemble(Turned().with_(stand.DESIGNS["before"]))
+    return lp.simulate(system, until=2 * pi / stand.SPEED["P"], grid=points)

@@ -21,11 +21,7 @@ from lumped.components import (
     SpringDamper,
     Sum,
 )
-from lumped.models.pilger_mill.stand import (
-    SPEED,
-    Mill,
-    mill,
-)
+from lumped.models.pilger_mill.stand import SPEED, Mill, mill
 from lumped.models.sources import Given
 from lumped.ops import minimum
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import lumped as lp
@@ -29,37 +30,35 @@ def _turn(
     return stand.revolution(stand.turn_mill(part, w * lp.time), w, DEGREES)
 
 
-def _label_angle(axis: object) -> None:
-    axis.set(xlabel="crank angle, deg", xlim=(0, 360), xticks=range(0, 361, 45))  # type: ignore[attr-defined]
+def _label_angle(axis: Axes) -> None:
+    axis.set(xlabel="crank angle, deg", xlim=(0, 360), xticks=range(0, 361, 45))
 
 
 def draw_kinematics() -> Figure:
     run = _turn("P", "after")
-    figure, axes = panels(3, size=(8, 8))
-    parts: Mapping[str, str] = {"stand": "stand, along x", "weight": "counterweight, along y"}
-    for part, label in parts.items():
+    labels = ("position\nless its mean, m", "velocity, m/s", "acceleration, m/s²")
+    figure, axes = panels(3, size=(8, 8), title="Set P, 64 revolutions a minute", y=labels)
+    for part, label in (("stand", "stand, along x"), ("weight", "counterweight, along y")):
         s, v = run[f"mill.{part}.s"], run[f"mill.{part}.v"]
         axes[0].plot(DEGREES, s - s.mean(), label=label)
         axes[1].plot(DEGREES, v)
         axes[2].plot(DEGREES, run[f"mill.{part}.a"])
-    axes[0].set(title="Set P, 64 revolutions a minute", ylabel="position\nless its mean, m")
-    axes[1].set(ylabel="velocity, m/s")
-    axes[2].set(ylabel="acceleration, m/s²")
     axes[0].legend()
     _label_angle(axes[2])
     return figure
 
 
 def draw_inertia_force() -> Figure:
-    figure, axes = panels(2, 2, size=(8, 8), sharex=False)
+    labels = ["along y, kN"] * 2 + ["amount, kN"] * 2
+    figure, axes = panels(2, 2, size=(8, 8), y=labels, sharex=False)
     for column, name in enumerate("PF"):
         for design, line in LINES.items():
             force = stand.shaking_force(_turn(name, design)) / 1e3
             axes[0, column].plot(*force.T, line, label=f"{design} optimisation")
             axes[1, column].plot(DEGREES, np.hypot(*force.T), line)
         axes[0, column].set(title=f"Force on the foundation, set {name}", aspect="equal")
-        axes[0, column].set(xlabel="along x, kN", ylabel="along y, kN")
-        axes[1, column].set(ylabel="amount, kN", ylim=(0, None))
+        axes[0, column].set_xlabel("along x, kN")
+        axes[1, column].set(ylim=(0, None))
         _label_angle(axes[1, column])
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
@@ -73,7 +72,8 @@ CASES = (
 
 
 def draw_inertia_torque() -> Figure:
-    figure, axes = panels(2, 2, size=(10, 7), sharey="row")
+    torque = "torque, kN.m"
+    figure, axes = panels(2, 2, size=(10, 7), y=(torque, "", torque), sharey="row")
     for row, name in enumerate("PF"):
         for axis, design in zip(axes[row], LINES, strict=True):
             for label, kind, g, line in CASES:
@@ -81,7 +81,6 @@ def draw_inertia_torque() -> Figure:
                 axis.plot(DEGREES, stand.crank_torque(run) / 1e3, line, label=label)
             axis.axhline(0, color="black", linewidth=0.8)
             axis.set(title=f"Inertia torque at the crank, set {name}, {design}")
-        axes[row, 0].set_ylabel("torque, kN.m")
     for axis in axes[1]:
         _label_angle(axis)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
@@ -89,7 +88,8 @@ def draw_inertia_torque() -> Figure:
 
 
 def draw_motor_torque() -> Figure:
-    figure, axes = panels(2, 2, size=(10, 7))
+    labels = [f"torque at the {shaft} shaft, kN.m" for shaft in ("crank", "motor")]
+    figure, axes = panels(2, 2, size=(10, 7), y=labels + ["motor power, kW"] * 2)
     for column, name in enumerate("PF"):
         torque, power = axes[:, column]
         for color, (design, line) in zip(("C0", "C1"), LINES.items(), strict=True):
@@ -101,10 +101,8 @@ def draw_motor_torque() -> Figure:
                 style = {"linewidth": width, "label": f"{design}, {label}", "color": color}
                 torque.plot(DEGREES, found / stand.RATIO[name], line, **style)
                 power.plot(DEGREES, found * stand.SPEED[name], line, **style)
-        shaft = "crank" if name == "P" else "motor"
-        torque.set(title=f"Set {name}", ylabel=f"torque at the {shaft} shaft, kN.m")
+        torque.set_title(f"Set {name}")
         power.axhline(510, color="C3", linewidth=0.8, linestyle="-.", label="published, before")
-        power.set(ylabel="motor power, kW")
         _label_angle(power)
         for axis in (torque, power):
             axis.axhline(0, color="black", linewidth=0.8)
@@ -144,9 +142,9 @@ def draw_start_up() -> Figure:
 
 
 def _draw_run(run: lp.Trajectory, title: str) -> Figure:
-    figure, (speed, torque) = panels(2, size=(8, 6))
+    labels = ("speed of the motor, rad/s", "motor torque, kN.m")
+    figure, (speed, torque) = panels(2, size=(8, 6), title=title, x="time, s", y=labels)
     speed.plot(run.t, run["motor.w"])
-    speed.set(title=title, ylabel="speed of the motor, rad/s")
     torque.plot(run.t, run["motor.tau"] / 1e3)
-    torque.set(xlabel="time, s", ylabel="motor torque, kN.m", xlim=(0, run.t[-1]))
+    torque.set(xlim=(0, run.t[-1]))
     return figure

@@ -13,48 +13,32 @@ from typing import Any
 
 import lumped as lp
 from lumped.components import Inertia, SpeedDrive, Spring
-from lumped.models.reversing_mill.scenes import (
-    DIFFERENCE,
-    GAIN,
-    INTEGRAL_TIME,
-    SPEED,
-    StripGap,
-    TrimmedStand,
-)
-from lumped.models.reversing_mill.stand import (
-    C_SHAFT,
-    C_SPINDLE,
-    J_BACKUP,
-    J_GEARBOX,
-    J_MOTOR,
-    J_WORK,
-    RATED,
-    Branch,
-)
+from lumped.models.reversing_mill import scenes
+from lumped.models.reversing_mill import stand as mill
 from lumped.models.sources import Given
 
 OVERLOAD = Given(2.5, "1", "A", "greatest torque of a motor over the rated one")
 LOOP = Given(5e-3, "s", "A", "time constant of a motor's torque loop")
 MOTOR = SpeedDrive(
-    J=J_MOTOR,
-    tau_max=OVERLOAD * RATED,
-    P_max=OVERLOAD * RATED * SPEED,
+    J=mill.J_MOTOR,
+    tau_max=OVERLOAD * mill.RATED,
+    P_max=OVERLOAD * mill.RATED * scenes.SPEED,
     T=LOOP,
-    k=GAIN,
-    T_i=INTEGRAL_TIME,
+    k=scenes.GAIN,
+    T_i=scenes.INTEGRAL_TIME,
 )
 
 
-class OnMotor(Branch):
+class OnMotor(mill.Branch):
     """Branch on its motor."""
 
     wanted: lp.Input = lp.Input("rad/s", "wanted speed")
     tau = lp.Output("N.m", "motor torque")
     s: lp.Param = lp.param("1", "droop: loss of speed at rated torque", 0.0, min=0)
-    motor: SpeedDrive = MOTOR.with_({"droop": s * SPEED / RATED})
-    gearbox: Inertia = Inertia(J=J_GEARBOX)
-    spindle: Spring = Spring(c=C_SPINDLE)
-    rolls: Inertia = Inertia(J=J_BACKUP + J_WORK)
+    motor: SpeedDrive = MOTOR.with_({"droop": s * scenes.SPEED / mill.RATED})
+    gearbox: Inertia = Inertia(J=mill.J_GEARBOX)
+    spindle: Spring = Spring(c=mill.C_SPINDLE)
+    rolls: Inertia = Inertia(J=mill.J_BACKUP + mill.J_WORK)
 
     def connections(self) -> Iterator[lp.Connection]:
         yield from lp.chain(self.rolls, self.spindle, self.gearbox, *self.to_motor())
@@ -70,45 +54,45 @@ class OnMotor(Branch):
 class MotorUpper(OnMotor):
     """Upper branch on its motor, with the long shaft."""
 
-    shaft: Spring = Spring(c=C_SHAFT)
+    shaft: Spring = Spring(c=mill.C_SHAFT)
 
     def to_motor(self) -> Iterator[Any]:
         yield self.shaft
-        yield self.motor.flange
+        yield from super().to_motor()
 
 
 class MotorLower(OnMotor):
     """Lower branch on its motor."""
 
 
-class MotorStand(StripGap):
+class MotorStand(scenes.StripGap):
     """Stand on two independently controlled motors; `s` is the droop of both."""
 
     s: lp.Param = lp.param("1", "droop: loss of speed at rated torque", 0.0, min=0)
-    upper: MotorUpper = MotorUpper(s=s, wanted=(1 + s) * SPEED)
-    lower: MotorLower = MotorLower(s=s, wanted=(1 + s) * SPEED)
+    upper: MotorUpper = MotorUpper(s=s, wanted=(1 + s) * scenes.SPEED)
+    lower: MotorLower = MotorLower(s=s, wanted=(1 + s) * scenes.SPEED)
 
 
-class SharingStand(TrimmedStand):
+class SharingStand(scenes.TrimmedStand):
     """The same without droop, with a load-share trim of the lower motor."""
 
-    upper: MotorUpper = MotorUpper(wanted=SPEED)
+    upper: MotorUpper = MotorUpper(wanted=scenes.SPEED)
     lower: MotorLower = MotorLower()
 
 
 TURNING = ("upper.motor.w", "upper.gearbox.w", "upper.rolls.w", "lower.motor.w")
 
 
-def sharing(s: float, eps: float = DIFFERENCE) -> float:
+def sharing(s: float, eps: float = scenes.DIFFERENCE) -> float:
     """Equalizing torque over rated torque in steady rolling with a droop, on unequal rolls."""
-    start = dict.fromkeys(TURNING, SPEED)
+    start = dict.fromkeys(TURNING, scenes.SPEED)
     rolling = lp.equilibrium(lp.assemble(MotorStand(s=s)), parameters={"eps": eps}, start=start)
-    return float(rolling["gap.tau"] / RATED)
+    return float(rolling["gap.tau"] / mill.RATED)
 
 
 def motors_at_entry(
     stand: MotorStand | SharingStand,
-    idle: float = SPEED,
+    idle: float = scenes.SPEED,
     until: float = 4.0,
     start: Mapping[str, Any] | None = None,
     **options: Any,
@@ -128,6 +112,6 @@ def motors_at_entry(
     **options
         Passed to `lumped.simulate`.
     """
-    system = lp.assemble(stand.with_({"eps": DIFFERENCE, "enters": 0.5}))
+    system = lp.assemble(stand.with_({"eps": scenes.DIFFERENCE, "enters": 0.5}))
     begin = dict.fromkeys(TURNING, idle) | dict(start or {})
     return lp.simulate(system, until=until, start=begin, **options)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,110 +11,107 @@ from matplotlib.figure import Figure
 import lumped as lp
 from lumped.models.panels import panels
 from lumped.models.reversing_mill import drives, scenes
-from lumped.models.reversing_mill.stand import (
-    KGF,
-    RATED,
-    SHAFT_LABELS,
-    SHAFTS,
-    ClosedGap,
-    CreepingGap,
-    LowerBranch,
-    OpenGap,
-    UpperBranch,
-    critical_strip_speeds,
-    eccentricity_gains,
-    eccentricity_hertz,
-    strip_entry,
-)
+from lumped.models.reversing_mill import stand as mill
+from lumped.models.reversing_mill.stand import RATED, SHAFT_LABELS, SHAFTS
+
+SHARE, EQUALIZING = "torque / rated torque", "equalizing torque\n/ rated torque"
 
 
 def draw_modes_upper() -> Any:
-    return lp.modes(lp.assemble(UpperBranch())).plot()
+    return lp.modes(lp.assemble(mill.UpperBranch())).plot()
 
 
 def draw_modes_lower() -> Any:
-    return lp.modes(lp.assemble(LowerBranch())).plot()
+    return lp.modes(lp.assemble(mill.LowerBranch())).plot()
 
 
 def draw_modes_closed() -> Any:
-    return lp.modes(lp.assemble(ClosedGap())).plot()
+    return lp.modes(lp.assemble(mill.ClosedGap())).plot()
 
 
-def draw_strip_entry() -> Figure:
-    figure, axes = panels(2, size=(8, 6), sharey=True)
-    cases = (("motors unchanged", 0.0), ("motors stepping to rated torque", RATED))
-    for axis, (title, motor_torque) in zip(axes, cases, strict=True):
-        run = strip_entry(ClosedGap(), motor_torque, grid=1000)
+def _draw_torques(runs: Mapping[str, lp.Trajectory], height: float, until: float) -> Figure:
+    """Shaft torques of some runs up to an instant in ms, one below the other, by their titles."""
+    count = len(runs)
+    figure, axes = panels(count, size=(8, height), x="time, ms", y=[SHARE] * count, sharey=True)
+    for axis, (title, run) in zip(axes, runs.items(), strict=True):
         axis.plot(1e3 * run.t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
         axis.axhline(0, color="black", linewidth=0.8)
-        axis.set(title=f"Strip entry, {title}", ylabel="torque / rated torque")
+        axis.set_title(title)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    axes[1].set(xlabel="time, ms", xlim=(0, 200))
+    axes[-1].set(xlim=(0, until))
     return figure
 
 
+def draw_strip_entry() -> Figure:
+    runs = {
+        f"Strip entry, motors {what}": mill.strip_entry(mill.ClosedGap(), torque, grid=1000)
+        for what, torque in (("unchanged", 0.0), ("stepping to rated torque", RATED))
+    }
+    return _draw_torques(runs, 6, 200)
+
+
 def draw_eccentricity() -> Figure:
-    figure, (gains, orders) = panels(2, size=(8, 8))
+    title = "Eccentricity, order 1: torque on the joined rolls, or on each pair if open"
+    labels = ("torque / exciting torque", "frequency, Hz")
+    figure, (gains, orders) = panels(2, size=(8, 8), title=title, x="strip speed, m/s", y=labels)
     speeds = np.linspace(0.05, 22.5, 2000)
-    cases = ((ClosedGap(), 0.5, "-", "closed gap"), (OpenGap(), 1.0, "--", "open gap"))
+    cases = ((mill.ClosedGap(), 0.5, "-", "closed gap"), (mill.OpenGap(), 1.0, "--", "open gap"))
     for gap, torque, line, label in cases:
-        torques = np.abs(eccentricity_gains(gap, speeds, torque))
+        torques = np.abs(mill.eccentricity_gains(gap, speeds, torque))
         for i, name in enumerate(SHAFT_LABELS):
             gains.semilogy(speeds, torques[:, i], line, color=f"C{i}", label=f"{name}, {label}")
         hertz = lp.modes(lp.assemble(gap)).hertz
         orders.hlines(hertz, 0, speeds[-1], linestyle=line, color="black", label=label)
         if label == "closed gap":
-            critical = critical_strip_speeds(gap)
+            critical = mill.critical_strip_speeds(gap)
             heights = np.broadcast_to(hertz[:, None], critical.shape)
             dots = orders.plot(critical, heights, "oC3", zorder=3)
             dots[0].set_label("critical, closed gap")
     for n in range(1, 5):
-        orders.plot(speeds, n * eccentricity_hertz(1) * speeds, color="C0", linewidth=1)
-        speed = min(21.5, 43 / n / eccentricity_hertz(1))
-        orders.text(speed, n * eccentricity_hertz(speed) + 1, f"order {n}", color="C0", ha="right")
-    gains.set(title="Eccentricity, order 1: torque on the joined rolls, or on each pair if open")
-    gains.set_ylabel("torque / exciting torque")
+        orders.plot(speeds, n * mill.eccentricity_hertz(1) * speeds, color="C0", linewidth=1)
+        speed = min(21.5, 43 / n / mill.eccentricity_hertz(1))
+        orders.text(
+            speed, n * mill.eccentricity_hertz(speed) + 1, f"order {n}", color="C0", ha="right"
+        )
     gains.legend(fontsize="small", loc="lower right")
-    orders.set(title="Critical speeds", ylabel="frequency, Hz", ylim=(0, 47))
-    orders.set(xlabel="strip speed, m/s", xlim=(0, speeds[-1]))
+    orders.set(title="Critical speeds", xlim=(0, speeds[-1]), ylim=(0, 47))
     orders.legend(loc="lower right", fontsize="small")
     return figure
 
 
 def draw_creep() -> Figure:
-    system = lp.assemble(CreepingGap())
+    system = lp.assemble(mill.CreepingGap())
     points = [
         (K_s, damping, hertz)
         for K_s in np.geomspace(1, 1e4, 400)
-        for found in [lp.modes(system, parameters={"K_s": K_s * KGF})]
+        for found in [lp.modes(system, parameters={"K_s": K_s * mill.KGF})]
         for damping, hertz in zip(found.damping, found.hertz, strict=True)
     ]
-    figure, axis = panels(size=(8, 5))
+    creep, title = "creep coefficient $K_s$, kgf m s", "Damping by creep in the gap"
+    figure, axis = panels(size=(8, 5), title=title, x=creep, y=["damping ratio"])
     axis.axvspan(210, 420, color="grey", alpha=0.2, label="plausible $K_s$ (assumed)")
     K_s, damping, hertz = np.transpose(points)
     dots = axis.scatter(K_s, damping, s=6, c=hertz, cmap="turbo")
     figure.colorbar(dots, label="natural frequency, Hz")
     axis.loglog()
-    axis.set(title="Damping by creep in the gap", xlim=(1, 1e4))
-    axis.set(xlabel="creep coefficient $K_s$, kgf m s", ylabel="damping ratio")
+    axis.set(xlim=(1, 1e4))
     axis.legend()
     return figure
 
 
 def draw_skidding() -> Figure:
     run = scenes.skidding(grid=2000)
-    figure, (shafts, gap, slip) = panels(3, size=(8, 8))
+    title = "Skidding gap: motors at 1.6 and 0.4 rated torque for 120 ms"
+    labels = (SHARE, EQUALIZING, "slip of the rolls, rad/s")
+    figure, (shafts, gap, slip) = panels(3, size=(8, 8), title=title, x="time, ms", y=labels)
     t = 1e3 * run.t
     shafts.plot(t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
-    shafts.set(title="Skidding gap: motors at 1.6 and 0.4 rated torque for 120 ms")
-    shafts.set_ylabel("torque / rated torque")
     gap.plot(t, run["gap.tau"] / RATED, color="C3")
     for name, value in (("$M_s$", scenes.STATIC), ("$M_k$", scenes.KINETIC)):
         gap.axhline(value / RATED, color="grey", linestyle="--", linewidth=0.8)
         gap.text(396, value / RATED - 0.01, name, ha="right", va="top")
-    gap.set_ylabel("equalizing torque\n/ rated torque")
     slip.plot(t, run["gap.w_rel"], color="C4")
-    slip.set(ylabel="slip of the rolls, rad/s", xlabel="time, ms", xlim=(0, 400))
+    slip.set(xlim=(0, 400))
     for axis in (shafts, gap, slip):
         lines = [axis.axvline(1e3 * t, color="black", linestyle=":") for t in scenes.SKIDS]
     lines[0].set_label("skids and sticks, by modal sums")
@@ -123,27 +121,26 @@ def draw_skidding() -> Figure:
 
 
 def draw_strip_break() -> Figure:
-    figure, axes = panels(3, size=(8, 8), sharey=True)
-    cases: tuple[tuple[str, dict[str, Any]], ...] = (
-        ("motors at rated torque", {}),
-        ("motors at 1.1 and 0.9 rated torque", {"share": 0.1}),
-        (
-            f"motors at rated torque, spindles with {scenes.PLAY:g} rad of play",
-            {"play": scenes.PLAY},
-        ),
-    )
-    for axis, (title, options) in zip(axes, cases, strict=True):
-        run = scenes.strip_break(**options, grid=2000)
-        axis.plot(1e3 * run.t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
-        axis.axhline(0, color="black", linewidth=0.8)
-        axis.set(title=f"Strip break, {title}", ylabel="torque / rated torque")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    axes[-1].set(xlabel="time, ms", xlim=(0, 220))
-    return figure
+    loose = f"motors at rated torque, spindles with {scenes.PLAY:g} rad of play"
+    cases: dict[str, dict[str, Any]] = {
+        "motors at rated torque": {},
+        "motors at 1.1 and 0.9 rated torque": {"share": 0.1},
+        loose: {"play": scenes.PLAY},
+    }
+    runs = {
+        f"Strip break, {title}": scenes.strip_break(**case, grid=2000)
+        for title, case in cases.items()
+    }
+    return _draw_torques(runs, 8, 220)
 
 
 def draw_strip_entry_unequal_speeds() -> Figure:
-    figure, (torque, speeds, near) = panels(3, size=(8, 8), sharex=False)
+    title, rolls = (
+        "Strip enters at 20 ms, the upper branch 2 rad/s faster",
+        "speed of the rolls, rad/s",
+    )
+    figure, axes = panels(3, size=(8, 8), title=title, y=(SHARE, rolls, rolls), sharex=False)
+    torque, speeds, near = axes
     for stand, line in ((scenes.JoinedGap(), "-"), (scenes.StripGap(), ":")):
         run = scenes.entry_at_speed(stand, lead=2.0, grid=20_000)
         t = 1e3 * run.t
@@ -152,14 +149,11 @@ def draw_strip_entry_unequal_speeds() -> Figure:
         for i, side in enumerate(("upper", "lower"), 3):
             speeds.plot(t, run[f"{side}.rolls.w"], line, color=f"C{i}", label=f"{side} rolls")
             near.plot(t, run[f"{side}.rolls.w"], line, color=f"C{i}")
-    torque.set(title="Strip enters at 20 ms, the upper branch 2 rad/s faster", xlim=(0, 200))
-    torque.set_ylabel("torque / rated torque")
+    torque.set(xlim=(0, 200))
     speeds.set(title="Solid: joined at once; dotted: joined by friction up to $M_s$", xlim=(0, 200))
     near.set(xlim=(19.5, 21.5), ylim=(-2.5, 2.5))
-    for axis in (torque, speeds, near):
+    for axis in axes:
         axis.set_xlabel("time, ms")
-    for axis in (speeds, near):
-        axis.set_ylabel("speed of the rolls, rad/s")
     shown = [axis.get_legend_handles_labels() for axis in (torque, speeds)]
     handles, labels = shown[0][0][:3] + shown[1][0][:2], shown[0][1][:3] + shown[1][1][:2]
     figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize="small")
@@ -171,7 +165,9 @@ def draw_unequal_rolls() -> Figure:
         ("two PI controllers", scenes.unequal_rolls(scenes.ControlledStand(), 4.0, grid=4000)),
         ("with load-share trim", scenes.unequal_rolls(scenes.TrimmedStand(), 4.0, grid=4000)),
     )
-    figure, (torque, slip) = panels(2, size=(8, 6))
+    title = f"Diameters of the rolls differ by {100 * scenes.DIFFERENCE:g} %"
+    labels = ("equalizing torque / rated torque", "slip of the rolls, rad/s")
+    figure, (torque, slip) = panels(2, size=(8, 6), title=title, x="time, s", y=labels)
     for name, run in cases:
         torque.plot(run.t, run["gap.tau"] / RATED, linewidth=1, label=name)
         slip.plot(run.t, run["gap.w_rel"], linewidth=1, label=name)
@@ -179,15 +175,16 @@ def draw_unequal_rolls() -> Figure:
         expected = scenes.DIFFERENCE / (2 * s)
         label = f"droop {100 * s:g} %: eps / (2 s)"
         torque.axhline(expected, color=f"C{i}", linestyle="--", label=label)
-    torque.set(title=f"Diameters of the rolls differ by {100 * scenes.DIFFERENCE:g} %")
-    torque.set_ylabel("equalizing torque / rated torque")
-    slip.set(xlabel="time, s", ylabel="slip of the rolls, rad/s", xlim=(0, 4))
+    slip.set(xlim=(0, 4))
     torque.legend(fontsize="small")
     return figure
 
 
 def draw_motors() -> Figure:
-    figure, (gap, torque, speed) = panels(3, size=(8, 8))
+    title = "Motors on converters: strip enters at 0.5 s between unequal rolls"
+    motors = "motor torque / rated torque\nsolid upper, dotted lower"
+    labels = (EQUALIZING, motors, "speed of the upper motor, rad/s")
+    figure, (gap, torque, speed) = panels(3, size=(8, 8), title=title, x="time, s", y=labels)
     cases: tuple[tuple[str, drives.MotorStand | drives.SharingStand, float], ...] = (
         ("droop 3 %", drives.MotorStand(s=0.03), 1.03 * scenes.SPEED),
         ("without droop", drives.MotorStand(), scenes.SPEED),
@@ -200,9 +197,6 @@ def draw_motors() -> Figure:
             style = {"color": f"C{i}", "linestyle": line, "linewidth": 1.2}
             torque.plot(run.t, run[f"{side}.motor.tau"] / RATED, **style)
         speed.plot(run.t, run["upper.motor.w"], color=f"C{i}", linewidth=1.2)
-    gap.set(title="Motors on converters: strip enters at 0.5 s between unequal rolls")
-    gap.set_ylabel("equalizing torque\n/ rated torque")
-    torque.set_ylabel("motor torque / rated torque\nsolid upper, dotted lower")
-    speed.set(xlabel="time, s", ylabel="speed of the upper motor, rad/s", xlim=(0, 4))
+    speed.set(xlim=(0, 4))
     figure.legend(*gap.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure

@@ -8,15 +8,8 @@ from __future__ import annotations
 
 import lumped as lp
 from lumped.components import ElastoBacklash, Spring, SpringDamper, Torque
+from lumped.models.reversing_mill import stand as mill
 from lumped.models.reversing_mill.scenes import PLAY, StripGap, between
-from lumped.models.reversing_mill.stand import (
-    C_SHAFT,
-    C_SPINDLE,
-    RATED,
-    Branch,
-    LowerBranch,
-    UpperBranch,
-)
 from lumped.models.sources import Given
 
 D_SHAFT = Given(80.0, "N.m.s/rad", "A", "damping of the long shaft, 2 % of critical at 21.6 Hz")
@@ -29,27 +22,27 @@ LEVELS = (1.2, -1.1, 1.0, -0.85, 0.7)
 """Rolling torque of the passes of a coil over rated torque; negative in reverse [A]."""
 
 
-class _Driven(Branch):
+class _Driven(mill.Branch):
     """Branch whose motor takes the load while there is strip, and whose spindle has play."""
 
-    load: lp.Param = lp.param("N.m", "torque of the motor", RATED)
+    load: lp.Param = lp.param("N.m", "torque of the motor", mill.RATED)
     enters: lp.Param = lp.param("s", "instant of the bite", BITE)
     leaves: lp.Param = lp.param("s", "instant at which the strip leaves", TAIL_OUT)
     play: lp.Param = lp.param("rad", "play of the couplings of the spindle", PLAY, min=0)
     side: lp.Param = lp.param("1", "direction: 1, or -1 in reverse", 1.0)
     drive: lp.Component = Torque(tau=load * between(enters, leaves))
     spindle: Spring | ElastoBacklash = ElastoBacklash(
-        c=C_SPINDLE, d=D_SPINDLE, b=play, phi_rel0=side * play / 2
+        c=mill.C_SPINDLE, d=D_SPINDLE, b=play, phi_rel0=side * play / 2
     )
 
 
-class DrivenUpper(_Driven, UpperBranch):
+class DrivenUpper(_Driven, mill.UpperBranch):
     """Upper branch of a pass."""
 
-    shaft: Spring | SpringDamper = SpringDamper(c=C_SHAFT, d=D_SHAFT)
+    shaft: Spring | SpringDamper = SpringDamper(c=mill.C_SHAFT, d=D_SHAFT)
 
 
-class DrivenLower(_Driven, LowerBranch):
+class DrivenLower(_Driven, mill.LowerBranch):
     """Lower branch of a pass."""
 
 
@@ -60,7 +53,7 @@ class Pass(StripGap):
     level: lp.Param = lp.param("1", "rolling torque over rated torque; negative in reverse", 1.0)
     enters: lp.Param = lp.param("s", "instant of the bite", BITE)
     leaves: lp.Param = lp.param("s", "instant at which the strip leaves", TAIL_OUT)
-    M_pr: lp.Param = lp.param("N.m", "rolling torque on each pair of rolls", level * RATED)
+    M_pr: lp.Param = lp.param("N.m", "rolling torque on each pair of rolls", level * mill.RATED)
     side: lp.Param = lp.param("1", "direction: 1, or -1 in reverse", lp.ops.where(level < 0, -1, 1))
     upper: DrivenUpper = DrivenUpper(load=M_pr, enters=enters, leaves=leaves, play=play, side=side)
     lower: DrivenLower = DrivenLower(load=M_pr, enters=enters, leaves=leaves, play=play, side=side)

@@ -16,8 +16,8 @@ print (55) leaves out the inertia of the rolls and is wrong for small K_s. Torqu
 angles of both branches count positive in the direction of rolling, and a shaft torque is
 positive when the motor drives. The motions are deviations from steady idling.
 
-The printed frequencies follow from the printed parameters to 0.6 % and no better, but within the
-rounding of every J and C (for example J1 = 3.006, J3 = 2.446, backup roll 0.1583 kgf m s2,
+The printed frequencies follow from the printed parameters only to 0.6 %. With J and C that round
+to the printed ones (for example J1 = 3.006, J3 = 2.446, backup roll 0.1583 kgf m s2,
 C1 = 26240, C2 = 9182 kgf m) all three round to the printed digits. The statement
 that the mass of the shafts changes them by less than 0.1 Hz needs dimensions that are not given.
 """
@@ -253,10 +253,7 @@ def eccentricity_gains(gap: OpenGap, speeds: np.ndarray, torque: float) -> np.nd
     ndarray of complex, shape (k, 3)
         Amplitudes of the torques `SHAFTS`.
     """
-    line = lp.linearise(
-        lp.assemble(gap), inputs=["upper_load.tau", "lower_load.tau"], outputs=SHAFTS
-    )
-    push = line.B.sum(axis=1) * torque
-    omegas = 2 * np.pi * eccentricity_hertz(1) * np.asarray(speeds)
-    unit = np.eye(len(push))
-    return np.array([line.C @ np.linalg.solve(1j * w * unit - line.A, push) for w in omegas])
+    upper, lower = loads = ("upper_load.tau", "lower_load.tau")
+    hertz = eccentricity_hertz(1) * np.asarray(speeds)
+    found = lp.frequency_response(lp.assemble(gap), inputs=loads, outputs=SHAFTS, hertz=hertz)
+    return torque * np.transpose([found[shaft, upper] + found[shaft, lower] for shaft in SHAFTS])

@@ -15,30 +15,17 @@ import numpy as np
 import lumped as lp
 from lumped.components import Torque
 from lumped.models import Machine, Row
-from lumped.models.about import Measure, find_shared
-from lumped.models.rotary_arm import control, loads, parts
-from lumped.models.rotary_arm.about import ABOUT
-from lumped.models.rotary_arm.cycle import (
-    ADOPTED,
-    MOTOR,
-    OTHERS,
-    REDUCER,
-    carrying,
-    demand,
-    measure_loaded_rms,
-    run_cycle,
-)
+from lumped.models.about import Measure, Motor, find_shared, read_about
+from lumped.models.rotary_arm import control, cycle, loads, parts
 
 LOADS, SIZING, TEXT, CYCLE = "[P] load torques", "[P] motor sizing", "[P] text", "[P] cycle"
 FROM_PRINT = "not published, from [P]"
 RESTORED, ASSUMED = "not published, [R]", "not published, [A]"
-PARTS = (  # name in the model, what, printed torque
-    ("arm.trays", "trays", 3276.0),
-    ("arm.arms", "arms", 36_868.0),
-    ("arm.weights", "counterweights", 18_620.0),
-)
-MANDREL = 319_536.0
-INERTIAS = (330.2, 2478.0, 651.7, 33_228.0, 66.0)
+BODIES = {  # name in the model: what, printed torque and moment of inertia
+    "trays": ("trays", 3276.0, 330.2),
+    "arms": ("arms", 36_868.0, 2478.0),
+    "weights": ("counterweights", 18_620.0, 651.7),
+}
 OTHERS_BY_HAND = ((4063.7, 8082.8), (4100.0, 8079.5), (4100.0, 8571), (4100.0, 8082.8))
 LOSS = parts.PRINTED | {"reducer.eta": parts.ETA}
 
@@ -50,11 +37,11 @@ def rows() -> list[Row]:
 
 def _loads() -> Iterator[Row]:
     point = loads.at(loads.lifting(parts.EPS), parameters=parts.PRINTED)
-    weights = [point[f"{name}.tau_g"] for name, *_ in PARTS]
-    for (_, what, torque), found in zip(PARTS, weights, strict=True):
+    weights = [point[f"arm.{name}.tau_g"] for name in BODIES]
+    for (what, torque, _), found in zip(BODIES.values(), weights, strict=True):
         yield Row(f"gravity, {what}", "N.m", torque, abs(found), LOADS, "g = 10 m/s2")
     found = point["arm.weight.tau"]
-    yield Row("gravity, mandrel", "N.m", MANDREL, found, LOADS, "g = 10 m/s2")
+    yield Row("gravity, mandrel", "N.m", 319_536.0, found, LOADS, "g = 10 m/s2")
     sums = loads.printed_loads()
     yield Row("gravity, all", "N.m", 341_060.0, sums["grav"], LOADS, "rounded")
     acc = "with the mandrel's spin, 2.8 % too much: the tray does not turn; without the rotor"
@@ -67,9 +54,8 @@ def _loads() -> Iterator[Row]:
     share = 1 + rest / -weights[-1]
     balance = "0.7546 from the moments of trays and arms; or 2294 kg at 0.350 m"
     yield Row("radius that balances", "m", None, share * parts.R_WEIGHTS, FROM_PRINT, balance)
-    yield Row(
-        "mass that balances, each", "kg", None, share * parts.M_WEIGHTS / 5, FROM_PRINT, "2294"
-    )
+    each = share * parts.M_WEIGHTS / 5
+    yield Row("mass that balances, each", "kg", None, each, FROM_PRINT, "2294")
     for case, torque in (("counterweights", 8429.7), ("mandrel", 631.8)):
         found = loads.printed_loads(missing=case)["motor"]
         yield Row(f"motor torque, no {case}", "N.m", None, found, RESTORED, f"{torque} by hand")
@@ -80,38 +66,32 @@ def _loads() -> Iterator[Row]:
 
 def _inertias() -> Iterator[Row]:
     point = loads.at(loads.lifting(parts.EPS), parameters=parts.PRINTED)
-    torques = [point[f"{name}.flange.tau"] - point[f"{name}.tau_g"] for name, *_ in PARTS]
-    torques += [
-        point["arm.mandrel.flange_a.tau"],
-        point["arm.body.flange_a.tau"] - parts.J_REDUCER * parts.EPS,
-    ]
-    names = (*(what for _, what, _ in PARTS), "mandrel", "shaft")
-    for what, printed, torque in zip(names, INERTIAS, torques, strict=True):
-        note = "1018.6 of it spin, which it does not" if what == "mandrel" else "rounded"
-        yield Row(f"moment of inertia, {what}", "kg.m2", printed, torque / parts.EPS, LOADS, note)
+    for name, (what, _, printed) in BODIES.items():
+        J = (point[f"arm.{name}.flange.tau"] - point[f"arm.{name}.tau_g"]) / parts.EPS
+        yield Row(f"moment of inertia, {what}", "kg.m2", printed, J, LOADS, "rounded")
+    J, note = point["arm.mandrel.flange_a.tau"] / parts.EPS, "1018.6 of it spin, which it does not"
+    yield Row("moment of inertia, mandrel", "kg.m2", 33_228.0, J, LOADS, note)
+    J = point["arm.body.flange_a.tau"] / parts.EPS - parts.J_REDUCER
+    yield Row("moment of inertia, shaft", "kg.m2", 66.0, J, LOADS, "rounded")
     note = "12.8 kg.m2 times 50 squared; left out by the source, though as much as the load"
     rotor = parts.J_ROTOR * parts.RATIO**2
     yield Row("moment of inertia, rotor at the arm", "kg.m2", None, rotor, FROM_PRINT, note)
     note = "from the printed 0.17 and 1 rad/s and 1.38 rad/s2; 0.6 s is not in print"
-    yield Row(
-        "duration of a ramp", "s", None, (parts.FAST - parts.SLOW) / parts.EPS, FROM_PRINT, note
-    )
-    fast = loads.SPEED * np.pi / 30 / parts.RATIO
-    yield Row(
-        "fast speed", "rad/s", parts.FAST, fast, TEXT, "480 rpm over 50; the source rounds to 1"
-    )
+    ramp = (parts.FAST - parts.SLOW) / parts.EPS
+    yield Row("duration of a ramp", "s", None, ramp, FROM_PRINT, note)
+    fast, note = loads.SPEED * np.pi / 30 / parts.RATIO, "480 rpm over 50; the source rounds to 1"
+    yield Row("fast speed", "rad/s", parts.FAST, fast, TEXT, note)
 
 
 def _motors() -> Iterator[Row]:
-    torque = loads.printed_loads()["motor"]
+    torque, first = loads.printed_loads()["motor"], loads.OVERLOAD * loads.FIRST
     yield Row("motor torque, all together", "N.m", 8103.0, torque, SIZING, "rounded")
     power = torque * loads.SPEED / loads.KW_RPM / parts.ETA
     yield Row("power needed", "kW", 479.1, power, SIZING, "the only place of the efficiency")
     yield Row("power over overload", "kW", 239.6, power / loads.OVERLOAD, SIZING, "rounded")
     yield Row("rated torque, 250 kW", "N.m", 4974.0, loads.RATED, SIZING, "rounded")
-    yield Row(
-        "greatest torque, 250 kW", "N.m", 9948.0, loads.OVERLOAD * loads.RATED, SIZING, "rounded"
-    )
+    greatest = loads.OVERLOAD * loads.RATED
+    yield Row("greatest torque, 250 kW", "N.m", 9948.0, greatest, SIZING, "rounded")
     loss = loads.at(loads.lifting(parts.EPS), parameters=LOSS)
     lost = "9533 by hand: torque over efficiency"
     yield Row("torque, with the loss", "N.m", None, loss["reducer.flange_a.tau"], FROM_PRINT, lost)
@@ -126,59 +106,55 @@ def _motors() -> Iterator[Row]:
         yield Row(f"acceleration it gives, {name}", "rad/s2", None, found, FROM_PRINT, note)
     lift = loads.at(loads.lifting(0.0), parameters=LOSS)["reducer.flange_a.tau"]
     yield Row("torque to lift, without acceleration", "N.m", None, lift, FROM_PRINT, "8339 by hand")
-    first = "8356; above the printed 8103, so it would do by the rule of the source"
-    yield Row(
-        "greatest torque, first motor", "N.m", None, loads.OVERLOAD * loads.FIRST, FROM_PRINT, first
-    )
-    margin = 100 * (loads.OVERLOAD * loads.FIRST / lift - 1)
+    note = "8356; above the printed 8103, so it would do by the rule of the source"
+    yield Row("greatest torque, first motor", "N.m", None, first, FROM_PRINT, note)
+    margin = 100 * (first / lift - 1)
     yield Row("its margin in lifting", "%", None, margin, FROM_PRINT, "0.2, 8356 over 8339")
-    kick = loads.greatest_acceleration(loads.OVERLOAD * loads.FIRST, LOSS)
+    kick = loads.greatest_acceleration(first, LOSS)
     note = "0.011 by hand: the reported 'cannot kick the mandrel in'"
     yield Row("acceleration the first motor gives", "rad/s2", None, kick, FROM_PRINT, note)
     for g, changed, value in (("10", parts.PRINTED, 0.848), ("9.80665", {}, 0.832)):
-        found = loads.critical_efficiency(loads.OVERLOAD * loads.FIRST, changed)
-        name = f"efficiency it needs, g = {g}"
+        found, name = loads.critical_efficiency(first, changed), f"efficiency it needs, g = {g}"
         yield Row(name, "1", None, found, FROM_PRINT, f"{value} by hand; 0.85 is printed [I]")
 
 
 def _cycle() -> Iterator[Row]:
-    found = run_cycle(printed=True)
-    asked = demand(found, REDUCER)
-    fitted = "pick-up and release 1.469 deg below the horizontal [I] are solved for it"
-    yield Row(
-        "RMS torque of the cycle", "N.m", 4100.0, asked.rms_torque, CYCLE, fitted, fitted=True
-    )
+    found = cycle.run_cycle(printed=True)
+    asked = cycle.demand(found, cycle.REDUCER)
+    note = "pick-up and release 1.469 deg below the horizontal [I] are solved for it"
+    row = Row("RMS torque of the cycle", "N.m", 4100.0, asked.rms_torque, CYCLE, note)
+    yield row._replace(fitted=True)
     note = "the printed 4100 over 4974 is 82.4 %; the print rounds it up"
     share = 100 * asked.rms_torque / loads.RATED
     yield Row("RMS torque over rated", "%", 83.0, share, CYCLE, note, fitted=True)
     yield Row("peak torque", "N.m", None, asked.peak_torque, ASSUMED, "8093.9 by hand")
-    for (what, cycle), (mean, peak) in zip(OTHERS.items(), OTHERS_BY_HAND, strict=True):
-        other = demand(run_cycle(cycle, printed=True), REDUCER)
+    for (what, other), (mean, peak) in zip(cycle.OTHERS.items(), OTHERS_BY_HAND, strict=True):
+        asked = cycle.demand(cycle.run_cycle(other, printed=True), cycle.REDUCER)
         solved = "nothing fitted" not in what
         note = "another reading [I], solved for 4100" if solved else f"{mean} by hand"
-        row = Row(f"RMS torque, {what}", "N.m", 4100.0, other.rms_torque, CYCLE, note)
+        row = Row(f"RMS torque, {what}", "N.m", 4100.0, asked.rms_torque, CYCLE, note)
         yield row._replace(fitted=solved)
         note = f"{peak} by hand"
-        yield Row(f"peak torque, {what}", "N.m", None, other.peak_torque, ASSUMED, note)
-    nine = measure_loaded_rms(run_cycle(carrying(9.0), printed=True))
+        yield Row(f"peak torque, {what}", "N.m", None, asked.peak_torque, ASSUMED, note)
+    nine = cycle.measure_loaded_rms(cycle.run_cycle(cycle.carrying(9.0), printed=True))
     note = "9 s from pick-up to release [A]; 6044.7 by hand, more than rated: excluded"
     yield Row("RMS torque, loaded for 9 s", "N.m", None, nine, ASSUMED, note)
-    slow = np.degrees(ADOPTED.slow)
+    slow = np.degrees(cycle.ADOPTED.slow)
     yield Row("slow angles together", "deg", None, slow, ASSUMED, "17.520 by hand, from the 9 s")
     for name, first, value in (("t = 1 to 9 s", 1.0, 4368), ("t = 0.5 to 8.5 s", 0.5, 3960)):
         at_instants = [np.abs(found.t - t).argmin() for t in first + np.arange(9.0)]
-        samples = found[REDUCER][at_instants]
+        samples = found[cycle.REDUCER][at_instants]
         mean = np.sqrt(np.mean(np.square(samples)))
         note = f"{value} by hand: so much does sampling alone change"
         yield Row(f"RMS torque, nine samples, {name}", "N.m", None, mean, ASSUMED, note)
-    full = run_cycle()
-    asked = demand(full)
+    full = cycle.run_cycle()
+    asked = cycle.demand(full)
     note = "4408.6 by hand, 88.6 % of rated"
     yield Row("RMS torque, full model", "N.m", None, asked.rms_torque, ASSUMED, note)
     note = "10 211 by hand, 103 % of what the motor has"
     yield Row("peak torque, full model", "N.m", None, asked.peak_torque, ASSUMED, note)
     note = "-7177 by hand"
-    yield Row("least torque, full model", "N.m", None, full[MOTOR].min(), ASSUMED, note)
+    yield Row("least torque, full model", "N.m", None, full[cycle.MOTOR].min(), ASSUMED, note)
 
 
 def _loop() -> Iterator[Row]:
@@ -205,9 +181,8 @@ def _loop() -> Iterator[Row]:
     cut = t <= there
     mean = np.sqrt(np.trapezoid(torque[cut] ** 2, t[cut]) / there)
     yield Row("RMS torque until then", "N.m", None, mean, ASSUMED, "4414.7 by hand")
-    yield Row(
-        "greatest torque under control", "N.m", None, torque.max(), ASSUMED, "9948: at its limit"
-    )
+    most = torque.max()
+    yield Row("greatest torque under control", "N.m", None, most, ASSUMED, "9948: at its limit")
     yield Row("least torque under control", "N.m", None, torque.min(), ASSUMED, "-6818 by hand")
     left = abs(control.AIM - run["arm.phi"][-1])
     yield Row("way left after 13 s", "rad", None, left, ASSUMED, "7e-10 by hand, at its end")
@@ -222,7 +197,7 @@ def jump(run: lp.Trajectory, instant: float) -> float:
 def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Measure]:
     """Torque of the prescribed cycle, and the way left, with changed parameters."""
     given = find_shared(lp.assemble(parts.Driven(drive=Torque(tau=0.0))), parameters)
-    asked = demand(run_cycle(parameters=given))
+    asked = cycle.demand(cycle.run_cycle(parameters=given))
     return [
         Measure("prescribed motion, RMS motor torque", "N.m", asked.rms_torque),
         Measure("prescribed motion, greatest motor torque", "N.m", asked.peak_torque),
@@ -230,6 +205,17 @@ def effects(run: lp.Trajectory, parameters: Mapping[str, Any] | None) -> list[Me
     ]
 
 
+ABOUT = read_about(
+    "rotary_arm",
+    until=10.98,
+    watched={
+        "motor torque": "motor.tau",
+        "speed of the arm": "arm.trays.w",
+        "angle of the arm": "arm.phi",
+        "friction in the journals": "arm.journal.tau",
+    },
+    motors=(Motor("motor of 250 kW", "motor.tau", "motor.w", loads.RATED, loads.MAXIMUM),),
+)
 MACHINE = Machine(
     "rotary_arm",
     ABOUT,

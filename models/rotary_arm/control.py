@@ -30,21 +30,9 @@ from lumped.components import (
     SquareRootController,
     Switch,
 )
+from lumped.models.rotary_arm import parts
 from lumped.models.rotary_arm.cycle import ADOPTED
-from lumped.models.rotary_arm.loads import (
-    FREE_WEIGHTS,
-    MAXIMUM,
-    load_inertia,
-)
-from lumped.models.rotary_arm.parts import (
-    EPS,
-    ETA,
-    FAST,
-    J_ROTOR,
-    RATIO,
-    SLOW,
-    Arm,
-)
+from lumped.models.rotary_arm.loads import FREE_WEIGHTS, MAXIMUM, load_inertia
 from lumped.models.sources import Given
 
 BRAKING = Given(1.0, "rad/s2", "A", "deceleration of the profile and of the square-root law, a_p")
@@ -54,12 +42,12 @@ LAG = Given(0.005, "s", "A", "time constant of the motor's torque")
 SECTOR = Given(0.02, "rad/s", "A", "error of speed below which the ramp limiter is a lag")
 BEGIN = ADOPTED.points["S"]
 AIM = BEGIN + 2 * np.pi
-J_M = J_ROTOR + load_inertia(loaded=True) / RATIO**2  # kg.m2
+J_M = parts.J_ROTOR + load_inertia(loaded=True) / parts.RATIO**2  # kg.m2
 PROFILE = (
-    (BEGIN, SLOW),
-    (ADOPTED.points["A"], FAST),
-    (ADOPTED.points["E"] + (FAST**2 - SLOW**2) / (2 * EPS), SLOW),
-    (ADOPTED.points["F"], FAST),
+    (BEGIN, parts.SLOW),
+    (ADOPTED.points["A"], parts.FAST),
+    (ADOPTED.points["E"] + (parts.FAST**2 - parts.SLOW**2) / (2 * parts.EPS), parts.SLOW),
+    (ADOPTED.points["F"], parts.FAST),
 )
 
 
@@ -72,15 +60,15 @@ class Controlled(lp.Component):
     aim: SquareRootController = SquareRootController(wanted=target, K=GAIN, a=BRAKING)
     profile: SpeedProfile = SpeedProfile(sections=PROFILE, a=BRAKING)
     slower: Minimum = Minimum()
-    ramp: RateLimiter = RateLimiter(rate=EPS, T=SECTOR / EPS)
+    ramp: RateLimiter = RateLimiter(rate=parts.EPS, T=SECTOR / parts.EPS)
     near: Latch = Latch(on=target - aim.a / aim.K**2)  # where the square-root law becomes linear
     wanted: Switch = Switch()
-    reducer: EfficientGear = EfficientGear(ratio=RATIO, eta=ETA)
+    reducer: EfficientGear = EfficientGear(ratio=parts.RATIO, eta=parts.ETA)
     at_motor: Gain = Gain(k=reducer.ratio)
     motor: SpeedDrive = SpeedDrive(
-        J=J_ROTOR, k=bandwidth * J_M, T_i=5 / bandwidth, T=LAG, tau_max=MAXIMUM, P_max=1e9
+        J=parts.J_ROTOR, k=bandwidth * J_M, T_i=5 / bandwidth, T=LAG, tau_max=MAXIMUM, P_max=1e9
     )
-    arm: Arm = Arm()
+    arm: parts.Arm = parts.Arm()
 
     def connections(self) -> Iterator[lp.Connection]:
         yield from lp.chain(self.motor, self.reducer, self.arm.shaft)

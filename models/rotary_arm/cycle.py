@@ -1,11 +1,11 @@
 """The cycle of the rotary arm: one turn in 9 s as a prescribed motion, and its torque.
 
-Twelve points, speeds and the ramp are printed, the angles of the points stand in a figure that is
-damaged in the copy used. Model [A]: from rest at S to the slow speed, over P, where the mandrel is
-taken, to A; there to the fast speed; at E down to the slow speed, over R, where it is put down, to
-F; fast; from I to rest at S + 360 deg. The nine seconds then fix the sum of the slow angles. B, C,
-D, G and H do not enter the torque [A]: B, D, G and H clear one mandrel diameter, C lies a stopping
-angle and 0.1 s before D.
+Twelve points, speeds and the ramp are printed; the angles of the points are drawn in a figure that
+is damaged in the copy used. Model [A]: from rest at S to the slow speed, over P, where the mandrel
+is taken, to A; there to the fast speed; at E down to the slow speed, over R, where it is put down,
+to F; fast; from I to rest at S + 360 deg. The nine seconds then fix the sum of the slow angles. B,
+C, D, G and H do not enter the torque [A]: B, D, G and H clear one mandrel diameter, C lies a
+stopping angle and 0.1 s before D.
 
 With pick-up and release exactly horizontal and equal slow zones the RMS torque is 4064 N.m with
 nothing fitted; with both 1.469 deg lower it is the printed 4100 N.m, and this is adopted. Other
@@ -24,21 +24,8 @@ import numpy as np
 import lumped as lp
 from lumped.components import Torque
 from lumped.errors import ParameterError
-from lumped.models.rotary_arm.loads import (
-    MAXIMUM,
-    RATED,
-)
-from lumped.models.rotary_arm.parts import (
-    EPS,
-    FAST,
-    PICK_UP,
-    PRINTED,
-    R_H,
-    R_X,
-    RELEASE,
-    SLOW,
-    Driven,
-)
+from lumped.models.rotary_arm import parts
+from lumped.models.rotary_arm.loads import MAXIMUM, RATED
 
 
 @dataclass(frozen=True)
@@ -58,9 +45,9 @@ class Cycle:
         at the ends of ramps do not count the ramps.
     """
 
-    pick_up: float = PICK_UP
-    release: float = RELEASE
-    ramp: float = EPS
+    pick_up: float = parts.PICK_UP
+    release: float = parts.RELEASE
+    ramp: float = parts.EPS
     duration: float = 9.0
     zones: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
 
@@ -76,34 +63,37 @@ class Cycle:
         if not (np.isfinite(t).all() and np.diff(t).min() > 0 and self.slow > 0):
             raise ParameterError(
                 f"Cycle: ramps of {self.ramp:g} rad/s2 and slow zones {self.zones} between "
-                f"{SLOW:g} and {FAST:g} rad/s do not make one turn in {self.duration:g} s. Give "
-                "positive ramps and zones, and enough, but not too much time."
+                f"{parts.SLOW:g} and {parts.FAST:g} rad/s do not make one turn in "
+                f"{self.duration:g} s. Give positive ramps and zones, and enough, but not too "
+                "much time."
             )
 
     @property
     def slow(self) -> float:
         """Sum of the slow angles, rad, which follows from the remaining time."""
-        ramps = (SLOW**2 + 3 * (FAST**2 - SLOW**2) + FAST**2) / (2 * self.ramp)
-        time = (SLOW + 3 * (FAST - SLOW) + FAST) / self.ramp
+        ramps = (parts.SLOW**2 + 3 * (parts.FAST**2 - parts.SLOW**2) + parts.FAST**2) / (
+            2 * self.ramp
+        )
+        time = (parts.SLOW + 3 * (parts.FAST - parts.SLOW) + parts.FAST) / self.ramp
         fast = 2 * np.pi - ramps
-        return (self.duration - time - fast / FAST) / (1 / SLOW - 1 / FAST)
+        return (self.duration - time - fast / parts.FAST) / (1 / parts.SLOW - 1 / parts.FAST)
 
     @property
     def points(self) -> dict[str, float]:
         """Angles of the twelve points, rad."""
         sp, pa, er, rf = self.slow * np.array(self.zones) / sum(self.zones)
-        change = (FAST**2 - SLOW**2) / (2 * self.ramp)
-        s = self.pick_up - sp - SLOW**2 / (2 * self.ramp)
+        change = (parts.FAST**2 - parts.SLOW**2) / (2 * self.ramp)
+        s = self.pick_up - sp - parts.SLOW**2 / (2 * self.ramp)
         a, f = self.pick_up + pa, self.release + rf
-        clear = np.arcsin(2 * R_X / R_H)
-        stopping = FAST**2 / (2 * self.ramp)
+        clear = np.arcsin(2 * parts.R_X / parts.R_H)
+        stopping = parts.FAST**2 / (2 * self.ramp)
         d = self.release - clear
         return {
             "S": s,
             "P": self.pick_up,
             "A": a,
             "B": self.pick_up + clear,
-            "C": d - stopping - 0.1 * FAST,
+            "C": d - stopping - 0.1 * parts.FAST,
             "D": d,
             "E": self.release - er - change,
             "R": self.release,
@@ -116,14 +106,14 @@ class Cycle:
     def speed(self) -> tuple[list[float], list[float]]:
         """Times in s and speeds in rad/s where ramps begin and end."""
         at = self.points
-        change = (FAST**2 - SLOW**2) / (2 * self.ramp)
-        begin = at["S"] + SLOW**2 / (2 * self.ramp)
+        change = (parts.FAST**2 - parts.SLOW**2) / (2 * self.ramp)
+        begin = at["S"] + parts.SLOW**2 / (2 * self.ramp)
         t, w = [0.0], [0.0]
         for wanted, way in (
-            (SLOW, at["A"] - begin),
-            (FAST, at["E"] - at["A"] - change),
-            (SLOW, at["F"] - at["E"] - change),
-            (FAST, at["I"] - at["F"] - change),
+            (parts.SLOW, at["A"] - begin),
+            (parts.FAST, at["E"] - at["A"] - change),
+            (parts.SLOW, at["F"] - at["E"] - change),
+            (parts.FAST, at["I"] - at["F"] - change),
             (0.0, 0.0),
         ):
             t.append(float(t[-1] + abs(wanted - w[-1]) / self.ramp))
@@ -153,7 +143,7 @@ def run_cycle(
     grid: int | Sequence[float] = 1800,
     rtol: float = 1e-6,
     parameters: Mapping[str, Any] | None = None,
-    model: Driven | None = None,
+    model: parts.Driven | None = None,
 ) -> lp.Trajectory:
     """Inverse dynamics of a cycle: the torque of the motor, `MOTOR`, follows from the motion.
 
@@ -174,9 +164,9 @@ def run_cycle(
     """
     t, w = cycle.speed()
     places = {"arm.pick_up": cycle.pick_up, "arm.release": cycle.release}
-    model = (Driven() if model is None else model).with_({"drive": Torque(tau=0.0)} | places)
+    model = (parts.Driven() if model is None else model).with_({"drive": Torque(tau=0.0)} | places)
     system = lp.assemble(model, keep=["arm.angle.phi"])
-    changed = (PRINTED if printed else {}) | dict(parameters or {})
+    changed = (parts.PRINTED if printed else {}) | dict(parameters or {})
     found = system.parameter_values(changed)
     still = {"arm.mandrel.phi": found["arm.pick_up"], "arm.table.gap": 0.0}
     return lp.inverse(
@@ -206,12 +196,14 @@ def carrying(seconds: float) -> Cycle:
 
     The two slow zones of the loaded half turn then fill the time that ramps and fast motion leave.
     """
-    time = 2 * (FAST - SLOW) / EPS
-    fast = np.pi - (FAST**2 - SLOW**2) / EPS
-    loaded = (seconds - time - fast / FAST) / (1 / SLOW - 1 / FAST)
+    time = 2 * (parts.FAST - parts.SLOW) / parts.EPS
+    fast = np.pi - (parts.FAST**2 - parts.SLOW**2) / parts.EPS
+    loaded = (seconds - time - fast / parts.FAST) / (1 / parts.SLOW - 1 / parts.FAST)
     short = Cycle(0.0, np.pi)
     return Cycle(
-        0.0, np.pi, duration=short.duration + (2 * loaded - short.slow) * (1 / SLOW - 1 / FAST)
+        0.0,
+        np.pi,
+        duration=short.duration + (2 * loaded - short.slow) * (1 / parts.SLOW - 1 / parts.FAST),
     )
 
 

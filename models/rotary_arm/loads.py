@@ -14,14 +14,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import Speed, Torque
-from lumped.models.rotary_arm.parts import (
-    EPS,
-    PRINTED,
-    RATIO,
-    SLOW,
-    Driven,
-    TrayGuide,
-)
+from lumped.models.rotary_arm import parts
 from lumped.models.sources import Given
 
 KW_RPM = Given(9550.0, "N.m", "P", "torque of one kW at one revolution a minute, rounded")
@@ -52,8 +45,8 @@ def at(
     parameters : dict, optional
         Changed parameters.
     """
-    system = lp.assemble(Driven(drive=drive), keep=["arm.angle.phi"])
-    start = {"arm.phi": phi, "arm.carried.x": float(loaded), "rotor.w": RATIO * SLOW}
+    system = lp.assemble(parts.Driven(drive=drive), keep=["arm.angle.phi"])
+    start = {"arm.phi": phi, "arm.carried.x": float(loaded), "rotor.w": parts.RATIO * parts.SLOW}
     if loaded:
         start |= {"arm.mandrel.phi": phi, "arm.trays_hold.w_rel": 0.0}
     return lp.start_point(system, parameters=parameters or {}, start=start)
@@ -61,7 +54,7 @@ def at(
 
 def lifting(eps: float) -> Speed:
     """Motion of the motor from slow speed with an acceleration of the arm in rad/s2."""
-    return Speed(w=RATIO * (SLOW + eps * lp.time))
+    return Speed(w=parts.RATIO * (parts.SLOW + eps * lp.time))
 
 
 def load_inertia(loaded: bool, parameters: dict[str, float] | None = None) -> float:
@@ -70,7 +63,7 @@ def load_inertia(loaded: bool, parameters: dict[str, float] | None = None) -> fl
         at(lifting(eps), 0.0, loaded, (parameters or {}) | {"reducer.eta": 1.0})
         for eps in (0.0, 1.0)
     )
-    return RATIO * (raised["reducer.flange_a.tau"] - still["reducer.flange_a.tau"])
+    return parts.RATIO * (raised["reducer.flange_a.tau"] - still["reducer.flange_a.tau"])
 
 
 def printed_loads(missing: str = "") -> dict[str, float]:
@@ -86,20 +79,20 @@ def printed_loads(missing: str = "") -> dict[str, float]:
     dict
         ``grav``, ``fric``, ``acc`` behind the reducer, N.m; ``motor``, their sum at the motor.
     """
-    changed = dict(PRINTED)
+    changed = dict(parts.PRINTED)
     if missing == "counterweights":
         changed["arm.m_w"] = 1e-12  # kg
-    point = at(lifting(EPS), loaded=missing != "mandrel", parameters=changed)
+    point = at(lifting(parts.EPS), loaded=missing != "mandrel", parameters=changed)
     mandrel = point["arm.weight.tau"] if missing != "mandrel" else 0.0
     grav = sum(point[name] for name in FREE_WEIGHTS) + mandrel
     fric, motor = point["arm.journal.tau"], point["reducer.flange_a.tau"]
-    return {"grav": grav, "fric": fric, "acc": RATIO * motor - grav - fric, "motor": motor}
+    return {"grav": grav, "fric": fric, "acc": parts.RATIO * motor - grav - fric, "motor": motor}
 
 
 def greatest_acceleration(torque: float, parameters: dict[str, float] | None = None) -> float:
     """Acceleration of the arm at the horizontal, mandrel on it, rad/s2."""
     point = at(Torque(tau=torque), parameters=parameters)
-    return point["rotor.a"] / RATIO
+    return point["rotor.a"] / parts.RATIO
 
 
 def critical_efficiency(torque: float, parameters: dict[str, float] | None = None) -> float:
@@ -110,6 +103,6 @@ def critical_efficiency(torque: float, parameters: dict[str, float] | None = Non
 
 def tray_twist(teeth: float) -> float:
     """Twist of a tray over half a turn of the arm, rad, for a ratio of teeth."""
-    system = lp.assemble(TrayGuide(teeth=teeth), keep=["tray.phi"])
+    system = lp.assemble(parts.TrayGuide(teeth=teeth), keep=["tray.phi"])
     run = lp.simulate(system, until=np.pi, grid=1)
     return float(run["tray.phi"][-1])

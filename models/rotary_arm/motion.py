@@ -14,49 +14,28 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import IdealGear, Inertia, Speed, SwingingMass, Torque
-from lumped.models.rotary_arm.cycle import (
-    ADOPTED,
-    Cycle,
-)
+from lumped.models.rotary_arm import parts
+from lumped.models.rotary_arm.cycle import ADOPTED, Cycle
 from lumped.models.rotary_arm.loads import MAXIMUM
-from lumped.models.rotary_arm.parts import (
-    D_SHAFT,
-    FAST,
-    J_REDUCER,
-    K_JOURNAL,
-    M_ARMS,
-    M_MANDREL,
-    M_SHAFT,
-    M_TRAYS,
-    M_WEIGHTS,
-    MU,
-    PRINTED,
-    R_H,
-    R_WEIGHTS,
-    R_X,
-    RATIO,
-    SLOW,
-    Driven,
-)
 
 NOTHING = 1e-3  # kg  an arm without mandrel; a mass is positive
-
-__all__ = ["Carrying", "best_motion", "run_motion"]
 
 
 class Carrying(lp.Component):
     """Arm on a lossless reducer, with the mandrel or without; the source's numbers."""
 
-    g: lp.Param = lp.param("m/s2", "gravity", PRINTED["arm.g"])
-    m_x: lp.Param = lp.param("kg", "mandrel", M_MANDREL, above=0)
+    g: lp.Param = lp.param("m/s2", "gravity", parts.PRINTED["arm.g"])
+    m_x: lp.Param = lp.param("kg", "mandrel", parts.M_MANDREL, above=0)
     friction: lp.Param = lp.param("N.m", "friction in the journals while it turns", 0.0, min=0)
     motor: Torque = Torque(tau=0.0)
-    reducer: IdealGear = IdealGear(ratio=RATIO)
-    trays: SwingingMass = SwingingMass(m=M_TRAYS, R=R_H, g=g)
-    arms: SwingingMass = SwingingMass(m=M_ARMS, R=R_H / 2, J=M_ARMS * R_H**2 / 12, g=g)
-    weights: SwingingMass = SwingingMass(m=M_WEIGHTS, R=-R_WEIGHTS, g=g)
-    mandrel: SwingingMass = SwingingMass(m=m_x, R=R_H, J=m_x * R_X**2 / 2, g=g)
-    body: Inertia = Inertia(J=M_SHAFT * D_SHAFT**2 / 8 + J_REDUCER)
+    reducer: IdealGear = IdealGear(ratio=parts.RATIO)
+    trays: SwingingMass = SwingingMass(m=parts.M_TRAYS, R=parts.R_H, g=g)
+    arms: SwingingMass = SwingingMass(
+        m=parts.M_ARMS, R=parts.R_H / 2, J=parts.M_ARMS * parts.R_H**2 / 12, g=g
+    )
+    weights: SwingingMass = SwingingMass(m=parts.M_WEIGHTS, R=-parts.R_WEIGHTS, g=g)
+    mandrel: SwingingMass = SwingingMass(m=m_x, R=parts.R_H, J=m_x * parts.R_X**2 / 2, g=g)
+    body: Inertia = Inertia(J=parts.M_SHAFT * parts.D_SHAFT**2 / 8 + parts.J_REDUCER)
     journal: Torque = Torque(tau=-friction)
 
     def connections(self) -> Iterator[lp.Connection]:
@@ -81,15 +60,15 @@ def best_motion(cycle: Cycle = ADOPTED, intervals: int = 20) -> lp.optimisation.
     Motion
     """
     system = lp.assemble(Carrying(), keep=["trays.phi"])
-    lever = PRINTED["arm.g"] * MU * K_JOURNAL * D_SHAFT / 2
-    weight = M_TRAYS + M_ARMS + M_SHAFT + M_WEIGHTS
+    lever = parts.PRINTED["arm.g"] * parts.MU * parts.K_JOURNAL * parts.D_SHAFT / 2
+    weight = parts.M_TRAYS + parts.M_ARMS + parts.M_SHAFT + parts.M_WEIGHTS
     empty, full = (
         lp.start_point(system, parameters={"m_x": m, "friction": lever * (weight + m)})
-        for m in (NOTHING, M_MANDREL)
+        for m in (NOTHING, parts.M_MANDREL)
     )
-    at, braking = cycle.points, (FAST**2 - SLOW**2) / (2 * cycle.ramp)
+    at, braking = cycle.points, (parts.FAST**2 - parts.SLOW**2) / (2 * cycle.ramp)
     angles = (at["S"], at["P"], at["A"], at["E"] + braking, at["R"], at["F"], at["S"] + 2 * np.pi)
-    speeds = (SLOW, SLOW, FAST, SLOW, SLOW, FAST)
+    speeds = (parts.SLOW, parts.SLOW, parts.FAST, parts.SLOW, parts.SLOW, parts.FAST)
     torque = {"motor.tau": (-MAXIMUM, MAXIMUM)}
     return lp.optimisation.motion(
         [empty, full, full, full, empty, empty],
@@ -120,8 +99,8 @@ def run_motion(
     -------
     Trajectory
     """
-    profile = RATIO * found.profile("trays.w")
-    model = Driven(drive=Speed(w=profile)).with_(
+    profile = parts.RATIO * found.profile("trays.w")
+    model = parts.Driven(drive=Speed(w=profile)).with_(
         {"arm.pick_up": cycle.pick_up, "arm.release": cycle.release}
     )
     return lp.simulate(
@@ -133,5 +112,5 @@ def run_motion(
             "arm.mandrel.phi": cycle.pick_up,
             "arm.table.gap": 0.0,
         },
-        parameters=PRINTED,
+        parameters=parts.PRINTED,
     )

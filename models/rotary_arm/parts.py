@@ -3,8 +3,8 @@
 Five arms on one shaft, with sector counterweights, carry a mandrel over half a turn from the
 pick-up to the release. In each arm a fixed gear, an idler and a moving gear of equal teeth let the
 tray, and the mandrel on it, move on a circle without turning; so the mandrel's height above the
-tray does not matter for gravity, and neither has energy of spin. Angles count from the horizontal
-on the side of the pick-up, upward. A motor drives the shaft through a reducer of 50.
+tray does not matter for gravity, and neither of them has energy of rotation. Angles count from the
+horizontal on the side of the pick-up, upward. A motor drives the shaft through a reducer of 50.
 
 Source: Li Enxue, Drive of the front-table mandrel rotary arm of a 508 mm PQF pipe mill (in
 Chinese), Steel Pipe 2016 no. 2, 45-49. Figures 4 to 7, table 1 and two formulas are damaged in the

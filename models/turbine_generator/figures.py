@@ -7,13 +7,7 @@ from matplotlib.figure import Figure
 
 import lumped as lp
 from lumped.models.panels import panels
-from lumped.models.turbine_generator import drive
-from lumped.models.turbine_generator.scenes import (
-    clear_faults,
-    per_unit,
-    run_reclosing,
-    run_short_circuit,
-)
+from lumped.models.turbine_generator import drive, scenes
 
 SHAFT = drive.SHAFTS["LPB-GEN"]
 BODIES = {
@@ -40,35 +34,34 @@ def draw_shapes() -> Figure:
 
 
 def draw_fault() -> Figure:
-    figure, (top, bottom) = panels(2, size=(8, 5.5))
+    labels = ("air gap, rated torques", "LPB-GEN, rated torques")
+    figure, (top, bottom) = panels(2, size=(8, 5.5), x="time from the fault, ms", y=labels)
     for phases, text in (("abc", "three phases"), ("bc", "line to line")):
-        run = run_short_circuit(0.32, phases, grid=6000)
+        run = scenes.run_short_circuit(0.32, phases, grid=6000)
         time = 1e3 * (run.t - drive.BEGIN)
-        top.plot(time, per_unit(run, "gen.tau"), linewidth=1, label=text)
-        bottom.plot(time, per_unit(run, SHAFT), linewidth=1, label=text)
-    top.set(ylabel="air gap, rated torques", xlim=(-20, 300))
-    bottom.set(ylabel="LPB-GEN, rated torques", xlabel="time from the fault, ms")
+        top.plot(time, scenes.per_unit(run, "gen.tau"), linewidth=1, label=text)
+        bottom.plot(time, scenes.per_unit(run, SHAFT), linewidth=1, label=text)
+    top.set(xlim=(-20, 300))
     top.legend(loc="upper right")
     return figure
 
 
 def draw_cleared() -> Figure:
     durations = np.arange(0.03, 0.2001, 0.0005)
-    found = clear_faults(durations)
-    figure, axis = panels()
+    found = scenes.clear_faults(durations)
+    figure, axis = panels(x="duration of the fault, ms", y=["largest torque, rated torques"])
     for text in drive.SHAFTS:
         axis.plot(1e3 * durations, found[text] / drive.BASE.tau, label=text)
-    axis.set(xlabel="duration of the fault, ms", ylabel="largest torque, rated torques")
     axis.set(xlim=(30, 200), ylim=(0, None))
     axis.legend(ncols=5, loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
     return figure
 
 
 def draw_reclosed() -> Figure:
-    run = run_reclosing(grid=8000)
-    figure, axis = panels()
-    axis.plot(run.t, per_unit(run, "gen.tau"), linewidth=0.8, label="air gap")
-    axis.plot(run.t, per_unit(run, SHAFT), linewidth=1.2, label="LPB-GEN")
+    run = scenes.run_reclosing(grid=8000)
+    figure, axis = panels(x="time, s", y=["torque, rated torques"])
+    axis.plot(run.t, scenes.per_unit(run, "gen.tau"), linewidth=0.8, label="air gap")
+    axis.plot(run.t, scenes.per_unit(run, SHAFT), linewidth=1.2, label="LPB-GEN")
     instants = {
         "fault": drive.BEGIN,
         "cleared": drive.CLEARED,
@@ -79,6 +72,6 @@ def draw_reclosed() -> Figure:
         axis.axvline(time, color="black", linewidth=0.6)
         axis.annotate(text, (time, 0.97), xycoords=("data", "axes fraction"), rotation=90,
                       ha="right", va="top")  # fmt: skip
-    axis.set(xlabel="time, s", ylabel="torque, rated torques", xlim=(0, 0.6))
+    axis.set(xlim=(0, 0.6))
     axis.legend(loc="lower right")
     return figure

@@ -10,22 +10,7 @@ from numpy.typing import ArrayLike
 
 import lumped as lp
 from lumped.errors import OptionError
-from lumped.models.turbine_generator.drive import (
-    BASE,
-    SHAFTS,
-    Reclosed,
-    TurbineGenerator,
-)
-
-__all__ = [
-    "FREE",
-    "at_maximum",
-    "clear_faults",
-    "find_rated_point",
-    "per_unit",
-    "run_reclosing",
-    "run_short_circuit",
-]
+from lumped.models.turbine_generator.drive import BASE, SHAFTS, Reclosed, TurbineGenerator
 
 FREE = ["bus.V", "bus.phase", "gen.v_f", "turbine.steam"]
 """What follows from the state at the start: bus, excitation, steam."""

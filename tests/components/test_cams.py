@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import CamSwitch, HarmonicTorque, Inertia, PeriodicTorque, PulseTorque, Speed
 
 
 def turned(part: lp.Component, w: float = 1.0, **options: object) -> lp.Trajectory:
-    model = lp.compose(
-        drive=Speed(w=w), part=part, connections=lambda m: lp.chain(m.drive.flange, m.part.flange)
-    )
+    model = in_a_row(drive=Speed(w=w), part=part)
     system = lp.assemble(model, keep=["drive.flange.phi"])
     return lp.simulate(system, until=4 * np.pi, rtol=1e-10, **options)
 
@@ -35,14 +34,6 @@ class TestCamSwitch:
 
 
 class TestPulseTorque:
-    @pytest.mark.parametrize(("shape", "mean"), [("half-sine", 2 / np.pi), ("rectangle", 1.0)])
-    def test_work_of_a_turn_is_that_of_the_pulse(self, shape, mean):
-        pulse = PulseTorque(shape=shape, tau_max=-3.0, centre=0.1, width=1.2)
-        run = turned(pulse, w=2.0, grid=20_000)
-        received = np.trapezoid(run["part.tau"] * 2.0, run.t) / 4
-        expected = -3.0 * 1.2 * mean
-        assert abs(received / expected - 1) < 2e-6  # of the trapezoids
-
     def test_half_sine_is_greatest_in_the_middle(self):
         at = 2.0 + np.array([-0.6, -0.3, 0.0, 0.3, 0.59999])
         run = turned(PulseTorque(tau_max=5.0, centre=2.0 - 2 * np.pi, width=1.2), grid=at)
@@ -51,10 +42,8 @@ class TestPulseTorque:
         assert np.abs(received[:5][1:] - expected[1:]).max() < 1e-9
 
     def test_free_flywheel_gets_the_work_of_each_pulse(self):
-        model = lp.compose(
-            wheel=Inertia(J=2.0, w=1.0),
-            pulse=PulseTorque(tau_max=3.0, centre=1.0, width=0.5),
-            connections=lambda m: lp.chain(m.wheel, m.pulse.flange),
+        model = in_a_row(
+            wheel=Inertia(J=2.0, w=1.0), pulse=PulseTorque(tau_max=3.0, centre=1.0, width=0.5)
         )
         system = lp.assemble(model, keep=["wheel.phi"])
         run = lp.simulate(system, until=5.0, rtol=1e-10)
@@ -66,9 +55,7 @@ class TestPulseTorque:
 
 def torques(part: lp.Component, angles: np.ndarray) -> np.ndarray:
     """Torque of a load at given angles."""
-    model = lp.compose(
-        turn=Speed(w=1.0), part=part, connections=lambda m: lp.chain(m.turn.flange, m.part.flange)
-    )
+    model = in_a_row(turn=Speed(w=1.0), part=part)
     system = lp.assemble(model, keep=["turn.flange.phi"])
     name = system.state_names[0]
     return np.array([lp.start_point(system, start={name: a})["part.tau"] for a in angles])
@@ -76,9 +63,7 @@ def torques(part: lp.Component, angles: np.ndarray) -> np.ndarray:
 
 def flywheel(part: lp.Component, until: float, w: float = 30.0) -> lp.Trajectory:
     """A flywheel of 2 kg.m2 under a load."""
-    model = lp.compose(
-        wheel=Inertia(J=2.0, w=w), part=part, connections=lambda m: lp.chain(m.wheel, m.part.flange)
-    )
+    model = in_a_row(wheel=Inertia(J=2.0, w=w), part=part)
     system = lp.assemble(model, keep=["wheel.phi"])
     return lp.simulate(system, until=until, rtol=1e-10, grid=400)
 
@@ -95,14 +80,6 @@ class TestHarmonicTorque:
         for order, amplitude, phase in self.ROWS:
             expected[round(2 * order)] = amplitude * np.exp(1j * phase) / 2j
         assert np.abs(np.fft.rfft(received) / 64 - expected).max() < 1e-14
-
-    def test_a_flywheel_gains_the_integral_over_its_angle(self):
-        run = flywheel(HarmonicTorque(harmonics=self.ROWS, mean=-0.7), 3.0)
-        phi, gained = run["wheel.phi"], -0.7 * run["wheel.phi"]
-        for order, amplitude, phase in self.ROWS:
-            gained -= amplitude / order * (np.cos(order * phi + phase) - np.cos(phase))
-        assert phi[-1] > 10 * 2 * np.pi
-        assert run["wheel.w"] ** 2 == pytest.approx(30.0**2 + gained, rel=5e-8)
 
 
 def curvatures(angles: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -151,34 +128,6 @@ class TestPeriodicTorque:
         x = np.linspace(0.0, 4 * np.pi, 301)
         bound = 5 / 384 * (2 * np.pi / 24) ** 4
         assert np.abs(torques(part, x) - np.sin(x)).max() < bound
-
-    @pytest.mark.parametrize("shape", ["smooth", "lines"])
-    @pytest.mark.parametrize("w", [2.0, -2.0])
-    def test_work_of_ten_periods_is_ten_times_the_area_under_the_curve(self, shape, w):
-        class Driven(lp.Component):
-            """A load turned evenly, and the work that it does."""
-
-            turn: Speed = Speed(w=w)
-            part: PeriodicTorque = PeriodicTorque(
-                points=self.POINTS, shape=shape, period=self.PERIOD
-            )
-            work: lp.Var = lp.var("J", "work", state="always")
-
-            def connections(self):
-                yield lp.connect(self.turn.flange, self.part.flange)
-
-            def equations(self):
-                yield lp.der(self.work) == self.part.tau * self.turn.w
-
-        angles, values = np.array([*self.POINTS, (3.5, 3.0)]).T
-        h = np.diff(angles)
-        area = h @ (values[1:] + values[:-1]) / 2
-        if shape == "smooth":
-            M = curvatures(angles, values)
-            area -= h**3 @ (M[1:] + M[:-1]) / 24
-        end = 10 * self.PERIOD / 2.0
-        run = lp.simulate(lp.assemble(Driven()), until=end, rtol=1e-10, method="implicit")
-        assert run["work"][-1] == pytest.approx(np.sign(w) * 10 * area, rel=1e-6)
 
     def test_one_point_is_a_constant(self):
         for shape in ("smooth", "lines"):

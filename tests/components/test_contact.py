@@ -7,7 +7,6 @@ from scipy.optimize import brentq
 
 import lumped as lp
 from lumped.components import ElastoBacklash, Fixed, Inertia, Torque, translation
-from lumped.ops import where
 
 J, C, D, PLAY, SPEED = 2.0, 5000.0, 30.0, 0.1, 3.0
 FADE = D / (2 * J)
@@ -16,23 +15,11 @@ FREE = PLAY / 2 / SPEED
 """Time to the first flank, s."""
 
 
-class Heated(ElastoBacklash):
-    """Elastic play that counts what its damping takes: ``der(heat) = (tau - c e) w_rel``."""
-
-    heat: lp.Var = lp.var("J", "heat", state="always")
-
-    def equations(self):
-        yield from super().equations()
-        x, h = self.phi_rel, self.b / 2
-        e = where(x > h, x - h, where(x < -h, x + h, 0))
-        yield lp.der(self.heat) == (self.tau - self.c * e) * self.w_rel
-
-
 def disc(direction=1.0, **options):
     """A disc in the middle of its play, moving towards a flank."""
     return assemble_row(
         wall=Fixed(),
-        play=Heated(c=C, b=PLAY, **options),
+        play=ElastoBacklash(c=C, b=PLAY, **options),
         disc=Inertia(J=J, phi=0.0, w=direction * SPEED),
     )
 
@@ -92,17 +79,6 @@ def test_the_torque_jumps_where_the_flanks_meet_only_if_the_damping_is_not_limit
     before, after = run["play.tau"][np.abs(run.t - FREE) < 1e-12]
     expected = (0.0, 0.0 if limited else D * SPEED)
     assert (before, after) == pytest.approx(expected, abs=1e-9)
-
-
-@pytest.mark.parametrize("limited", [True, False])
-def test_a_play_only_pushes_and_only_takes_energy(limited):
-    run = lp.simulate(disc(d=D, limited=limited), until=2.0, rtol=1e-10)
-    x, tau, heat = (run[f"play.{name}"] for name in ("phi_rel", "tau", "heat"))
-    excess = np.sign(x) * np.maximum(0, np.abs(x) - PLAY / 2)
-    total = J / 2 * run["disc.w"] ** 2 + C / 2 * excess**2 + heat
-    np.testing.assert_allclose(total, J / 2 * SPEED**2, rtol=1e-8)
-    assert (tau * x >= -1e-10).all()  # rounding where the push ends
-    assert (np.diff(heat) >= -1e-9).all()
 
 
 def test_a_loaded_play_rests_at_the_twist_of_its_spring():

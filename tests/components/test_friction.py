@@ -6,7 +6,7 @@ from rows import in_a_row
 
 import lumped as lp
 from lumped.components import BearingFriction, Brake, Clutch, Inertia, Stribeck, Torque, translation
-from lumped.components.translation import FrictionPair, Mass, SupportFriction
+from lumped.components.translation import FrictionPair, Mass
 
 """Energy that may be unaccounted for, relative to what was turned over."""
 
@@ -145,32 +145,6 @@ def test_a_clutch_without_normal_force_is_free_and_one_pressed_negatively_too():
     locked = [event.time for event in modes_of(run) if event.after == "stuck"]
     assert locked == pytest.approx([1 + 1 / 9], rel=1e-9)
     assert run["b.w"][-1] == pytest.approx(5 / 9 + 0.5 * (1 - 1 / 9), rel=1e-9)
-
-
-def test_the_translational_twins_move_as_the_rotational_ones():
-    push = 9 * lp.ops.sin(3 * lp.time)
-    rows, u = ((0.0, 0.5), (2.0, 0.3)), 1 + 0.5 * lp.ops.sin(lp.time)
-    turning = in_a_row(
-        drive=Torque(tau=push),
-        a=Inertia(J=1.0),
-        clutch=Clutch(characteristic=rows, peak=1.2, f_max=8.0, u=u),
-        b=Inertia(J=2.0),
-        brake=Brake(characteristic=rows, peak=1.1, f_max=3.0, u=u),
-        bearing=BearingFriction(characteristic=((0.0, 0.4),)),
-    )
-    sliding = in_a_row(
-        drive=translation.Force(f=push),
-        a=Mass(m=1.0),
-        clutch=FrictionPair(characteristic=rows, peak=1.2, f_max=8.0, u=u),
-        b=Mass(m=2.0),
-        brake=translation.Brake(characteristic=rows, peak=1.1, f_max=3.0, u=u),
-        bearing=SupportFriction(characteristic=((0.0, 0.4),)),
-    )
-    runs = [lp.simulate(lp.assemble(model), until=6.0) for model in (turning, sliding)]
-    for name in ("a", "b"):
-        assert runs[0][f"{name}.w"].tolist() == runs[1][f"{name}.v"].tolist()
-    assert [e.time for e in runs[0].events] == [e.time for e in runs[1].events]
-    assert len(modes_of(runs[0])) > 10
 
 
 # -- stick-slip --------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Friction under a load that depends on the friction itself, and the uses of cranks it serves."""
+"""Friction under a load that depends on the friction itself."""
 
 import numpy as np
 import pytest
@@ -7,12 +7,8 @@ from scipy.integrate import solve_ivp
 import lumped as lp
 from lumped.components import (
     CrankSlider,
-    Eccentric,
     Inertia,
     Position,
-    RotatingMass,
-    Speed,
-    SwingingMass,
     Torque,
     translation,
 )
@@ -192,115 +188,3 @@ def test_it_breaks_away_where_the_load_has_fallen_enough(side, peak):
     since = np.maximum(run.t - begin, 0)
     expected = ((force - 0.5 * (10 - begin)) * since + 0.25 * since**2) / m
     assert np.abs(run["body.v"] - expected).max() < 1e-8
-
-
-# -- mechanisms of cranks ----------------------------------------------------------------------
-
-
-def test_level_and_upright_slider_on_one_crank():
-    """Torque at constant speed: half the slope of the reduced inertia, and the weight."""
-    w, masses = 5.0, (4.0, 2.5)
-    model = lp.compose(
-        turn=Position(phi=w * lp.time),
-        level=CrankSlider(r=R, L=L, m=masses[0], g=G),
-        upright=CrankSlider(r=R, L=2 * L, e=E, m=masses[1], axis=np.pi / 2, g=G),
-        connections=lambda m: [lp.connect(m.turn.flange, m.level.flange, m.upright.flange)],
-    )
-    run = lp.simulate(lp.assemble(model), until=2 * np.pi / w, grid=360)
-
-    def place(q, length, e):
-        return R * np.cos(q) + np.sqrt(length**2 - (e - R * np.sin(q)) ** 2)
-
-    def slope(q, length, e):
-        h = 1e-30
-        return place(q + 1j * h, length, e).imag / h
-
-    def bend(q, length, e):
-        h = 1e-4
-        steps = slope(q - 2 * h, length, e), slope(q - h, length, e)
-        steps += slope(q + h, length, e), slope(q + 2 * h, length, e)
-        return (steps[0] - 8 * steps[1] + 8 * steps[2] - steps[3]) / (12 * h)
-
-    q = w * run.t
-    one = masses[0] * slope(q, L, 0.0) * bend(q, L, 0.0)
-    up = q - np.pi / 2, 2 * L, E
-    other = masses[1] * slope(*up) * bend(*up)
-    expected = w**2 * (one + other) + masses[1] * G * slope(*up)
-    assert np.abs(-run["turn.flange.tau"] - expected).max() < 1e-9 * np.abs(expected).max()
-
-
-@pytest.mark.parametrize("chosen", [0, 1])
-def test_eccentric_shaft_drives_either_of_two_carriages(chosen):
-    """Coupled at the begin; the other one rests, and the torque is that of one carriage alone."""
-    masses, w = (5.0, 8.0), 4.0
-    model = lp.compose(
-        turn=Speed(w=w),
-        crank=CrankSlider(r=R, L=L),
-        couplings=[translation.Coupling(u=float(i == chosen)) for i in range(2)],
-        carriages=[translation.Mass(m=m) for m in masses],
-        connections=lambda m: (
-            lp.connect(m.turn.flange, m.crank.flange),
-            lp.connect(m.crank.slider, *(c.flange_a for c in m.couplings)),
-            *(
-                lp.connect(c.flange_b, body.flange_a)
-                for c, body in zip(m.couplings, m.carriages, strict=True)
-            ),
-        ),
-    )
-    run = lp.simulate(lp.assemble(model, keep=["crank.v"]), until=2.0, rtol=1e-10)
-    alone = lp.compose(
-        turn=Speed(w=w),
-        crank=CrankSlider(r=R, L=L, m=masses[chosen]),
-        connections=lambda m: [lp.connect(m.turn.flange, m.crank.flange)],
-    )
-    expected = lp.simulate(lp.assemble(alone, keep=["crank.v"]), until=2.0, grid=run.t, rtol=1e-10)
-    assert np.abs(run[f"carriages[{chosen}].v"] - expected["crank.v"]).max() < 1e-8
-    assert np.abs(run[f"carriages[{1 - chosen}].v"]).max() < 1e-8
-    scale = np.abs(expected["turn.flange.tau"]).max()
-    assert np.abs(run["turn.flange.tau"] - expected["turn.flange.tau"]).max() < 1e-7 * scale
-
-
-def test_body_on_parallel_arms_is_a_mass_on_a_circle():
-    """Carried without turning: joined to a pin in x and y, a point mass, a mass on an arm."""
-    r, m, w = 0.7, 6.0, 3.0
-    turn = 0.2 + w * lp.time + 0.5 * lp.time**2
-    model = lp.compose(
-        turns=[Position(phi=turn) for _ in range(3)],
-        arm=Eccentric(radius=r, phase=np.pi / 2),
-        hub=translation.Fixed(),
-        body_x=translation.Mass(m=m),
-        body_y=translation.Mass(m=m),
-        weight=translation.Force(f=-m * G),
-        point=RotatingMass(m=m, r=r, phase=np.pi / 2, g=G),
-        swing=SwingingMass(m=m, R=r, phi0=np.pi / 2, g=G),
-        connections=lambda x: (
-            lp.connect(x.turns[0].flange, x.arm.flange),
-            lp.connect(x.hub.flange, x.arm.hub_x, x.arm.hub_y),
-            lp.connect(x.arm.pin_x, x.body_x.flange_a),
-            lp.connect(x.arm.pin_y, x.body_y.flange_a, x.weight.flange),
-            lp.connect(x.turns[1].flange, x.point.flange),
-            lp.connect(x.turns[2].flange, x.swing.flange),
-        ),
-    )
-    run = lp.simulate(lp.assemble(model), until=4.0)
-    angle = 0.2 + w * run.t + 0.5 * run.t**2
-    inertia, weight = m * r**2 * 1.0, m * G * r * np.sin(angle)
-    for i in range(3):
-        assert np.abs(-run[f"turns[{i}].flange.tau"] - (inertia - weight)).max() < 1e-10 * m * G * r
-
-
-def test_counterweight_takes_the_first_order_of_the_foundation_force():
-    """Long rod: the slider's inertia force is m r w^2 cos; a mass opposite the pin takes it."""
-    w, m = 10.0, 4.0
-    model = lp.compose(
-        turn=Position(phi=w * lp.time),
-        crank=CrankSlider(r=R, L=1e5 * R, m=m),
-        weight=RotatingMass(m=2 * m, r=R / 2, phase=np.pi),
-        base=translation.Fixed(),
-        connections=lambda x: (
-            lp.connect(x.turn.flange, x.crank.flange, x.weight.flange),
-            lp.connect(x.base.flange, x.crank.frame_x, x.weight.frame_x),
-        ),
-    )
-    run = lp.simulate(lp.assemble(model), until=2 * np.pi / w)
-    assert np.abs(run["base.flange.f"]).max() < 3e-5 * m * R * w**2

@@ -2,17 +2,14 @@
 
 import numpy as np
 import pytest
+from rows import assemble_row
+from test_impact_shafts import at
 
 import lumped as lp
 from lumped.components import Inertia, Stop, Torque, translation
 from lumped.components.translation import Force, Mass, MassWithStops, Position
 
 G = 9.81  # m/s2
-
-
-def at(instant):
-    """A command that becomes 1."""
-    return lp.ops.where(lp.time >= instant, 1, 0)
 
 
 def impacts(run, component=None):
@@ -124,13 +121,7 @@ def test_a_body_between_two_stops_keeps_the_time_of_its_round_trips():
 
 def test_a_pressed_body_rests_on_the_stop_that_it_is_pressed_to():
     body = MassWithStops(m=1.5, length=0.4, s_min=-1.0, s_max=1.0, s=0.0, v=0.0)
-    system = lp.assemble(
-        lp.compose(
-            body=body,
-            drive=Force(f=6.0 - 12.0 * at(2.0)),
-            connections=lambda m: [lp.connect(m.drive.flange, m.body.flange_b)],
-        )
-    )
+    system = assemble_row(body=body, drive=Force(f=6.0 - 12.0 * at(2.0)))
     run = lp.simulate(system, until=4.0, grid=[1.5, 3.9], rtol=1e-9)
     np.testing.assert_allclose(run["body.s"], [1.0, -1.0], rtol=1e-12)
     np.testing.assert_allclose(run["body.f_upper"], [-6.0, 0.0], atol=1e-12)

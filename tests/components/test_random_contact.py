@@ -2,10 +2,36 @@
 
 import numpy as np
 import pytest
-from test_impact_shafts import Friction, Work, at
+from test_impact_shafts import at
 
 import lumped as lp
 from lumped.components import Backlash, Coupling, IdealGear, Inertia, PickUp, SpringDamper
+
+
+class Work(lp.Component):
+    """Work done on what is joined to the flange by a sine torque: ``der(work) = tau w``."""
+
+    flange = lp.Flange()
+    amplitude: lp.Param = lp.param("N.m", "amplitude")
+    pulse: lp.Param = lp.param("rad/s", "angular frequency")
+    work: lp.Var = lp.var("J", "work done", state="always")
+
+    def equations(self):
+        tau = self.amplitude * lp.ops.sin(self.pulse * lp.time)
+        yield self.flange.tau == -tau
+        yield lp.der(self.work) == tau * lp.der(self.flange.phi)
+
+
+class Friction(lp.Component):
+    """Viscous bearing that counts its heat: ``der(heat) = d w^2``."""
+
+    flange = lp.Flange()
+    d: lp.Param = lp.param("N.m.s/rad", "viscous damping")
+    heat: lp.Var = lp.var("J", "heat", state="always")
+
+    def equations(self):
+        yield self.flange.tau == self.d * lp.der(self.flange.phi)
+        yield lp.der(self.heat) == self.d * lp.der(self.flange.phi) ** 2
 
 
 def link(rng):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.integrate import quad
 
 import lumped as lp
@@ -14,12 +15,7 @@ FORMING = 2 * F * A
 def rolls(until, w=0.0, tau=0.0, grid=400, **given):
     """Rolls with their drive; what is given goes to the pass."""
     values = {"F": F, "a": A, "R": R, "T_back": 0.0, "T_front": 0.0} | given
-    model = lp.compose(
-        drive=Torque(tau=tau),
-        body=Inertia(J=J, w=w),
-        gap=RollingTorque(**values),
-        connections=lambda m: lp.chain(m.drive, m.body, m.gap.flange),
-    )
+    model = in_a_row(drive=Torque(tau=tau), body=Inertia(J=J, w=w), gap=RollingTorque(**values))
     system = lp.assemble(model, keep=["body.phi"])
     return lp.simulate(system, until=until, rtol=1e-10, grid=grid)
 
@@ -38,10 +34,8 @@ def test_the_torque_is_that_of_the_shear_that_balances_the_strip(T_back, T_front
     # pressure pushes the strip back, shear forward: 2 shear - 2 int p x = T_back - T_front
     back = b * R * quad(lambda x: pressure(x) * x, 0, bite)[0]
     shear = back + (T_back - T_front) / 2
-    model = lp.compose(
-        turn=Speed(w=1.0),
-        gap=RollingTorque(F=force, a=arm, R=R, T_back=T_back, T_front=T_front),
-        connections=lambda m: lp.chain(m.turn, m.gap.flange),
+    model = in_a_row(
+        turn=Speed(w=1.0), gap=RollingTorque(F=force, a=arm, R=R, T_back=T_back, T_front=T_front)
     )
     received = lp.start_point(lp.assemble(model))["gap.tau"]
     assert received == pytest.approx(2 * R * shear, rel=1e-9)

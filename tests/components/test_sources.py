@@ -11,7 +11,6 @@ from lumped.components import (
     FilteredSpeed,
     Inertia,
     RelativeSpeed,
-    Torque,
     translation,
 )
 
@@ -19,61 +18,37 @@ F_CRIT = 5.0
 STEP = lp.ops.where(lp.time >= 0.1, 2.0, 0.0)
 
 
-class Turning:
-    """Names of a rotational rig."""
-
-    place, body, mass, x, v, flow = None, Inertia, "J", "phi", "w", "tau"
-    position, speed = FilteredPosition, FilteredSpeed
-    accelerated, between, push = Acceleration, RelativeSpeed, Torque
+def moved(source):
+    model = in_a_row(source=source, body=Inertia(J=3.0))
+    return lp.assemble(model, keep=["body.phi", "source.flange.tau"])
 
 
-class Sliding:
-    """Names of a translational rig."""
-
-    body, mass, x, v, flow = translation.Mass, "m", "s", "v", "f"
-    position, speed = translation.FilteredPosition, translation.FilteredSpeed
-    accelerated, between = translation.Acceleration, translation.RelativeSpeed
-    push = translation.Force
-
-
-both = pytest.mark.parametrize("kind", [Turning, Sliding])
-
-
-def moved(source, kind):
-    model = in_a_row(source=source, body=kind.body(**{kind.mass: 3.0}))
-    return lp.assemble(model, keep=[f"body.{kind.x}", f"source.flange.{kind.flow}"])
-
-
-@both
-def test_a_filtered_position_follows_a_step_as_two_equal_lags_do(kind):
-    system = moved(kind.position(f_crit=F_CRIT, **{f"{kind.x}_ref": STEP}), kind)
+def test_a_filtered_position_follows_a_step_as_two_equal_lags_do():
+    system = moved(FilteredPosition(f_crit=F_CRIT, phi_ref=STEP))
     run = lp.simulate(system, until=0.5, rtol=1e-10, atol=1e-12)
     corner = 2 * np.pi * F_CRIT / np.sqrt(np.sqrt(2) - 1)
     z = corner * np.maximum(run.t - 0.1, 0)
     expected = 2.0 * (1 - (1 + z) * np.exp(-z))
-    error = np.abs(run[f"body.{kind.x}"] - expected).max()
+    error = np.abs(run["body.phi"] - expected).max()
     print(f"step of a filtered position: {error:.1e}")
     assert error < 1e-8
     # the torque is that of the acceleration, twice the corner squared just after the step
     after = run.t > 0.1
     push = 3.0 * 2.0 * corner**2 * (1 - z) * np.exp(-z)
-    received = -run[f"source.flange.{kind.flow}"]
+    received = -run["source.flange.tau"]
     assert np.abs(received - push)[after].max() < 1e-7 * np.abs(push).max()
 
 
-@both
-def test_a_filtered_speed_follows_a_step_as_a_lag_does(kind):
-    system = moved(kind.speed(f_crit=F_CRIT, **{f"{kind.v}_ref": STEP}), kind)
+def test_a_filtered_speed_follows_a_step_as_a_lag_does():
+    system = moved(FilteredSpeed(f_crit=F_CRIT, w_ref=STEP))
     run = lp.simulate(system, until=0.5, rtol=1e-10, atol=1e-12)
     z = 2 * np.pi * F_CRIT * np.maximum(run.t - 0.1, 0)
-    assert np.abs(run[f"body.{kind.v}"] - 2.0 * (1 - np.exp(-z))).max() < 1e-8
+    assert np.abs(run["body.w"] - 2.0 * (1 - np.exp(-z))).max() < 1e-8
 
 
-@both
-@pytest.mark.parametrize("what", ["position", "speed"])
-def test_at_the_critical_frequency_half_of_the_power_is_left(kind, what):
-    name = kind.x if what == "position" else kind.v
-    system = moved(getattr(kind, what)(f_crit=F_CRIT, **{f"{name}_ref": 0.0}), kind)
+@pytest.mark.parametrize(("kind", "name"), [(FilteredPosition, "phi"), (FilteredSpeed, "w")])
+def test_at_the_critical_frequency_half_of_the_power_is_left(kind, name):
+    system = moved(kind(f_crit=F_CRIT, **{f"{name}_ref": 0.0}))
     found = lp.frequency_response(
         system, inputs=[f"source.{name}_ref"], outputs=[f"source.{name}"], hertz=[0.01, F_CRIT]
     )
@@ -81,31 +56,29 @@ def test_at_the_critical_frequency_half_of_the_power_is_left(kind, what):
     assert received == pytest.approx([1.0, np.sqrt(0.5)], rel=1e-5)
 
 
-@both
-def test_an_acceleration_gives_speed_and_way_and_takes_the_force_for_it(kind):
-    source = kind.accelerated(a=0.6 * lp.time, **{kind.v: -0.2, kind.x: 0.5})
-    run = lp.simulate(moved(source, kind), until=2.0, rtol=1e-10, atol=1e-12)
-    assert run[f"body.{kind.v}"] == pytest.approx(-0.2 + 0.3 * run.t**2, abs=1e-9)
-    assert run[f"body.{kind.x}"] == pytest.approx(0.5 - 0.2 * run.t + 0.1 * run.t**3, abs=1e-9)
-    assert -run[f"source.flange.{kind.flow}"] == pytest.approx(1.8 * run.t, abs=1e-9)
+def test_an_acceleration_gives_speed_and_way_and_takes_the_force_for_it():
+    source = Acceleration(a=0.6 * lp.time, w=-0.2, phi=0.5)
+    run = lp.simulate(moved(source), until=2.0, rtol=1e-10, atol=1e-12)
+    assert run["body.w"] == pytest.approx(-0.2 + 0.3 * run.t**2, abs=1e-9)
+    assert run["body.phi"] == pytest.approx(0.5 - 0.2 * run.t + 0.1 * run.t**3, abs=1e-9)
+    assert -run["source.flange.tau"] == pytest.approx(1.8 * run.t, abs=1e-9)
 
 
-@both
-def test_a_speed_between_two_bodies_keeps_their_momentum(kind):
+def test_a_speed_between_two_bodies_keeps_their_momentum():
     rel = 0.5 * lp.ops.sin(3 * lp.time)
     model = in_a_row(
-        a=kind.body(**{kind.mass: 3.0}),
-        between=kind.between(**{kind.v: rel}),
-        b=kind.body(**{kind.mass: 1.0}),
+        a=Inertia(J=3.0),
+        between=RelativeSpeed(w=rel),
+        b=Inertia(J=1.0),
     )
-    run = lp.simulate(lp.assemble(model), until=4.0, rtol=1e-10, start={f"a.{kind.v}": 1.0})
+    run = lp.simulate(lp.assemble(model), until=4.0, rtol=1e-10, start={"a.w": 1.0})
     expected = 0.5 * np.sin(3 * run.t)
-    assert run[f"b.{kind.v}"] - run[f"a.{kind.v}"] == pytest.approx(expected, abs=1e-12)
-    momentum = 3.0 * run[f"a.{kind.v}"] + run[f"b.{kind.v}"]
+    assert run["b.w"] - run["a.w"] == pytest.approx(expected, abs=1e-12)
+    momentum = 3.0 * run["a.w"] + run["b.w"]
     assert np.ptp(momentum) < 1e-8
     # what the source gives is the reduced mass times the relative acceleration
     force = 3.0 * 1.0 / 4.0 * 1.5 * np.cos(3 * run.t)
-    assert -run[f"between.{kind.flow}"] == pytest.approx(force, abs=1e-8)
+    assert -run["between.tau"] == pytest.approx(force, abs=1e-8)
 
 
 def test_rods_and_bodies_with_length_stand_one_behind_the_other():

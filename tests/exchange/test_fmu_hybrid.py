@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import specification_gear  # noqa: F401 - loads
 from bits import Unit
 from fmus import compare, fmpy, runs
 from linkages import double_rocker, four_bar, rocker_angle

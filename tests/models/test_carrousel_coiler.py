@@ -1,27 +1,20 @@
 """Carrousel coiler against published numbers, reference files and closed forms."""
 
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 import pytest
+from closeness import apart
+from references import columns
 
 from lumped.models.carrousel_coiler import drive as coiler
 from lumped.models.carrousel_coiler import scenes, sizing
 
-DATA = Path(__file__).parents[1] / "data" / "carrousel_coiler"
+reference = partial(columns, "carrousel_coiler")
 
 SPEEDS = ("range of motor speeds, high gear only", "range of motor speeds, both gears")
 T, r, R, h, b, rho = 80e3, 0.305, 1.0, 1e-3, 1.25, 7850.0
 J_EMPTY = 500 + 600 * 1.354**2  # at the mandrel, high gear
-
-
-def reference(name):
-    return np.genfromtxt(DATA / f"{name}.csv", delimiter=",", names=True)
-
-
-def deviation(received, expected):
-    """Largest deviation over the range of the signal."""
-    return np.abs(received - expected).max() / np.ptp(expected)
 
 
 CUT = {"motor power, 20 m/s": 0, **dict.fromkeys(SPEEDS, 2)}  # digits of the print, not rounded
@@ -124,7 +117,7 @@ class TestSizing:
         file = reference("gear_map")
         expected = file[f"Tmax_{name}_N" if power is None else f"Tmax_{name}_2160kW_N"]
         received = sizing.greatest_tension(motor, file["v_m_min"] / 60, ratio)
-        assert deviation(received, expected) < 1e-9
+        assert apart(received, expected) < 1e-9
 
     @pytest.mark.parametrize(
         ("v", "tension", "gear"),
@@ -198,7 +191,7 @@ class TestWindingRun:
     def test_reference_file(self, run, column, signal):
         # both sides of this jump are 1e-9 s apart in the file; they have a test of their own
         smooth = np.abs(self.file["t_s"] - 144.467299849) > 1e-6
-        found = deviation(signal(run)[smooth], self.file[column][smooth])
+        found = apart(signal(run)[smooth], self.file[column][smooth])
         print(f"{column}: {found:.1e} of the range")
         assert found < 1e-9
 
@@ -227,11 +220,11 @@ class TestTensionDeviation:
     )
     def test_reference_file(self, column, options):
         received = scenes.tension_deviation(self.file["R_m"], **options)
-        found = deviation(received, self.file[column])
+        found = apart(received, self.file[column])
         print(f"{column}: {found:.1e} of the range")
         assert found < 1e-9
 
     def test_the_text_counts_the_momentum_of_the_strip_twice(self):
         radii = self.file["R_m"]
         twice = scenes.tension_deviation(radii) - rho * b * h * 20.0**2
-        assert deviation(twice, self.file["dT_text_wdJdt_N"]) < 1e-9
+        assert apart(twice, self.file["dT_text_wdJdt_N"]) < 1e-9

@@ -7,7 +7,8 @@ import re
 
 import numpy as np
 import pytest
-from shear_by_hand import DEGREES, apart, data, nearest
+from closeness import apart
+from shear_by_hand import DEGREES, data, nearest
 
 import lumped as lp
 from lumped.models.eccentric_shear import stand

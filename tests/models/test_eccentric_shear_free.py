@@ -5,10 +5,10 @@ momentum rule coded by hand.
 """
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
+from shear_by_hand import data
 
 import lumped as lp
 from lumped.components import Inertia
@@ -37,11 +37,6 @@ READINGS = (PrintedShear, GuidedShear)
 CROSS = {PrintedShear: 412.5, GuidedShear: 409.9}  # kg.m2, printed to these digits
 BEFORE = 2809.4
 AFTER = {PrintedShear: 3117.0, GuidedShear: 3138.8}
-
-
-def reference() -> np.ndarray:
-    path = Path(__file__).parents[1] / "data" / "eccentric_shear" / "forward_e0.csv"
-    return np.genfromtxt(path, delimiter=",", names=True)
 
 
 class Coasting(lp.Component):
@@ -164,7 +159,7 @@ class SoftHold(lp.Component):
 
 class TestFreeRun:
     def test_run_is_that_of_the_reference(self):
-        table = reference()
+        table = data("forward_e0")
         t = table["t_s"]
         run = free_run(until=t[-1], grid=t, rtol=1e-10)
         rows = np.abs(run.t[:, None] - t).argmin(axis=0)
@@ -202,7 +197,7 @@ class TestFreeRun:
         system = lp.assemble(Audited().with_({"loaded.shear": shear()}))
         start = {"motor.w": SPEED, "motor.phi": 0.0, "motor.i": 0.0} | seat_support(shear)
         start |= {"W_motor": 0.0, "W_load": 0.0}
-        table = reference()
+        table = data("forward_e0")
         t = table["t_s"]
         run = lp.simulate(
             system, until=t[-1], parameters={"eps": e}, start=start, grid=t, rtol=1e-10

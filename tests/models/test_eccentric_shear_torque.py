@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from shear_by_hand import DEGREES, apart, data, nearest
+from closeness import apart
+from shear_by_hand import DEGREES, data, nearest
 
 from lumped.models import eccentric_shear
 from lumped.models.eccentric_shear.scenes import SLOW, CrankTurned, Demand, MotorTurned, turn

@@ -4,7 +4,8 @@ import re
 
 import numpy as np
 import pytest
-from pilger_turns import L1, L, R, data, error, turn
+from closeness import apart
+from pilger_turns import L1, L, R, data, turn
 from scipy.optimize import linprog
 
 import lumped as lp
@@ -36,7 +37,7 @@ class TestCurves:
             "xiL1_rad_s2": run["mill.weight.a_rod"],
         }
         for column, received in quantities.items():
-            assert error(received, table[column]) < 1e-9, column
+            assert apart(received, table[column]) < 1e-9, column
 
     @pytest.mark.parametrize(("name", "design"), CASES)
     def test_forces_and_torques_are_those_of_the_reference(self, name, design):
@@ -55,7 +56,7 @@ class TestCurves:
             "Mroll_Nm": load,
         }
         for column, received in quantities.items():
-            assert error(received, table[column]) < 1e-9, column
+            assert apart(received, table[column]) < 1e-9, column
 
     @pytest.mark.parametrize(("name", "design"), CASES)
     def test_printed_torques_of_both_trains_are_those_of_the_reference(self, name, design):
@@ -64,7 +65,7 @@ class TestCurves:
         trains = {"stand": "Mg1_paper_Nm_", "weight": "Mg2_paper_Nm_"}
         # the rolls hang on the stand through its slider
         for part, column in trains.items():
-            assert error(run[f"mill.{part}.flange.tau"], table[column + design]) < 1e-9
+            assert apart(run[f"mill.{part}.flange.tau"], table[column + design]) < 1e-9
 
     @pytest.mark.parametrize(("name", "design"), CASES)
     def test_inertia_at_the_crank_is_that_of_the_reference(self, name, design):
@@ -80,7 +81,7 @@ class TestCurves:
         run = lp.simulate(system, until=t[-1], grid=t)
         spin = (w + alpha * t) ** 2 / w**2
         received = (stand.crank_torque(run) - table[f"Mg_exact_Nm_{design}"] * spin) / alpha
-        assert error(received, table[f"J_exact_kgm2_{design}"]) < 1e-9
+        assert apart(received, table[f"J_exact_kgm2_{design}"]) < 1e-9
 
 
 @pytest.fixture(scope="module")
@@ -244,7 +245,7 @@ class TestGravity:
 
         h = 1e-30
         slope = 9.80665 * height(f + 1j * h).imag / h
-        assert error(with_g - without, slope) < 1e-11
+        assert apart(with_g - without, slope) < 1e-11
 
     @pytest.mark.parametrize(("design", "F2"), [("before", 101.6), ("after", 85.0)])
     def test_fluctuation_with_gravity(self, design, F2):
@@ -280,7 +281,7 @@ class TestErrorsOfThePrint:
         more = 2 * 0.1  # of each rod goes from the pin to the slider
         x = -more * p["m_rod"] * (run["mill.stand.a"] - w**2 * R * np.cos(angle))
         x += more * p["m_rod_1"] * w**2 * R * np.cos(angle)
-        assert error(change[:, 0], x) < 1e-9
+        assert apart(change[:, 0], x) < 1e-9
 
     @pytest.mark.parametrize(("name", "printed", "exact"), [("P", 102.3, 89.7), ("F", 570, 468)])
     def test_inertia_torque_as_printed_is_too_large(self, name, printed, exact):

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from closeness import apart
+from pilger_by_hand import ByHand, golden
 from scipy.optimize import minimize
 
 import lumped as lp
@@ -10,69 +12,6 @@ from lumped.models.pilger_mill.balance import Balance, balance
 from lumped.models.pilger_mill.stand import DESIGNS, SETS, SPEED, Mill
 
 PUBLISHED = np.array(list(DESIGNS["after"].values()))
-R, L, L1, E = 0.59, 4.25, 3.4, 0.33
-
-
-def error(received, expected):
-    return np.abs(received - expected).max() / np.ptp(expected)
-
-
-class ByHand:
-    """F1 and F2 of a set by equations (1) to (30), as restored, at 1440 angles."""
-
-    def __init__(self, name):
-        p, w, f = SETS[name], SPEED[name], np.radians(np.arange(1440) / 4)
-        t, t1 = np.arcsin((R * np.sin(f) + E) / L), np.arcsin(R * np.cos(f) / L1)
-        V = w * R * (np.sin(f) + np.tan(t) * np.cos(f))
-        V1 = -w * R * (np.cos(f) + np.tan(t1) * np.sin(f))
-        bow, bow1 = R * np.cos(f) ** 2 / (L * np.cos(t) ** 3), R * np.sin(f) ** 2 / L1
-        bow1 = bow1 / np.cos(t1) ** 3
-        a = w**2 * R * (np.cos(f) - np.tan(t) * np.sin(f) + bow)
-        a1 = w**2 * R * (np.sin(f) - np.tan(t1) * np.cos(f) + bow1)
-        turn, turn1 = w * R * np.cos(f) / (L * np.cos(t)), -w * R * np.sin(f) / (L1 * np.cos(t1))
-        xi = w**2 * R / L * (np.sin(t) * bow - np.sin(f) / np.cos(t))
-        xi1 = w**2 * R / L1 * (np.sin(t1) * bow1 - np.cos(f) / np.cos(t1))
-        ends = -np.sqrt((L + R) ** 2 - E**2), -np.sqrt((L - R) ** 2 - E**2)
-        s = np.clip((-(R * np.cos(f) + L * np.cos(t)) - ends[0]) / (ends[1] - ends[0]), 0, 1)
-        q = p["al"] / (p["al"] + p["be"])
-        shape = (s / q) ** p["al"] * ((1 - s) / (1 - q)) ** p["be"]
-        load = p["T_f"] * np.where(V > 0, 1.0, p["back"]) * shape * np.abs(V) / (w * R) + p["M0"]
-        rods, rods1 = 2 * p["m_rod"], 2 * p["m_rod_1"]
-        inertia = (p["m1"] + 1100 * (0.21 / 0.19) ** 2 + rods) * V * a + rods1 * V1 * a1
-        slender = 1 / 12 - 0.05**2
-        inertia += rods * slender * L**2 * turn * xi + rods1 * slender * L1**2 * turn1 * xi1
-        self.torque, self.more = inertia / w + load, V1 * a1 / w
-        self.along, self.up, self.rod = -(p["m1"] + 0.45 * rods) * a, -a1, 0.45 * rods1
-        self.x, self.y = w**2 * np.cos(f), w**2 * np.sin(f)
-        self.turning = (p["m_pin"] + 0.55 * (rods + rods1)) * R
-
-    def force(self, m2, U):
-        pull = self.turning - 4 * U
-        up = (m2 + self.rod) * self.up - pull * self.y
-        return np.hypot(self.along - pull * self.x, up).max()
-
-    def fluctuation(self, m2):
-        return np.ptp(self.torque + m2 * self.more) / 0.96
-
-    def best_sectors(self, m2):
-        return golden(lambda U: self.force(m2, U), 2500.0, 3800.0)
-
-
-def golden(cost, a, b):
-    """Least of a convex function by golden section, to rounding for a kink."""
-    ratio = (np.sqrt(5) - 1) / 2
-    c, d = b - ratio * (b - a), a + ratio * (b - a)
-    low, high = cost(c), cost(d)
-    for _ in range(52):
-        if low < high:
-            b, d, high = d, c, low
-            c = b - ratio * (b - a)
-            low = cost(c)
-        else:
-            a, c, low = c, d, high
-            d = a + ratio * (b - a)
-            high = cost(d)
-    return (a + b) / 2
 
 
 @pytest.fixture(scope="module", params=["F", "P"])
@@ -180,7 +119,7 @@ class TestBalance:
         w, degrees = SPEED[name], np.arange(1441) / 4
         own = stand.revolution(stand.turn_mill(stand.mill(name), w * lp.time), w, degrees)
         force = np.hypot(*stand.shaking_force(own).T)[:-1]
-        assert error(of.forces(PUBLISHED), force) < 1e-11
+        assert apart(of.forces(PUBLISHED), force) < 1e-11
 
     def test_ideal_cranks_have_the_optimum_of_the_closed_form(self):
         """Without slope of the rods the force is zero at My = Mx, S = (Mx + mq) R."""

@@ -5,14 +5,12 @@ import pytest
 from arm_by_hand import EMPTY, LOADED, ROTOR, data, friction, gravity
 from scipy.integrate import solve_ivp
 
-import lumped as lp
 from lumped.models.rotary_arm import jump
 from lumped.models.rotary_arm.control import (
     AIM,
     BANDWIDTH,
     BEGIN,
     J_M,
-    Controlled,
     instants,
     run_controlled,
 )
@@ -221,51 +219,3 @@ def test_without_a_linear_zone_it_chatters_at_the_aim():
     error, turns = last_two_seconds(1000.0)
     assert min(turns) > 40
     assert error[1] > 0.9 * error[0]
-
-
-class Audited(lp.Component):
-    """The drive with the energies that pass through it."""
-
-    rig: Controlled = Controlled()
-    work: lp.Var = lp.var("J", "work of the motor", state="always")
-    heat: lp.Var = lp.var("J", "losses of reducer and journals", state="always")
-    turned: lp.Var = lp.var("J", "energy turned over", state="always")
-
-    def equations(self):
-        motor, reducer, journal = self.rig.motor, self.rig.reducer, self.rig.arm.journal
-        power = motor.tau * motor.w
-        yield lp.der(self.work) == power
-        yield lp.der(self.turned) == abs(power)
-        yield lp.der(self.heat) == reducer.tau_loss * reducer.w + journal.tau * journal.w
-
-
-@pytest.mark.parametrize(
-    "changes",
-    [{}, {"arm.mu": 0.0, "reducer.eta": 1.0}, {"bandwidth": 10.0}, FIRST_MOTOR],
-    ids=["full", "lossless", "resting", "first motor"],
-)
-def test_energy(changes):
-    held = gravity(BEGIN, 0) / (50 * changes.get("reducer.eta", 0.85))
-    gain = changes.get("bandwidth", BANDWIDTH) * J_M
-    start = {"arm.phi": BEGIN, "motor.tau": held, "motor.x": held / gain}
-    start |= {"arm.mandrel.phi": P, "arm.table.gap": 0.0}
-    run = lp.simulate(
-        lp.assemble(Audited(), keep=["rig.arm.angle.phi", "work", "heat", "turned"]),
-        until=8.0,
-        rtol=1e-10,
-        parameters={f"rig.{name}": value for name, value in changes.items()},
-        start={f"rig.{name}": value for name, value in start.items()},
-    )
-    phi, w, height = run["rig.arm.phi"], run["rig.arm.trays.w"], run["rig.arm.mandrel.phi"]
-    mandrel = run["rig.arm.mandrel.w"]
-    stored = (EMPTY + ROTOR) * w**2 / 2 + (LOADED - EMPTY) * mandrel**2 / 2
-    stored += gravity(0.0, 0) * np.sin(phi)
-    stored += (gravity(0.0, 1) - gravity(0.0, 0)) * np.sin(height)
-    lost = sum(event.loss for event in run.events)
-    error = run["work"][-1] - (stored[-1] - stored[0]) - run["heat"][-1] - lost
-    print(f"{error:.1e} J of {run['turned'][-1]:.4g} J; heat {run['heat'][-1]:.4g} J")
-    assert abs(error) < 1e-6 * run["turned"][-1]
-    if changes.get("arm.mu") == 0.0:
-        assert run["heat"][-1] == pytest.approx(0.0, abs=1e-6)
-    else:
-        assert (np.diff(run["heat"]) >= -1e-6).all()

@@ -5,14 +5,17 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import specification_drives as drives
 import specification_friction as friction
 import specification_gear as gear
 import yaml
+from specification_signals import SIGNALS
 
 import lumped as lp
 from lumped.components import (
     Damper,
     ElastoBacklash,
+    FilteredSpeed,
     Fixed,
     IdealGear,
     Inertia,
@@ -26,57 +29,14 @@ from lumped.components import (
 DATA = Path(__file__).parents[1] / "data" / "msl"
 
 
-class Body(lp.Component):
-    """Sliding mass of a length; `s` is the position of its centre."""
-
-    flange_a = lp.LinearFlange(free=True)
-    flange_b = lp.LinearFlange(free=True)
-    m: lp.Param = lp.param("kg", "mass", above=0)
-    length: lp.Param = lp.param("m", "distance of the flanges", 0.0)
-    s: lp.Var = lp.var("m", "position of the centre")
-    v: lp.Var = lp.var("m/s", "velocity")
-
-    def equations(self):
-        yield self.flange_a.s == self.s - self.length / 2
-        yield self.flange_b.s == self.s + self.length / 2
-        yield self.v == lp.der(self.s)
-        yield self.m * lp.der(self.v) == self.flange_a.f + self.flange_b.f
-
-
-class Rod(lp.Component):
-    """Massless rigid rod: ``s_b = s_a + length``."""
-
-    flange_a = lp.LinearFlange()
-    flange_b = lp.LinearFlange()
-    length: lp.Param = lp.param("m", "length", 0.0)
-
-    def equations(self):
-        a, b = self.flange_a, self.flange_b
-        yield lp.lossless(b.s == a.s + self.length, a, b)
-
-
 class MeasuredSpring(translation.Spring):
-    """Spring that also tells its relative velocity: ``v_rel = der(s_rel)``."""
+    """Spring with its relative velocity: ``v_rel = der(s_rel)``."""
 
     v_rel: lp.Var = lp.var("m/s", "relative velocity")
 
     def equations(self):
         yield from super().equations()
         yield self.v_rel == lp.der(self.s_rel)
-
-
-class Acceleration(lp.Component):
-    """Prescribed acceleration: ``der(der(s)) = a``."""
-
-    flange = lp.LinearFlange()
-    a = lp.Input("m/s2", "acceleration")
-    s: lp.Var = lp.var("m", "position")
-    v: lp.Var = lp.var("m/s", "velocity")
-
-    def equations(self):
-        yield self.s == self.flange.s
-        yield self.v == lp.der(self.s)
-        yield lp.der(self.v) == self.a
 
 
 class TurnSource(lp.Component):
@@ -93,17 +53,6 @@ class TurnSource(lp.Component):
         yield self.w == self.ref
 
 
-class FilteredTurnSource(TurnSource):
-    """Angular velocity after a first-order filter: ``der(w) = 2 pi f_crit (ref - w)``."""
-
-    f_crit: lp.Param = lp.param("Hz", "corner frequency", 50.0)
-
-    def equations(self):
-        yield self.phi == self.flange.phi
-        yield self.w == lp.der(self.phi)
-        yield lp.der(self.w) == 2 * lp.ops.pi * self.f_crit * (self.ref - self.w)
-
-
 class SlideSource(lp.Component):
     """Prescribed velocity: ``v = ref``."""
 
@@ -116,17 +65,6 @@ class SlideSource(lp.Component):
         yield self.s == self.flange.s
         yield self.v == lp.der(self.s)
         yield self.v == self.ref
-
-
-class FilteredSlideSource(SlideSource):
-    """Velocity after a first-order filter: ``der(v) = 2 pi f_crit (ref - v)``."""
-
-    f_crit: lp.Param = lp.param("Hz", "corner frequency", 50.0)
-
-    def equations(self):
-        yield self.s == self.flange.s
-        yield self.v == lp.der(self.s)
-        yield lp.der(self.v) == 2 * lp.ops.pi * self.f_crit * (self.ref - self.v)
 
 
 class FilteredPlaceSource(lp.Component):
@@ -157,26 +95,26 @@ ROTATION = {
     "spring": Spring,
     "spring_damper": SpringDamper,
     "speed_source": TurnSource,
-    "filtered speed_source": FilteredTurnSource,
+    "filtered speed_source": FilteredSpeed,
     "torque_source": Torque,
     **friction.ROTATION,
 }
 TRANSLATION = {
-    "acceleration_source": Acceleration,
+    "acceleration_source": translation.Acceleration,
     "contact_gap": translation.ElastoGap,
     "damper": translation.Damper,
     "fixed": translation.Fixed,
     "force_source": translation.Force,
     "filtered angle_source": FilteredPlaceSource,
-    "mass": Body,
-    "rod": Rod,
+    "mass": partial(translation.MassWithLength, length=0.0),
+    "rod": translation.Rod,
     "spring": MeasuredSpring,
     "spring_damper": translation.SpringDamper,
     "speed_source": SlideSource,
-    "filtered speed_source": FilteredSlideSource,
+    "filtered speed_source": translation.FilteredSpeed,
     **friction.TRANSLATION,
 }
-PORTS = {"a": "flange_a", "b": "flange_b", "port": "flange", **gear.PORTS}
+PORTS = {"a": "flange_a", "b": "flange_b", "port": "flange", **gear.PORTS, **drives.PORTS}
 """Names of ports, in general or of one type: (type, port)."""
 
 QUANTITIES = {
@@ -192,6 +130,7 @@ QUANTITIES = {
     "relative_velocity": "v_rel",
     **gear.QUANTITIES,
 }
+MAKERS = gear.MAKERS | drives.MAKERS
 PARAMETERS = {
     ("fixed", False): {"at": "phi0"},
     ("fixed", True): {"at": "s0"},
@@ -209,35 +148,10 @@ PARAMETERS = {
     ("acceleration_source", True): {"ref": "a"},
     ("speed_source", False): {"x0": "phi"},
     ("speed_source", True): {"x0": "s"},
+    ("filtered speed_source", False): {"x0": "phi", "ref": "w_ref"},
+    ("filtered speed_source", True): {"x0": "s", "ref": "v_ref"},
     **friction.PARAMETERS,
 }
-
-
-def const(k):
-    return k
-
-
-def sine(amplitude, frequency, phase=0.0, offset=0.0):
-    return offset + amplitude * lp.ops.sin(2 * np.pi * frequency * lp.time + phase)
-
-
-def step(height, begin=0.0, offset=0.0):
-    return offset + lp.ops.where(lp.time >= begin, height, 0)
-
-
-def ramp(height, duration, begin=0.0, offset=0.0):
-    return offset + lp.ops.table([begin, begin + duration], [0.0, height])
-
-
-def pulse(height, width_percent, period, begin, offset=0.0, until=10.0):
-    """Pulses from `begin` on, each for a share of the period."""
-    starts = np.arange(begin, until, period).tolist()
-    width = width_percent / 100 * period
-    return sum((step(height, t) - step(height, t + width) for t in starts), start=offset)
-
-
-SIGNALS = {"const": const, "sine": sine, "step": step, "ramp": ramp, "pulse": pulse}
-SIGNALS |= gear.SIGNALS
 
 
 def signal(text, names):
@@ -260,6 +174,8 @@ class Named(dict):
 
 def quantity(name):
     """``inertia1.angle`` as lumped names it."""
+    if name in drives.COLUMNS:
+        return drives.COLUMNS[name]
     part, _, tail = name.rpartition(".")
     return f"{part}.{QUANTITIES.get(tail, tail)}"
 
@@ -305,8 +221,9 @@ def read(name):
 def build(case):
     """The model of a case from its components and connections."""
     facts_of = {facts["name"]: facts for facts in case.facts["components"]}
+    facts_of.setdefault("ground", {"type": "ground"})
     listed = [*case.facts["connections"], *case.facts.get("thermal_connections", [])]
-    joints = [[end.split(".") for end in ends] for ends in listed]
+    joints = [[(end if "." in end else f"{end}.pin").split(".") for end in ends] for ends in listed]
     joined = {part for ends in joints for part, _ in ends}
     sliding = _sliding(facts_of, joints)
     names = Named(case.facts.get("signals_and_tables", {}))
@@ -342,15 +259,15 @@ def _sliding(facts_of, joints):
 
 def _part(facts, slides, read_signal):
     kind, facts = facts["type"], friction.plain(facts)
-    if kind in gear.MAKERS:
-        return gear.MAKERS[kind](facts, slides, read_signal)
+    if kind in MAKERS:
+        return MAKERS[kind](facts, slides, read_signal)
+    kind = kind if facts.get("exact", True) else f"filtered {kind}"
     names = PARAMETERS.get((kind, slides), {})
     given = {
         names.get(key, key): read_signal(value) if isinstance(value, str) else value
         for key, value in facts.items()
         if key not in ("name", "type", "domain", "exact")
     }
-    if kind == "speed_source":
+    if "x0" in names:
         given.setdefault(names["x0"], 0.0)
-    filtered = "" if facts.get("exact", True) else "filtered "
-    return (TRANSLATION if slides else ROTATION)[filtered + kind](**given)
+    return (TRANSLATION if slides else ROTATION)[kind](**given)

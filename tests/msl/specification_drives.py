@@ -1,9 +1,7 @@
 """Reference cases of electric drives: models built from the specification or written out."""
 
-import re
-
 import numpy as np
-from specification import const, ramp, step
+from specification_signals import ramp, step
 
 import lumped as lp
 from lumped.components import (
@@ -30,69 +28,49 @@ from lumped.components import (
     VoltageSource,
 )
 
-SIGNALS = {"const": const, "ramp": ramp, "step": step}
-PORTS = {"shaft": "flange", "port": "flange", "a": "flange_a", "b": "flange_b"}
 W_N = 1425 * 2 * np.pi / 60  # rad/s
 TAU_N = 9500 / W_N  # N.m
 K = TAU_N / 100  # N.m/A
 
 
-def number(value):
-    """A number, or a product such as ``1425*2*pi/60``."""
-    if not isinstance(value, str):
-        return value
-    result = 1.0
-    for sign, factor in re.findall(r"([*/]?)([^*/]+)", value):
-        size = np.pi if factor.strip() == "pi" else float(factor)
-        result = result / size if sign == "/" else result * size
-    return result
+COLUMNS = {
+    "motor.current": "motor.i",
+    "controller_I.value": "controller.x",
+    "reference_speed.value": "profile.v",
+    "currentController_I.value": "controller.x",
+    "inverter_x_p.value": "inverter.i_dc",
+    "inverter_y_d.value": "inverter.v_out",
+    "vDC_f.value": "inverter.v_f",
+    "i_f.value": "i_f.x",
+    "vmot_f.value": "vmot_f.x",
+    "ibat_f.value": "ibat_f.x",
+}
+PORTS = {
+    ("dc_motor_pm", "shaft"): "flange",
+    ("dc_motor_series", "shaft"): "flange",
+}
 
 
-def signal(text):
-    """An expression of the time from a text such as ``ramp(-1, 0.9, 0.1, 1)``."""
-    name, _, arguments = text.partition("(")
-    return SIGNALS[name](*(number(a) for a in arguments.rstrip(")").split(",")))
-
-
-def magnets(f):
+def magnets(f, _, number):
     """Motor of a data sheet: the constant follows from the rated point."""
     k = (f["Va_N"] - f["Ra"] * f["Ia_N"]) / number(f["w_N"])
     return DCMotor(k=k, R=f["Ra"], L=f["La"], J=f["Jr"])
 
 
-def series(f):
+def series(f, _, number):
     """The same for a motor with its field in series."""
     R, L = f["Ra"] + f["Re"], f["La"] + f["Le"]
     k = (f["Va_N"] - R * f["Ia_N"]) / (number(f["w_N"]) * f["Ia_N"])
     return SeriesDCMotor(k=k, R=R, L=L, J=f["Jr"])
 
 
-def fan(f):
-    assert f["same_direction"] is False
-    return QuadraticTorque(tau_nominal=f["nominal"], w_nominal=number(f["v_nominal"]))
-
-
-PARTS = {
+MAKERS = {
     "dc_motor_pm": magnets,
     "dc_motor_series": series,
-    "inertia": lambda f: Inertia(J=f["J"]),
-    "load_quadratic": fan,
-    "load_step": lambda f: Torque(tau=step(f["step"], f["t_step"], f["offset"])),
-    "variable_resistor": lambda f: VariableResistor(R=signal(f["R"])),
-    "voltage_source": lambda f: VoltageSource(v=signal(f["signal"])),
+    "ground": lambda *_: Ground(),
+    "variable_resistor": lambda f, _, signal: VariableResistor(R=signal(f["R"])),
+    "voltage_source": lambda f, _, signal: VoltageSource(v=signal(f["signal"])),
 }
-
-
-def build(case):
-    """The model of a case from its components and connections."""
-    parts = {facts["name"]: PARTS[facts["type"]](facts) for facts in case.facts["components"]}
-    parts["ground"] = Ground()
-    joints = []
-    for ends in case.facts["connections"]:
-        split = [(end + ".pin" if end == "ground" else end).split(".") for end in ends]
-        ports = (getattr(parts[part], PORTS.get(port, port)) for part, port in split)
-        joints.append(lp.connect(*ports))
-    return lp.compose(**parts, connections=joints)
 
 
 class Controlled(lp.Component):
@@ -176,3 +154,11 @@ class CurrentControlled(lp.Component):
         yield lp.connect(self.inverter.v_dc, self.controller.limit)
         yield lp.connect(self.i_f.y, self.controller.measured)
         yield lp.connect(self.controller.y, self.inverter.v)
+
+
+WRITTEN_OUT = {
+    "drive_current_controlled": CurrentControlled,
+    "drive_speed_pi": Controlled,
+    "drive_speed_pi_sampled": Sampled,
+    "pid_drive": ElasticDrive,
+}

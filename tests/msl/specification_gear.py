@@ -24,10 +24,14 @@ LOADS = {
 EFFORTS = {False: ("tau", "w"), True: ("f", "v")}
 
 
-def load(facts, slides, _):
+def load(facts, slides, signal):
     effort, speed = EFFORTS[slides]
     names = {"nominal": f"{effort}_nominal", "v_nominal": f"{speed}_nominal", "v0": f"{speed}0"}
-    given = {names.get(k, k): v for k, v in facts.items() if k in {*names, "same_direction"}}
+    given = {
+        names.get(k, k): signal(v) if isinstance(v, str) else v
+        for k, v in facts.items()
+        if k in {*names, "same_direction"}
+    }
     if "regularisation" in facts:
         given["smooth"] = facts["regularisation"] == "exp"
     return LOADS[facts["type"]][slides](**given)
@@ -88,4 +92,3 @@ PORTS = {
     ("heat_capacitor", "port"): "port",
 }
 QUANTITIES = {"temperature": "T", "loss_power": "heat.Q"}
-SIGNALS = {"table": lambda rows: lp.ops.table(*zip(*rows, strict=True))}

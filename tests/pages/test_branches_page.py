@@ -1,33 +1,18 @@
 """What docs/analyses/branches.md shows is true."""
 
-import re
-from pathlib import Path
-
-import matplotlib as mpl
 import numpy as np
 import pytest
+from page_code import read_page
 
 import lumped as lp
 
-mpl.use("Agg")
-PAGE = (Path(__file__).parents[2] / "docs" / "analyses" / "branches.md").read_text()
-
-
-@pytest.fixture(scope="module")
-def names(tmp_path_factory):
-    found: dict = {}
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(tmp_path_factory.mktemp("page"))
-        for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
-            exec(compile(block, "branches.md", "exec"), found)
-        assert Path("branches.png").stat().st_size > 5_000
-    return found
+NAME = "analyses/branches"
 
 
 def test_the_folds_that_the_page_tells_are_those_found(names):
     folds = sorted(point.value * 30 / np.pi for point in names["jump"].named("fold"))
     for fold in folds:
-        assert f"{fold:.3f}" in PAGE
+        assert f"{fold:.3f}" in read_page(NAME)
     assert len(names["jump"].at(29.0)) == 3
 
 

@@ -1,24 +1,20 @@
 """What docs/exchange.md shows is true."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
+from page_code import read_page, run_blocks
 
 import lumped as lp
 
-PAGE = (Path(__file__).parents[2] / "docs" / "exchange.md").read_text()
-BLOCKS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+NAME = "exchange"
 
 
-def test_the_page_runs_and_agrees_with_momentum_and_with_the_model_itself(tmp_path, monkeypatch):
+def test_the_page_runs_and_agrees_with_momentum_and_with_the_model_itself(tmp_path):
     pytest.importorskip("fmpy")
-    monkeypatch.chdir(tmp_path)
-    names: dict = {}
-    for block in BLOCKS:
-        exec(compile(block, "exchange.md", "exec"), names)
-    counts = re.search(r"\d+ parameters, .* operations", PAGE)[0]
+    names, _ = run_blocks(NAME, tmp_path)
+    counts = re.search(r"\d+ parameters, .* operations", read_page(NAME))[0]
     assert counts in repr(names["unit"])
     system, rated, changed = names["system"], names["RATED"], names["changed"]
     values = system.parameters

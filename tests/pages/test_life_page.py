@@ -1,11 +1,7 @@
 """What docs/analyses/life.md shows is true."""
 
-import contextlib
-import io
 import itertools
-import re
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,23 +10,7 @@ import lumped as lp
 from lumped.models.reversing_mill.passes import END, LEVELS
 from lumped.models.reversing_mill.stand import RATED
 
-PAGE = (Path(__file__).parents[2] / "docs" / "analyses" / "life.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", PAGE, re.DOTALL)
-assert len(BLOCKS) == PAGE.count("```python")
-
-
-@pytest.fixture(scope="module")
-def names(tmp_path_factory):
-    found: dict = {}
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(tmp_path_factory.mktemp("life"))
-        for block, output in BLOCKS:
-            told = io.StringIO()
-            with contextlib.redirect_stdout(told):
-                exec(compile(block, "life.md", "exec"), found)
-            assert told.getvalue() == output
-        assert 5_000 < Path("life.png").stat().st_size < 40_000
-    return found
+NAME = "analyses/life"
 
 
 def damage_by_hand(load, scale):

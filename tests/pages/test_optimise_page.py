@@ -1,90 +1,39 @@
 """What docs/analyses/optimise.md shows is true."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
+from page_code import read_page
+from pilger_by_hand import ByHand
 from scipy.optimize import linprog
 
 from lumped.models.pilger_mill.balance import balance
 from lumped.models.rotary_arm.cycle import ADOPTED, REDUCER, demand, run_cycle
 from lumped.models.rotary_arm.parts import FAST, SLOW
 
-ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "analyses" / "optimise.md").read_text()
-MILL, ARM = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
-PRINTED = re.findall(r"```text\n(.*?)```", PAGE, re.DOTALL)
+NAME, PRINTS = "analyses/optimise", False
+PRINTED = re.findall(r"```text\n(.*?)```", read_page(NAME), re.DOTALL)
 
 
-@pytest.fixture(scope="module")
-def mill():
-    names = {}
-    exec(compile(MILL, "mill", "exec"), names)
-    return names
-
-
-def test_the_mill_prints_what_stands_there(mill):
+def test_the_mill_prints_what_stands_there(names):
     table = PRINTED[0].splitlines()[2:8]
-    assert all(line in repr(mill["best"]) for line in table)
+    assert all(line in repr(names["best"]) for line in table)
     shown, received = (
-        float(re.search(r"; condition (\S+)", text)[1]) for text in (PRINTED[0], repr(mill["best"]))
+        float(re.search(r"; condition (\S+)", text)[1])
+        for text in (PRINTED[0], repr(names["best"]))
     )
     assert 0.5 < received / shown < 2  # the search comes there on its own way on each processor
 
 
-def by_hand():
-    """Curves of all designs: ``F_x, F_y, M`` affine in counterweight and sectors.
-
-    Inertia forces and the torque of (24, 26) from the kinematics of crank and sliders.
-    """
-    w, R, L, L1, e = 63.982 * np.pi / 30, 0.59, 4.25, 3.4, 0.33
-    m1, rod, rod1, pin, mG = 8431.17, 1048.95, 1832.40, 8714.52, 1100.0
-    f = np.arange(1440) * 2 * np.pi / 1440
-    t, t1 = np.arcsin((R * np.sin(f) + e) / L), np.arcsin(R * np.cos(f) / L1)
-    V = w * R * np.sin(f + t) / np.cos(t)
-    V1 = -w * R * (np.cos(f) + np.tan(t1) * np.sin(f))
-    a = np.cos(f) - np.tan(t) * np.sin(f) + R * np.cos(f) ** 2 / (L * np.cos(t) ** 3)
-    a1 = np.sin(f) - np.tan(t1) * np.cos(f) + R * np.sin(f) ** 2 / (L1 * np.cos(t1) ** 3)
-    a, a1 = a * w**2 * R, a1 * w**2 * R
-    wL, wL1 = w * R * np.cos(f) / (L * np.cos(t)), -w * R * np.sin(f) / (L1 * np.cos(t1))
-    xi = w**2 * (
-        R * np.sin(t) * R * np.cos(f) ** 2 / (L * np.cos(t) ** 3 * L)
-        - R * np.sin(f) / L / np.cos(t)
-    )
-    xi1 = w**2 * (
-        R * np.sin(t1) * R * np.sin(f) ** 2 / (L1 * np.cos(t1) ** 3 * L1)
-        - R * np.cos(f) / L1 / np.cos(t1)
-    )
-    J, J1 = (m * length**2 * (1 / 12 - 0.05**2) for m, length in ((rod, L), (rod1, L1)))
-    none, slide = np.zeros_like(f), np.array([np.cos(f), np.sin(f)])
-    turning = (pin + 2 * 0.55 * (rod + rod1)) * R * w**2
-    force = [
-        np.array([-(m1 + 2 * 0.45 * rod) * a, -2 * 0.45 * rod1 * a1]) - turning * slide,
-        np.array([none, -a1]),
-        4 * w**2 * slide,
-    ]
-    s = np.sqrt((L + R) ** 2 - e**2) - R * np.cos(f) - L * np.cos(t)
-    s = s / (np.sqrt((L + R) ** 2 - e**2) - np.sqrt((L - R) ** 2 - e**2))
-    al, be = 1.0, 0.659
-    q = al / (al + be)
-    shape = (s.clip(0) / q) ** al * ((1 - s).clip(0) / (1 - q)) ** be
-    load = 58298.95 * np.where(V > 0, 1, 0.690) * shape * np.abs(V) / (w * R) + 9719.6
-    rolls = mG * (0.21 / 0.19) ** 2
-    inertia = (m1 + rolls + 2 * rod) * V * a / w + 2 * J * wL * xi / w
-    inertia = inertia + 2 * rod1 * V1 * a1 / w + 2 * J1 * wL1 * xi1 / w
-    torque = [(inertia + load) / 0.96, V1 * a1 / w / 0.96, none]
-    return np.array(force), np.array(torque)
-
-
-def test_optimum_of_the_mill_is_that_of_a_linear_programme_over_curves_by_hand(mill):
+def test_optimum_of_the_mill_is_that_of_a_linear_programme_over_curves_by_hand(names):
     """Force by its tangents every 0.0025 rad about its direction: too small by 8e-7 at most."""
-    force, torque = by_hand()
-    best = mill["best"]
+    force, torque = ByHand("P").curves()
+    best = names["best"]
     u = np.array([1.0, *best.parameters.values()])
     F = np.hypot(*np.tensordot(u, force, 1))
     M = np.tensordot(u, torque, 1)
-    F1, F2 = (best.values[mill[k]] for k in ("force", "torque"))
+    F1, F2 = (best.values[names[k]] for k in ("force", "torque"))
     assert F.max() == pytest.approx(F1, rel=1e-8)
     assert np.ptp(M) == pytest.approx(F2, rel=1e-6)
     keep = 0.9 * F.max() < F
@@ -102,25 +51,25 @@ def test_optimum_of_the_mill_is_that_of_a_linear_programme_over_curves_by_hand(m
     )
     b = np.concatenate([-rows[0], -torque[0], torque[0]])
     scale = np.array([1e3, 1e3, 1e5, 1e5, 1e5])
-    cost = np.array([0, 0, 1 / mill["F10"], 1 / mill["F20"], -1 / mill["F20"]]) * scale
+    cost = np.array([0, 0, 1 / names["F10"], 1 / names["F20"], -1 / names["F20"]]) * scale
     found = linprog(cost, A * scale / 1e5, b / 1e5, bounds=[(0, None)] * 3 + [(None, None)] * 2)
     assert best.objective == pytest.approx(found.fun, rel=1e-6)
     assert found.x[:2] * 1e3 == pytest.approx(u[1:], rel=1e-4)
     assert found.fun <= best.objective * (1 + 1e-9)
 
 
-def test_optimum_of_the_mill_is_that_of_the_digest(mill):
+def test_optimum_of_the_mill_is_that_of_the_digest(names):
     """Printed to 7143.7 kg, 3146.31 kg m and 2.01675."""
-    m2, U = mill["best"].parameters.values()
+    m2, U = names["best"].parameters.values()
     assert abs(m2 - 7143.7) < 0.05
     assert abs(U - 3146.31) < 0.011
-    assert abs(mill["best"].objective - 2.01675) < 1e-5
-    assert mill["F10"] == pytest.approx(58727.7, abs=0.06)
-    assert mill["F20"] == pytest.approx(84441.4, abs=1.0)  # its own search ends 1e-5 above
+    assert abs(names["best"].objective - 2.01675) < 1e-5
+    assert names["F10"] == pytest.approx(58727.7, abs=0.06)
+    assert names["F20"] == pytest.approx(84441.4, abs=1.0)  # its own search ends 1e-5 above
 
 
-def test_front_of_the_mill_falls_and_is_that_of_the_models_own_programme(mill):
-    values = mill["front"].values
+def test_front_of_the_mill_falls_and_is_that_of_the_models_own_programme(names):
+    values = names["front"].values
     assert len(values) == 20
     assert np.all(np.diff(values[:, 0]) > 0)
     assert np.all(np.diff(values[:, 1]) < 0)
@@ -130,15 +79,8 @@ def test_front_of_the_mill_falls_and_is_that_of_the_models_own_programme(mill):
         assert own.forces(u).max() == pytest.approx(F1, rel=2e-6)
 
 
-@pytest.fixture(scope="module")
-def arm():
-    names = {}
-    exec(compile(ARM, "arm", "exec"), names)
-    return names
-
-
-def test_the_arm_prints_what_stands_there_and_beats_the_adopted_cycle(arm, capsys):
-    found, run = arm["found"], arm["arm"]
+def test_the_arm_prints_what_stands_there_and_beats_the_adopted_cycle(names):
+    found, run = names["found"], names["arm"]
     by_arm = demand(run, REDUCER).rms_torque
     shown = f"{found.objective:.0f} N.m, by the arm itself {by_arm:.0f} N.m"
     assert shown == PRINTED[1].strip()
@@ -147,8 +89,8 @@ def test_the_arm_prints_what_stands_there_and_beats_the_adopted_cycle(arm, capsy
     assert by_arm < 0.955 * 4100
 
 
-def test_the_arm_keeps_stations_and_speeds(arm):
-    found, run, at = arm["found"], arm["arm"], ADOPTED.points
+def test_the_arm_keeps_stations_and_speeds(names):
+    found, run, at = names["found"], names["arm"], ADOPTED.points
     assert run["arm.trays.w"].max() <= FAST * (1 + 1e-6)
     assert run["arm.trays.w"].min() >= -1e-9
     phi, w = found["trays.phi"], found["trays.w"]

@@ -1,12 +1,10 @@
 """What docs/analyses/reliability.md shows is true."""
 
-import contextlib
-import io
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
+from page_code import read_page
 
 from lumped.models.rotary_arm.loads import FIRST, OVERLOAD
 from lumped.models.rotary_arm.parts import (
@@ -23,22 +21,7 @@ from lumped.models.rotary_arm.parts import (
     RATIO,
 )
 
-PAGE = (Path(__file__).parents[2] / "docs" / "analyses" / "reliability.md").read_text()
-BLOCK = re.compile(r"```python\n(.*?)```\n\n```text\n(.*?)```", re.DOTALL)
-
-
-@pytest.fixture(scope="module")
-def shown(tmp_path_factory):
-    """Names of the page after its blocks; each prints what stands below it."""
-    folder, names = tmp_path_factory.mktemp("page"), {}
-    with contextlib.chdir(folder):
-        for code, expected in BLOCK.findall(PAGE):
-            told = io.StringIO()
-            with contextlib.redirect_stdout(told):
-                exec(compile(code, "reliability.md", "exec"), names)
-            assert told.getvalue().rstrip() == expected.rstrip()
-    assert (folder / "reliability.png").stat().st_size > 5_000
-    return names
+NAME = "analyses/reliability"
 
 
 def shares():
@@ -53,14 +36,14 @@ def shares():
     return {kw: (needed > OVERLOAD * FIRST * kw / 210).mean() for kw in (210, 215)}
 
 
-def test_the_arm_stalls_as_often_as_by_hand(shown):
-    found, n = shares(), 1_000_000
+def test_the_arm_stalls_as_often_as_by_hand(names):
+    found, n, page = shares(), 1_000_000, read_page(NAME)
     for kw, share in found.items():
-        told = float(re.search(rf"{kw} kW: (\S+),", PAGE)[1])
+        told = float(re.search(rf"{kw} kW: (\S+),", page)[1])
         off = np.sqrt((1 - share) / share / n)
         print(kw, told / share - 1, "+-", off)
         assert told == pytest.approx(share, rel=0.01 + 3 * off)
-    low, high = re.search(r"interval: ([\d.]+) to ([\d.]+)", PAGE).groups()
+    low, high = re.search(r"interval: ([\d.]+) to ([\d.]+)", page).groups()
     assert float(low) < found[210] < float(high)
     # the whole run stalls about as often
-    assert shown["found"].interval[0] < found[210] < shown["found"].interval[1]
+    assert names["found"].interval[0] < found[210] < names["found"].interval[1]

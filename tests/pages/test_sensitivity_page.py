@@ -1,8 +1,5 @@
 """What docs/analyses/sensitivity.md shows is true."""
 
-import re
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -10,16 +7,10 @@ from scipy.optimize import brentq
 
 import lumped as lp
 
-PAGE = (Path(__file__).parents[2] / "docs" / "analyses" / "sensitivity.md").read_text()
-BLOCKS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+NAME = "analyses/sensitivity"
 
 
-def test_the_page_runs_and_agrees_with_matrices_written_here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    names: dict = {}
-    for block in BLOCKS:
-        exec(compile(block, "sensitivity.md", "exec"), names)
-    assert (tmp_path / "sensitivity.png").stat().st_size > 5_000
+def test_the_page_runs_and_agrees_with_matrices_written_here(names):
     found, system, rated = names["found"], names["system"], names["RATED"]
     values = system.parameters
     to = ["M_s", "upper.spindle.c", "upper.motor.J", "upper.shaft.c"]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from closeness import assert_close
 from scipy.integrate import solve_ivp
 
 import lumped as lp
@@ -24,12 +25,6 @@ from lumped.components import (
     Torque,
 )
 from lumped.errors import ParameterError
-
-
-def assert_close(received, expected, rtol, what):
-    error = np.abs(received - expected).max() / np.abs(expected).max()
-    print(f"{what}: largest error {error:.1e} of the largest value")
-    assert error <= rtol
 
 
 class Loop(lp.Component):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from closeness import assert_close
 from scipy.integrate import cumulative_trapezoid
 
 import lumped as lp
@@ -37,12 +38,6 @@ class Push(lp.Component):
 def run(signal, **options):
     system = lp.assemble(Push(signal=signal), keep=["mass.s"])
     return lp.simulate(system, until=2.0, rtol=1e-11, **{"grid": GRID, **options})
-
-
-def assert_close(received, expected, rtol, what):
-    error = np.abs(received - expected).max() / np.abs(expected).max()
-    print(f"{what}: largest error {error:.1e} of the largest value")
-    assert error <= rtol
 
 
 def test_a_constant_force_gives_a_parabola():

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import scipy
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import CentrifugalPendulum, Fixed, Inertia, Speed, Spring, Torque
@@ -13,10 +14,9 @@ J = 0.5
 
 def carried(speed, swing=0.0, **pendulum):
     """A pendulum on a carrier whose speed is given."""
-    model = lp.compose(
+    model = in_a_row(
         drive=Speed(w=speed),
         pendulum=CentrifugalPendulum(**{"m": M, "R": R, "r": r, **pendulum}, phi_rel=swing),
-        connections=lambda m: [lp.connect(m.drive.flange, m.pendulum.flange)],
     )
     return lp.assemble(model)
 
@@ -126,10 +126,8 @@ def test_a_pendulum_without_length_is_refused(name):
 
 
 def test_a_fixed_carrier_leaves_it_without_force():
-    model = lp.compose(
-        ground=Fixed(),
-        pendulum=CentrifugalPendulum(m=M, R=R, r=r, w_rel=2.0, phi_rel=0.3),
-        connections=lambda m: [lp.connect(m.ground.flange, m.pendulum.flange)],
+    model = in_a_row(
+        ground=Fixed(), pendulum=CentrifugalPendulum(m=M, R=R, r=r, w_rel=2.0, phi_rel=0.3)
     )
     run = lp.simulate(lp.assemble(model), until=1.0)
     assert run["pendulum.phi_rel"][-1] == pytest.approx(2.3, rel=1e-9)

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.interpolate import RegularGridInterpolator
 
 import lumped as lp
 from lumped.components import (
     FieldOrientedMotor,
     Ground,
-    HeatCapacitor,
-    Heated,
     MappedMotor,
     QuasiStaticExcitedDCMotor,
     QuasiStaticSeriesDCMotor,
@@ -26,9 +25,7 @@ J = 0.4
 
 def turned(motor, w):
     """The motor at a speed."""
-    return lp.compose(
-        motor=motor, turn=Speed(w=w), connections=lambda m: lp.chain(m.motor.flange, m.turn)
-    )
+    return in_a_row(motor=motor, turn=Speed(w=w))
 
 
 def settled(motor, w, until):
@@ -103,13 +100,9 @@ MAP = ((0.0, *TORQUES), *((w, *row) for w, row in zip(SPEEDS, ETA, strict=True))
 LIMITS = ((0.0, 150.0), (300.0, 120.0), (600.0, 60.0))
 
 
-class HotMotor(Heated, MappedMotor):
-    """Motor whose losses go to a thermal port."""
-
-
 class TestMappedMotor:
-    def mapped(self, kind=MappedMotor, **given):
-        return kind(limits=LIMITS, efficiency=MAP, T=0.01, J=J, **given)
+    def mapped(self, **given):
+        return MappedMotor(limits=LIMITS, efficiency=MAP, T=0.01, J=J, **given)
 
     @pytest.mark.parametrize("seed", range(6))
     def test_power_and_heat_are_those_of_the_map_in_all_quadrants(self, seed):
@@ -123,22 +116,6 @@ class TestMappedMotor:
         electric = shaft / eta if shaft > 0 else shaft * eta
         received = [at("tau"), at("eta"), at("P"), at("lost")]
         assert received == pytest.approx([tau, eta, electric, electric - shaft], rel=1e-9)
-
-    def test_its_heat_warms_what_is_joined(self):
-        """At constant speed and torque."""
-        model = lp.compose(
-            motor=self.mapped(HotMotor, wanted=40.0, tau=40.0),
-            turn=Speed(w=200.0),
-            housing=HeatCapacitor(C=500.0),
-            connections=lambda m: [
-                *lp.chain(m.motor.flange, m.turn),
-                lp.connect(m.motor.heat, m.housing.port),
-            ],
-        )
-        run = lp.simulate(lp.assemble(model, keep=["housing.T"]), until=10.0)
-        power = 40.0 * 200.0
-        expected = 293.15 + power * (1 / 0.925 - 1) * 10.0 / 500.0
-        assert run["housing.T"][-1] == pytest.approx(expected, rel=1e-9)
 
     @pytest.mark.parametrize(
         ("field", "rows", "text"),

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from closeness import assert_close
 
 import lumped as lp
 from lumped.components import (
@@ -20,12 +21,6 @@ from lumped.components import (
 )
 
 T = np.linspace(0.0, 0.5, 101)
-
-
-def assert_close(received, expected, rtol, what):
-    error = np.abs(received - expected).max() / np.abs(expected).max()
-    print(f"{what}: largest error {error:.1e} of the largest value")
-    assert error <= rtol
 
 
 def circuit(**parts):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from closeness import assert_close
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
@@ -18,7 +19,6 @@ from lumped.components import (
     QuasiStaticDCMotor,
     SeparatelyExcitedDCMotor,
     SeriesDCMotor,
-    Speed,
     SpeedDrive,
     SpringDamper,
     Sum,
@@ -27,12 +27,6 @@ from lumped.components import (
 )
 
 RATED = {"k": 0.6366, "R": 0.05, "L": 1.5e-3, "J": 0.3}
-
-
-def assert_close(received, expected, rtol, what):
-    error = np.abs(received - expected).max() / np.abs(expected).max()
-    print(f"{what}: largest error {error:.1e} of the largest value")
-    assert error <= rtol
 
 
 def fan(c):
@@ -71,33 +65,6 @@ def test_a_motor_on_a_voltage_follows_the_matrix_exponential(L, method):
     run = lp.simulate(system, until=1.0, grid=t, rtol=1e-10, method=method)
     assert_close(run["motor.i"], expected[:, 0], 1e-8, "current")
     assert_close(run["motor.w"], expected[:, 1], 1e-8, "speed")
-
-
-def test_the_poles_with_an_elastic_shaft_are_those_of_the_matrix_by_hand():
-    class Elastic(Fed):
-        """A motor, an elastic shaft and a body."""
-
-        load: Inertia = Inertia(J=0.5)
-        shaft: SpringDamper = SpringDamper(c=900.0, d=0.2)
-
-        def connections(self):
-            yield lp.connect(self.source.p, self.motor.p)
-            yield lp.connect(self.source.n, self.motor.n, self.ground.pin)
-            yield from lp.chain(self.motor.flange, self.shaft, self.load)
-
-    k, R, L, J = (RATED[name] for name in "kRLJ")
-    A = np.array(
-        [
-            [-R / L, -k / L, 0.0, 0.0],
-            [k / J, -0.2 / J, 900.0 / J, 0.2 / J],
-            [0.0, -1.0, 0.0, 1.0],
-            [0.0, 0.2 / 0.5, -900.0 / 0.5, -0.2 / 0.5],
-        ]
-    )
-    linear = lp.linearise(lp.assemble(Elastic()), inputs=["source.v"], outputs=["load.w"])
-    received = np.sort_complex(np.linalg.eigvals(linear.A))
-    expected = np.sort_complex(np.linalg.eigvals(A))
-    assert_close(received, expected, 1e-11, "poles")
 
 
 def test_a_time_constant_of_a_microsecond_is_followed():
@@ -172,28 +139,6 @@ def test_a_shunt_motor_follows_another_integrator():
         assert_close(run[name], values, 1e-8, name)
 
 
-def test_the_torque_reacts_on_the_housing():
-    """A motor on a free housing: angular momentum stays zero, and the voltage is of their slip."""
-
-    class Floating(Fed):
-        """Motor whose housing can turn."""
-
-        load: Torque = Torque(tau=0.0)
-        housing: Inertia = Inertia(J=1.2)
-
-        def connections(self):
-            yield from super().connections()
-            yield lp.connect(self.motor.support, self.housing.flange_a)
-
-    t = np.linspace(0.0, 0.5, 41)
-    k, R, L, J, H = RATED["k"], RATED["R"], RATED["L"], RATED["J"], 1.2
-    A = np.array([[-R / L, -k / L * (1 + J / H)], [k / J, 0.0]])
-    expected = linear(A, np.array([100.0 / L, 0.0]), t)
-    run = lp.simulate(lp.assemble(Floating()), until=0.5, grid=t, rtol=1e-10)
-    assert_close(run["motor.w"], expected[:, 1], 1e-8, "rotor")
-    assert_close(run["housing.w"], -J / H * expected[:, 1], 1e-8, "housing")
-
-
 # -- induction motor ---------------------------------------------------------------------------
 
 
@@ -222,35 +167,6 @@ def test_an_induction_motor_starts_along_the_curve_of_kloss(a, w_s):
     motor = InductionMotor(w_s=w_s, tau_k=tau_k, s_k=s_k, a=a, J=J)
     run = lp.simulate(lp.assemble(Mains(motor=motor)), until=1.5, grid=t, rtol=1e-10)
     assert_close(run["motor.w"], expected, 1e-8, "speed")
-
-
-@pytest.mark.parametrize("a", [0.0, 1.0])
-def test_the_torque_is_greatest_at_the_breakdown_slip_and_zero_at_synchronous_speed(a):
-    motor = InductionMotor(w_s=100.0, tau_k=60.0, s_k=0.2, a=a, J=0.05)
-    sweep = Speed(w=100 * lp.time)
-    run = lp.simulate(lp.assemble(Mains(motor=motor, load=sweep)), until=2.0, grid=2000)
-    torque, slip = run["motor.tau"], run["motor.s"]
-    assert_close(torque.max(), 60.0, 1e-9, "breakdown torque")
-    assert slip[np.argmax(torque)] == pytest.approx(0.2, abs=1e-3)
-    assert torque[slip == 0] == pytest.approx([0.0], abs=1e-12)
-    assert (torque[slip < 0] < 0).all()  # a generator above synchronous speed
-
-
-@pytest.mark.parametrize("w_s", [157.08, -157.08])
-def test_a_rotor_that_starts_without_load_is_heated_by_as_much_as_it_gains(w_s):
-    """Whatever the torque curve: ``J w_s^2 / 2`` each."""
-
-    class Warm(lp.Component):
-        """A motor and its heat."""
-
-        motor: InductionMotor = InductionMotor(w_s=w_s, tau_k=60.0, s_k=0.2, a=0.6, J=0.05)
-        heat: lp.Var = lp.var("J", "heat in the rotor", state="always")
-
-        def equations(self):
-            yield lp.der(self.heat) == self.motor.loss()
-
-    run = lp.simulate(lp.assemble(Warm()), until=3.0, rtol=1e-10)
-    assert run["heat"][-1] == pytest.approx(0.05 / 2 * 157.08**2, rel=1e-8)
 
 
 # -- converter drives --------------------------------------------------------------------------

@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import lumped as lp
 from lumped.components import (
-    HeatCapacitor,
-    Heated,
     InductionMotor,
     PIController,
     QuadraticTorque,
@@ -28,9 +27,7 @@ def motor(**given):
 
 
 def driven(part, load):
-    return lp.compose(
-        motor=part, load=load, connections=lambda m: [lp.connect(m.motor.flange, m.load.flange)]
-    )
+    return in_a_row(motor=part, load=load)
 
 
 def circuit(s, V=V, f=F, R_s=CAGE["R_s"]):
@@ -148,53 +145,7 @@ def test_a_motor_with_a_fan_settles_where_their_torques_agree():
     assert found["motor.w"] == pytest.approx(X / PAIRS * (1 - slip), rel=1e-9)
 
 
-class Audited(lp.Component):
-    """A motor and a fan, with the energies supplied, lost and delivered as states."""
-
-    motor: lp.Component = motor()
-    load: lp.Component = FAN
-    supplied: lp.Var = lp.var("J", "energy from the supply", nominal=1e3)
-    heat: lp.Var = lp.var("J", "heat of the windings", nominal=1e3)
-    delivered: lp.Var = lp.var("J", "energy to the load", nominal=1e3)
-
-    def connections(self):
-        yield lp.connect(self.motor.flange, self.load.flange)
-
-    def equations(self):
-        yield lp.der(self.supplied) == self.motor.P
-        yield lp.der(self.heat) == self.motor.loss()
-        yield lp.der(self.delivered) == self.load.flange.tau * self.motor.w
-
-
 MAGNETS = {"psi": 0.12, "R": 0.3, "L_d": 4e-3, "L_q": 7e-3, "pairs": 3, "J": 0.01}
-
-
-def test_electric_energy_is_heat_field_motion_and_work():
-    run = lp.simulate(lp.assemble(Audited()), until=1.0, rtol=1e-10)
-    i_s, i_r = ((run[f"motor.i_{k}d"], run[f"motor.i_{k}q"]) for k in "sr")
-    field = CAGE["L_ls"] * np.square(i_s) + CAGE["L_lr"] * np.square(i_r)
-    field = 0.75 * (field + CAGE["L_m"] * np.square(np.add(i_s, i_r))).sum(axis=0)
-    expected = run["heat"] + run["delivered"] + field + J / 2 * run["motor.w"] ** 2
-    assert run["supplied"] == pytest.approx(expected, abs=1e-8 * run["supplied"][-1])
-    assert run["heat"][-1] > 0.2 * run["supplied"][-1]
-
-
-def test_a_motor_warms_by_what_its_windings_lose():
-    class Hot(Heated, SquirrelCageMotor):
-        """A motor with a thermal port."""
-
-    class Warming(Audited):
-        """The motor and its mass."""
-
-        motor: Hot = Hot(**CAGE, pairs=PAIRS, J=J, V=V, f=F)
-        copper: HeatCapacitor = HeatCapacitor(C=800.0)
-
-        def connections(self):
-            yield from super().connections()
-            yield lp.connect(self.motor.heat, self.copper.port)
-
-    run = lp.simulate(lp.assemble(Warming(), keep=["copper.T"]), until=0.5, rtol=1e-10)
-    assert 800.0 * (run["copper.T"] - 293.15) == pytest.approx(run["heat"], abs=1e-5)
 
 
 # -- permanent magnets -------------------------------------------------------------------------
@@ -236,14 +187,6 @@ def test_a_synchronous_motor_swings_as_in_axes_that_stand_still():
     assert np.abs(run["motor.w"] - x[3]).max() < 1e-8 * x[3].max()
     received = run["motor.i_d"] + 1j * run["motor.i_q"]
     assert np.abs(received - i).max() < 1e-7 * np.abs(i).max()
-
-
-def test_electric_energy_of_a_synchronous_motor_is_heat_field_motion_and_work():
-    model = Audited(motor=SynchronousMotor(**MAGNETS, v_d=-4.0, v_q=20.0))
-    run = lp.simulate(lp.assemble(model), until=1.0, rtol=1e-10)
-    field = 0.75 * (4e-3 * run["motor.i_d"] ** 2 + 7e-3 * run["motor.i_q"] ** 2)
-    expected = run["heat"] + run["delivered"] + field + 0.005 * run["motor.w"] ** 2
-    assert run["supplied"] == pytest.approx(expected, abs=1e-8 * run["supplied"][-1])
 
 
 def test_field_orientation_gives_the_torque_of_the_current_across_the_magnets():

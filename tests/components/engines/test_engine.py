@@ -3,17 +3,16 @@ import itertools
 import numpy as np
 import pytest
 import scipy
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import (
-    CrankSlider,
     Cylinder,
     Engine,
     Fixed,
     Inertia,
     Position,
     SpringDamper,
-    Torque,
 )
 from lumped.errors import LumpedError
 
@@ -42,10 +41,9 @@ def slope(a):
 
 def turned(until=4 * np.pi, law=None, **fields):
     """A run of a cylinder at a given angle over the time, W t by default."""
-    model = lp.compose(
+    model = in_a_row(
         cylinder=Cylinder(**SIZE, **fields),
         drive=Position(phi=law if law is not None else W * lp.time),
-        connections=lambda m: [lp.connect(m.drive.flange, m.cylinder.flange)],
     )
     return lp.simulate(lp.assemble(model), until=until / W, grid=2880)
 
@@ -76,25 +74,6 @@ def test_work_of_the_gas_over_a_cycle_is_the_integral_of_p_dv(strokes):
         expected += 0.5 * (right - left) * weights @ (p * AREA * lever(a))
     print(f"{received:.6g} of {expected:.6g} J")
     assert received == pytest.approx(expected, rel=2e-5)  # Simpson over kinks of the table
-
-
-def test_exact_masses_move_as_a_crank_with_a_slider():
-    def run(part):
-        model = lp.compose(
-            part=part,
-            wheel=Inertia(J=0.05, phi=0.3, w=W),
-            load=Torque(tau=-3.0),
-            connections=lambda m: [
-                lp.connect(m.part.flange, m.wheel.flange_a),
-                lp.connect(m.load.flange, m.wheel.flange_b),
-            ],
-        )
-        return lp.simulate(lp.assemble(model), until=0.5, grid=200, rtol=1e-10)
-
-    received = run(Cylinder(**SIZE))["wheel.w"]
-    expected = run(CrankSlider(r=R, L=L, m=M))["wheel.w"]
-    assert np.ptp(expected) > 1
-    np.testing.assert_allclose(received, expected, rtol=1e-8)
 
 
 def test_masses_as_an_excitation_have_no_mean_and_the_mean_inertia():
@@ -173,11 +152,7 @@ def test_tangential_harmonics_act_at_the_crank_pin():
     ],
 )
 def test_energy_of_a_run_closes(fields):
-    model = lp.compose(
-        cylinder=Cylinder(**SIZE, **fields),
-        wheel=Inertia(J=0.5, w=W),
-        connections=lambda m: [lp.connect(m.cylinder.flange, m.wheel.flange_a)],
-    )
+    model = in_a_row(cylinder=Cylinder(**SIZE, **fields), wheel=Inertia(J=0.5, w=W))
     run = lp.simulate(lp.assemble(model), until=0.4, rtol=1e-10, certify=True)
     energy = run.certificate.energy
     print(energy)
@@ -206,11 +181,7 @@ def test_energy_of_a_run_closes(fields):
     ],
 )
 def test_slips_of_a_cylinder_are_named(fields, match):
-    model = lp.compose(
-        pot=Cylinder(**SIZE, **fields),
-        wheel=Inertia(J=1.0),
-        connections=lambda m: [lp.connect(m.pot.flange, m.wheel.flange_a)],
-    )
+    model = in_a_row(pot=Cylinder(**SIZE, **fields), wheel=Inertia(J=1.0))
     with pytest.raises(LumpedError, match=match) as caught:
         lp.assemble(model)
     assert "pot" in str(caught.value)

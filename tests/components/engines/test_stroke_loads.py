@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.special import beta
 
 import lumped as lp
@@ -33,11 +34,7 @@ class TestStrokeLoad:
 
     def test_force_is_greatest_at_its_place_and_none_beyond_the_ends(self):
         load = StrokeLoad(forward=50.0, backward=20.0, s_0=-1, s_1=3, p=1.0, q=3.0)
-        model = lp.compose(
-            load=load,
-            move=translation.Position(s=lp.time - 2.0),
-            connections=lambda m: [lp.connect(m.load.flange, m.move.flange)],
-        )
+        model = in_a_row(load=load, move=translation.Position(s=lp.time - 2.0))
         run = lp.simulate(lp.assemble(model), until=6.0, grid=[0.5, 1.0, 2.0, 3.0, 5.0, 5.5])
         expected = [0, 0, -50, -50 * 2 * (2 / 3) ** 3, 0, 0]  # g = 4 z (4 (1 - z) / 3)^3
         assert np.abs(run["load.f"] - expected).max() < 1e-12
@@ -49,21 +46,15 @@ MOTOR = {"J": 2.0, "tau_k": 130.0, "d_k": 5.0, "T": 0.02}
 class TestInverterInductionMotor:
     @pytest.mark.parametrize(("slip", "share"), [(5.0, 1.0), (-5.0, -1.0), (10.0, 0.8), (0.0, 0.0)])
     def test_torque_comes_with_its_lag_to_the_curve(self, slip, share):
-        model = lp.compose(
-            motor=InverterInductionMotor(w_s=100.0, **MOTOR),
-            turn=Speed(w=100.0 - slip),
-            connections=lambda m: [lp.connect(m.motor.flange, m.turn.flange)],
+        model = in_a_row(
+            motor=InverterInductionMotor(w_s=100.0, **MOTOR), turn=Speed(w=100.0 - slip)
         )
         run = lp.simulate(lp.assemble(model), until=0.1, rtol=1e-10)
         expected = share * 130.0 * (1 - np.exp(-run.t / 0.02))
         assert np.abs(run["motor.tau"] - expected).max() < 1e-7
 
     def test_stalled_rotor_feels_the_far_end_of_the_curve(self):
-        model = lp.compose(
-            motor=InverterInductionMotor(w_s=100.0, **MOTOR),
-            wall=Fixed(),
-            connections=lambda m: [lp.connect(m.motor.flange, m.wall.flange)],
-        )
+        model = in_a_row(motor=InverterInductionMotor(w_s=100.0, **MOTOR), wall=Fixed())
         point = lp.equilibrium(lp.assemble(model))
         assert abs(point["motor.tau"] / (130.0 * 2 * 20 / (1 + 20**2)) - 1) < 1e-9
 

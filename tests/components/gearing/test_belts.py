@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 import lumped as lp
-from lumped.components import Belt, Fixed, IdealGear, Inertia, Position, Speed, Torque
+from lumped.components import Belt, Fixed, IdealGear, Inertia, Position, Torque
 from lumped.errors import ParameterError
 
 R_A, R_B, D, EA, F_0 = 0.1, 0.25, 0.8, 4e5, 300.0
@@ -149,23 +149,6 @@ class TestForces:
         point = lp.start_point(twisted(Belt(**BELT), 0.0))
         assert abs(point["belt.F"] - 2 * F_0 * np.sqrt(1 - ((R_B - R_A) / D) ** 2)) < 1e-10
         assert abs(point["belt.Q"]) < 1e-10
-
-    def test_belt_on_a_frame_that_turns_alone_does_nothing(self):
-        """Equal pulleys about a frame that turns: as on an arm, they keep their directions."""
-        belt = Belt(**(BELT | {"r_b": R_A}))
-        model = lp.compose(
-            belt=belt,
-            held=Fixed(),
-            arm=Speed(w=2.0),
-            hand=Inertia(J=1.0),
-            connections=lambda m: (
-                lp.connect(m.held.flange, m.belt.flange_a),
-                lp.connect(m.arm.flange, m.belt.support),
-                lp.connect(m.hand.flange_a, m.belt.flange_b),
-            ),
-        )
-        run = lp.simulate(lp.assemble(model), until=3.0)
-        assert np.abs(run["hand.w"]).max() < 1e-12
 
 
 class TestWrong:

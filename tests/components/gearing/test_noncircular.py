@@ -123,14 +123,6 @@ class TestEllipticalGear:
         run = lp.simulate(lp.assemble(model, keep=["body.phi"]), until=20.0, rtol=1e-10)
         assert np.abs(run["body.phi"] - run.t).max() < 1e-8
 
-    def test_energy_of_a_free_pair_is_kept(self):
-        model = in_a_row(
-            left=Inertia(J=1.0, w=1.0), gear=EllipticalGear(e=0.6), right=Inertia(J=2.0)
-        )
-        run = lp.simulate(lp.assemble(model), until=50.0, rtol=1e-10)
-        energy = run["left.w"] ** 2 + 2 * run["right.w"] ** 2
-        assert np.abs(energy / energy[0] - 1).max() < 1e-8
-
     def test_torque_at_the_slowest_point_is_reduced_by_the_ratio_of_the_foci(self):
         e = 0.5
         model = in_a_row(

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import scipy.linalg
-from rows import in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -12,11 +11,8 @@ from lumped.components import (
     Fixed,
     IdealGear,
     Inertia,
-    Planetary,
-    RackAndPinion,
     Speed,
     Torque,
-    translation,
 )
 
 SHAFTS = ("s_1", "s_2", "carrier", "ring")
@@ -113,62 +109,20 @@ class TestRavigneaux:
 
 
 class Set(lp.Component):
-    """Sun, stepped planet, one or two rings on a carrier."""
+    """Sun, planet and ring on a carrier."""
 
     sun = lp.Flange(free=True)
     carrier = lp.Flange(free=True)
     ring = lp.Flange(free=True)
-    out = lp.Flange(free=True)
     inner: lp.Component = IdealGear(ratio=-1.0)
     outer: lp.Component = IdealGear(ratio=3.0)
-    last: IdealGear = IdealGear(ratio=2.5)
 
     def connections(self):
-        inner, outer, last = self.inner, self.outer, self.last
-        yield lp.connect(self.carrier, inner.support, outer.support, last.support)
+        inner, outer = self.inner, self.outer
+        yield lp.connect(self.carrier, inner.support, outer.support)
         yield lp.connect(self.sun, inner.flange_a)
-        yield lp.connect(inner.flange_b, outer.flange_a, last.flange_a)
+        yield lp.connect(inner.flange_b, outer.flange_a)
         yield lp.connect(self.outer.flange_b, self.ring)
-        yield lp.connect(self.last.flange_b, self.out)
-
-
-def test_two_meshes_make_a_planetary_set():
-    """Sun 24, planet 18, ring 60 teeth, free, against the set of one ratio."""
-
-    def course(gears):
-        model = lp.compose(
-            set=gears,
-            sun=Inertia(J=1.0, w=3.0),
-            carrier=Inertia(J=5.0, w=-1.0),
-            ring=Inertia(J=2.0),
-            drive=Torque(tau=10.0),
-            connections=lambda m: (
-                lp.connect(m.drive.flange, m.sun.flange_a, m.set.sun),
-                lp.connect(m.carrier.flange_a, m.set.carrier),
-                lp.connect(m.ring.flange_a, m.set.ring),
-            ),
-        )
-        run = lp.simulate(lp.assemble(model), until=2.0)
-        return run.table(["sun.w", "carrier.w", "ring.w", "sun.flange_a.tau"])
-
-    composed = Set(
-        inner=IdealGear(ratio=-18 / 24), outer=IdealGear(ratio=60 / 18), last=IdealGear(ratio=1.0)
-    )
-    received, expected = course(composed), course(Planetary(ratio=60 / 24))
-    assert np.abs(received - expected).max() < 1e-11 * np.abs(expected).max()
-
-
-def test_wolfrom_gear_has_the_ratio_of_its_teeth():
-    """Sun 18, planets 36 and 33, rings 90 (held) and 87: the teeth by Willis."""
-    gears = Set(
-        inner=IdealGear(ratio=-36 / 18),
-        outer=IdealGear(ratio=90 / 36),
-        last=IdealGear(ratio=87 / 33),
-    )
-    found = geared(gears, "sun", "ring", "out")
-    expected = (1 + 90 / 18) / (1 - (90 * 33) / (36 * 87))
-    assert abs(found["drive.w"] / found["body.w"] / expected - 1) < 1e-12
-    assert abs(-found["drive.flange.tau"] * expected / 7.0 - 1) < 1e-12
 
 
 @pytest.mark.parametrize(("sun", "carrier"), [(20.0, -10.0), (-10.0, 120.0)])
@@ -200,44 +154,6 @@ def test_losses_in_the_meshes_give_the_efficiency_of_a_planetary_set(sun, carrie
     else:
         assert abs(-at_sun / at_carrier - (1 + k) / (1 + k / eta)) < 1e-12
     assert (at_sun > 0) == (sun > 0)
-
-
-@pytest.mark.parametrize(("tau", "push"), [(3.0, -10.0), (-1.0, 80.0)])
-def test_gear_before_the_pinion_gives_a_rack_its_efficiency(tau, push):
-    r, eta = 0.05, 0.8
-    model = in_a_row(
-        drive=Torque(tau=tau),
-        rotor=Inertia(J=0.1, w=5.0),
-        mesh=EfficientGear(ratio=1.0, eta=eta),
-        rack=RackAndPinion(radius=r),
-        table=translation.Mass(m=10.0),
-        push=translation.Force(f=push),
-    )
-    point = lp.start_point(lp.assemble(model))
-    torque, force = point["mesh.flange_a.tau"], -point["rack.flange_b.f"]
-    assert abs(force - torque / r * (eta if torque > 0 else 1 / eta)) < 1e-11 * abs(force)
-    assert (torque > 0) == (tau > 0)
-
-
-def test_a_pinion_in_a_frame_that_turns_rolls_by_the_difference_and_pushes_the_frame():
-    """The drive of the pinion reacts on the frame: what the pinion gets, the frame loses."""
-    r, frame, turn = 0.05, 0.4, 1.5
-    model = lp.compose(
-        drive=Speed(w=turn),
-        frame=Speed(w=frame),
-        rack=RackAndPinion(radius=r),
-        table=translation.Mass(m=10.0, v=(turn - frame) * r),
-        push=translation.Force(f=-30.0),
-        connections=lambda m: [
-            lp.connect(m.drive.flange, m.rack.flange_a),
-            lp.connect(m.frame.flange, m.rack.support_a),
-            lp.connect(m.rack.flange_b, m.table.flange_a, m.push.flange),
-        ],
-    )
-    point = lp.start_point(lp.assemble(model))
-    assert point["table.v"] == pytest.approx(r * (turn - frame), rel=1e-12)
-    assert point["rack.flange_a.tau"] == pytest.approx(30.0 * r, rel=1e-12)
-    assert point["rack.support_a.tau"] == pytest.approx(-30.0 * r, rel=1e-12)
 
 
 BODIES = {"sun": 0.01, "carrier": 0.15, "ring": 0.08}  # kg.m2

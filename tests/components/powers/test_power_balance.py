@@ -12,12 +12,13 @@ import powers_of_engines
 import powers_of_machines
 import powers_of_mechanisms
 import powers_of_sources
-from library_rigs import FIELDS, LIBRARY, declared, every, kinds, rig, values
+import pytest
+from library_rigs import FIELDS, LIBRARY, POSITIVE, SENSIBLE, declared, every, kinds, rig, values
 from power_terms import Energy, Motion, Power
 from powers_of_sources import PRESCRIBED
 
 import lumped as lp
-from lumped.components import Cylinder, InductionMotor
+from lumped.components import Cylinder, Heated, InductionMotor
 from lumped.components.electric import air_gap, drives
 from lumped.language.declared import has_parts
 from lumped.language.switch import Hold
@@ -137,3 +138,16 @@ def test_power_into_its_ports_is_stored_or_dissipated(cls: type[lp.Component]) -
         assert loss is None or abs(loss - dissipated) <= TOLERANCE * scale + ROUNDING
         worst = max(worst, error / scale if scale else 0.0)
     print(f"{cls.__name__}: power balance, largest relative error {worst:.1e}")
+
+
+@every([cls for cls in LIBRARY if hasattr(cls, "loss") and not has_parts(cls)])
+def test_a_heated_component_gives_its_loss_to_its_thermal_port(
+    cls: type[lp.Component], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hot = type(cls.__name__, (Heated, cls), {})
+    for table in (FIELDS, SENSIBLE, POSITIVE):
+        monkeypatch.setitem(table, hot, table.get(cls, {}))
+    place = list(declared(hot, lp.Port)).index("heat")
+    for _, power, loss in motions(hot):
+        assert loss is not None
+        assert power[place] == pytest.approx(-loss, rel=TOLERANCE, abs=ROUNDING)

@@ -1,20 +1,16 @@
 """The rotary arm by hand: torques at an angle, and the reference files."""
 
-from pathlib import Path
+from functools import partial
 
 import numpy as np
+from references import columns
 
-FOLDER = Path(__file__).parents[2] / "data" / "rotary_arm"
+data = partial(columns, "rotary_arm", named=False)
 R, TRAYS, ARMS, WEIGHTS, MANDREL, SHAFT = 1.008, 325.0, 7315.0, 5320.0, 31_700.0, 7269.0
 EMPTY = TRAYS * R**2 + ARMS * R**2 / 3 + WEIGHTS * 0.35**2 + SHAFT * 0.135**2 / 2 + 0.2
 LOADED = EMPTY + MANDREL * R**2
 SPIN = MANDREL * 0.2535**2 / 2
 ROTOR = 12.8 * 50**2
-
-
-def data(name):
-    """Columns of a reference file, one row for each line."""
-    return np.genfromtxt(FOLDER / f"{name}.csv", delimiter=",", skip_header=1)
 
 
 def gravity(phi, loaded, g=9.80665):

@@ -5,12 +5,13 @@ modal sums, from the parameters printed in the source; their header lines name t
 """
 
 from collections.abc import Sequence
-from pathlib import Path
+from functools import partial
 
 import numpy as np
+from references import columns
 from scipy.linalg import expm
 
-DATA = Path(__file__).resolve().parents[2] / "data/reversing_mill"
+data = partial(columns, "reversing_mill", named=False)
 
 J1, J3, JR = 3.01, 2.45, 0.16 + 0.0001
 C1, C2 = 2.62e4, 0.918e4
@@ -20,10 +21,6 @@ C1, C2 = 2.62e4, 0.918e4
 CLOSED = ((J1, J3, 2 * JR, J1 + J3), ((0, 1, C1), (1, 2, C2), (3, 2, C2)))
 # The same with the rolls apart: the lower rolls come last.
 OPEN = ((J1, J3, JR, J1 + J3, JR), ((0, 1, C1), (1, 2, C2), (3, 4, C2)))
-
-
-def data(name: str) -> np.ndarray:
-    return np.genfromtxt(DATA / f"{name}.csv", delimiter=",", skip_header=1)
 
 
 def chain(bodies: Sequence[float], springs: Sequence[tuple[int, int, float]]):

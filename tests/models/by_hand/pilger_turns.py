@@ -1,8 +1,9 @@
 """Turns of the pilger mill and its reference files, computed independently with numpy and scipy."""
 
-from pathlib import Path
+from functools import partial
 
 import numpy as np
+from references import columns
 
 import lumped as lp
 from lumped.models.pilger_mill import stand
@@ -10,15 +11,7 @@ from lumped.models.pilger_mill.stand import Mill
 
 R, L, L1, E = 0.59, 4.25, 3.4, 0.33
 
-
-def data(name):
-    path = Path(__file__).parents[2] / "data" / "pilger_mill" / f"{name}.csv"
-    return np.genfromtxt(path, delimiter=",", names=True)
-
-
-def error(received, expected):
-    """Largest difference over the range of the signal."""
-    return np.abs(received - expected).max() / np.ptp(expected)
+data = partial(columns, "pilger_mill")
 
 
 def turn(name, design="after", kind=Mill, degrees=None, **changes):

@@ -1,0 +1,39 @@
+"""The code of a page of the documentation: what it prints, and the pictures that it draws."""
+
+import contextlib
+import io
+import re
+from pathlib import Path
+
+import matplotlib as mpl
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+BLOCK = re.compile(r"```python\n(.*?)```\n(?:\n!\[[^\n]*\n)?(?:\n```text\n(.*?)```)?", re.DOTALL)
+
+
+def read_page(name):
+    """Text of a page by its path in the folder of documents, without its ending."""
+    return (DOCS / f"{name}.md").read_text(encoding="utf-8")
+
+
+def run_blocks(name, folder):
+    """Run the blocks of a page one after the other in a folder.
+
+    Its names then, and for each block what it printed and what stands below it, line by line.
+    """
+    mpl.use("Agg")
+    names, printed = {}, []
+    with contextlib.chdir(folder):
+        for code, shown in BLOCK.findall(read_page(name)):
+            told = io.StringIO()
+            code = code.replace("tests/data", str(ROOT / "tests" / "data"))
+            with contextlib.redirect_stdout(told):
+                exec(compile(code, f"{name}.md", "exec"), names)
+            lines = [line.rstrip() for line in told.getvalue().strip().splitlines()]
+            printed.append((lines, shown.strip().splitlines()))
+    for picture in Path(folder).glob("*.png"):
+        assert picture.stat().st_size > 5_000
+        kept = (DOCS / name).parent / picture.name
+        assert not kept.exists() or kept.stat().st_size < 40_000
+    return names, printed
