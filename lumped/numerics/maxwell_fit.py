@@ -9,6 +9,8 @@ import scipy
 
 from lumped.errors import DeclarationError, shown
 
+__all__ = ["MaxwellFit", "maxwell_fit"]
+
 _POINTS = 64
 """Frequencies of the fit."""
 _SLOWER, _FASTER = 100.0, 10.0
