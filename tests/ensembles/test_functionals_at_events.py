@@ -282,8 +282,12 @@ def test_an_impact_at_the_begin_is_an_event(begin):
         "after": (fun.at_event("body.v", "floor", side="after"), 3.0 * e),
         "s": (fun.final("body.s"), 3.0 * e),
     }
+    of["impulse"] = fun.impulse("floor"), MASS * 3.0 * (1 + e)
     system, over = lp.assemble(model, keep=["body.s"]), {"floor.restitution": e}
     compare(of, 1e-14, system, over=over, begin=begin, until=begin + 1.0)
+    run = lp.simulate(system, parameters={"floor.restitution": 0.3}, begin=begin, until=begin + 1.0)
+    for functional, expected in of.values():
+        assert run.value(functional) == pytest.approx(np.broadcast_to(expected, 3)[1], abs=1e-13)
 
 
 def test_a_body_between_two_flanks():
