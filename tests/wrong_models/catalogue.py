@@ -69,9 +69,10 @@ How to read a text:
 
 * The first line says what is wrong, and in which model.
 * Paths lead from the top of the model to the part: `line.second.twist.c` is the stiffness of
-  `twist`, in `second`, in `line`; `discs[1]` and `brakes["left"]` stand in a list and a dictionary.
-  The class stands behind in brackets.
-* Equations are shown as written, with full names, and where they stand: *in* a part, or *at* the
+  `twist`, in `second`, in `line`; `discs[1]` and `brakes["left"]` are held in a list and a \
+dictionary.
+  The class follows in brackets.
+* Equations are shown as written, with full names, and where they are: *in* a part, or *at* the
   ports that a connection joins.
 * Where equations and unknowns do not fit, there are always both: equations that determine something
   too often, and something that nothing determines. "Left after joining what is equal" counts the

@@ -16,7 +16,7 @@ from lumped.components import (
 from lumped.errors import ConnectError, DeclarationError, EquationError, SingularModelError
 
 from . import Table
-from .parts import Hoist, Line, Machine, Shaft, assemble_row, build
+from .parts import Hoist, Line, Machine, Shaft, assemble_row, build, build_rows
 
 wrong = Table("Ports and connections")
 
@@ -96,26 +96,21 @@ def rotation_on_translation():
 @wrong(ConnectError, "motor.p (electrical pin)", "rotor.flange_a (rotational flange)")
 def pin_on_a_flange():
     """An electric pin is connected to a shaft."""
-    build(
-        lambda m: [lp.connect(m.motor.p, m.rotor.flange_a)], motor=Machine(), rotor=Inertia(J=1.0)
-    )
+    build_rows("motor.p rotor.flange_a", motor=Machine(), rotor=Inertia(J=1.0))
 
 
 @wrong(ConnectError, "command.y (signal)", "rotor.flange_a (rotational flange)")
 def signal_on_a_flange():
     """A signal is connected to a flange instead of to the input of a source."""
-    build(
-        lambda m: [lp.connect(m.command.y, m.rotor.flange_a)],
-        command=Constant(k=1.0),
-        rotor=Inertia(J=1.0),
-    )
+    build_rows("command.y rotor.flange_a", command=Constant(k=1.0), rotor=Inertia(J=1.0))
 
 
 @wrong(ConnectError, "sensor.w (signal)", "load.flange_a (rotational flange)")
 def signal_of_a_sensor_on_a_shaft():
     """The output of a speed sensor is connected to the next shaft."""
-    build(
-        lambda m: [*lp.chain(m.motor, m.sensor), lp.connect(m.sensor.w, m.load.flange_a)],
+    build_rows(
+        "motor sensor",
+        "sensor.w load.flange_a",
         motor=Inertia(J=1.0),
         sensor=SpeedSensor(),
         load=Inertia(J=1.0),
@@ -133,7 +128,7 @@ def part_instead_of_port():
 @wrong(ConnectError, "'motor.w'", "ports and signals")
 def variable_instead_of_port():
     """A variable of a body is connected to the input of a source."""
-    build(lambda m: [lp.connect(m.motor.w, m.drive.tau)], motor=Inertia(J=1.0), drive=Torque())
+    build_rows("motor.w drive.tau", motor=Inertia(J=1.0), drive=Torque())
 
 
 @wrong(ConnectError, "Planetary set", "'flange_a'", "sun, carrier, ring")

@@ -5,15 +5,16 @@ from lumped.components import Backlash, ElastoBacklash, Inertia, translation
 from lumped.errors import ParameterError, SolverError, StartError
 
 from . import Table
-from .parts import assemble_row, build
+from .parts import assemble_row, build, build_rows
 
 wrong = Table("Contact")
 
 
 def resting(stop, **start):
     """Assemble a weight above a stop and start it."""
-    system = build(
-        lambda m: [lp.connect(m.stop.flange_b, m.mass.flange_a, m.weight.flange)],
+    system = build_rows(
+        "stop mass",
+        "stop weight",
         stop=stop,
         mass=translation.Mass(m=2.0, **start),
         weight=translation.Force(f=-20.0),

@@ -12,7 +12,7 @@ from lumped.components import (
 from lumped.errors import DeclarationError, EquationError, OptionError, ParameterError, SolverError
 
 from . import Table
-from .parts import assemble_row, build
+from .parts import assemble_row
 
 wrong = Table("Elastic couplings and torsional dampers")
 
@@ -105,11 +105,7 @@ def static_stiffness_above_the_dynamic_one():
 @wrong(ParameterError, "pendulum.r = 0 m", "greater than 0")
 def pendulum_without_length():
     """A pendulum has no length."""
-    build(
-        lambda m: [lp.connect(m.rotor.flange_b, m.pendulum.flange)],
-        rotor=Inertia(J=12.0),
-        pendulum=CentrifugalPendulum(m=1.0, R=0.1, r=0.0),
-    )
+    assemble_row(rotor=Inertia(J=12.0), pendulum=CentrifugalPendulum(m=1.0, R=0.1, r=0.0))
 
 
 @wrong(OptionError, "mu = 0", "above zero")

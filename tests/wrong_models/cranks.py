@@ -5,18 +5,14 @@ from lumped.components import CrankSlider, Position, StrokeLoad, translation
 from lumped.errors import EquationError, ParameterError, SolverError
 
 from . import Table
-from .parts import build
+from .parts import assemble_row
 
 wrong = Table("Cranks")
 
 
 def turned_crank(**given):
     """A crank-slider on a shaft of prescribed angle."""
-    return build(
-        lambda m: [lp.connect(m.turn.flange, m.crank.flange)],
-        turn=Position(phi=lp.time),
-        crank=CrankSlider(r=0.6, **given),
-    )
+    return assemble_row(turn=Position(phi=lp.time), crank=CrankSlider(r=0.6, **given))
 
 
 @wrong(EquationError, "crank (CrankSlider)", "assembly = 2", "the start values choose")
@@ -55,17 +51,14 @@ def prescribed_beyond_reach():
             yield self.flange.tau == 0
             yield self.phi == lp.ops.asin(0.6 / 0.5 * lp.ops.sin(self.flange.phi))
 
-    system = build(
-        lambda m: [lp.connect(m.turn.flange, m.rod.flange)], turn=Position(phi=lp.time), rod=Rod()
-    )
+    system = assemble_row(turn=Position(phi=lp.time), rod=Rod())
     lp.simulate(system, until=2.0, grid=2000)["rod.phi"]
 
 
 @wrong(ParameterError, "press.s_1 = 0 m", "s_0")
 def stroke_backwards():
     """The end of a working stroke lies before its begin."""
-    model = build(
-        lambda m: [lp.connect(m.press.flange, m.ram.flange_a)],
+    model = assemble_row(
         press=StrokeLoad(forward=1.0, backward=0.0, s_0=0.3, s_1=0.0, p=1.0, q=1.0),
         ram=translation.Mass(m=1.0),
     )

@@ -1,6 +1,5 @@
 """Motors, circuits and their control."""
 
-import lumped as lp
 from lumped.components import (
     CascadeControl,
     DCMotor,
@@ -21,18 +20,16 @@ from lumped.components import (
 from lumped.errors import ConnectError, EquationError, ParameterError, SingularModelError
 
 from . import Table
-from .parts import Resistor, assemble_row, build
+from .parts import Resistor, assemble_row, build, build_rows
 
 wrong = Table("Electric drives")
 
 
 def fed(motor):
     """Assemble a motor on a battery."""
-    return build(
-        lambda m: [
-            lp.connect(m.battery.p, m.motor.p),
-            lp.connect(m.battery.n, m.motor.n, m.ground.pin),
-        ],
+    return build_rows(
+        "battery.p motor.p",
+        "battery.n motor.n ground.pin",
         battery=VoltageSource(v=48.0),
         motor=motor,
         ground=Ground(),
@@ -60,11 +57,9 @@ def induction_motor_out_of_range():
 @wrong(SingularModelError, "bus.v = 48", "battery.v = 24", "at bus.p = battery.p", "resistor")
 def two_sources_of_voltage_in_parallel():
     """Two ideal sources of voltage feed the same wires."""
-    build(
-        lambda m: [
-            lp.connect(m.bus.p, m.battery.p),
-            lp.connect(m.bus.n, m.battery.n, m.ground.pin),
-        ],
+    build_rows(
+        "bus.p battery.p",
+        "bus.n battery.n ground.pin",
         bus=VoltageSource(v=48.0),
         battery=VoltageSource(v=24.0),
         ground=Ground(),
@@ -74,21 +69,15 @@ def two_sources_of_voltage_in_parallel():
 @wrong(SingularModelError, "source.v = 48", "source.p = source.n", "Likely", "resistor")
 def source_short_circuited():
     """Both pins of an ideal source of voltage are on the ground."""
-    build(
-        lambda m: [lp.connect(m.source.p, m.source.n, m.ground.pin)],
-        source=VoltageSource(v=48.0),
-        ground=Ground(),
-    )
+    build_rows("source.p source.n ground.pin", source=VoltageSource(v=48.0), ground=Ground())
 
 
 @wrong(SingularModelError, "left.pin.v = 0", "right.pin.v = 0", "Remove one")
 def grounded_twice():
     """Two grounds are on one wire."""
-    build(
-        lambda m: [
-            lp.connect(m.source.p, m.load.p),
-            lp.connect(m.source.n, m.load.n, m.left.pin, m.right.pin),
-        ],
+    build_rows(
+        "source.p load.p",
+        "source.n load.n left.pin right.pin",
         source=VoltageSource(v=48.0),
         load=Resistor(),
         left=Ground(),

@@ -15,7 +15,7 @@ from lumped.components import (
 from lumped.errors import SingularModelError
 
 from . import Table
-from .parts import assemble_row, build
+from .parts import assemble_row, build_rows
 
 wrong = Table("Motion held or prescribed twice")
 
@@ -46,11 +46,9 @@ def two_supports_inside_a_part():
 @wrong(SingularModelError, "mill.w = 10", "grid.w = 12", "rotor")
 def two_speeds_on_one_shaft():
     """Two speed sources drive the two ends of one rigid rotor."""
-    build(
-        lambda m: [
-            lp.connect(m.mill.flange, m.rotor.flange_a),
-            lp.connect(m.grid.flange, m.rotor.flange_b),
-        ],
+    build_rows(
+        "mill rotor",
+        "grid.flange rotor.flange_b",
         mill=Speed(w=10.0),
         rotor=Inertia(J=1.0),
         grid=Speed(w=12.0),
@@ -78,26 +76,16 @@ def speed_on_a_fixed_shaft():
 @wrong(SingularModelError, "left.flange", "right.flange", "rack")
 def rack_between_two_fixed_points():
     """A rack and its pinion are both held."""
-    build(
-        lambda m: [
-            lp.connect(m.left.flange, m.rack.flange_a),
-            lp.connect(m.rack.flange_b, m.right.flange),
-        ],
-        left=Fixed(),
-        rack=RackAndPinion(radius=0.1),
-        right=translation.Fixed(),
-    )
+    assemble_row(left=Fixed(), rack=RackAndPinion(radius=0.1), right=translation.Fixed())
 
 
 @wrong(SingularModelError, "set", "hold_sun", "hold_ring", "hold_carrier")
 def planetary_held_three_times():
     """All three shafts of a planetary gear are held."""
-    build(
-        lambda m: [
-            lp.connect(m.hold_sun.flange, m.set.sun),
-            lp.connect(m.hold_ring.flange, m.set.ring),
-            lp.connect(m.hold_carrier.flange, m.set.carrier),
-        ],
+    build_rows(
+        "hold_sun.flange set.sun",
+        "hold_ring.flange set.ring",
+        "hold_carrier.flange set.carrier",
         set=Planetary(ratio=2.0),
         hold_sun=Fixed(),
         hold_ring=Fixed(),
@@ -108,12 +96,10 @@ def planetary_held_three_times():
 @wrong(SingularModelError, "set", "engine", "generator", "axle")
 def planetary_driven_three_times():
     """All three shafts of a planetary gear have a speed source."""
-    build(
-        lambda m: [
-            lp.connect(m.engine.flange, m.set.carrier),
-            lp.connect(m.generator.flange, m.set.sun),
-            lp.connect(m.axle.flange, m.set.ring),
-        ],
+    build_rows(
+        "engine.flange set.carrier",
+        "generator.flange set.sun",
+        "axle.flange set.ring",
         set=Planetary(ratio=2.0),
         engine=Speed(w=100.0),
         generator=Speed(w=200.0),

@@ -1,6 +1,5 @@
 """Gears with loss, loads and heat."""
 
-import lumped as lp
 from lumped.components import (
     EddyCurrentBrake,
     EfficientGear,
@@ -12,7 +11,7 @@ from lumped.components import (
 from lumped.errors import ConnectError, EquationError, ParameterError, SingularModelError
 
 from . import Table
-from .parts import assemble_row, build
+from .parts import assemble_row, build_rows
 
 wrong = Table("Gears with loss, and heat")
 
@@ -85,31 +84,21 @@ def lossy_gear_between_springs():
 @wrong(ParameterError, "fan.w_nominal = 0 rad/s", "nominal speed", "greater than 0")
 def load_with_nominal_speed_zero():
     """A load has no nominal speed."""
-    build(
-        lambda m: [lp.connect(m.shaft.flange_b, m.fan.flange)],
-        shaft=Inertia(J=0.1),
-        fan=QuadraticTorque(tau_nominal=-5.0, w_nominal=0.0),
-    )
+    assemble_row(shaft=Inertia(J=0.1), fan=QuadraticTorque(tau_nominal=-5.0, w_nominal=0.0))
 
 
 @wrong(ConnectError, "brake.heat", "not connected")
 def eddy_current_brake_without_temperature():
     """An eddy-current brake is given no temperature."""
-    build(
-        lambda m: [lp.connect(m.shaft.flange_b, m.brake.flange)],
-        shaft=Inertia(J=0.1),
-        brake=EddyCurrentBrake(tau_max=5.0, w_nominal=10.0, e=1.0),
-    )
+    assemble_row(shaft=Inertia(J=0.1), brake=EddyCurrentBrake(tau_max=5.0, w_nominal=10.0, e=1.0))
 
 
 @wrong(ConnectError, "brake.heat", "shaft.flange_b", "thermal port", "rotational flange")
 def heat_led_into_a_shaft():
     """A thermal port is connected to a flange."""
-    build(
-        lambda m: [
-            lp.connect(m.shaft.flange_b, m.brake.flange),
-            lp.connect(m.brake.heat, m.shaft.flange_b),
-        ],
+    build_rows(
+        "shaft brake",
+        "brake.heat shaft.flange_b",
         shaft=Inertia(J=0.1),
         brake=EddyCurrentBrake(tau_max=5.0, w_nominal=10.0, e=1.0),
     )

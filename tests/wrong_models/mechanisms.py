@@ -19,7 +19,7 @@ from lumped.errors import EquationError, OptionError, ParameterError
 from lumped.transmissions import from_ratio, through
 
 from . import Table
-from .parts import build
+from .parts import build, build_rows
 
 wrong = Table("Mechanisms")
 
@@ -91,11 +91,9 @@ def belt_that_pushes():
 @wrong(ParameterError, "set.ratio = -2.5", "ring teeth over sun teeth", "greater than 0")
 def planetary_of_negative_ratio():
     """A planetary gear is given its ratio with held carrier, which is negative."""
-    build(
-        lambda m: [
-            lp.connect(m.motor.flange_a, m.set.sun),
-            lp.connect(m.load.flange_a, m.set.carrier),
-        ],
+    build_rows(
+        "motor.flange_a set.sun",
+        "load.flange_a set.carrier",
         motor=Inertia(J=0.1),
         set=Planetary(ratio=-2.5),
         load=Inertia(J=1.0),

@@ -5,7 +5,7 @@ from lumped.components import Constant, Inertia, SpeedSensor, Torque
 from lumped.errors import ConnectError, DeclarationError, SingularModelError
 
 from . import Table
-from .parts import assemble_row, build
+from .parts import assemble_row, build_rows
 
 wrong = Table("Signals")
 
@@ -19,12 +19,10 @@ def input_without_source():
 @wrong(ConnectError, "motor.tau", "one.y", "two.y", "2 sources")
 def input_with_two_sources():
     """Two signals feed one input."""
-    build(
-        lambda m: [
-            *lp.chain(m.motor, m.rotor),
-            lp.connect(m.one.y, m.motor.tau),
-            lp.connect(m.two.y, m.motor.tau),
-        ],
+    build_rows(
+        "motor rotor",
+        "one.y motor.tau",
+        "two.y motor.tau",
         motor=Torque(),
         rotor=Inertia(J=1.0),
         one=Constant(k=1.0),
@@ -35,8 +33,9 @@ def input_with_two_sources():
 @wrong(ConnectError, "motor.tau", "connected and given")
 def input_connected_and_given():
     """An input is given a number and connected."""
-    build(
-        lambda m: [*lp.chain(m.motor, m.rotor), lp.connect(m.one.y, m.motor.tau)],
+    build_rows(
+        "motor rotor",
+        "one.y motor.tau",
         motor=Torque(tau=3.0),
         rotor=Inertia(J=1.0),
         one=Constant(k=1.0),
@@ -46,8 +45,9 @@ def input_connected_and_given():
 @wrong(ConnectError, "left.tau", "right.tau", "no source")
 def inputs_joined_only():
     """Two inputs are joined, and nothing feeds them."""
-    build(
-        lambda m: [*lp.chain(m.left, m.rotor, m.right), lp.connect(m.left.tau, m.right.tau)],
+    build_rows(
+        "left rotor right",
+        "left.tau right.tau",
         left=Torque(),
         rotor=Inertia(J=1.0),
         right=Torque(),
@@ -57,7 +57,7 @@ def inputs_joined_only():
 @wrong(ConnectError, "one.y", "two.y", "2 sources")
 def two_outputs_joined():
     """Two outputs are connected to each other."""
-    build(lambda m: [lp.connect(m.one.y, m.two.y)], one=Constant(k=1.0), two=Constant(k=2.0))
+    build_rows("one.y two.y", one=Constant(k=1.0), two=Constant(k=2.0))
 
 
 @wrong(SingularModelError, "control (Control)", "y == 2 * time", "too many")
@@ -76,8 +76,9 @@ def output_driven_twice():
         def equations(self):
             yield self.y == 2 * lp.time
 
-    build(
-        lambda m: [*lp.chain(m.motor, m.rotor), lp.connect(m.control.y, m.motor.tau)],
+    build_rows(
+        "motor rotor",
+        "control.y motor.tau",
         control=Control(),
         motor=Torque(),
         rotor=Inertia(J=1.0),
@@ -94,8 +95,9 @@ def output_not_driven():
         inner: Constant = Constant(k=1.0)
         y = lp.Output("N.m", "command")
 
-    build(
-        lambda m: [*lp.chain(m.motor, m.rotor), lp.connect(m.control.y, m.motor.tau)],
+    build_rows(
+        "motor rotor",
+        "control.y motor.tau",
         control=Control(),
         motor=Torque(),
         rotor=Inertia(J=1.0),
@@ -111,8 +113,9 @@ def output_given():
 @wrong(ConnectError, "sensor.flange", "not connected")
 def sensor_not_attached():
     """A sensor's signal is used, but its flange is not connected."""
-    build(
-        lambda m: [*lp.chain(m.motor, m.rotor), lp.connect(m.sensor.w, m.motor.tau)],
+    build_rows(
+        "motor rotor",
+        "sensor.w motor.tau",
         motor=Torque(),
         rotor=Inertia(J=1.0),
         sensor=SpeedSensor(),
@@ -132,8 +135,4 @@ def signals_in_a_circle():
         def equations(self):
             yield self.y == self.u
 
-    build(
-        lambda m: [lp.connect(m.one.y, m.two.u), lp.connect(m.two.y, m.one.u)],
-        one=Follow(),
-        two=Follow(),
-    )
+    build_rows("one.y two.u", "two.y one.u", one=Follow(), two=Follow())

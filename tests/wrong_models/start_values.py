@@ -7,7 +7,7 @@ from lumped.components import Fixed, IdealGear, Inertia, Speed, Spring, Torque
 from lumped.errors import EquationError, OptionError, StartError, UnitError, UnknownNameError
 
 from . import Table
-from .parts import Hoist, assemble_row, braked_drive, build
+from .parts import Hoist, assemble_row, braked_drive, build, build_rows
 
 wrong = Table("Start values")
 
@@ -50,8 +50,8 @@ def speed_against_a_speed_source():
 def twists_around_a_loop():
     """The start twists of three springs around a closed loop do not add up to zero."""
     lp.start_point(
-        build(
-            lambda m: [*lp.chain(m.a, m.s_1, m.b, m.s_2, m.c, m.s_3, m.a)],
+        build_rows(
+            "a s_1 b s_2 c s_3 a",
             a=Inertia(J=1.0),
             b=Inertia(J=1.0),
             c=Inertia(J=1.0),
@@ -184,7 +184,7 @@ class Contrary(lp.Component):
 @wrong(StartError, "part.y = 0", "positions of conditions", "demand less")
 def start_in_no_position():
     """A start value holds on neither side of a condition."""
-    lp.start_point(build(lambda m: [], part=Contrary()), start={"part.y": 0.0})
+    lp.start_point(build(part=Contrary()), start={"part.y": 0.0})
 
 
 @wrong(OptionError, "parameters that start values determine", "free=...")
