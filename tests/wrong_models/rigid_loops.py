@@ -20,17 +20,16 @@ from .parts import build_rows
 wrong = Table("Rigid loops")
 
 
+def in_parallel(motor, **parts):
+    """Assemble a motor and a load with parts that all join the same two shafts."""
+    rows = [f"motor {name} load" for name in parts]
+    build_rows(*rows, motor=motor, **parts, load=Inertia(J=1.0))
+
+
 @wrong(SingularModelError, "in gear_1", "in gear_2", "closed loop", "elastic")
 def gears_in_parallel():
     """Two rigid gears of equal ratio join the same two shafts."""
-    build_rows(
-        "motor gear_1 load",
-        "motor gear_2 load",
-        motor=Inertia(J=1.0),
-        gear_1=IdealGear(ratio=3.0),
-        gear_2=IdealGear(ratio=3.0),
-        load=Inertia(J=1.0),
-    )
+    in_parallel(Inertia(J=1.0), gear_1=IdealGear(ratio=3.0), gear_2=IdealGear(ratio=3.0))
 
 
 @wrong(
@@ -41,27 +40,13 @@ def gears_in_parallel():
 )
 def gears_of_unequal_ratio():
     """Two rigid gears of unequal ratio join the same two shafts."""
-    build_rows(
-        "motor gear_1 load",
-        "motor gear_2 load",
-        motor=Inertia(J=1.0),
-        gear_1=IdealGear(ratio=2.0),
-        gear_2=IdealGear(ratio=3.0),
-        load=Inertia(J=1.0),
-    )
+    in_parallel(Inertia(J=1.0), gear_1=IdealGear(ratio=2.0), gear_2=IdealGear(ratio=3.0))
 
 
 @wrong(SingularModelError, "runs through gear_1, gear_2: gear_1.ratio = 2", "ratios agree")
 def gears_of_unequal_ratio_at_a_speed():
     """A prescribed speed drives two gears of unequal ratio between the same two shafts."""
-    build_rows(
-        "motor gear_1 load",
-        "motor gear_2 load",
-        motor=Speed(w=100.0),
-        gear_1=IdealGear(ratio=2.0),
-        gear_2=IdealGear(ratio=3.0),
-        load=Inertia(J=1.0),
-    )
+    in_parallel(Speed(w=100.0), gear_1=IdealGear(ratio=2.0), gear_2=IdealGear(ratio=3.0))
 
 
 @wrong(SingularModelError, "leave no motion of motor.phi", "runs through gear: gear.ratio = 4.")

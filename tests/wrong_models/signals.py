@@ -10,6 +10,12 @@ from .parts import assemble_row, build_rows
 wrong = Table("Signals")
 
 
+def commanded(*rows, **parts):
+    """Assemble a motor on a rotor, with parts that are joined in these rows."""
+    parts = {"motor": Torque(), "rotor": Inertia(J=1.0), **parts}
+    build_rows("motor rotor", *rows, **parts)
+
+
 @wrong(ConnectError, "motor.tau", "no source", "tau=")
 def input_without_source():
     """A torque source gets no torque."""
@@ -19,27 +25,13 @@ def input_without_source():
 @wrong(ConnectError, "motor.tau", "one.y", "two.y", "2 sources")
 def input_with_two_sources():
     """Two signals feed one input."""
-    build_rows(
-        "motor rotor",
-        "one.y motor.tau",
-        "two.y motor.tau",
-        motor=Torque(),
-        rotor=Inertia(J=1.0),
-        one=Constant(k=1.0),
-        two=Constant(k=2.0),
-    )
+    commanded("one.y motor.tau", "two.y motor.tau", one=Constant(k=1.0), two=Constant(k=2.0))
 
 
 @wrong(ConnectError, "motor.tau", "connected and given")
 def input_connected_and_given():
     """An input is given a number and connected."""
-    build_rows(
-        "motor rotor",
-        "one.y motor.tau",
-        motor=Torque(tau=3.0),
-        rotor=Inertia(J=1.0),
-        one=Constant(k=1.0),
-    )
+    commanded("one.y motor.tau", motor=Torque(tau=3.0), one=Constant(k=1.0))
 
 
 @wrong(ConnectError, "left.tau", "right.tau", "no source")
@@ -76,13 +68,7 @@ def output_driven_twice():
         def equations(self):
             yield self.y == 2 * lp.time
 
-    build_rows(
-        "motor rotor",
-        "control.y motor.tau",
-        control=Control(),
-        motor=Torque(),
-        rotor=Inertia(J=1.0),
-    )
+    commanded("control.y motor.tau", control=Control())
 
 
 @wrong(SingularModelError, "control (Control)", "its y must be determined")
@@ -95,13 +81,7 @@ def output_not_driven():
         inner: Constant = Constant(k=1.0)
         y = lp.Output("N.m", "command")
 
-    build_rows(
-        "motor rotor",
-        "control.y motor.tau",
-        control=Control(),
-        motor=Torque(),
-        rotor=Inertia(J=1.0),
-    )
+    commanded("control.y motor.tau", control=Control())
 
 
 @wrong(DeclarationError, "SpeedSensor(w=", "output")
@@ -113,13 +93,7 @@ def output_given():
 @wrong(ConnectError, "sensor.flange", "not connected")
 def sensor_not_attached():
     """A sensor's signal is used, but its flange is not connected."""
-    build_rows(
-        "motor rotor",
-        "sensor.w motor.tau",
-        motor=Torque(),
-        rotor=Inertia(J=1.0),
-        sensor=SpeedSensor(),
-    )
+    commanded("sensor.w motor.tau", sensor=SpeedSensor())
 
 
 @wrong(SingularModelError, "one, two only repeat each other")
