@@ -138,7 +138,7 @@ def test_all_modes_are_drawn_or_it_is_said(n, options, drawn, title):
 def test_a_mode_that_does_not_exist_is_not_drawn():
     modes = lp.modes(chain_of(4))
     for wrong in ([3], [-1], []):
-        with pytest.raises(OptionError, match="modes = "):
+        with pytest.raises(OptionError, match=r"^Model: mode"):
             modes.plot(modes=wrong)
 
 

@@ -129,11 +129,7 @@ def test_states_that_follow_from_nothing_else_can_be_set(tmp_path):
 
 
 def test_a_drive_without_states_gives_its_functions_of_time(tmp_path):
-    model = lp.compose(
-        turn=Position(phi=lp.time**2),
-        body=Inertia(J=2.0),
-        connections=lambda m: lp.chain(m.turn.flange, m.body),
-    )
+    model = in_a_row(turn=Position(phi=lp.time**2), body=Inertia(J=2.0))
     system = lp.assemble(model)
     assert not system.state_names
     for _, _, found in runs(
