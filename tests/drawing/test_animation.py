@@ -23,14 +23,10 @@ from lumped.models.rotary_arm.control import run_controlled
 R, L, E, AXIS = 0.3, 1.1, 0.1, 0.4
 
 
-class Slider(lp.Component):
-    """Crank-slider on an inclined slide, turned at 3 rad/s."""
-
-    drive: Position = Position(phi=3.0 * lp.time)
-    crank: CrankSlider = CrankSlider(r=R, L=L, e=E, m=2.0, axis=AXIS)
-
-    def connections(self):
-        yield lp.connect(self.drive.flange, self.crank.flange)
+SLIDER = in_a_row(
+    drive=Position(phi=3.0 * lp.time), crank=CrankSlider(r=R, L=L, e=E, m=2.0, axis=AXIS)
+)
+"""Crank-slider on an inclined slide, turned at 3 rad/s."""
 
 
 class Composed(lp.Component):
@@ -63,7 +59,7 @@ def lengths(line: np.ndarray) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def slider() -> lp.Trajectory:
-    return lp.simulate(lp.assemble(Slider()), until=2.5, grid=2001)
+    return lp.simulate(lp.assemble(SLIDER), until=2.5, grid=2001)
 
 
 def test_crank_slider_keeps_its_lengths_and_its_slide(slider: lp.Trajectory):

@@ -3,23 +3,12 @@
 import numpy as np
 from rows import assemble_row, assemble_rows
 
-import lumped as lp
 from lumped.components import Brake, Fixed, Inertia, Spring, SpringDamper, Torque
 
 
-class Pair(lp.Component):
+def pair():
     """Two inertias and a spring: f = sqrt(c (1/Ja + 1/Jb)) / (2 pi)."""
-
-    a: Inertia = Inertia(J=2.0)
-    s: SpringDamper = SpringDamper(c=1000.0, d=0.3)
-    b: Inertia = Inertia(J=3.0)
-
-    def connections(self):
-        yield from lp.chain(self.a, self.s, self.b)
-
-
-def pair(**changes):
-    return lp.assemble(Pair(**changes))
+    return assemble_row(a=Inertia(J=2.0), s=SpringDamper(c=1000.0, d=0.3), b=Inertia(J=3.0))
 
 
 def undamped_hertz(c, Ja, Jb):
