@@ -12,14 +12,14 @@ from lumped.errors import EquationError, SingularModelError, SolverError, StartE
 from . import Table
 from .parts import assemble_row, braked, build
 
-wrong = Table("Equations of own components")
+laws = Table("Equations of own components")
 
 
 def wrong_law(error, *words):
     """Enter the equations of a brake into the table: the mistake is to assemble it."""
 
     def enter(equations):
-        @wrong(error, *words)
+        @laws(error, *words)
         @wraps(equations)
         def make():
             braked(equations)
@@ -87,7 +87,7 @@ def chained_equations(self):
     yield self.w == lp.der(self.flange.phi) == self.flange.tau / self.d
 
 
-@wrong(SolverError, "changes of mode within", "t = 0.5 s", "in brake", "lumped.hold")
+@laws(SolverError, "changes of mode within", "t = 0.5 s", "in brake", "lumped.hold")
 def friction_by_the_sign_of_a_speed():
     """Dry friction is written with a condition on the speed, so that it cannot stick."""
 
@@ -98,7 +98,7 @@ def friction_by_the_sign_of_a_speed():
     lp.simulate(braked(law), until=5.0)
 
 
-@wrong(StartError, "no values of brake.w meet", "t = 0 s", "start values")
+@laws(StartError, "no values of brake.w meet", "t = 0 s", "start values")
 def implicit_equation_without_solution():
     """A quantity is given only implicitly, by an equation that no value of it fulfils."""
 
@@ -109,7 +109,7 @@ def implicit_equation_without_solution():
     lp.simulate(braked(law), until=1.0)
 
 
-@wrong(EquationError, "cart (Cart)", "uses w", "Inertia")
+@laws(EquationError, "cart (Cart)", "uses w", "Inertia")
 def part_of_a_stranger_in_an_equation():
     """An equation uses a quantity of a component that is not below it."""
     wheel = Inertia(J=1.0)
@@ -126,7 +126,7 @@ def part_of_a_stranger_in_an_equation():
     build(cart=Cart())
 
 
-@wrong(EquationError, "gear", "left side")
+@laws(EquationError, "gear", "left side")
 def lossless_without_an_explicit_angle():
     """The kinematics of a lossless part have no angle alone on the left."""
 
