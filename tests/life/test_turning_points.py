@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from linkages import Rod
-from rows import assemble_row, assemble_rows, in_rows
+from linkages import pendulum
+from rows import assemble_row, in_rows
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, Spring, SpringDamper, Torque
-from lumped.components.translation import Force, Mass
 from lumped.errors import OptionError, SolverError
 from lumped.life import rainflow, turning_points
 from lumped.ops import where
@@ -72,15 +71,7 @@ def test_both_sides_of_a_jump_count():
 
 def test_another_state_may_lead():
     """A pendulum that turns over, in coordinates across and down: top and bottom in turn."""
-    pendulum = assemble_rows(
-        "across.flange_a rod.x",
-        "down.flange_a rod.y weight.flange",
-        across=Mass(m=1.0, s=0.0, v=12.0),
-        down=Mass(m=1.0, s=2.0),
-        rod=Rod(),
-        weight=Force(f=9.81),
-    )
-    run = lp.simulate(pendulum, until=4.0, grid=None, rtol=1e-9)
+    run = lp.simulate(lp.assemble(pendulum(v=12.0)), until=4.0, grid=None, rtol=1e-9)
     assert len({id(piece.system) for piece in run.pieces}) > 1
     found = turning_points(run, "down.s")
     wanted = 2.0 * (-1.0) ** np.arange(len(found) - 1)

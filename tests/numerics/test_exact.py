@@ -6,7 +6,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 from closeness import apart
-from rows import assemble_rows, in_a_row, in_rows
+from rows import assemble_rows, in_a_row, in_turn
 from scipy.linalg import eigh, expm
 from scipy.sparse import csc_array
 
@@ -91,21 +91,15 @@ def test_strip_entry_of_the_mill_is_the_modal_sum():
 
 def test_a_chain_of_five_hundred_bodies_carries_the_torsional_wave():
     n, c, J = 500, 1.0e4, 1.0
-    body = [Inertia(J=J, w=float(i == 0)) for i in range(n)]
-    bar = [Spring(c=c) for _ in range(n - 1)]
-
-    def connections(_):
-        for i, spring in enumerate(bar):
-            yield from lp.chain(body[i], spring, body[i + 1])
-
-    system = lp.assemble(lp.compose(body=body, bar=bar, connections=connections))
+    bodies = [Inertia(J=J, w=float(i == 0)) for i in range(n)]
+    system = lp.assemble(in_turn(bodies, [Spring(c=c) for _ in range(n - 1)]))
     run = lp.simulate(system, until=30.0, method="exact", grid=60)
     k = np.arange(1, n)
     w = 2 * np.sqrt(c / J) * np.sin(k * np.pi / (2 * n))
     for i in (0, 417, n - 1):
         shape = 2 / n * np.cos(k * np.pi / (2 * n)) * np.cos((i + 0.5) * k * np.pi / n)
         expected = 1 / n + np.cos(np.outer(run.t, w)) @ shape
-        error = np.abs(run[f"body[{i}].w"] - expected).max()
+        error = np.abs(run[f"bodies[{i}].w"] - expected).max()
         print(f"body {i}: {error:.1e}")
         assert error < 1e-12
 
@@ -223,13 +217,7 @@ class Ageing(lp.Component):
 
 
 RUBBING = in_a_row(**PARTS, rub=BearingFriction(characteristic=((0.0, 0.3),)))
-GEARED = in_rows(
-    "wall bar disc gear load",
-    "disc drive",
-    **PARTS,
-    gear=EllipticalGear(e=0.3),
-    load=Inertia(J=1.0),
-)
+GEARED = in_a_row(**PARTS, gear=EllipticalGear(e=0.3), load=Inertia(J=1.0))
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from linkages import Crank, FourBar, Rod, double_rocker, four_bar, rocker_angle
+from linkages import Crank, FourBar, double_rocker, four_bar, pendulum, rocker_angle
 from rows import in_a_row, in_rows
 from scipy.optimize import brentq
 from scipy.special import ellipk
@@ -92,18 +92,8 @@ def test_a_linkage_passes_the_dead_centres_of_its_crank(method):
 
 
 def test_a_pendulum_in_cartesian_coordinates_turns_over_and_keeps_its_period():
-    from lumped.components.translation import Force, Mass
-
     g, length = 9.81, 2.0
-    model = in_rows(
-        "across.flange_a rod.x",
-        "down.flange_a rod.y weight.flange",
-        across=Mass(m=1.0, s=0.0, v=2 * np.sqrt(g * length) * 1.05),
-        down=Mass(m=1.0, s=2.0),
-        rod=Rod(),
-        weight=Force(f=g),
-    )
-    system = lp.assemble(model)
+    system = lp.assemble(pendulum(v=2 * np.sqrt(g * length) * 1.05))
     assert len(system.state_names) == 2
     run = lp.simulate(system, until=30.0, rtol=1e-10, grid=3000)
     x, y = run["across.s"], run["down.s"]

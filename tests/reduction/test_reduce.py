@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row, in_rows
+from rows import assemble_row, in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -26,20 +26,14 @@ def relative(received, expected):
     return error
 
 
-class Pair(lp.Component):
-    """Two inertias and a rigid gear: phi_a = ratio phi_b."""
-
-    drive: Torque = Torque(tau=7.0)
-    a: Inertia = Inertia(J=2.0)
-    gear: IdealGear = IdealGear(ratio=3.0)
-    b: Inertia = Inertia(J=5.0)
-
-    def connections(self):
-        yield from lp.chain(self.drive, self.a, self.gear, self.b)
+PAIR = in_a_row(
+    drive=Torque(tau=7.0), a=Inertia(J=2.0), gear=IdealGear(ratio=3.0), b=Inertia(J=5.0)
+)
+"""Two inertias and a rigid gear: phi_a = ratio phi_b."""
 
 
 def test_a_rigidly_geared_pair_has_two_states_and_the_reflected_inertia():
-    system = lp.assemble(Pair(), keep=["a.phi"])
+    system = lp.assemble(PAIR, keep=["a.phi"])
     assert system.state_names == ["a.phi", "a.w"]
     assert system.report()["index"] == 3
     rng = np.random.default_rng(2)
@@ -52,7 +46,7 @@ def test_a_rigidly_geared_pair_has_two_states_and_the_reflected_inertia():
         assert relative(point["b.a"], expected / ratio) < 1e-14
         assert relative(point["b.w"], 4.0 / ratio) < 1e-14
         assert relative(point["gear.flange_b.tau"], -jb * expected / ratio) < 1e-13
-    lone = lp.assemble(Pair())
+    lone = lp.assemble(PAIR)
     assert lone.state_names == ["a.w"]
 
 
@@ -111,19 +105,12 @@ def test_the_housing_of_a_gear_takes_the_difference_of_the_torques():
     assert relative([point[n] for n in ("a.a", "b.a", "housing.a")], expected) < 1e-13
 
 
-class EllipticalDrive(lp.Component):
-    """Inertia, elliptical gear, inertia: J_a, J_b, e."""
-
-    a: Inertia = Inertia(J=1.3)
-    gear: EllipticalGear = EllipticalGear(e=0.5)
-    b: Inertia = Inertia(J=0.7)
-
-    def connections(self):
-        yield from lp.chain(self.a, self.gear, self.b)
+ELLIPTICAL = {"a": Inertia(J=1.3), "gear": EllipticalGear(e=0.5), "b": Inertia(J=0.7)}
+"""Inertia, elliptical gear, inertia: J_a, J_b, e."""
 
 
 def test_a_variable_ratio_keeps_the_driving_angle_as_state():
-    system = lp.assemble(EllipticalDrive())
+    system = assemble_row(**ELLIPTICAL)
     assert system.state_names == ["a.phi", "a.w"]
     e = 0.5
     for phi, w in np.random.default_rng(5).uniform(-9, 9, (20, 2)):
@@ -137,7 +124,7 @@ def test_a_variable_ratio_keeps_the_driving_angle_as_state():
 
 
 def test_energy_stays_constant_over_a_hundred_turns_of_an_elliptical_gear():
-    system = lp.assemble(EllipticalDrive(a=Inertia(J=1.3, w=20.0)))
+    system = assemble_row(**{**ELLIPTICAL, "a": Inertia(J=1.3, w=20.0)})
     run = lp.simulate(system, until=35.0, rtol=1e-10)
     assert run["a.phi"][-1] > 100 * 2 * np.pi
     energy = 0.5 * 1.3 * run["a.w"] ** 2 + 0.5 * 0.7 * run["b.w"] ** 2
@@ -148,17 +135,7 @@ def test_energy_stays_constant_over_a_hundred_turns_of_an_elliptical_gear():
 
 def test_a_prescribed_angle_gives_the_torque_it_takes():
     angle = 3 * lp.time + 0.2 * sin(5 * lp.time)
-
-    class Driven(EllipticalDrive):
-        """Elliptical drive with prescribed angle: phi_a = angle."""
-
-        guide: Position = Position(phi=angle)
-
-        def connections(self):
-            yield from super().connections()
-            yield lp.connect(self.guide.flange, self.a.flange_a)
-
-    system = lp.assemble(Driven())
+    system = assemble_row(guide=Position(phi=angle), **ELLIPTICAL)
     assert system.state_names == []
     run = lp.simulate(system, until=3.0, grid=50)
     t, e = run.t, 0.5
@@ -312,7 +289,7 @@ def test_a_load_torque_may_follow_the_speed_of_a_neighbour():
 
 
 def test_the_report_tells_what_became_of_the_model():
-    report = lp.assemble(EllipticalDrive()).report()
+    report = assemble_row(**ELLIPTICAL).report()
     assert report["index"] == 3
     assert report["states"] == len(report.states) == 2
     assert list(report.seconds) == ["flatten", "reduce", "prune"]
