@@ -8,6 +8,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from rows import in_rows
 from schematic_drives import BRANCHED, CHAINS, DRIVES
+from test_schematic import routed_of
 
 from lumped.components import Gain, IdealGear, Inertia, Sum
 from lumped.drawing.netlist import netlist
@@ -23,8 +24,7 @@ PLANAR = [name for name in BRANCHED if name != "linkage press"]
 
 @cache
 def routed(name: str) -> Routed:
-    plan = netlist(DRIVES[name])
-    return route(plan, place(plan), {})
+    return routed_of(DRIVES[name])
 
 
 def shaft_ports(picture: Routed) -> dict:

@@ -3,18 +3,16 @@
 import numpy as np
 import pytest
 from bits import Unit
-from fmus import compare, fmpy, runs
+from fmus import LIMITED, compare, fmpy, runs
 from linkages import double_rocker, four_bar, rocker_angle
-from rows import assemble_row, in_a_row, in_rows
+from rows import assemble_row, assemble_rows, in_a_row
 from specification import build, read
 
 import lumped as lp
 from lumped.components import (
     Backlash,
-    Filter,
     Fixed,
     Inertia,
-    Limiter,
     SampleHold,
     SpeedSensor,
     SpringDamper,
@@ -57,14 +55,13 @@ FALL = np.sqrt(2 * HEIGHT / G)
 
 
 def ball(restitution):
-    model = in_rows(
+    return assemble_rows(
         "floor mass",
         "floor weight",
         floor=translation.Stop(restitution=restitution),
         mass=translation.Mass(m=1.0, s=HEIGHT, v=0.0),
         weight=translation.Force(f=-G),
     )
-    return lp.assemble(model)
 
 
 def bounces(e, count):
@@ -187,15 +184,7 @@ def test_two_settings_of_a_state_at_one_instant_end_the_run_with_both_names(tmp_
 
 def test_a_steady_start_holds_in_the_positions_of_the_parameters_set(tmp_path):
     # 3 before the limiter: the lag starts with what passes, and follows 3 exp(-t) below the limit
-    model = in_rows(
-        "first.y limiter.u",
-        "limiter.y lag.u",
-        first=Filter(T=1.0, u=0.0, x=3.0),
-        limiter=Limiter(y_min=-1.0, y_max=1.0),
-        lag=Filter(T=0.1),
-        initial_equations=lambda m: [lp.der(m.lag.x) == 0],
-    )
-    system = lp.assemble(model)
+    system = lp.assemble(LIMITED)
     for highest in (1.0, 2.0, 5.0):
         changed = {"start_values": {"limiter.y_max": highest}}
         for version, kind, found in runs(system, tmp_path, until=0.4, points=4, **changed):

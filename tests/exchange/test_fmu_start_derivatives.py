@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 from exchanged import Exchanged
-from fmus import fmpy
+from fmus import LIMITED, fmpy
 from rows import in_a_row, in_rows
-from test_fmu_derivatives import MODELS, Limited
+from test_fmu_derivatives import MODELS
 
 import lumped as lp
 from lumped.components import Filter, Ramp, translation
 from lumped.points.start import start_slopes
 from lumped.points.start_values import read_start_values
 
-STARTS = {**MODELS, "limited": (Limited(), [], ["limiter.y"])}
+STARTS = {**MODELS, "limited": (LIMITED, [], ["limiter.y"])}
 
 
 def derivatives_at_start(system, known, outputs):

@@ -4,11 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rows import assemble_row, in_a_row, in_rows
+from rows import assemble_row, in_rows
 
 import lumped as lp
 from lumped import functionals as fun
-from lumped.components import Damper, Fixed, Inertia, LinearTorque, Spring, SpringDamper, Torque
+from lumped.components import (
+    Damper,
+    Fixed,
+    Inertia,
+    LinearTorque,
+    NonlinearSpring,
+    Spring,
+    SpringDamper,
+    Torque,
+)
 from lumped.errors import SolverError
 
 
@@ -83,28 +92,15 @@ def test_an_operating_point_that_is_no_number_is_refused_by_name():
         lp.frequency_response(system, inputs=["load.tau"], outputs=["body.w"], hertz=[1.0], at=bad)
 
 
-class Hardening(lp.Component):
-    """Shaft without stiffness in the middle: tau = k twist^3."""
-
-    flange_a, flange_b = lp.Flange(), lp.Flange()
-    twist: lp.Var = lp.var("rad", "twist")
-
-    def equations(self):
-        yield self.twist == self.flange_b.phi - self.flange_a.phi
-        yield self.flange_b.tau == 5e4 * self.twist**3
-        yield self.flange_a.tau == -self.flange_b.tau
-
-
 def test_a_point_without_stiffness_has_a_rigid_body_mode_by_name_and_no_static_response():
-    model = in_a_row(
+    system = assemble_row(
         wall=Fixed(),
-        soft=Hardening(),
+        soft=NonlinearSpring(characteristic=lambda twist: 5e4 * twist**3),
         a=Inertia(J=2.0),
         shaft=Spring(c=300.0),
         b=Inertia(J=1.0),
         load=Torque(tau=0.0),
     )
-    system = lp.assemble(model)
     found = lp.modes(system)
     assert found.hertz == pytest.approx([np.sqrt(450.0) / (2 * np.pi)], rel=1e-12)
     assert found.rigid_names == ("a.phi, b.phi",)

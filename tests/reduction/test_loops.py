@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from linkages import Crank, FourBar, double_rocker, four_bar, pendulum, rocker_angle
-from rows import in_a_row, in_rows
+from rows import assemble_row, assemble_rows, in_a_row, in_rows
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
@@ -168,10 +168,9 @@ class Hardening(lp.Component):
 
 
 def test_hardening_springs_in_series_share_the_torque():
-    model = in_a_row(
+    system = assemble_row(
         wall=Fixed(), one=Hardening(k=50.0), two=Hardening(k=400.0), body=Inertia(J=1.0, phi=1.0)
     )
-    system = lp.assemble(model)
     assert len(system.state_names) == 2
     run = lp.simulate(system, until=3.0, rtol=1e-9, grid=60)
     for phi, tau in zip(run["body.phi"], run["two.tau"], strict=True):
@@ -222,7 +221,7 @@ def test_an_implicit_quantity_is_solved_again_where_a_torque_jumps():
 
 
 def test_a_driven_linkage_comes_to_rest_and_has_modes():
-    model = in_rows(
+    system = assemble_rows(
         "drive crank linkage rocker",
         "crank.flange_a shaft.flange_a",
         "shaft wall",
@@ -233,7 +232,6 @@ def test_a_driven_linkage_comes_to_rest_and_has_modes():
         linkage=FourBar(),
         rocker=Inertia(J=3.0, phi=1.9),
     )
-    system = lp.assemble(model)
     point = lp.equilibrium(system)
     assert point["crank.phi"] == pytest.approx(0.55, rel=1e-10)
     h = 1e-5

@@ -1,6 +1,6 @@
 """Quantities asked for as parameters that are none."""
 
-from rows import in_rows
+from rows import assemble_rows
 from test_wrong_calls import message
 
 import lumped as lp
@@ -17,7 +17,7 @@ def test_what_is_no_parameter_is_told_why():
         def equations(self):
             yield self.y == 2 * lp.time
 
-    model = in_rows(
+    system = assemble_rows(
         "load body",
         "speed other",
         "source.y speed.w",
@@ -27,7 +27,6 @@ def test_what_is_no_parameter_is_told_why():
         speed=Speed(),
         other=Inertia(J=1.0),
     )
-    system = lp.assemble(model)
 
     def free(name):
         return message(lambda: lp.start_point(system, free=[name]), UnknownNameError)

@@ -25,6 +25,9 @@ from .parts import Resistor, assemble_row, build, build_rows
 drives = Table("Electric drives")
 
 
+CAGE = {"R_s": 0.4, "R_r": 0.8, "L_m": 0.07, "L_lr": 2e-3, "J": 0.1, "V": 180.0}
+
+
 def fed(motor):
     """Assemble a motor on a battery."""
     return build_rows(
@@ -128,21 +131,13 @@ def sampling_time_of_zero():
 @drives(ParameterError, "motor.L_ls = 0 H", "leakage", "motor.pairs = 0 (pole pairs)")
 def cage_without_leakage():
     """A squirrel-cage motor has no leakage and no pole pairs."""
-    build(
-        motor=SquirrelCageMotor(
-            R_s=0.4, R_r=0.8, L_m=0.07, L_ls=0.0, L_lr=2e-3, pairs=0.0, J=0.1, V=180.0, f=50.0
-        )
-    )
+    build(motor=SquirrelCageMotor(**CAGE, L_ls=0.0, pairs=0.0, f=50.0))
 
 
 @drives(ConnectError, "motor.f: the input (frequency of the supply, Hz)")
 def cage_without_frequency():
     """A squirrel-cage motor is given a voltage but no frequency."""
-    build(
-        motor=SquirrelCageMotor(
-            R_s=0.4, R_r=0.8, L_m=0.07, L_ls=2e-3, L_lr=2e-3, pairs=2.0, J=0.1, V=180.0
-        )
-    )
+    build(motor=SquirrelCageMotor(**CAGE, L_ls=2e-3, pairs=2.0))
 
 
 @drives(ParameterError, "servo.psi = 0 V.s", "magnets", "servo.L_q = -0.004 H")
