@@ -15,6 +15,17 @@ def worst(received, expected):
     return error
 
 
+def apart(received, expected):
+    """Largest difference over the range of what is expected."""
+    return float(np.abs(received - expected).max() / (np.ptp(expected) or np.abs(expected).max()))
+
+
+def assert_close(received, expected, rtol, what):
+    error = np.abs(received - expected).max() / np.abs(expected).max()
+    print(f"{what}: largest error {error:.1e} of the largest value")
+    assert error <= rtol
+
+
 def by_complex_step(function, point):
     """Derivatives of all numbers that a function gives, shape (numbers, len(point))."""
     columns = [

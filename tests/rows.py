@@ -39,16 +39,6 @@ def assemble_row(keep=(), **parts):
     return lp.assemble(in_a_row(**parts), keep=keep)
 
 
-def in_turn(bodies, springs):
-    """A model of bodies, each joined to the next one by one of the springs."""
-
-    def connections(model):
-        pairs = zip(model.bodies, model.springs, strict=False)
-        yield from lp.chain(*(part for pair in pairs for part in pair), model.bodies[-1])
-
-    return lp.compose(bodies=bodies, springs=springs, connections=connections)
-
-
 def one(equations, **declared):
     """A component, called One, with these equations and what else is declared."""
     body = {"equations": equations, "__doc__": "See equations.", **declared}

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from closeness import apart
+from checks import apart
 from references import columns
 
 from lumped.models.carrousel_coiler import drive as coiler

@@ -1,6 +1,6 @@
 """Quantities asked for as parameters that are none."""
 
-from test_wrong_calls import message
+from checks import refused
 
 import lumped as lp
 from lumped.components import Inertia, Speed, Torque
@@ -31,7 +31,7 @@ def test_what_is_no_parameter_is_told_why():
     system = lp.assemble(model)
 
     def free(name):
-        return message(lambda: lp.start_point(system, free=[name]), UnknownNameError)
+        return refused(UnknownNameError, lambda: lp.start_point(system, free=[name]))
 
     text = free("load.tau")
     assert "'load.tau' is no parameter, as it is given as the expression 3 * sin(time)" in text

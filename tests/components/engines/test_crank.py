@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from checks import worst
 from rows import in_a_row
 
 import lumped as lp
@@ -42,10 +43,6 @@ def revolve(parts, w=1.0, degrees=DEGREES, **more):
     system = turning(parts, w, angles[0], **more)
     times = (angles - angles[0]) / w
     return lp.simulate(system, until=times[-1], grid=times)
-
-
-def worst(received, expected):
-    return np.abs(received - expected).max() / np.abs(expected).max()
 
 
 class TestKinematics:
