@@ -1,6 +1,7 @@
 """Models of one part, and of parts in rows."""
 
 import itertools
+import operator
 
 import lumped as lp
 
@@ -8,12 +9,13 @@ import lumped as lp
 def in_rows(*rows, **parts):
     """A model of these parts, of which those named in each row are joined one to the next.
 
-    Of lists of parts, ``shaft/wheel``, one of each follows the other.
+    A row may name ports instead of parts, ``battery.n ground.pin``. Of lists of parts,
+    ``shaft/wheel``, one of each follows the other.
     """
 
     def named(m, word):
         if "/" not in word:
-            return [getattr(m, word)]
+            return [operator.attrgetter(word)(m)]
         lists = (getattr(m, name) for name in word.split("/"))
         return itertools.chain(*zip(*lists, strict=True))
 

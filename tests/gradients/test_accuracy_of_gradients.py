@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from checks import by_complex_step, in_all_engines
-from rows import assemble_row
+from rows import assemble_row, assemble_rows
 from scipy.linalg import expm
 
 import lumped as lp
@@ -75,14 +75,12 @@ def test_an_integrand_faster_than_all_states_is_resolved():
         def equations(self):
             yield self.tau == self.amplitude * ops.sin(300.0 * lp.time)
 
-    system = lp.assemble(
-        lp.compose(
-            body=Inertia(J=J, w=1.0),
-            drag=Damper(d=0.1),
-            wall=Fixed(),
-            ripple=Ripple(),
-            connections=lambda m: lp.chain(m.body, m.drag, m.wall),
-        )
+    system = assemble_rows(
+        "body drag wall",
+        body=Inertia(J=J, w=1.0),
+        drag=Damper(d=0.1),
+        wall=Fixed(),
+        ripple=Ripple(),
     )
     of = functionals.integral("ripple.tau", "ripple.tau")
     found = lp.gradient(system, of=[of], by=["ripple.amplitude"], until=END)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from checks import by_complex_step, refused
-from rows import assemble_row, one
+from rows import assemble_row, assemble_rows, one
 
 import lumped as lp
 from lumped import functionals as fun
@@ -224,14 +224,13 @@ def test_what_cannot_be_differentiated_is_named(oscillator):
 
 
 def test_a_functional_that_nothing_changes_spoils_no_other():
-    system = lp.assemble(
-        lp.compose(
-            a=Inertia(J=1.0, w=2.0),
-            load=Torque(tau=1.0),
-            b=Inertia(J=3.0, w=1.0),
-            brake=Torque(tau=-1.0),
-            connections=lambda m: (*lp.chain(m.load, m.a), *lp.chain(m.brake, m.b)),
-        )
+    system = assemble_rows(
+        "load a",
+        "brake b",
+        a=Inertia(J=1.0, w=2.0),
+        load=Torque(tau=1.0),
+        b=Inertia(J=3.0, w=1.0),
+        brake=Torque(tau=-1.0),
     )
     found = lp.gradient(
         system, of=[fun.final("a.w"), fun.final("b.w")], by=["a.J", "load.tau"], until=1.0

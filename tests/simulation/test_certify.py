@@ -5,7 +5,7 @@ from importlib import import_module
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import assemble_rows, in_a_row
 from scipy.integrate import simpson
 from scipy.linalg import expm
 
@@ -49,13 +49,11 @@ def test_the_estimate_is_the_true_error(two_mass, method, grid):
 
 def test_both_sides_of_a_jump_and_events_do_not_count():
     """A body under dry friction and an alternating torque, piece by piece by hand."""
-    system = lp.assemble(
-        lp.compose(
-            drive=Torque(tau=3 * sin(lp.time)),
-            body=Inertia(J=1.0),
-            rub=BearingFriction(characteristic=((0.0, 1.0),)),
-            connections=lambda m: [lp.connect(m.drive.flange, m.body.flange_a, m.rub.flange_a)],
-        )
+    system = assemble_rows(
+        "drive body.flange_a rub",
+        drive=Torque(tau=3 * sin(lp.time)),
+        body=Inertia(J=1.0),
+        rub=BearingFriction(characteristic=((0.0, 1.0),)),
     )
     run = lp.simulate(system, until=3.0, rtol=1e-4, certify=True)
     start = np.arcsin(1 / 3)

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from rows import in_a_row, one
+from rows import in_a_row, in_rows, one
 
 import lumped as lp
 from lumped.components import BearingFriction, Brake, ElastoBacklash, Fixed, Inertia, Spring, Torque
@@ -179,15 +179,13 @@ class SwitchedForce(lp.Component):
 
 
 def test_events_of_a_linkage_that_is_closed_implicitly_keep_it_closed():
-    model = lp.compose(
+    model = in_rows(
+        "crank slider.turn",
+        "slider.slide mass.flange_a push",
         crank=Inertia(J=1.0, w=3.0, phi=0.5),
         mass=Mass(m=0.5),
         slider=RodSlider(),
         push=SwitchedForce(),
-        connections=lambda m: [
-            lp.connect(m.crank.flange_b, m.slider.turn),
-            lp.connect(m.slider.slide, m.mass.flange_a, m.push.flange),
-        ],
     )
     system = lp.assemble(model)
     assert "slider.q" in system.report().implicit
@@ -212,15 +210,11 @@ def test_events_of_a_linkage_that_is_closed_implicitly_keep_it_closed():
 
 
 def test_a_drive_vibrates_against_a_brake_that_holds_and_freely_once_it_lets_go():
-    model = lp.compose(
+    model = in_a_row(
         rotor=Inertia(J=1.0),
         shaft=Spring(c=100.0),
         drum=Inertia(J=2.0),
         brake=Brake(f_max=100.0, u=where(lp.time >= 1.0, 0.0, 1.0)),
-        connections=lambda m: [
-            *lp.chain(m.rotor, m.shaft, m.drum),
-            lp.connect(m.drum.flange_b, m.brake.flange_a),
-        ],
     )
     system = lp.assemble(model)
     held = lp.modes(system)

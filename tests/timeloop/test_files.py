@@ -8,6 +8,7 @@ import numpy as np
 import pandas
 import pytest
 import xarray
+from rows import in_rows
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper, Torque, translation
@@ -28,15 +29,13 @@ def run():
 
 @pytest.fixture(scope="module")
 def bounces():
-    model = lp.compose(
+    model = in_rows(
+        "weight ball",
+        "ground floor ball",
         weight=translation.Force(f=-2.0 * 9.81),
         ball=translation.Mass(m=2.0, s=1.0, v=0.0),
         floor=translation.Stop(restitution=0.5),
         ground=translation.Fixed(),
-        connections=lambda m: [
-            lp.connect(m.weight.flange, m.ball.flange_a),
-            *lp.chain(m.ground, m.floor, m.ball),
-        ],
     )
     return lp.simulate(lp.assemble(model), until=1.0)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import assemble_row, in_a_row
+from rows import assemble_row, in_a_row, in_rows
 from torsional_cases import BODIES, INERTIAS, LBF_IN, STIFFNESSES, Excited, columns, marine
 
 import lumped as lp
@@ -188,20 +188,16 @@ def test_what_is_no_shaft_is_told():
 
 
 def test_a_differential_has_no_ratio():
-    model = lp.compose(
+    model = in_rows(
+        "a shaft gear.sun",
+        "gear.ring more c",
+        "gear.carrier b",
         a=Inertia(J=2.0),
         shaft=Spring(c=100.0),
         gear=Planetary(ratio=2.0),
         b=Inertia(J=3.0),
         more=Spring(c=10.0),
         c=Inertia(J=1.0),
-        connections=lambda m: [
-            *lp.chain(m.a, m.shaft),
-            lp.connect(m.shaft.flange_b, m.gear.sun),
-            lp.connect(m.gear.ring, m.more.flange_a),
-            *lp.chain(m.more, m.c),
-            lp.connect(m.gear.carrier, m.b.flange_a),
-        ],
     )
     found = referred(lp.assemble(model), "a.phi")
     assert [part.name for part in found.parts] == ["shaft", "a"]
@@ -237,17 +233,15 @@ def test_slips_are_named(two_mass):
     with pytest.raises(UnknownNameError):
         referred(system, "propeler.phi")
     gears = IdealGear(ratio=2.0), IdealGear(ratio=-3.0)
-    loop = lp.compose(
+    loop = in_rows(
+        "a shaft one b",
+        "a soft other b",
         a=Inertia(J=1.0),
         shaft=Spring(c=9.0),
         one=gears[0],
         other=gears[1],
         b=Inertia(J=2.0),
         soft=Spring(c=1.0),
-        connections=lambda m: [
-            *lp.chain(m.a, m.shaft, m.one, m.b),
-            *lp.chain(m.a, m.soft, m.other, m.b),
-        ],
     )
     with pytest.raises(OptionError, match="closes a loop of shafts whose ratios do not agree"):
         referred(lp.assemble(loop), "a.phi")

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from drive_chains import Pendulum, damped_pair, in_turn, uniform, uniform_hertz
-from rows import in_a_row
+from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -96,7 +96,6 @@ def test_separate_drives_have_separate_rigid_modes():
         two=in_a_row(a=Inertia(J=2.0), shaft=Spring(c=100.0), b=Inertia(J=2.0)),
         held=in_a_row(body=Inertia(J=1.0), shaft=Spring(c=50.0), wall=Fixed()),
         lone=Inertia(J=1.0),
-        connections=lambda m: [],
     )
     free = lp.modes(lp.assemble(model))
     assert free.rigid == 3
@@ -165,19 +164,17 @@ def test_what_keeps_its_value_without_a_body_is_named_and_decays_have_vectors(tw
 
 
 def test_shapes_are_scaled_by_angles_though_voltages_are_larger():
-    model = lp.compose(
+    model = in_rows(
+        "battery.p cable.p",
+        "cable.n motor.p",
+        "motor.n battery.n ground.pin",
+        "motor.flange shaft wall",
         battery=VoltageSource(v=100.0),
         ground=Ground(),
         cable=Resistor(R=5.0),
         motor=DCMotor(J=0.1, k=2.0, R=1.0, L=0.02),
         shaft=Spring(c=500.0),
         wall=Fixed(),
-        connections=lambda m: [
-            lp.connect(m.battery.p, m.cable.p),
-            lp.connect(m.cable.n, m.motor.p),
-            lp.connect(m.motor.n, m.battery.n, m.ground.pin),
-            *lp.chain(m.motor.flange, m.shaft, m.wall),
-        ],
     )
     found = lp.modes(lp.assemble(model))
     assert np.abs(found.shape("motor.phi")) == pytest.approx([1.0], rel=1e-12)

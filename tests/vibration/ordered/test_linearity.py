@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import assemble_row
+from rows import assemble_row, in_rows
 
 import lumped as lp
 from lumped.components import Clutch, Damper, Fixed, Inertia, NonlinearSpring, Spring, Torque
@@ -12,16 +12,14 @@ J, C, D, K3, P = 2.0, 8e3, 12.0, 4e6, 60.0
 
 def swing(cubic=K3):
     """Disc on a progressive spring."""
-    model = lp.compose(
+    model = in_rows(
+        "torque disc spring ground",
+        "disc air ground",
         torque=Torque(tau=0.0),
         disc=Inertia(J=J),
         spring=NonlinearSpring(characteristic=lambda x: C * x + cubic * x**3),
         air=Damper(d=D),
         ground=Fixed(),
-        connections=lambda m: [
-            *lp.chain(m.torque, m.disc, m.spring, m.ground),
-            *lp.chain(m.disc, m.air, m.ground),
-        ],
     )
     return lp.assemble(model)
 

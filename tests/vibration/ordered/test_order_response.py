@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from rows import assemble_row, in_a_row
+from rows import assemble_row, in_a_row, in_rows
 from torsional_cases import FIRST, RPM, Excited, blades, columns, marine, peak_share
 
 import lumped as lp
@@ -122,17 +122,15 @@ def test_an_angle_that_turns_vibrates_as_its_speed():
 
 def damper(mu, z):
     """Untuned viscous damper on a spring to ground, J = K = 1."""
-    model = lp.compose(
+    model = in_rows(
+        "torque main spring ground",
+        "main fluid ring",
         torque=Torque(tau=0.0),
         main=Inertia(J=1.0),
         spring=Spring(c=1.0),
         ground=Fixed(),
         fluid=Damper(d=2 * mu * z),
         ring=Inertia(J=mu),
-        connections=lambda m: [
-            *lp.chain(m.torque, m.main, m.spring, m.ground),
-            *lp.chain(m.main, m.fluid, m.ring),
-        ],
     )
     return lp.assemble(model)
 

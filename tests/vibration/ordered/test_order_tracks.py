@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
@@ -78,19 +78,15 @@ class Twice(lp.Component):
 def test_a_slow_passage_through_a_resonance_has_the_steady_amplitudes():
     """An oscillator at 80 rad/s, excited twice a turn by a rotor that runs up slowly."""
     J, c, d = 0.5, 0.5 * 80.0**2, 4.0
-    model = lp.compose(
+    model = in_rows(
+        "drive rotor engine.rotor",
+        "engine.body body shaft wall",
         rotor=Inertia(J=1e3, w=37.0),
         engine=Twice(),
         body=Inertia(J=J),
         shaft=SpringDamper(c=c, d=d),
         wall=Fixed(),
         drive=Torque(tau=50.0),
-        connections=lambda m: [
-            lp.connect(m.drive.flange, m.rotor.flange_a),
-            lp.connect(m.rotor.flange_b, m.engine.rotor),
-            lp.connect(m.engine.body, m.body.flange_a),
-            *lp.chain(m.body, m.shaft, m.wall),
-        ],
     )
     system = lp.assemble(model, keep=["rotor.phi"])
     run = lp.simulate(system, until=120.0, grid=120 * 1000, rtol=1e-9)

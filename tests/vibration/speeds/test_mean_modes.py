@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import scipy
-from rows import assemble_row
+from rows import assemble_row, in_rows
 from torsional_cases import FIRST, INERTIAS, SERIES, STIFFNESSES
 
 import lumped as lp
@@ -165,14 +165,8 @@ def test_vector_sums_of_a_rigid_shape_are_those_of_the_firing_order():
         cylinders=6, firing_order=(1, 5, 3, 6, 2, 4), J=0.05, c=1e9, **SIZE, masses="series",
         series=SERIES,
     )  # fmt: skip
-    model = lp.compose(
-        engine=engine,
-        shaft=SpringDamper(c=1e4),
-        load=Inertia(J=2.0),
-        connections=lambda m: [
-            lp.connect(m.engine.rear, m.shaft.flange_a),
-            *lp.chain(m.shaft, m.load),
-        ],
+    model = in_rows(
+        "engine.rear shaft load", engine=engine, shaft=SpringDamper(c=1e4), load=Inertia(J=2.0)
     )
     modes = lp.vibration.mean_modes(
         lp.assemble(model), shaft="load.phi", speed=100.0, parameters={"engine.m": 0.0}
