@@ -84,14 +84,16 @@ def turning():
 
 def composed():
     """A model of a class that no other process can import, with connections by a lambda."""
-    return in_rows(
-        "drive body.flange_a spring.flange_a oil",
-        "spring oil.flange_b ground",
+    return lp.compose(
         drive=Position(phi=0.4 * sin(5.0 * lp.time)),
         body=Inertia(J=2.0),
         spring=Spring(c=10.0),
         oil=Damper(d=3.0),
         ground=Fixed(),
+        connections=lambda m: [
+            lp.connect(m.drive.flange, m.body.flange_a, m.spring.flange_a, m.oil.flange_a),
+            lp.connect(m.spring.flange_b, m.oil.flange_b, m.ground.flange),
+        ],
     )
 
 
