@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from checks import refused
+from rows import in_rows
 
 import lumped as lp
 from lumped.components import Gain, Inertia
@@ -159,13 +160,7 @@ def test_a_run_that_takes_too_many_steps_says_so(two_mass):
 
 def test_a_loop_of_signals_of_gain_one_is_told_as_such():
     parts = {"first": Gain(k=0.5), "second": Gain(k=2.0)}
-    rig = lp.compose(
-        **parts,
-        connections=lambda m: [
-            lp.connect(m.first.y, m.second.u),
-            lp.connect(m.second.y, m.first.u),
-        ],
-    )
+    rig = in_rows("first.y second.u", "second.y first.u", **parts)
     text = refused(SingularModelError, lambda: lp.start_point(lp.assemble(rig))["first.y"])
     assert "first, second form a loop of signals whose gain is 1" in text
     assert "Filter" in text

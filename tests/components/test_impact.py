@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import assemble_row
+from rows import assemble_row, assemble_rows
 from test_impact_shafts import at
 
 import lumped as lp
@@ -20,13 +20,11 @@ def impacts(run, component=None):
 
 def ball(restitution, height, mass=1.0, weight=-G):
     """A body that falls onto a stop at the height zero."""
-    return lp.assemble(
-        lp.compose(
-            floor=translation.Stop(restitution=restitution),
-            mass=Mass(m=mass, s=height, v=0.0),
-            weight=Force(f=mass * weight),
-            connections=lambda m: [lp.connect(m.floor.flange_b, m.mass.flange_a, m.weight.flange)],
-        )
+    return assemble_rows(
+        "floor mass.flange_a weight",
+        floor=translation.Stop(restitution=restitution),
+        mass=Mass(m=mass, s=height, v=0.0),
+        weight=Force(f=mass * weight),
     )
 
 
@@ -68,17 +66,12 @@ def test_without_loss_a_ball_bounces_for_ever():
 
 def test_a_body_leaves_a_shaking_table_when_its_weight_no_longer_holds_it():
     amplitude, w, mass = 0.02, 60.0, 3.0
-    system = lp.assemble(
-        lp.compose(
-            table=Position(s=amplitude * lp.ops.sin(w * lp.time)),
-            contact=translation.Stop(),
-            mass=Mass(m=mass, s=0.0, v=amplitude * w),
-            weight=Force(f=-mass * G),
-            connections=lambda m: [
-                lp.connect(m.table.flange, m.contact.flange_a),
-                lp.connect(m.contact.flange_b, m.mass.flange_a, m.weight.flange),
-            ],
-        )
+    system = assemble_rows(
+        "table contact mass.flange_a weight",
+        table=Position(s=amplitude * lp.ops.sin(w * lp.time)),
+        contact=translation.Stop(),
+        mass=Mass(m=mass, s=0.0, v=amplitude * w),
+        weight=Force(f=-mass * G),
     )
     run = lp.simulate(system, until=0.04, rtol=1e-11)
     first = run.events[0]
@@ -93,13 +86,11 @@ def test_a_body_leaves_a_shaking_table_when_its_weight_no_longer_holds_it():
 
 
 def test_a_reaction_that_falls_to_zero_opens_the_contact_at_that_instant():
-    system = lp.assemble(
-        lp.compose(
-            stop=Stop(phi_min=0.5),
-            disc=Inertia(J=2.0, phi=0.5, w=0.0),
-            drive=Torque(tau=-3.0 + 7.0 * lp.time**2),
-            connections=lambda m: [lp.connect(m.stop.flange_b, m.disc.flange_a, m.drive.flange)],
-        )
+    system = assemble_rows(
+        "stop disc.flange_a drive",
+        stop=Stop(phi_min=0.5),
+        disc=Inertia(J=2.0, phi=0.5, w=0.0),
+        drive=Torque(tau=-3.0 + 7.0 * lp.time**2),
     )
     run = lp.simulate(system, until=1.0, rtol=1e-10)
     (event,) = [e for e in run.events if e.component == "stop"]

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import CrankSlider, Eccentric, GuidedRod, Inertia, Position, SwingingMass
@@ -90,11 +91,7 @@ def test_composed_mechanism_hangs_together():
 
 
 def test_arm_points_where_its_angle_says():
-    model = lp.compose(
-        drive=Position(phi=0.5 * lp.time),
-        arm=SwingingMass(m=1.0, R=-0.7, phi0=0.2),
-        connections=lambda m: [lp.connect(m.drive.flange, m.arm.flange)],
-    )
+    model = in_a_row(drive=Position(phi=0.5 * lp.time), arm=SwingingMass(m=1.0, R=-0.7, phi0=0.2))
     times, lines = drawn(lp.simulate(lp.assemble(model), until=2.0, grid=201))
     angle = 0.5 * times + 0.2
     expected = -0.7 * np.column_stack([np.cos(angle), np.sin(angle)])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import in_a_row, in_rows
 from test_functionals_in_runs import check, compare
 
 import lumped as lp
@@ -24,14 +24,11 @@ MASS = 2.0
 
 @pytest.fixture(scope="module")
 def ball():
-    model = lp.compose(
+    model = in_rows(
+        "weight body floor.flange_b",
         body=sliding.Mass(m=MASS, s=1.0, v=0.0),
         weight=sliding.Force(f=-MASS * G),
         floor=sliding.Stop(restitution=0.5),
-        connections=lambda m: [
-            lp.connect(m.weight.flange, m.body.flange_a),
-            lp.connect(m.body.flange_b, m.floor.flange_b),
-        ],
     )
     return lp.assemble(model, keep=["body.s"])
 

@@ -13,6 +13,7 @@ from ensemble_runs import (
     ran,
 )
 from linkages import Rod, double_rocker
+from rows import in_rows
 
 import lumped as lp
 from lumped import functionals as fun
@@ -27,15 +28,13 @@ SPEED = 12.0
 @pytest.fixture(scope="module")
 def pendulum():
     """A pendulum that turns over, in coordinates across and down."""
-    model = lp.compose(
+    model = in_rows(
+        "across.flange_a rod.x",
+        "down.flange_a rod.y weight",
         across=Mass(m=1.0, s=0.0, v=SPEED),
         down=Mass(m=1.0, s=2.0),
         rod=Rod(),
         weight=Force(f=9.81),
-        connections=lambda m: [
-            lp.connect(m.across.flange_a, m.rod.x),
-            lp.connect(m.down.flange_a, m.rod.y, m.weight.flange),
-        ],
     )
     return lp.assemble(model)
 

@@ -5,7 +5,7 @@ import pytest
 from bits import Unit
 from fmus import compare, fmpy, runs
 from linkages import double_rocker, four_bar, rocker_angle
-from rows import assemble_row
+from rows import assemble_row, in_rows
 from specification import build, read
 
 import lumped as lp
@@ -187,14 +187,12 @@ def test_two_settings_of_a_state_at_one_instant_end_the_run_with_both_names(tmp_
 
 def test_a_steady_start_holds_in_the_positions_of_the_parameters_set(tmp_path):
     # 3 before the limiter: the lag starts with what passes, and follows 3 exp(-t) below the limit
-    model = lp.compose(
+    model = in_rows(
+        "first.y limiter.u",
+        "limiter.y lag.u",
         first=Filter(T=1.0, u=0.0, x=3.0),
         limiter=Limiter(y_min=-1.0, y_max=1.0),
         lag=Filter(T=0.1),
-        connections=lambda m: [
-            lp.connect(m.first.y, m.limiter.u),
-            lp.connect(m.limiter.y, m.lag.u),
-        ],
         initial_equations=lambda m: [lp.der(m.lag.x) == 0],
     )
     system = lp.assemble(model)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from exchanged import Exchanged
 from fmus import fmpy
+from rows import in_a_row
 from test_fmu_derivatives import MODELS, Limited
 
 import lumped as lp
@@ -103,10 +104,8 @@ def test_a_lag_at_rest_starts_where_its_input_is_and_moves_with_the_time(tmp_pat
 
 def test_what_collides_at_the_start_has_no_derivatives_there(tmp_path):
     """A body that starts at its stop, towards it, leaves it at once."""
-    model = lp.compose(
-        floor=translation.Stop(restitution=0.5),
-        mass=translation.Mass(m=1.0, s=0.0, v=-2.0),
-        connections=lambda m: [lp.connect(m.floor.flange_b, m.mass.flange_a)],
+    model = in_a_row(
+        floor=translation.Stop(restitution=0.5), mass=translation.Mass(m=1.0, s=0.0, v=-2.0)
     )
     path = tmp_path / "ball.fmu"
     system = lp.assemble(model)

@@ -3,7 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import in_a_row, in_rows
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
@@ -202,15 +202,13 @@ class TestFromRatio:
     ],
 )
 def test_on_a_housing_that_turns_the_power_into_all_flanges_is_none(gear):
-    model = lp.compose(
+    model = in_rows(
+        "a gear b",
+        "gear.support housing",
         a=Inertia(J=1.0, w=3.0),
         b=Inertia(J=2.0),
         housing=Inertia(J=5.0, w=0.7),
         gear=gear,
-        connections=lambda m: (
-            *lp.chain(m.a, m.gear, m.b),
-            lp.connect(m.gear.support, m.housing.flange_a),
-        ),
     )
     run = lp.simulate(lp.assemble(model), until=20.0, rtol=1e-10)
     tau = [run[f"gear.{end}.tau"] for end in ("flange_a", "flange_b", "support")]

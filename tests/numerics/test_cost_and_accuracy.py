@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rows import assemble_row
+from rows import assemble_row, assemble_rows, in_rows
 
 import lumped as lp
 from lumped import functionals as fun
@@ -14,17 +14,13 @@ from lumped.errors import SolverError
 
 def loaded(d=0.4, torque=6.0):
     """Wall, damped shaft, body under a torque: phi == tau / c."""
-    return lp.assemble(
-        lp.compose(
-            wall=Fixed(),
-            shaft=SpringDamper(c=200.0, d=d),
-            body=Inertia(J=2.0),
-            load=Torque(tau=torque),
-            connections=lambda m: [
-                *lp.chain(m.wall, m.shaft, m.body),
-                lp.connect(m.load.flange, m.body.flange_b),
-            ],
-        )
+    return assemble_rows(
+        "wall shaft body",
+        "load body.flange_b",
+        wall=Fixed(),
+        shaft=SpringDamper(c=200.0, d=d),
+        body=Inertia(J=2.0),
+        load=Torque(tau=torque),
     )
 
 
@@ -64,16 +60,14 @@ def test_an_unstable_equilibrium_says_so():
 
 def test_no_steady_response_of_an_unstable_linearisation():
     """A drive whose torque rises with its speed by more than the damper takes."""
-    model = lp.compose(
+    model = in_rows(
+        "drive body oil wall",
+        "load body",
         drive=LinearTorque(tau_nominal=0.9, w_nominal=1.0),
         body=Inertia(J=2.0),
         oil=Damper(d=0.4),
         wall=Fixed(),
         load=Torque(tau=0.0),
-        connections=lambda m: [
-            *lp.chain(m.drive, m.body, m.oil, m.wall),
-            lp.connect(m.load.flange, m.body.flange_a),
-        ],
     )
     with pytest.raises(SolverError, match=r"unstable.* exp\(0\.25 t\), most in drive\.w"):
         lp.frequency_response(
@@ -107,17 +101,15 @@ class Hardening(lp.Component):
 
 
 def test_a_point_without_stiffness_has_a_rigid_body_mode_by_name_and_no_static_response():
-    model = lp.compose(
+    model = in_rows(
+        "wall soft a shaft b",
+        "load b.flange_b",
         wall=Fixed(),
         soft=Hardening(),
         a=Inertia(J=2.0),
         shaft=Spring(c=300.0),
         b=Inertia(J=1.0),
         load=Torque(tau=0.0),
-        connections=lambda m: [
-            *lp.chain(m.wall, m.soft, m.a, m.shaft, m.b),
-            lp.connect(m.load.flange, m.b.flange_b),
-        ],
     )
     system = lp.assemble(model)
     found = lp.modes(system)

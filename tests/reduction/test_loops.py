@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from linkages import Crank, FourBar, Rod, double_rocker, four_bar, rocker_angle
-from rows import in_a_row
+from rows import in_a_row, in_rows
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
@@ -95,15 +95,13 @@ def test_a_pendulum_in_cartesian_coordinates_turns_over_and_keeps_its_period():
     from lumped.components.translation import Force, Mass
 
     g, length = 9.81, 2.0
-    model = lp.compose(
+    model = in_rows(
+        "across.flange_a rod.x",
+        "down.flange_a rod.y weight",
         across=Mass(m=1.0, s=0.0, v=2 * np.sqrt(g * length) * 1.05),
         down=Mass(m=1.0, s=2.0),
         rod=Rod(),
         weight=Force(f=g),
-        connections=lambda m: [
-            lp.connect(m.across.flange_a, m.rod.x),
-            lp.connect(m.down.flange_a, m.rod.y, m.weight.flange),
-        ],
     )
     system = lp.assemble(model)
     assert len(system.state_names) == 2
@@ -150,17 +148,15 @@ def test_two_rods_on_one_crank_turn_a_hundred_times_without_drift():
 
 
 def test_elastic_parallel_gear_paths_run_a_hundred_turns():
-    model = lp.compose(
+    model = in_rows(
+        "a one g1 b",
+        "g2.flange_a a.flange_b",
+        "g2 b",
         a=Inertia(J=1.0, w=10.0),
         one=Spring(c=1e3),
         g1=IdealGear(ratio=2.0),
         g2=IdealGear(ratio=2.0),
         b=Inertia(J=2.0),
-        connections=lambda m: [
-            *lp.chain(m.a, m.one, m.g1, m.b),
-            lp.connect(m.g2.flange_a, m.a.flange_b),
-            lp.connect(m.g2.flange_b, m.b.flange_a),
-        ],
     )
     run = lp.simulate(lp.assemble(model, keep=["a.phi"]), until=70.0, rtol=1e-9)
     assert run["a.phi"][-1] > 200 * np.pi
@@ -237,18 +233,15 @@ def test_an_implicit_quantity_is_solved_again_where_a_torque_jumps():
 
 
 def test_a_driven_linkage_comes_to_rest_and_has_modes():
-    model = lp.compose(
+    model = in_rows(
+        "drive crank linkage rocker",
+        "crank.flange_a shaft wall",
         drive=Torque(tau=2.0),
         crank=Inertia(J=2.0, phi=0.5),
         shaft=Spring(c=40.0, phi_rel0=0.0),
         wall=Fixed(phi0=0.5),
         linkage=FourBar(),
         rocker=Inertia(J=3.0, phi=1.9),
-        connections=lambda m: [
-            *lp.chain(m.drive, m.crank, m.linkage, m.rocker),
-            lp.connect(m.crank.flange_a, m.shaft.flange_a),
-            lp.connect(m.shaft.flange_b, m.wall.flange),
-        ],
     )
     system = lp.assemble(model)
     point = lp.equilibrium(system)
@@ -303,16 +296,14 @@ class Slack(lp.Component):
 
 
 def test_a_linkage_settles_where_a_slack_spring_holds_it():
-    model = lp.compose(
+    model = in_rows(
+        "drive crank linkage rocker",
+        "crank spring",
         drive=Torque(tau=-200.0),
         crank=Inertia(J=2.0),
         spring=Slack(),
         linkage=FourBar(),
         rocker=Inertia(J=3.0, phi=1.9),
-        connections=lambda m: [
-            *lp.chain(m.drive, m.crank, m.linkage, m.rocker),
-            lp.connect(m.crank.flange_b, m.spring.flange),
-        ],
     )
     point = lp.equilibrium(lp.assemble(model))
     expected = brentq(lambda p: 300.0 * (p - 0.02 * np.tanh(p / 0.02)) + 200.0, -2, 0, xtol=1e-15)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -93,16 +93,14 @@ def test_a_train_of_rigid_gears_collapses_to_one_speed():
 
 
 def test_the_housing_of_a_gear_takes_the_difference_of_the_torques():
-    model = lp.compose(
+    model = in_rows(
+        "drive a gear b",
+        "gear.support housing",
         drive=Torque(tau=6.0),
         a=Inertia(J=1.0),
         gear=IdealGear(ratio=4.0),
         b=Inertia(J=2.0),
         housing=Inertia(J=3.0),
-        connections=lambda m: [
-            *lp.chain(m.drive, m.a, m.gear, m.b),
-            lp.connect(m.gear.support, m.housing.flange_a),
-        ],
     )
     point = lp.start_point(lp.assemble(model))
     # accelerations x = (a, b, h) with a - h = 4 (b - h): minimise Gauss' constraint
@@ -174,17 +172,15 @@ def test_a_prescribed_angle_gives_the_torque_it_takes():
 
 
 def test_a_planetary_set_has_the_projected_mass_matrix():
-    model = lp.compose(
+    model = in_rows(
+        "drive s.flange_a gear.sun",
+        "c.flange_a gear.carrier",
+        "r.flange_a gear.ring",
         gear=Planetary(ratio=2.5),
         s=Inertia(J=1.0),
         c=Inertia(J=4.0),
         r=Inertia(J=2.0),
         drive=Torque(tau=3.0),
-        connections=lambda m: [
-            lp.connect(m.drive.flange, m.s.flange_a, m.gear.sun),
-            lp.connect(m.c.flange_a, m.gear.carrier),
-            lp.connect(m.r.flange_a, m.gear.ring),
-        ],
     )
     system = lp.assemble(model)
     assert len(system.state_names) == 2

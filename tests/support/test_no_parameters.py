@@ -1,6 +1,7 @@
 """Quantities asked for as parameters that are none."""
 
 from checks import refused
+from rows import in_rows
 
 import lumped as lp
 from lumped.components import Inertia, Speed, Torque
@@ -16,17 +17,15 @@ def test_what_is_no_parameter_is_told_why():
         def equations(self):
             yield self.y == 2 * lp.time
 
-    model = lp.compose(
+    model = in_rows(
+        "load body",
+        "speed other",
+        "source.y speed.w",
         load=Torque(tau=3 * lp.ops.sin(lp.time)),
         body=Inertia(J=1.0),
         source=Doubled(),
         speed=Speed(),
         other=Inertia(J=1.0),
-        connections=lambda m: [
-            *lp.chain(m.load, m.body),
-            *lp.chain(m.speed, m.other),
-            lp.connect(m.source.y, m.speed.w),
-        ],
     )
     system = lp.assemble(model)
 

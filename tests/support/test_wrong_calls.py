@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from checks import refused
 from public_names import FUNCTIONS
+from rows import in_rows
 
 import lumped as lp
 from lumped.components import Inertia, SpringDamper, Torque
@@ -15,15 +16,13 @@ NAN, INF = float("nan"), float("inf")
 
 
 def drive():
-    return lp.compose(
+    return in_rows(
+        "motor shaft load",
+        "t motor",
         motor=Inertia(J=1.0),
         shaft=SpringDamper(c=100.0, d=1.0),
         load=Inertia(J=2.0),
         t=Torque(tau=3.0),
-        connections=lambda m: [
-            *lp.chain(m.motor, m.shaft, m.load),
-            lp.connect(m.t.flange, m.motor.flange_a),
-        ],
     )
 
 

@@ -1,7 +1,7 @@
 """Small drives with closed forms."""
 
 import numpy as np
-from rows import assemble_row
+from rows import assemble_row, assemble_rows
 
 import lumped as lp
 from lumped.components import Brake, Fixed, Inertia, Spring, SpringDamper, Torque
@@ -28,16 +28,12 @@ def undamped_hertz(c, Ja, Jb):
 
 def wheel():
     """An inertia driven by two torques: speed after one second (tau1 + tau2) / J."""
-    return lp.assemble(
-        lp.compose(
-            body=Inertia(J=4.0, w=0.0),
-            one=Torque(tau=20.0),
-            two=Torque(tau=12.0),
-            connections=lambda m: [
-                lp.connect(m.one.flange, m.body.flange_a),
-                lp.connect(m.two.flange, m.body.flange_b),
-            ],
-        )
+    return assemble_rows(
+        "one body",
+        "two body.flange_b",
+        body=Inertia(J=4.0, w=0.0),
+        one=Torque(tau=20.0),
+        two=Torque(tau=12.0),
     )
 
 

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from rows import in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -112,10 +113,8 @@ def test_an_integrator_integrates():
 
 def test_a_ring_within_one_instant_is_solved_as_a_loop():
     """``y = y / 2 + 1 + t`` at each sample."""
-    model = lp.compose(
-        sum=Sum(b=1.0 + lp.time, k_a=0.5),
-        hold=SampleHold(T_s=0.1),
-        connections=lambda m: [lp.connect(m.sum.y, m.hold.u), lp.connect(m.hold.y, m.sum.a)],
+    model = in_rows(
+        "sum.y hold.u", "hold.y sum.a", sum=Sum(b=1.0 + lp.time, k_a=0.5), hold=SampleHold(T_s=0.1)
     )
     t = between(0.1, 1.0)
     run = lp.simulate(lp.assemble(model), until=1.0, grid=t)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy
+from rows import assemble_rows, in_rows
 
 import lumped as lp
 from lumped.components import Damper, ElasticCoupling, Fixed, Inertia, QuadraticTorque, Torque
@@ -141,16 +142,12 @@ def test_a_run_at_the_amplitude_found_vibrates_as_the_response():
     w = 80.0
 
     def held(push):
-        return lp.assemble(
-            lp.compose(
-                wall=Fixed(),
-                damper=Damper(d=3.0),
-                **{name: getattr(drive(w_loss=w), name) for name in ("engine", "coupling", "load")},
-                gas=Torque(tau=push),
-                connections=lambda m: lp.chain(
-                    m.gas, m.engine, m.coupling, m.load, m.damper, m.wall
-                ),
-            )
+        return assemble_rows(
+            "gas engine coupling load damper wall",
+            wall=Fixed(),
+            damper=Damper(d=3.0),
+            **{name: getattr(drive(w_loss=w), name) for name in ("engine", "coupling", "load")},
+            gas=Torque(tau=push),
         )
 
     response = lp.vibration.order_response(
@@ -185,7 +182,9 @@ def test_derivatives_of_a_response_equal_differences(measure):
     warm = ((293.0, 1.0, 1.0), (353.0, 0.7, 0.6))
     fan = QuadraticTorque(tau_nominal=1500.0, w_nominal=60.0)
     rows = ((0, 60e3), (3000, 225e3))
-    model = lp.compose(
+    model = in_rows(
+        "gas engine coupling load brake",
+        "engine.flange_a fan",
         **{n: getattr(drive(), n) for n in ("engine", "load", "gas", "brake")},
         coupling=ElasticCoupling(
             stiffness=rows,
@@ -196,10 +195,6 @@ def test_derivatives_of_a_response_equal_differences(measure):
             T=313.0,
         ),
         fan=fan,
-        connections=lambda m: [
-            *lp.chain(m.gas, m.engine, m.coupling, m.load, m.brake),
-            lp.connect(m.engine.flange_a, m.fan.flange),
-        ],
     )
     system = lp.assemble(model)
     options = {

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import scipy
-from rows import in_a_row
+from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import CentrifugalPendulum, Fixed, Inertia, Speed, Spring, Torque
@@ -23,16 +23,13 @@ def carried(speed, swing=0.0, **pendulum):
 
 def drive(torque=0.0, damping=0.0):
     """A carrier with a pendulum that a shaft drives."""
-    model = lp.compose(
+    model = in_rows(
+        "motor shaft carrier pendulum.flange torque",
         motor=Inertia(J=3.0),
         shaft=Spring(c=4e3),
         carrier=Inertia(J=J),
         pendulum=CentrifugalPendulum(m=M, R=R, r=r, d=damping),
         torque=Torque(tau=torque),
-        connections=lambda m: [
-            *lp.chain(m.motor, m.shaft, m.carrier),
-            lp.connect(m.carrier.flange_b, m.pendulum.flange, m.torque.flange),
-        ],
     )
     return lp.assemble(model)
 

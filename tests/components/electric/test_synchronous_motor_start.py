@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rows import in_rows
 from scipy.integrate import solve_ivp
 
 import lumped as lp
@@ -113,15 +114,12 @@ W, NU = 2 * np.pi * 20.0, 2 * np.pi * 60.0
 
 def passage(zeta, sigma):
     """``x'' + 2 zeta W x' + W^2 x = W^2 cos(NU t - sigma t^2 / 2)``, from 60 Hz down to 1 Hz."""
-    model = lp.compose(
+    model = in_rows(
+        "wall shaft body drive",
         body=Inertia(J=1.0),
         shaft=SpringDamper(c=W**2, d=2 * zeta * W),
         wall=Fixed(),
         drive=Torque(tau=W**2 * lp.ops.cos(NU * lp.time - sigma * lp.time**2 / 2)),
-        connections=lambda m: [
-            *lp.chain(m.wall, m.shaft, m.body),
-            lp.connect(m.body.flange_b, m.drive.flange),
-        ],
     )
     until = (NU - 2 * np.pi) / sigma
     run = lp.simulate(lp.assemble(model), until=until, grid=40_001, rtol=1e-10)
