@@ -56,7 +56,6 @@ def test_errors_are_below_what_was_asked_for(rtol):
     # relative to the terms of which a derivative consists: amplitude and growth over 16 periods
     size = math.exp(-D / 2 * END) * np.array([END / 2 / math.sqrt(C), END, 1.0])
     errors = np.abs(found.derivatives[0] - right) / size
-    print(f"rtol {rtol:.0e}: errors {errors}, told {found.errors[0]:.1e}")
     assert (errors < 10 * rtol).all()
     assert 0 < found.errors[0] <= rtol
 
@@ -124,7 +123,6 @@ def test_a_stiff_drive_agrees_with_the_exponential():
     )
     right = by_complex_step(lambda *values: final(values), list(to.values()))
     error = np.abs(found.derivatives[0] - right) / np.maximum(np.abs(right), 1e-2)
-    print(dict(zip(to, error, strict=True)))
     assert error.max() < 1e-6
 
 

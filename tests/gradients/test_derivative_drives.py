@@ -50,7 +50,6 @@ def test_derivatives_are_those_of_differences(name):
     size = np.abs(expected).max(axis=1)[:, None]
     for what, found in (("gradient", back.derivatives), ("sensitivity", forward.slopes)):
         error = np.abs(found - expected) / np.maximum(np.abs(expected), 1e-3 * size)
-        print(f"\n{name} {what}: {error.max():.1e}")
         assert error.max() < 1e-5, (what, np.argwhere(error > 1e-5).tolist())
 
 

@@ -159,7 +159,6 @@ def test_the_machines_agree_with_differences_of_sixth_order(scene):
     step, limit = (1e-4, 1e-7) if scene is piercing else (1e-3, 1e-8)
     error = (found.derivatives - by_differences(values, point, step)) * point
     error = np.abs(error / found.values[:, None])
-    print(f"\n{scene.__name__}: largest error of p/y dy/dp {error.max():.1e}, of")
     print(np.abs(found.relative).max(axis=1))
     assert error.max() < limit
 

@@ -46,7 +46,6 @@ def test_a_free_vibration_that_decays():
     error = np.abs(found.derivatives[0] / expected - 1).max()
     forward = lp.sensitivity(system, by=names, **options)
     apart = max(abs(forward[damage, n] / v - 1) for n, v in zip(names, expected[:4], strict=True))
-    print(f"backwards {error:.0e}, forward {apart:.0e}")
     assert found.values[0] == pytest.approx(decaying(*values, until), rel=1e-8)
     assert max(error, apart) < 1e-7
 

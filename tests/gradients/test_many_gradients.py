@@ -74,7 +74,6 @@ def test_scipy_finds_the_optimum_of_a_run(system):
     grid = np.linspace(5.0, 300.0, 591)
     scan = lp.ensemble(system, over={"rest.c": grid}, of=[rms], until=2.0, rtol=1e-9)
     best = grid[scan.values[:, 0].argmin()]
-    print(f"found {100 * found.x[0]:.3f}, scanned {best:g} N.m/rad")
     assert found.fun <= scan.values.min() * (1 + 1e-6)
     assert abs(100 * found.x[0] - best) <= 0.5
 

@@ -129,7 +129,6 @@ def test_the_95_percent_hold_at_uneven_instants_of_a_fast_vibration():
         held += low <= d <= high
         assert found.doubts == ()
         spread = (high - low) / d / (2 * norm.ppf(0.975))
-    print(f"{held} of 5 hold; mean of the damping over the truth {np.mean(ratios):.4f}")
     # of 5 intervals of 95 % at most 2 miss, but for a chance of 1e-3; the mean is that of 5
     assert held >= 3
     assert abs(np.mean(ratios) - 1) < 3.5 * spread / np.sqrt(5)

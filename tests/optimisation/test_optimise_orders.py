@@ -114,7 +114,6 @@ def test_torque_and_separation_are_kept_at_once_by_the_thinnest_shaft(drive):
     )
     design = np.array([found.parameters[name] for name in ("coupling.c", "shaft.D")])
     torque, share = torques(*design)[INSIDE].max() / limit, first_hertz(*design) / CLEAR_AT
-    print(f"torque {torque - 1:.1e}, separation {share - 0.8:.1e}")
     assert torque == pytest.approx(1, abs=1e-8)
     assert share == pytest.approx(0.8, abs=1e-8)
     assert found.run.synthesis("shaft.tau").half_range[INSIDE].max() == pytest.approx(limit)
@@ -126,7 +125,6 @@ def test_torque_and_separation_are_kept_at_once_by_the_thinnest_shaft(drive):
         if torques(c, D)[INSIDE].max() <= limit and first_hertz(c, D) <= 0.8 * CLEAR_AT:
             kept += 1
             better += D - 3e-6 * c < found.objective - 1e-9
-    print(f"{kept} of 200 designs nearby keep the limits")
     assert kept > 10
     assert not better
 
@@ -143,7 +141,6 @@ def test_a_limit_that_is_reached_at_several_speeds_holds_between_them(drive):
     received = torques(*found.parameters.values())
     assert received[INSIDE].max() == pytest.approx(limit, rel=1e-8)
     at_limit = np.flatnonzero((received > limit * (1 - 1e-7)) & INSIDE)
-    print(f"reached at {SPEEDS[at_limit]}")
     assert len(at_limit) == 2
 
 
@@ -154,7 +151,6 @@ def test_a_peak_is_made_small(drive):
     )
     stiffnesses = np.linspace(4e3, 12e3, 161)
     values = [torques(c, 0.1)[INSIDE].max() - 8e-3 * c for c in stiffnesses]
-    print(found.parameters, stiffnesses[int(np.argmin(values))])
     assert found.objective <= min(values) + 1e-6 * abs(min(values))
     assert abs(found.parameters["coupling.c"] - stiffnesses[int(np.argmin(values))]) <= 50.0
 

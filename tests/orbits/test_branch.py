@@ -48,7 +48,6 @@ def test_motions_of_a_sweep_that_jumps_are_those_of_the_stable_parts(hard):
         amplitudes = [abs(orbit.harmonics("x", 2)[2]) for orbit in stable]
         found = max(amplitudes) if up else min(amplitudes)
         worst = max(worst, abs(found / table["first_harmonic_exact_rad"][k] - 1))
-    print(f"{worst:.1e}")
     assert worst < 1e-7
 
 

@@ -15,7 +15,6 @@ VAN_DER_POL = 6.6632868593231301896996820305  # period for mu = 1 (Amore, arXiv:
 
 def close(received, expected, tolerance):
     error = np.abs(np.asarray(received) - expected).max() / max(np.abs(expected).max(), 1e-300)
-    print(f"error over size {error:.2e}")
     assert error < tolerance
 
 

@@ -99,7 +99,6 @@ def test_a_motion_of_unknown_period_stays_periodic_while_its_design_changes():
         intervals=60,
     )
     expected = brentq(lambda J: swing_of(orbit_of(J=J)) - 0.2, 1.0, 4.0, xtol=1e-9)
-    print(f"{found.parameters['J'] / expected - 1:.1e}, told {found.error:.1e}")
     assert found.parameters["J"] == pytest.approx(expected, rel=1e-3)
     # the run is the motion of this design, with its own period
     exact = orbit_of(J=found.parameters["J"])

@@ -111,6 +111,5 @@ def test_random_drives_start_as_the_search_says():
         count += 1
         error = np.abs(found[0] - searched) / (1.0 + np.abs(searched))
         worst = max(worst, float(error.max(initial=0.0)))
-    print(f"{count} drives, largest difference {worst:.1e}")
     assert count > 15
     assert worst < 1e-12

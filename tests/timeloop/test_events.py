@@ -36,7 +36,6 @@ def test_a_condition_on_a_state_is_located_where_it_changes(method):
     expected = np.pi / 4 + np.concatenate([[0], np.cumsum(halves)])
     expected = expected[expected < 20]
     error = np.abs(received - expected).max()
-    print(f"{len(received)} events, error {error:.1e} s")
     assert len(received) == len(expected)
     assert error < 1e-8
     assert {(e.before, e.after) for e in run.events} == {("x >= 0", "x < 0"), ("x < 0", "x >= 0")}
@@ -199,10 +198,6 @@ def test_events_of_a_linkage_that_is_closed_implicitly_keep_it_closed():
     v = w * (-0.4 * np.sin(a) - np.sin(rod) * 0.4 * np.cos(a) / np.cos(rod))
     energy = 0.5 * w**2 + 0.25 * v**2 - 0.5 * np.maximum(s - 1.2, 0.0)
     drift = np.ptp(energy) / energy[0]
-    print(
-        f"{len(late)} events, gap {np.abs(received).max():.1e} m, "
-        f"at {max(late):.1e} m, drift of the energy {drift:.1e}"
-    )
     assert np.abs(received).max() < 1e-12
     assert len(late) > 6
     assert max(late) < 1e-10

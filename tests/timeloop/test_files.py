@@ -201,7 +201,6 @@ def test_a_file_with_a_damaged_bit_is_refused_or_says_the_same(run, tmp_path, en
         assert (found.t == run.t).all()
         assert found.events == run.events
         assert found.parameters == run.system.parameters
-    print(ending, refused, "of 150 refused")
     assert refused > 100
 
 

@@ -60,7 +60,6 @@ def test_a_torque_of_time_has_the_integral_of_quadrature(name):
     )
     for method in METHODS:
         run = lp.simulate(turned(expression), until=2.0, method=method, rtol=1e-9)
-        print(f"{name}, {method}: {run['rotor.w'][-1] - expected:.1e}")
         assert run["rotor.w"][-1] == pytest.approx(expected, abs=3e-8), method
 
 
@@ -163,7 +162,6 @@ def test_a_torque_of_the_speed_follows_scipy(name):
     expected = follow(function, 4, 2e-3)
     for method in METHODS[1:]:
         run = lp.simulate(braked(law), until=4.0, method=method, rtol=1e-9)
-        print(f"{name}, {method}: {run['rotor.w'][-1] - expected:.1e}, {len(run.events)} events")
         assert run["rotor.w"][-1] == pytest.approx(expected, abs=2e-6), method
 
 

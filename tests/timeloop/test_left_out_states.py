@@ -127,7 +127,6 @@ def test_what_no_output_needs_is_integrated_when_it_is_asked_for(method, grid):
         "oil.tau": -0.9 * np.exp(-0.15 * t),
     }
     worst = max(np.abs(run[name] - y).max() for name, y in expected.items())
-    print(f"error {worst:.1e}")
     assert worst < 1e-8
     at_jump = np.flatnonzero(np.diff(t) == 0)
     assert len(at_jump) == (0 if isinstance(grid, list) else 1)

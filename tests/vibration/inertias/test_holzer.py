@@ -62,7 +62,6 @@ def test_parts_are_those_of_the_drive_on_their_shafts_and_on_one(damped, over, t
             (part.referred, size * LBF_IN * (ratio / turns) ** 2),
         )
         worst = max(worst, *(abs(a / b - 1) for a, b in pairs))
-    print(f"{worst:.1e}")
     assert worst < 1e-9
 
 
@@ -78,7 +77,6 @@ def test_modes_of_the_marine_turbine_are_those_of_the_reference(damped):
             share = holzer.angle(name) / holzer.angle("propeller")
             worst = max(worst, abs(share / table[column][mode + 1] - 1))
         assert holzer.residual < 1e-12
-    print(f"{worst:.1e}")
     assert worst < 1e-7
 
 

@@ -66,7 +66,6 @@ def test_a_damped_geared_drive_agrees_with_the_theorem_on_mass_and_stiffness():
         size = max(abs(e) for e in expected.values())
         for name, e in expected.items():
             worst = max(worst, abs(row[column[name]] - e) / (abs(e) + 1e-6 * size))
-    print(f"worst relative difference {worst:.1e}")
     assert worst < 1e-7
 
 

@@ -132,7 +132,6 @@ def test_contributions_to_damping_add_up_and_name_who_damps():
     modes = lp.modes(lp.assemble(model))
     received = lp.vibration.modal_energies(modes)
     total = received.damping.sum(axis=1)
-    print("largest error of the sum:", np.abs(total - modes.damping).max())
     assert total == pytest.approx(modes.damping, rel=1e-12)
     place = {name: i for i, name in enumerate(received.components)}
     J = np.array([1.0, 2.0, 3.0])

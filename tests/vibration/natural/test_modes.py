@@ -55,7 +55,6 @@ def test_extreme_stiffness_beside_soft_shafts_keeps_the_digits_of_low_modes():
 @pytest.mark.parametrize("zeta", [1e-6, 0.02, 0.7])
 def test_damped_modes_have_the_damping_ratio_of_the_closed_form(zeta):
     w0, free = np.sqrt(300.0 * 1.5), lp.modes(lp.assemble(damped_pair(zeta)))
-    print(f"zeta {free.damping[0]:.12e}, expected {zeta:.12e}")
     assert free.hertz == pytest.approx([w0 / (2 * np.pi)], rel=1e-12)
     assert free.damping == pytest.approx([zeta], rel=1e-8)
     expected = w0 * np.sqrt(1 - zeta**2) / (2 * np.pi)

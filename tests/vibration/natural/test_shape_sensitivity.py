@@ -72,7 +72,6 @@ def test_a_damped_geared_drive_agrees_with_differences_of_matrices():
             received = change / shape[top] - shape * change[top] / shape[top] ** 2
             size = np.abs(total).max() + 1e-9 / h
             worst = max(worst, np.abs(received - total).max() / size)
-    print(f"largest error {worst:.1e}")
     assert worst < 1e-7
 
 

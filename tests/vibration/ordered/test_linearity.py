@@ -35,7 +35,6 @@ def test_what_a_cubic_spring_leaves_out_is_its_first_harmonic():
     wanted = 0.75 * K3 * amplitude**2 / np.abs(stiff)
     found = response.linearity
     k = int(wanted.argmax())
-    print(f"{found.share:.4f} at {found.speed:g} rad/s, {found.share / wanted[k] - 1:.1e}")
     assert found.speed == speeds[k]
     assert found.share == pytest.approx(wanted[k], rel=1e-9)
     assert (found.of, found.order) == ("disc.phi", 1.0)

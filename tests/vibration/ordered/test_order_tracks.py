@@ -39,7 +39,6 @@ def test_amplitudes_and_phases_of_a_run_up_are_those_of_the_torque(sense):
     for order, (size, phase) in SIZES.items():
         error = found.track(order) / (size * np.exp(1j * phase)) - 1
         worst = max(worst, np.abs(error).max())
-    print(f"{worst:.1e}")
     assert worst < 1e-3
     # speed of a rotor under a constant mean torque, in the middle of each window
     expected = np.interp(found.times, run.t, sense * run["rotor.w"])
@@ -110,7 +109,6 @@ def test_a_slow_passage_through_a_resonance_has_the_steady_amplitudes():
     closed = 3.0 * np.hypot(c, d * w) / np.hypot(c - J * w**2, d * w)
     assert expected == pytest.approx(closed, rel=1e-9)
     worst = np.abs(received[later] - expected).max() / expected.max()
-    print(f"{worst:.1e}")
     assert worst < 5e-3  # the vibration lags a quarter of a second behind the speed
 
 

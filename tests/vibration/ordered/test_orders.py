@@ -31,7 +31,6 @@ def test_orders_of_a_slider_crank_are_those_of_its_exact_torque(speed):
     expected = 2 * np.fft.rfft(2.0 * 49.0 * slope * bend)[:9] / 4096
     sizes = {order.order: order.amplitude for order in found}
     error = max(abs(sizes[k] - abs(expected[k])) for k in (1, 2, 3, 4))
-    print("largest error:", error / abs(expected).max())
     assert error < 1e-5 * abs(expected).max()
     assert sizes[2] == max(sizes.values())
     for order in found[:5]:

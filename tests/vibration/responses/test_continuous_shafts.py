@@ -173,7 +173,6 @@ def test_a_cone_converges_with_the_square_of_its_pieces():
         cone = Taper(d_a=a, d_b=b, L=length, n_elements=n)
         found = natural(assemble_row(wall=Fixed(), shaft=shaft(cone)), 1.5 * exact).hertz
         errors.append(found[np.abs(found - exact).argmin()] / exact - 1)
-    print(errors)
     assert abs(errors[0]) < 0.02
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
 

@@ -102,7 +102,6 @@ def test_lines_are_those_of_switched_voltages():
     lines = {round(x) for line in sine_triangle_lines(f_s, n=24) for x in line.frequencies(f)[:, 0]}
     places = [x - 1 for x in lines if 0 < x <= len(energy)]
     share = energy[places].sum() / energy.sum()
-    print(f"energy on {len(places)} of {len(energy)} frequencies: {100 * share:.2f} %")
     assert share > 0.998
 
 
