@@ -9,8 +9,8 @@ import lumped as lp
 def in_rows(*rows, **parts):
     """A model of these parts, of which those named in each row are joined one to the next.
 
-    A row may name ports instead of parts, ``battery.n ground.pin``. Of lists of parts,
-    ``shaft/wheel``, one of each follows the other.
+    A row may name ports instead of parts, ``battery.n ground.pin``, or signals alone,
+    ``sensor.w control.u``. Of lists of parts, ``shaft/wheel``, one of each follows the other.
     """
 
     def named(m, word):
@@ -21,7 +21,11 @@ def in_rows(*rows, **parts):
 
     def connect(m):
         for row in rows:
-            yield from lp.chain(*(part for word in row.split() for part in named(m, word)))
+            ends = [end for word in row.split() for end in named(m, word)]
+            if isinstance(ends[0], lp.Component | lp.Port):
+                yield from lp.chain(*ends)
+            else:
+                yield lp.connect(*ends)
 
     return lp.compose(**parts, connections=connect)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas
 import pytest
 import xarray
-from rows import in_rows
+from rows import assemble_row, in_rows
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper, Torque, translation
@@ -216,15 +216,11 @@ def test_a_foreign_file_is_refused(run, tmp_path, ending):
 
 
 def test_letters_of_other_alphabets(tmp_path):
-    class Drive(lp.Component):
-        ω_1: Inertia = Inertia(J=1.0, w=1.0)
-        shaft: SpringDamper = SpringDamper(c=1.0, d=0.1)
-        wall: Fixed = Fixed()
 
-        def connections(self):
-            yield from lp.chain(self.ω_1, self.shaft, self.wall)
-
-    run = lp.simulate(lp.assemble(Drive()), until=0.1)
+    run = lp.simulate(
+        assemble_row(ω_1=Inertia(J=1.0, w=1.0), shaft=SpringDamper(c=1.0, d=0.1), wall=Fixed()),
+        until=0.1,
+    )
     for ending in ("nc", "npz", "csv"):
         found = lp.load(run.save(tmp_path / f"run.{ending}"))
         assert (found["ω_1.w"] == run["ω_1.w"]).all()
