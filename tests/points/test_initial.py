@@ -12,12 +12,11 @@ from lumped.errors import OptionError, StartError
 
 def hanging(**changes):
     """A mass on a spring with its weight; it starts at rest."""
-    return lp.compose(
+    return in_a_row(
         wall=translation.Fixed(),
         spring=translation.Spring(c=2e3),
         body=translation.Mass(m=4.0),
         weight=translation.Force(f=-4.0 * 9.81),
-        connections=lambda m: lp.chain(m.wall, m.spring, m.body, m.weight),
         **changes,
     )
 
