@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -19,8 +19,7 @@ STEP = lp.ops.where(lp.time >= 0.1, 2.0, 0.0)
 
 
 def moved(source):
-    model = in_a_row(source=source, body=Inertia(J=3.0))
-    return lp.assemble(model, keep=["body.phi", "source.flange.tau"])
+    return assemble_row(source=source, body=Inertia(J=3.0), keep=["body.phi", "source.flange.tau"])
 
 
 def test_a_filtered_position_follows_a_step_as_two_equal_lags_do():

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import numpy as np
-from rows import in_rows
+from rows import assemble_rows
 
 import lumped as lp
 from lumped.components import ElasticCoupling, Engine, Inertia, Shaft, Solid, Torque, ViscousDamper
@@ -35,7 +35,7 @@ CATALOGUE = {  # torque N.m and stiffness N.m/rad, relative damping
 def genset(misfire=(), load=-RATED):
     degrees, megapascals = np.loadtxt(TABLE, delimiter=",", skiprows=1).T
     pressure = list(zip(np.radians(degrees), 1e6 * megapascals, strict=True))
-    model = in_rows(
+    return assemble_rows(
         "damper engine.front",
         "engine.rear flywheel coupling shaft alternator load",
         damper=ViscousDamper(J_ring=0.06, d=25.0),
@@ -46,7 +46,6 @@ def genset(misfire=(), load=-RATED):
         alternator=Inertia(J=6.0),
         load=Torque(tau=load),
     )
-    return lp.assemble(model)
 
 
 def report(path, parameters=None):

@@ -13,7 +13,7 @@ from ensemble_runs import (
     ran,
 )
 from linkages import Rod, double_rocker
-from rows import in_rows
+from rows import assemble_rows
 
 import lumped as lp
 from lumped import functionals as fun
@@ -28,7 +28,7 @@ SPEED = 12.0
 @pytest.fixture(scope="module")
 def pendulum():
     """A pendulum that turns over, in coordinates across and down."""
-    model = in_rows(
+    return assemble_rows(
         "across.flange_a rod.x",
         "down.flange_a rod.y weight",
         across=Mass(m=1.0, s=0.0, v=SPEED),
@@ -36,7 +36,6 @@ def pendulum():
         rod=Rod(),
         weight=Force(f=9.81),
     )
-    return lp.assemble(model)
 
 
 class Tangent(lp.Component):

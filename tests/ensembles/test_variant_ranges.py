@@ -5,7 +5,7 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 import scipy
-from rows import in_a_row
+from rows import assemble_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, Spring
@@ -17,8 +17,7 @@ C, J = "shaft.c", "body.J"
 
 @pytest.fixture(scope="module")
 def system():
-    model = in_a_row(ground=Fixed(), shaft=Spring(c=100.0), body=Inertia(J=2.0))
-    return lp.assemble(model)
+    return assemble_row(ground=Fixed(), shaft=Spring(c=100.0), body=Inertia(J=2.0))
 
 
 @pytest.mark.parametrize("wrap", [dict, lp.distributions.paired])

@@ -5,7 +5,7 @@ import pytest
 from bits import Unit
 from fmus import compare, fmpy, runs
 from linkages import double_rocker, four_bar, rocker_angle
-from rows import assemble_row, in_rows
+from rows import assemble_row, assemble_rows
 from specification import build, read
 
 import lumped as lp
@@ -187,7 +187,7 @@ def test_two_settings_of_a_state_at_one_instant_end_the_run_with_both_names(tmp_
 
 def test_a_steady_start_holds_in_the_positions_of_the_parameters_set(tmp_path):
     # 3 before the limiter: the lag starts with what passes, and follows 3 exp(-t) below the limit
-    model = in_rows(
+    system = assemble_rows(
         "first.y limiter.u",
         "limiter.y lag.u",
         first=Filter(T=1.0, u=0.0, x=3.0),
@@ -195,7 +195,6 @@ def test_a_steady_start_holds_in_the_positions_of_the_parameters_set(tmp_path):
         lag=Filter(T=0.1),
         initial_equations=lambda m: [lp.der(m.lag.x) == 0],
     )
-    system = lp.assemble(model)
     for highest in (1.0, 2.0, 5.0):
         changed = {"start_values": {"limiter.y_max": highest}}
         for version, kind, found in runs(system, tmp_path, until=0.4, points=4, **changed):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from checks import by_complex_step, worst
 from ensemble_runs import CURVE, drive, states
-from rows import in_a_row
+from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -132,13 +132,12 @@ def test_equal_cycles_are_no_swap():
 
 def test_the_largest_torque_that_a_shaft_bears():
     """A body swings about the torque by a step: half cycles ``0, 2 tau, 0, ...`` of the shaft."""
-    model = in_a_row(
+    system = assemble_row(
         wall=Fixed(),
         shaft=SpringDamper(c=400.0, d=0.0),
         body=Inertia(J=1.0, phi=0.0, w=0.0),
         motor=Torque(tau=1.0),
     )
-    system = lp.assemble(model)
     until, allowed = 2.0, 0.02
     rule = goodman(1e9)
     damage = fun.damage("shaft.tau", STEEP, scale=0.3, mean_stress=rule)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import assemble_row, in_a_row
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -71,7 +71,7 @@ def test_events_between_steps_come_once_and_in_time(method, rtol):
 
 def test_stiffness_is_noticed_before_it_costs_a_hundredfold():
     """The damper alone asks for steps of 0.2 s; a spring of a millisecond holds explicit ones."""
-    model = in_a_row(
+    system = assemble_row(
         motor=Torque(tau=10 * sin(2 * lp.time)),
         rotor=Inertia(J=1.0),
         shaft=SpringDamper(c=1e6, d=2e3),
@@ -79,7 +79,6 @@ def test_stiffness_is_noticed_before_it_costs_a_hundredfold():
         slip=Damper(d=1.0),
         ground=Fixed(),
     )
-    system = lp.assemble(model)
     runs = {
         method: lp.simulate(system, until=20.0, method=method, rtol=1e-6)
         for method in ("steps", "explicit", "implicit")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from linkages import double_rocker, four_bar
 from machine_scenes import SCENES, by_engines
-from rows import assemble_row, in_rows
+from rows import assemble_row, assemble_rows
 
 import lumped as lp
 from benchmarks.hybrid import Coupled, rubbing
@@ -138,7 +138,7 @@ def test_jumps_of_states():
 
 
 def test_sampled_control():
-    model = in_rows(
+    system = assemble_rows(
         "control.y motor.tau",
         "motor body.flange_a speed",
         "speed.w control.measured",
@@ -150,7 +150,6 @@ def test_sampled_control():
         friction=Damper(d=0.3),
         wall=Fixed(),
     )
-    system = lp.assemble(model)
     a, b = by_engines(lambda: lp.simulate(system, method="steps", until=2.0, rtol=1e-8))
     assert len(a.events) >= 40
     assert_same(a, b)

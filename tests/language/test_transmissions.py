@@ -3,7 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
-from rows import in_a_row, in_rows
+from rows import assemble_row, in_a_row, in_rows
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
@@ -30,8 +30,7 @@ def derivatives(expression, places, orders=3):
 
 def turned(gear, turns=3.3, **options):
     """Flange a turned at 1 rad/s against a body at b."""
-    model = in_a_row(drive=Speed(w=1.0), gear=gear, body=Inertia(J=1.0))
-    system = lp.assemble(model, keep=["body.phi"])
+    system = assemble_row(drive=Speed(w=1.0), gear=gear, body=Inertia(J=1.0), keep=["body.phi"])
     return lp.simulate(system, until=TURN * turns, rtol=1e-11, grid=400, **options)
 
 

@@ -101,7 +101,7 @@ class Hardening(lp.Component):
 
 
 def test_a_point_without_stiffness_has_a_rigid_body_mode_by_name_and_no_static_response():
-    model = in_rows(
+    system = assemble_rows(
         "wall soft a shaft b",
         "load b.flange_b",
         wall=Fixed(),
@@ -111,7 +111,6 @@ def test_a_point_without_stiffness_has_a_rigid_body_mode_by_name_and_no_static_r
         b=Inertia(J=1.0),
         load=Torque(tau=0.0),
     )
-    system = lp.assemble(model)
     found = lp.modes(system)
     assert found.hertz == pytest.approx([np.sqrt(450.0) / (2 * np.pi)], rel=1e-12)
     assert found.rigid_names == ("a.phi, b.phi",)

@@ -1,7 +1,7 @@
 """Drives whose optimal designs are known in closed form."""
 
 import numpy as np
-from rows import assemble_row, in_a_row, in_rows
+from rows import assemble_row, in_rows
 
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia, Position, Spring, SpringDamper, Torque
@@ -43,7 +43,6 @@ def two_bodies():
 
 def pushed(torque, **body):
     """Body in oil under a torque: ``J w' + d w == tau``."""
-    model = in_a_row(
+    return assemble_row(
         motor=Torque(tau=torque), body=Inertia(J=J, **body), oil=Damper(d=D), ground=Fixed()
     )
-    return lp.assemble(model)

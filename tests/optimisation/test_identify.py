@@ -15,18 +15,16 @@ NOISE = 0.02
 
 def pushed():
     """``J w' == tau``: the speed is linear in the torque and in the start value."""
-    model = in_a_row(motor=Torque(tau=2.0), body=Inertia(J=0.5))
-    return lp.assemble(model)
+    return assemble_row(motor=Torque(tau=2.0), body=Inertia(J=0.5))
 
 
 def drive():
-    model = in_a_row(
+    return assemble_row(
         motor=Torque(tau=3.0),
         a=Inertia(J=1.0),
         shaft=SpringDamper(c=400.0, d=1.0),
         b=Inertia(J=0.5),
     )
-    return lp.assemble(model)
 
 
 TRUTH = {"shaft.c": 520.0, "shaft.d": 0.7, "b.J": 0.6}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from linkages import Crank, FourBar, Rod, double_rocker, four_bar, rocker_angle
-from rows import in_a_row, in_rows
+from rows import assemble_row, assemble_rows, in_a_row, in_rows
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
@@ -95,7 +95,7 @@ def test_a_pendulum_in_cartesian_coordinates_turns_over_and_keeps_its_period():
     from lumped.components.translation import Force, Mass
 
     g, length = 9.81, 2.0
-    model = in_rows(
+    system = assemble_rows(
         "across.flange_a rod.x",
         "down.flange_a rod.y weight",
         across=Mass(m=1.0, s=0.0, v=2 * np.sqrt(g * length) * 1.05),
@@ -103,7 +103,6 @@ def test_a_pendulum_in_cartesian_coordinates_turns_over_and_keeps_its_period():
         rod=Rod(),
         weight=Force(f=g),
     )
-    system = lp.assemble(model)
     assert len(system.state_names) == 2
     run = lp.simulate(system, until=30.0, rtol=1e-10, grid=3000)
     x, y = run["across.s"], run["down.s"]
@@ -179,10 +178,9 @@ class Hardening(lp.Component):
 
 
 def test_hardening_springs_in_series_share_the_torque():
-    model = in_a_row(
+    system = assemble_row(
         wall=Fixed(), one=Hardening(k=50.0), two=Hardening(k=400.0), body=Inertia(J=1.0, phi=1.0)
     )
-    system = lp.assemble(model)
     assert len(system.state_names) == 2
     run = lp.simulate(system, until=3.0, rtol=1e-9, grid=60)
     for phi, tau in zip(run["body.phi"], run["two.tau"], strict=True):
@@ -233,7 +231,7 @@ def test_an_implicit_quantity_is_solved_again_where_a_torque_jumps():
 
 
 def test_a_driven_linkage_comes_to_rest_and_has_modes():
-    model = in_rows(
+    system = assemble_rows(
         "drive crank linkage rocker",
         "crank.flange_a shaft wall",
         drive=Torque(tau=2.0),
@@ -243,7 +241,6 @@ def test_a_driven_linkage_comes_to_rest_and_has_modes():
         linkage=FourBar(),
         rocker=Inertia(J=3.0, phi=1.9),
     )
-    system = lp.assemble(model)
     point = lp.equilibrium(system)
     assert point["crank.phi"] == pytest.approx(0.55, rel=1e-10)
     h = 1e-5

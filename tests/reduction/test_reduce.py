@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row, in_rows
+from rows import assemble_row, assemble_rows, in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -172,7 +172,7 @@ def test_a_prescribed_angle_gives_the_torque_it_takes():
 
 
 def test_a_planetary_set_has_the_projected_mass_matrix():
-    model = in_rows(
+    system = assemble_rows(
         "drive s.flange_a gear.sun",
         "c.flange_a gear.carrier",
         "r.flange_a gear.ring",
@@ -182,7 +182,6 @@ def test_a_planetary_set_has_the_projected_mass_matrix():
         r=Inertia(J=2.0),
         drive=Torque(tau=3.0),
     )
-    system = lp.assemble(model)
     assert len(system.state_names) == 2
     point = lp.start_point(system)
     basis = np.array([[1, 0], [1 / 3.5, 2.5 / 3.5], [0, 1]])
@@ -271,8 +270,7 @@ class Cam(lp.Component):
 
 
 def test_an_angle_stays_that_enters_by_a_law_without_value_at_some_angles():
-    model = in_a_row(shaft=Inertia(J=1.0), cam=Cam(), follower=Mass(m=2.0))
-    system = lp.assemble(model)
+    system = assemble_row(shaft=Inertia(J=1.0), cam=Cam(), follower=Mass(m=2.0))
     assert system.state_names == ["shaft.phi", "shaft.w"]
     point = lp.start_point(system, start={"shaft.phi": 0.7, "shaft.w": 3.0})
     slope, bend = 0.15 * 0.7**0.5, 0.075 / 0.7**0.5

@@ -1,7 +1,7 @@
 """Quantities asked for as parameters that are none."""
 
 from checks import refused
-from rows import in_rows
+from rows import assemble_rows
 
 import lumped as lp
 from lumped.components import Inertia, Speed, Torque
@@ -17,7 +17,7 @@ def test_what_is_no_parameter_is_told_why():
         def equations(self):
             yield self.y == 2 * lp.time
 
-    model = in_rows(
+    system = assemble_rows(
         "load body",
         "speed other",
         "source.y speed.w",
@@ -27,7 +27,6 @@ def test_what_is_no_parameter_is_told_why():
         speed=Speed(),
         other=Inertia(J=1.0),
     )
-    system = lp.assemble(model)
 
     def free(name):
         return refused(UnknownNameError, lambda: lp.start_point(system, free=[name]))

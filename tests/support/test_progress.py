@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from interrupts import interrupt_before
-from rows import in_a_row, in_rows
+from rows import assemble_row, assemble_rows
 
 import lumped as lp
 from lumped.components import BearingFriction, CrankSlider, Inertia, Spring, SwingingMass, Torque
@@ -36,13 +36,12 @@ def terminal(monkeypatch):
 
 
 def slider():
-    model = in_a_row(
+    return assemble_row(
         wheel=Inertia(J=1.0, w=20.0),
         shaft=Spring(c=100.0),
         disc=Inertia(J=0.1),
         crank=CrankSlider(r=0.1, L=0.4, m=2.0),
     )
-    return lp.assemble(model)
 
 
 def test_a_run_says_how_far_it_is_and_takes_the_line_away(terminal):
@@ -103,14 +102,13 @@ def test_an_interrupted_run_keeps_what_it_computed(monkeypatch):
 
 
 def braked():
-    model = in_rows(
+    return assemble_rows(
         "drive body.flange_a rub.flange_a arm",
         drive=Torque(tau=where(lp.time >= 0.3, 1.0, 2.0)),
         body=Inertia(J=1.0, w=1.0),
         rub=BearingFriction(characteristic=((0.0, 0.5),)),
         arm=SwingingMass(m=1.0, R=0.4),
     )
-    return lp.assemble(model)
 
 
 def interrupted_at(line, system, **options):

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from rows import in_a_row, in_rows, one
+from rows import assemble_row, assemble_rows, in_a_row, one
 
 import lumped as lp
 from lumped.components import BearingFriction, Brake, ElastoBacklash, Fixed, Inertia, Spring, Torque
@@ -178,7 +178,7 @@ class SwitchedForce(lp.Component):
 
 
 def test_events_of_a_linkage_that_is_closed_implicitly_keep_it_closed():
-    model = in_rows(
+    system = assemble_rows(
         "crank slider.turn",
         "slider.slide mass.flange_a push",
         crank=Inertia(J=1.0, w=3.0, phi=0.5),
@@ -186,7 +186,6 @@ def test_events_of_a_linkage_that_is_closed_implicitly_keep_it_closed():
         slider=RodSlider(),
         push=SwitchedForce(),
     )
-    system = lp.assemble(model)
     assert "slider.q" in system.report().implicit
     run = lp.simulate(system, until=10.0, rtol=1e-10)
     a, s = run["crank.phi"], run["mass.s"]
@@ -205,13 +204,12 @@ def test_events_of_a_linkage_that_is_closed_implicitly_keep_it_closed():
 
 
 def test_a_drive_vibrates_against_a_brake_that_holds_and_freely_once_it_lets_go():
-    model = in_a_row(
+    system = assemble_row(
         rotor=Inertia(J=1.0),
         shaft=Spring(c=100.0),
         drum=Inertia(J=2.0),
         brake=Brake(f_max=100.0, u=where(lp.time >= 1.0, 0.0, 1.0)),
     )
-    system = lp.assemble(model)
     held = lp.modes(system)
     assert held.rigid == 0
     assert held.hertz == pytest.approx([np.sqrt(100.0) / (2 * np.pi)], rel=1e-12)

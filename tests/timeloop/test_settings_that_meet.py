@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_rows, one
+from rows import assemble_rows, one
 
 import lumped as lp
 from lumped import functionals as fun
@@ -80,8 +80,7 @@ def test_settings_of_two_components_are_told_by_both():
             yield self.seen == self.u
             yield lp.when(lp.time >= self.t_0, {self.u: 0.0})
 
-    model = in_rows("a.y b.u", a=Pulse(t_0=1.0), b=Reset(t_0=1.0))
-    system = lp.assemble(model)
+    system = assemble_rows("a.y b.u", a=Pulse(t_0=1.0), b=Reset(t_0=1.0))
     with pytest.raises(SolverError, match=r"meet: a when time >= .*, and b when time >= "):
         lp.simulate(system, until=2.0)
     run = lp.simulate(system, until=2.0, parameters={"b.t_0": 1.5})

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, Torque
@@ -33,13 +33,12 @@ class Rubber(lp.Component):
 
 def swing(begin=0.0, push=0.0, **rubber):
     """A rotor of inertia 1 on rubber of stiffness 100: 10 rad/s."""
-    model = in_a_row(
+    return assemble_row(
         wall=Fixed(),
         rubber=Rubber(c=100.0, phi_rel=begin, **rubber),
         rotor=Inertia(J=1.0),
         torque=Torque(tau=push),
     )
-    return lp.assemble(model)
 
 
 METHODS = ["explicit", "implicit", "taylor"]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import scipy
-from rows import assemble_rows, in_rows
+from rows import assemble_rows
 
 import lumped as lp
 from lumped.components import Damper, ElasticCoupling, Fixed, Inertia, QuadraticTorque, Torque
@@ -182,7 +182,7 @@ def test_derivatives_of_a_response_equal_differences(measure):
     warm = ((293.0, 1.0, 1.0), (353.0, 0.7, 0.6))
     fan = QuadraticTorque(tau_nominal=1500.0, w_nominal=60.0)
     rows = ((0, 60e3), (3000, 225e3))
-    model = in_rows(
+    system = assemble_rows(
         "gas engine coupling load brake",
         "engine.flange_a fan",
         **{n: getattr(drive(), n) for n in ("engine", "load", "gas", "brake")},
@@ -196,7 +196,6 @@ def test_derivatives_of_a_response_equal_differences(measure):
         ),
         fan=fan,
     )
-    system = lp.assemble(model)
     options = {
         "speeds": [50.0, 58.0],
         "of": ["coupling.phi_rel"],

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import scipy
-from rows import in_a_row, in_rows
+from rows import assemble_row, assemble_rows, in_a_row
 
 import lumped as lp
 from lumped.components import CentrifugalPendulum, Fixed, Inertia, Speed, Spring, Torque
@@ -14,16 +14,15 @@ J = 0.5
 
 def carried(speed, swing=0.0, **pendulum):
     """A pendulum on a carrier whose speed is given."""
-    model = in_a_row(
+    return assemble_row(
         drive=Speed(w=speed),
         pendulum=CentrifugalPendulum(**{"m": M, "R": R, "r": r, **pendulum}, phi_rel=swing),
     )
-    return lp.assemble(model)
 
 
 def drive(torque=0.0, damping=0.0):
     """A carrier with a pendulum that a shaft drives."""
-    model = in_rows(
+    return assemble_rows(
         "motor shaft carrier pendulum.flange torque",
         motor=Inertia(J=3.0),
         shaft=Spring(c=4e3),
@@ -31,7 +30,6 @@ def drive(torque=0.0, damping=0.0):
         pendulum=CentrifugalPendulum(m=M, R=R, r=r, d=damping),
         torque=Torque(tau=torque),
     )
-    return lp.assemble(model)
 
 
 @pytest.mark.parametrize("speed", [20.0, 100.0, 400.0])

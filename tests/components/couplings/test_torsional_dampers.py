@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from rows import in_rows
+from rows import assemble_rows
 from torsional_cases import columns
 
 import lumped as lp
@@ -18,7 +18,7 @@ from lumped.errors import OptionError, ParameterError
 
 def drive(damper, torque=0.0):
     """An inertia of 1 on a spring of 1 to the ground, with a damper."""
-    model = in_rows(
+    return assemble_rows(
         "torque main spring ground",
         "main.flange_a damper",
         main=Inertia(J=1.0),
@@ -27,7 +27,6 @@ def drive(damper, torque=0.0):
         ground=Fixed(),
         torque=Torque(tau=torque),
     )
-    return lp.assemble(model)
 
 
 def shaken(damper, g, order=1):

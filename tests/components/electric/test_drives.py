@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row, in_rows
+from rows import assemble_rows, in_a_row, in_rows
 from scipy.interpolate import RegularGridInterpolator
 
 import lumped as lp
@@ -154,14 +154,13 @@ def test_a_quasi_static_series_motor_has_the_current_of_ohms_law(v, w):
 def test_a_quasi_static_shunt_motor_runs_up_exponentially():
     """With a constant field its speed has the mechanical time constant ``J R / (k i_f)^2``."""
     v, k, R, R_f = 100.0, 0.382, 0.4, 60.0
-    model = in_rows(
+    system = assemble_rows(
         "source.p motor.p motor.field_p",
         "source.n motor.n motor.field_n ground.pin",
         source=VoltageSource(v=v),
         ground=Ground(),
         motor=QuasiStaticExcitedDCMotor(k=k, R=R, R_f=R_f, J=J, w=0.0),
     )
-    system = lp.assemble(model)
     run = lp.simulate(system, until=2.0, rtol=1e-10)
     flux = k * v / R_f
     expected = v / flux * (1 - np.exp(-run.t * flux**2 / (J * R)))

@@ -3,7 +3,7 @@ import itertools
 import numpy as np
 import pytest
 import scipy
-from rows import in_a_row, in_rows
+from rows import assemble_rows, in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -242,8 +242,7 @@ def test_an_engine_is_its_parts():
 
 
 def test_parameters_of_an_engine_are_those_of_its_parts():
-    model = in_rows("engine.rear wheel", engine=Engine(**DATA), wheel=Inertia(J=1.0))
-    system = lp.assemble(model)
+    system = assemble_rows("engine.rear wheel", engine=Engine(**DATA), wheel=Inertia(J=1.0))
     assert system.parameters["engine.throw[2].J"] == 0.032
     assert system.parameters["engine.shaft[1].d"] == 9.0
     assert "engine.bore" in system.parameters

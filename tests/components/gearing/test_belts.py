@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_rows
+from rows import assemble_rows
 from scipy.spatial import ConvexHull
 
 import lumped as lp
@@ -36,7 +36,7 @@ def drive(belt, **parts):
 
 def twisted(belt, angle):
     """Pulley b held, pulley a turned to an angle that may depend on the time."""
-    model = in_rows(
+    return assemble_rows(
         "turn belt wall",
         "belt.support base",
         turn=Position(phi=angle),
@@ -44,7 +44,6 @@ def twisted(belt, angle):
         wall=Fixed(),
         base=Fixed(),
     )
-    return lp.assemble(model)
 
 
 class TestLinear:

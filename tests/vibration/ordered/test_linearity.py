@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import assemble_row, in_rows
+from rows import assemble_row, assemble_rows
 
 import lumped as lp
 from lumped.components import Clutch, Damper, Fixed, Inertia, NonlinearSpring, Spring, Torque
@@ -12,7 +12,7 @@ J, C, D, K3, P = 2.0, 8e3, 12.0, 4e6, 60.0
 
 def swing(cubic=K3):
     """Disc on a progressive spring."""
-    model = in_rows(
+    return assemble_rows(
         "torque disc spring ground",
         "disc air ground",
         torque=Torque(tau=0.0),
@@ -21,7 +21,6 @@ def swing(cubic=K3):
         air=Damper(d=D),
         ground=Fixed(),
     )
-    return lp.assemble(model)
 
 
 def test_what_a_cubic_spring_leaves_out_is_its_first_harmonic():

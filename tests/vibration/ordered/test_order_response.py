@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from checks import worst
-from rows import assemble_row, in_a_row, in_rows
+from rows import assemble_row, assemble_rows, in_a_row
 from torsional_cases import FIRST, RPM, Excited, blades, columns, marine, peak_share
 
 import lumped as lp
@@ -113,7 +113,7 @@ def test_an_angle_that_turns_vibrates_as_its_speed():
 
 def damper(mu, z):
     """Untuned viscous damper on a spring to ground, J = K = 1."""
-    model = in_rows(
+    return assemble_rows(
         "torque main spring ground",
         "main fluid ring",
         torque=Torque(tau=0.0),
@@ -123,7 +123,6 @@ def damper(mu, z):
         fluid=Damper(d=2 * mu * z),
         ring=Inertia(J=mu),
     )
-    return lp.assemble(model)
 
 
 def test_a_viscous_damper_has_den_hartogs_amplification():

@@ -113,10 +113,9 @@ def test_a_long_geared_drive_answers_as_its_impedance_matrix():
 
 def test_a_stiffness_that_varies_is_an_input_too():
     """At a static twist of 3 N.m / c a change of c acts as a torque."""
-    model = in_a_row(
+    system = assemble_row(
         drive=Torque(tau=3.0), body=Inertia(J=2.0), shaft=Spring(c=800.0), wall=Fixed()
     )
-    system = lp.assemble(model)
     received = lp.frequency_response(
         system, inputs=["shaft.c"], outputs=["body.w"], hertz=[1.0, 2.0], at=lp.equilibrium(system)
     )
