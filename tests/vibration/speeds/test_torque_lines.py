@@ -5,6 +5,7 @@
 
 import numpy as np
 import pytest
+from checks import refused
 from torsional_cases import rows
 
 import lumped as lp
@@ -119,6 +120,4 @@ def test_lines_are_those_of_switched_voltages():
     ],
 )
 def test_values_out_of_range_are_refused(call, text):
-    with pytest.raises(OptionError) as found:
-        call()
-    assert text in str(found.value)
+    refused(OptionError, call, text)
