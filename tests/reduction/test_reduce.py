@@ -27,20 +27,15 @@ def relative(received, expected):
     return error
 
 
-class Pair(lp.Component):
+def pair():
     """Two inertias and a rigid gear: phi_a = ratio phi_b."""
-
-    drive: Torque = Torque(tau=7.0)
-    a: Inertia = Inertia(J=2.0)
-    gear: IdealGear = IdealGear(ratio=3.0)
-    b: Inertia = Inertia(J=5.0)
-
-    def connections(self):
-        yield from lp.chain(self.drive, self.a, self.gear, self.b)
+    return in_a_row(
+        drive=Torque(tau=7.0), a=Inertia(J=2.0), gear=IdealGear(ratio=3.0), b=Inertia(J=5.0)
+    )
 
 
 def test_a_rigidly_geared_pair_has_two_states_and_the_reflected_inertia():
-    system = lp.assemble(Pair(), keep=["a.phi"])
+    system = lp.assemble(pair(), keep=["a.phi"])
     assert system.state_names == ["a.phi", "a.w"]
     assert system.report()["index"] == 3
     rng = np.random.default_rng(2)
@@ -53,7 +48,7 @@ def test_a_rigidly_geared_pair_has_two_states_and_the_reflected_inertia():
         assert relative(point["b.a"], expected / ratio) < 1e-14
         assert relative(point["b.w"], 4.0 / ratio) < 1e-14
         assert relative(point["gear.flange_b.tau"], -jb * expected / ratio) < 1e-13
-    lone = lp.assemble(Pair())
+    lone = lp.assemble(pair())
     assert lone.state_names == ["a.w"]
 
 
