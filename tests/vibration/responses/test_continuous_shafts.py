@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy
+from checks import refused
 from differences import slope
 from rows import assemble_row
 
@@ -302,16 +303,12 @@ def test_slips_are_named():
             one, inputs=["load.tau"], outputs=["shaft.flange_b.phi"], hertz=[1.0, 600.0]
         )
     plain = assemble_row(a=Inertia(J=1.0), spring=SpringDamper(c=1.0), b=Inertia(J=1.0))
-    with pytest.raises(OptionError, match="no law of the drive depends on the frequency"):
-        natural(plain)
-    with pytest.raises(OptionError, match="up_to = 0 Hz must be above zero"):
-        natural(one, 0.0)
+    refused(OptionError, lambda: natural(plain), "no law of the drive depends on the frequency")
+    refused(OptionError, lambda: natural(one, 0.0), "up_to = 0 Hz must be above zero")
     point = lp.start_point(one)
     with pytest.raises(OptionError, match="when making the operating point"):
         natural(one, 10.0, at=point, parameters={"shaft.G": 7e10})
     with pytest.raises(DeclarationError, match="eta is given, but lumped elements have no loss"):
         assemble_row(shaft=Shaft(sections=[BAR], eta=0.1, w_loss=1.0))
-    with pytest.raises(ParameterError, match="w_loss"):
-        lp.assemble(lp.compose(shaft=shaft(BAR, eta=0.1)))
-    with pytest.raises(ParameterError, match="w_loss"):
-        assemble_row(shaft=shaft(Solid(d=D, L=L, eta=0.1)))
+    refused(ParameterError, lambda: lp.assemble(lp.compose(shaft=shaft(BAR, eta=0.1))), "w_loss")
+    refused(ParameterError, lambda: assemble_row(shaft=shaft(Solid(d=D, L=L, eta=0.1))), "w_loss")
