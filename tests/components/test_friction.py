@@ -169,7 +169,6 @@ def test_a_mass_on_a_belt_sticks_and_slips_a_thousand_times_with_the_closed_form
     received = [event.time for event in run.events]
     assert len(received) == 2 * cycles
     worst = np.abs(received - expected).max()
-    print(f"{2 * cycles} events, worst instant {worst:.1e} s of a period of {period:.3f} s")
     assert worst <= 1e-7 * period
     words = [(event.before, event.after) for event in run.events]
     assert words == [("stuck", "backward"), ("backward", "stuck")] * cycles

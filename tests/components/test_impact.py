@@ -39,7 +39,6 @@ def test_a_ball_bounces_at_the_instants_of_the_closed_form():
     run = lp.simulate(ball(e, height), until=expected[-1] + 1e-3, rtol=1e-10)
     received, _ = impacts(run)
     error = np.abs(received - expected).max()
-    print(f"25 impacts, latest at {expected[-1]:.4f} s: largest error {error:.1e} s")
     assert error <= 1e-12
 
 
@@ -76,7 +75,6 @@ def test_a_body_leaves_a_shaking_table_when_its_weight_no_longer_holds_it():
     run = lp.simulate(system, until=0.04, rtol=1e-11)
     first = run.events[0]
     lift = np.arcsin(G / (amplitude * w**2)) / w
-    print(f"lifts off at {first.time:.9f} s, error {first.time - lift:.1e} s")
     assert (first.before, first.after) == ("closed", "open")
     assert first.time == pytest.approx(lift, abs=1e-9)
     t = run.t[run.t > lift + 1e-9]
@@ -255,7 +253,6 @@ def test_bodies_between_walls_collide_as_they_do_one_collision_at_a_time(restitu
     expected, hits = collided(masses, x, v, (0.0, 3.0), restitution, 8.0)
     received = [run[f"bodies[{i}].s"][-1] for i in range(count)]
     error = np.abs(received - expected).max()
-    print(f"e = {restitution}: {hits} collisions, largest error of a position {error:.1e} m")
     assert len({event.time for event in run.events}) == hits
     assert error <= 1e-9
 

@@ -29,7 +29,6 @@ def test_a_filtered_position_follows_a_step_as_two_equal_lags_do():
     z = corner * np.maximum(run.t - 0.1, 0)
     expected = 2.0 * (1 - (1 + z) * np.exp(-z))
     error = np.abs(run["body.phi"] - expected).max()
-    print(f"step of a filtered position: {error:.1e}")
     assert error < 1e-8
     # the torque is that of the acceleration, twice the corner squared just after the step
     after = run.t > 0.1

@@ -86,7 +86,6 @@ def test_a_parked_vehicle_swings_on_its_tyre_and_comes_to_rest():
     swing = np.exp(-decay * run.t) * (np.cos(turn * run.t) + decay / turn * np.sin(turn * run.t))
     error = np.abs(run["tyre.z"] - final * (1 - swing)).max() / final
     slips = final * LOAD * MU * B * C / float(force(2.0))
-    print(f"deflection of a parked vehicle: {error:.1e}, share of the greatest force {slips:.1e}")
     assert error < 2 * slips  # it slips by a share of second order
 
 

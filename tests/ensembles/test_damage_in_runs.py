@@ -122,7 +122,6 @@ def test_the_count_of_a_run_is_that_of_its_turning_points(monkeypatch, kind, see
     found = ran(system, varied, points[:1], of, until).values[0, 0]
     recorded = fed(monkeypatch, lambda: ran(system, varied, points[:1], of, until, Alone))
     counted = count_cycles(recorded, CURVE.law())
-    print(f"{len(recorded)} values, {len(counted.turning)} turning points, damage {found:.3g}")
     assert counted.damage == found > 0
     assert len(counted.turning) > 8
 
@@ -145,7 +144,6 @@ def test_spindles_of_the_reversing_mill(monkeypatch):
     error = made([M_s], 1e-9)[0] / count_cycles(run[name], law).damage - 1
     turns = lp.life.turning_points(lp.simulate(system, until=0.4, start=start, rtol=1e-9), name)
     apart = made([M_s], 1e-9)[0] / count_cycles(turns, law).damage - 1
-    print(f"from 40001 samples {error:.0e}, from turning points of a recorded run {apart:.0e}")
     assert abs(error) < 1e-5
     assert abs(apart) < 1e-7
 

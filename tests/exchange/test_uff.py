@@ -81,7 +81,6 @@ def test_mode_shapes_come_back_with_frequency_and_damping(tmp_path, damping, kin
     assert all(s.nodes == (1, 2) for s in shapes)
     read = np.column_stack([s.values[:, 0] for s in shapes])
     error = np.abs(mac(read, vectors) - np.eye(2)).max()
-    print(f"error {error:.1e}")
     assert error < 1e-9
 
 

@@ -66,7 +66,6 @@ def test_events_between_steps_come_once_and_in_time(method, rtol):
     slope = [(torque(t) - D * w) / J for t, w in zip(expected, levels, strict=True)]
     assert len(events) == len(levels)
     error = np.abs((np.array(events) - expected) * slope).max() / max(levels) / rtol
-    print(f"{method}, {rtol:g}: {error:.2g} rtol of the speed")
     assert error < 10
 
 
@@ -85,7 +84,6 @@ def test_stiffness_is_noticed_before_it_costs_a_hundredfold():
         for method in ("steps", "explicit", "implicit")
     }
     steps = {method: run.statistics.steps for method, run in runs.items()}
-    print(steps)
     assert runs["steps"].statistics.method == "explicit then implicit"
     assert steps["steps"] < 1.5 * steps["implicit"] < 0.2 * steps["explicit"]
     np.testing.assert_allclose(runs["steps"]["load.w"], runs["explicit"]["load.w"], atol=2e-4)

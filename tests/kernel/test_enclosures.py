@@ -236,7 +236,6 @@ def test_many_roots_in_a_step():
     expected = np.sort(np.concatenate([turns + a, turns + 2 * np.pi - a])) / 7
     expected = expected[expected < 6.0]
     error = np.abs(np.array([event.time for event in run.events]) - expected).max()
-    print(f"{len(expected)} events, off by {error:.1e} s")
     assert len(expected) == 13
     assert error < 1e-10
 
@@ -288,7 +287,6 @@ def test_random_hybrid_drives_have_the_events_of_dop853(seed):
     series, steps = ([event[:2] for event in events] for events in told)
     assert series == steps
     apart = [abs(a[2] - b[2]) for a, b in zip(*told, strict=True)]
-    print(f"{len(apart)} events, {max(apart, default=0):.1e} s apart")
     assert max(apart, default=0) < 1e-6
 
 

@@ -213,7 +213,6 @@ def test_the_error_of_a_step_falls_with_its_order_and_is_told():
         errors.append(abs(new[0] - 1 / (1 + h)))
         told.append(error * (run.atol[0] + run.rtol))
     order = np.log2(errors[0] / errors[1])
-    print(f"order {run.order}, error falls with {order:.2f}, told {np.divide(told, errors)}")
     assert order == pytest.approx(run.order + 1, abs=0.6)
     assert (np.abs(np.log2(np.divide(told, errors))) < 1).all()
 

@@ -162,7 +162,6 @@ def test_a_long_run_goes_on_by_series():
     size = PUSH / (W**2 - SWING**2)
     exact = size * np.sin(SWING * t) + (1 - size * SWING) / W * np.sin(W * t)
     errors = [np.abs(run["spring.phi_rel"] - exact).max() for run in runs]
-    print([(r.statistics.method, r.statistics.steps) for r in runs], errors)
     assert [run.statistics.method for run in runs] == [*["explicit then taylor"] * 2, "explicit"]
     assert 50_000 < runs[0].statistics.steps < 0.7 * runs[2].statistics.steps
     np.testing.assert_array_equal(*(run["spring.phi_rel"] for run in twice))

@@ -54,7 +54,6 @@ class TestModes:
         expected = oscillating[:, 3 : 3 + len(names)].T
         shapes = shapes * np.sign((shapes * expected).sum(axis=0))
         error = np.abs(shapes - expected).max()
-        print(f"shapes: largest error {error:.2e}")
         assert received.rigid == len(table) - len(oscillating)
         assert relative(received.hertz, oscillating[:, 2]) < 1e-11  # the file has 12 digits
         assert error < 1e-11
@@ -72,7 +71,6 @@ class TestModes:
             "upper.shaft.c": box["C1"] * KGF,
         }
         received = found(OpenGap(), inside).hertz
-        print(received)
         # three decimals, and half a unit of the roll's last digit
         assert np.abs(received - [21.650, 38.853, 39.819]).max() < 5e-4 + 6.2e-4
         expected = [21.7, 38.9, 39.8]
@@ -91,7 +89,6 @@ class TestCreep:
             f_error = np.abs(received.hertz / expected_f[present] - 1).max()
             z_error = np.abs(received.damping / expected_z[present] - 1).max()
             worst_f, worst_z = max(worst_f, f_error), max(worst_z, z_error)
-        print(f"largest relative errors: frequency {worst_f:.2e}, damping ratio {worst_z:.2e}")
         assert worst_f < 1e-10
         assert worst_z < 1e-6
 

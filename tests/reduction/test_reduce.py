@@ -138,7 +138,6 @@ def test_energy_stays_constant_over_a_hundred_turns_of_an_elliptical_gear():
     assert run["a.phi"][-1] > 100 * 2 * np.pi
     energy = 0.5 * 1.3 * run["a.w"] ** 2 + 0.5 * 0.7 * run["b.w"] ** 2
     drift = np.ptp(energy) / energy[0]
-    print(f"relative energy drift {drift:.2e} over {run['a.phi'][-1] / 2 / np.pi:.0f} turns")
     assert drift < 1e-7
 
 

@@ -96,7 +96,6 @@ def test_what_decides_a_verdict():
         name: 4 * (math.asin(r * r) / (2 * math.pi))
         for name, r in (("one.tau", 2 / math.sqrt(5)), ("two.tau", 1 / math.sqrt(5)))
     }
-    print(causes, expected)
     assert causes == pytest.approx(expected, abs=0.05)
 
 

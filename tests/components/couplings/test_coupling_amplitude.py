@@ -68,7 +68,6 @@ def test_the_amplitude_at_each_speed_is_that_of_a_scalar_fixed_point():
         expected = answer(speed, law(root))
         worst = max(worst, abs(-response["coupling.tau"][k, 0] / expected - 1))
         worst = max(worst, abs(response.law_amplitudes["coupling.amplitude"][k] / root - 1))
-    print(f"{worst:.1e}, unsettled {response.unsettled:.1e}")
     assert worst < 1e-9
     assert response.unsettled < 1e-10
     assert f"amplitudes to {response.unsettled:.1e}" in repr(response)
@@ -99,7 +98,6 @@ def test_two_couplings_and_two_orders_agree_with_their_matrices():
             worst = max(worst, *np.abs(np.array(found) / expected - 1))
         half = np.ptp(courses, axis=1) / 2
         worst = max(worst, *np.abs(amplitudes[k] / half - 1))
-    print(f"{worst:.1e}")
     assert worst < 2e-8  # the range is taken from points
 
 
@@ -164,7 +162,6 @@ def test_a_run_at_the_amplitude_found_vibrates_as_the_response():
     error = abs(received / response["coupling.phi_rel"][0, 0] - 1)
     heat = abs(orbit.mean("coupling.power") / response.mean_power("coupling.power")[0, 0] - 1)
     vibrating = abs(abs(orbit.harmonics("coupling.tau", 1)[1]) / amplitude - 1)
-    print(f"twist {error:.1e}, heat {heat:.1e}, torque {vibrating:.1e}")
     assert max(error, heat, vibrating) < 1e-6
 
 

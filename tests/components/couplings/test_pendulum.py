@@ -109,7 +109,6 @@ def test_a_run_follows_lagranges_equations():
     end = run.point(0.5)
     names = ["shaft.phi_rel", "motor.w", "carrier.w", "pendulum.phi_rel", "pendulum.w_rel"]
     errors = [abs(end[name] - value) for name, value in zip(names, wanted, strict=True)]
-    print([f"{e:.1e}" for e in errors])
     assert np.array(errors) == pytest.approx(0, abs=1e-7)
     assert np.abs(run["pendulum.phi_rel"]).max() > 0.5
 

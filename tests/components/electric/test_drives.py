@@ -57,7 +57,6 @@ class TestFieldOrientedMotor:
     def test_gives_the_greatest_torque_that_voltage_and_current_allow(self, w):
         motor = FieldOrientedMotor(**WINDINGS, **CONTROL, J=J, wanted=1e6)
         received, expected = settled(motor, w, 30.0)("tau"), greatest_torque(w)
-        print(f"{w:g} rad/s: {received:.4f} N.m, by search {expected:.4f} N.m")
         assert received == pytest.approx(expected, rel=1e-5)
 
     @pytest.mark.parametrize(("w", "wanted"), [(100.0, 150.0), (-60.0, 80.0), (300.0, -60.0)])

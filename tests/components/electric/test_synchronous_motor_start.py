@@ -64,7 +64,6 @@ def test_a_start_passes_the_natural_frequency_as_the_table_says():
     at = np.searchsorted(run.t, table["t_s"] - 1e-12)
     peak = np.abs(table["shaft1_Nm"]).max()
     error = np.abs(-run["shafts[0].tau"][at] - table["shaft1_Nm"]).max() / peak
-    print(f"shaft torque: largest deviation {error:.1e} of the peak")
     assert error < 1e-4
     assert run["motor.w"][at] * 30 / np.pi == pytest.approx(table["motor_rpm"], abs=1e-3)
     assert run["motor.f_p"][at] == pytest.approx(table["twice_slip_Hz"], abs=1e-4)
@@ -150,7 +149,6 @@ def test_a_passage_at_constant_rate_amplifies_as_the_table_says():
         _, x = passage(row["zeta"], 2 * np.pi * row["sweep_Hz_per_s"])
         error = abs(greatest(np.abs(x)) / row["max_amplification"] - 1)
         worst = max(worst, error)
-    print(f"passages: largest relative deviation {worst:.1e}")
     assert worst < 2e-6
 
 

@@ -118,7 +118,6 @@ def three_phase(x, x_d=X_D, x_q=X_Q):
 def test_without_resistance_a_three_phase_fault_has_line_frequency_and_saliency(th0):
     received = torque(Turned(), th0, X)
     error = np.abs(received - three_phase(X)).max()
-    print(f"three phases: largest deviation {error:.1e} pu")
     assert error < 1e-6
 
 
@@ -126,7 +125,6 @@ def test_without_resistance_a_three_phase_fault_has_line_frequency_and_saliency(
 def test_without_resistance_a_line_to_line_fault_follows_the_closed_form(th0):
     received = torque(Isolated(gen=without_resistance()), th0, X, free=["gen.v_f"])
     error = np.abs(received - two_phase(X, th0)).max()
-    print(f"line to line from {th0:.2f} rad: largest deviation {error:.1e} pu")
     assert error < 1e-6
 
 

@@ -190,7 +190,6 @@ class TestElasticPlanetary:
         squares = np.sort(scipy.linalg.eigvals(stiff, mass).real)
         expected = np.sqrt(squares[2:]) / (2 * np.pi)
         received = lp.modes(lp.assemble(self.stage())).hertz
-        print(f"modes {received} Hz, by hand {expected} Hz")
         assert received == pytest.approx(expected, rel=1e-9)
 
     def test_stiff_and_damped_it_moves_as_the_rigid_set(self):

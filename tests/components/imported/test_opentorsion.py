@@ -62,7 +62,6 @@ def test_damped_frequencies_and_ratios_are_those_of_its_analysis():
     modes = lp.modes(lp.assemble(from_opentorsion(assembly)))
     error = np.abs(2 * np.pi * modes.hertz / w[2::2] - 1).max()
     lost = np.abs(modes.damping / ratios[2::2] - 1).max()
-    print(f"errors {error:.1e}, {lost:.1e}")
     assert error < 1e-9
     assert lost < 1e-6  # the ratios are small differences there
     # all turn together, slowed by both dampers: -(c_0 + c_2) / J, nearly
