@@ -49,3 +49,8 @@ def one(equations, **declared):
     """A component, called One, with these equations and what else is declared."""
     body = {"equations": equations, "__doc__": "See equations.", **declared}
     return type("One", (lp.Component,), body)()
+
+
+def assemble_one(equations, keep=(), **declared):
+    """Assemble a component with these equations and what else is declared."""
+    return lp.assemble(one(equations, **declared), keep=keep)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from checks import by_complex_step, refused
-from rows import assemble_row, assemble_rows, one
+from rows import assemble_one, assemble_row, assemble_rows
 
 import lumped as lp
 from lumped import functionals as fun
@@ -48,14 +48,12 @@ def oscillator():
         yield lp.der(self.x) == self.v
         yield lp.der(self.v) == -self.k * self.x - self.d * self.v
 
-    return lp.assemble(
-        one(
-            equations,
-            k=lp.param("1/s2", "stiffness over mass", 4.0),
-            d=lp.param("1/s", "damping over mass", 0.3),
-            x=lp.var("m", "position", start=1.5),
-            v=lp.var("m/s", "velocity", start=2.0),
-        )
+    return assemble_one(
+        equations,
+        k=lp.param("1/s2", "stiffness over mass", 4.0),
+        d=lp.param("1/s", "damping over mass", 0.3),
+        x=lp.var("m", "position", start=1.5),
+        v=lp.var("m/s", "velocity", start=2.0),
     )
 
 
@@ -248,15 +246,13 @@ def test_events_that_coincide_without_touching_each_other_have_a_gradient():
         first = where(self.x >= self.first, 1, 0)
         yield lp.der(self.y) == first + where(self.x <= self.second, 1, 0)
 
-    system = lp.assemble(
-        one(
-            equations,
-            a=lp.param("1/s", "rate", 1.0),
-            first=lp.param("1", "border", 0.5),
-            second=lp.param("1", "border", 0.5),
-            x=lp.var("1", "position"),
-            y=lp.var("1", "what switches"),
-        )
+    system = assemble_one(
+        equations,
+        a=lp.param("1/s", "rate", 1.0),
+        first=lp.param("1", "border", 0.5),
+        second=lp.param("1", "border", 0.5),
+        x=lp.var("1", "position"),
+        y=lp.var("1", "what switches"),
     )
     to = ["first", "second", "a"]
     found = lp.gradient(system, of=[fun.final("y")], by=to, until=1.0)

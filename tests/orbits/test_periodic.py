@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from checks import refused
 from differences import slope
-from periodic_motions import ROTOR, Ball, G, W, X, driven, one, one_bounce
+from periodic_motions import ROTOR, Ball, G, W, X, driven, one_bounce
+from rows import assemble_one
 from scipy.integrate import solve_ivp
 
 import lumped as lp
@@ -25,7 +26,7 @@ def van_der_pol(mu=1.0):
         yield lp.der(self.v) == self.mu * (1 - self.x**2) * self.v - self.x
 
     x = lp.var("m", "position", start=1.0)
-    return one(equations, mu=lp.param("1", "mu", mu), x=x, v=X["v"])
+    return assemble_one(equations, mu=lp.param("1", "mu", mu), x=x, v=X["v"])
 
 
 def test_a_driven_linear_oscillator_answers_as_its_frequency_response():
@@ -98,7 +99,7 @@ def test_an_unstable_orbit_is_found_and_called_so(mu):
         yield lp.der(self.v) == self.x - self.mu * (1 - self.x**2) * self.v
 
     forth = lp.periodic(van_der_pol(mu), near=7.0)
-    back = one(equations, mu=lp.param("1", "mu", mu), x=lp.var("m", "position"), v=X["v"])
+    back = assemble_one(equations, mu=lp.param("1", "mu", mu), x=lp.var("m", "position"), v=X["v"])
     on = dict(zip(("x", "v"), forth.run.x[0], strict=True))
     orbit = lp.periodic(back, near=forth.period, warm_up=1e-3, start=on)
     assert orbit.period == pytest.approx(forth.period, rel=1e-9)
@@ -143,7 +144,7 @@ def test_a_system_that_must_repeat_is_named_if_it_does_not():
         yield lp.der(self.x) == self.v
         yield lp.der(self.v) == cos(lp.time) - self.x * 0.0 - self.v + self.c * sin(self.x)
 
-    free = one(equations, c=lp.param("1", "hold", 0.0), **X)
+    free = assemble_one(equations, c=lp.param("1", "hold", 0.0), **X)
     with pytest.raises(SolverError, match=r"other x are periodic too.*give its turn") as caught:
         lp.periodic(free, period=2 * np.pi, start={"x": 0.3, "v": 1.0}, warm_up=0)
     assert caught.value.partial.t[-1] == pytest.approx(2 * np.pi)
@@ -153,7 +154,7 @@ def test_what_does_not_converge_tells_the_worst_state_and_keeps_the_last_run():
     def equations(self):
         yield lp.der(self.x) == 1.0 + self.x**2 * 1e-3 + 0.1 * sin(lp.time)
 
-    growing = one(equations, x=X["x"])
+    growing = assemble_one(equations, x=X["x"])
     with pytest.raises(SolverError, match=r"iterations.*x misses its value by .* m,") as caught:
         lp.periodic(growing, period=2 * np.pi, warm_up=0)
     assert caught.value.partial.t[-1] == pytest.approx(2 * np.pi)

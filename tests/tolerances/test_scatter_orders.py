@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from checks import worst
 from rows import in_a_row
 
 import lumped as lp
