@@ -10,7 +10,7 @@ STEP = 1e-30j
 
 def worst(received, expected):
     """Largest difference, relative to the largest expected value."""
-    error = np.abs(received - expected).max() / max(np.abs(expected).max(), 1e-300)
+    error = np.abs(np.asarray(received) - expected).max() / max(np.abs(expected).max(), 1e-300)
     print(f"error over range {error:.2e}")
     return error
 

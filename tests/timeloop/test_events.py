@@ -35,9 +35,7 @@ def test_a_condition_on_a_state_is_located_where_it_changes(method):
     halves = np.tile([np.pi, np.pi / 2], 10)
     expected = np.pi / 4 + np.concatenate([[0], np.cumsum(halves)])
     expected = expected[expected < 20]
-    error = np.abs(received - expected).max()
-    assert len(received) == len(expected)
-    assert error < 1e-8
+    assert received == pytest.approx(expected, abs=1e-8)
     assert {(e.before, e.after) for e in run.events} == {("x >= 0", "x < 0"), ("x < 0", "x >= 0")}
 
 

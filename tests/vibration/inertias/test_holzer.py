@@ -53,17 +53,11 @@ def test_parts_are_those_of_the_drive_on_their_shafts_and_on_one(damped, over, t
     found = referred(marine(damped=damped), over)
     assert {part.name for part in found.parts} == set(GIVEN)
     assert found.left_out == ()
-    worst = 0.0
     for part in found.parts:
         ratio, size = GIVEN[part.name]
         own = getattr(part, "J", None) or part.c
-        pairs = (
-            (part.ratio, ratio / turns),
-            (own, size * LBF_IN),
-            (part.referred, size * LBF_IN * (ratio / turns) ** 2),
-        )
-        worst = max(worst, *(abs(a / b - 1) for a, b in pairs))
-    assert worst < 1e-9
+        expected = [ratio / turns, size * LBF_IN, size * LBF_IN * (ratio / turns) ** 2]
+        assert [part.ratio, own, part.referred] == pytest.approx(expected, rel=1e-9), part.name
 
 
 @pytest.mark.parametrize("damped", [False, True])
@@ -71,14 +65,12 @@ def test_modes_of_the_marine_turbine_are_those_of_the_reference(damped):
     found = referred(marine(damped=damped))
     table = columns("01_marine_steam_turbine", "modes.csv")
     assert found.hertz[:3] * 60 == pytest.approx(table["per_minute"][1:], rel=1e-9)
-    worst = 0.0
     for mode in range(3):
         holzer = found.holzer(mode)
         for name, column in TABLE.items():
             share = holzer.angle(name) / holzer.angle("propeller")
-            worst = max(worst, abs(share / table[column][mode + 1] - 1))
+            assert share == pytest.approx(table[column][mode + 1], rel=1e-7), name
         assert holzer.residual < 1e-12
-    assert worst < 1e-7
 
 
 def test_the_order_leads_from_the_free_ends_to_the_last_inertia():

@@ -150,7 +150,6 @@ def test_a_lumped_section_converges_to_the_continuous_one_with_the_square_of_its
         :2
     ]
     errors = np.array([1 - frequency(n_elements=n) / exact for n in (8, 16, 32)])
-    print(errors)
     np.testing.assert_allclose(errors[:-1] / errors[1:], 4.0, rtol=0.03)
 
 

@@ -90,7 +90,7 @@ def test_derivatives_of_a_critical_speed_equal_differences_of_independent_ones(r
     }
     for name, (option, size, sign) in varied.items():
         wanted = sign * slope(lambda x, option=option: speed(**{option: x}), size, 1e-3 * size, 4)
-        assert slopes[name] == pytest.approx(wanted, rel=1e-7)
+        assert slopes[name] == pytest.approx(wanted, rel=1e-7), name
     # a stiffness that grows with the speed makes them larger than at a constant state
     assert slopes["coupling.cubic"] > 0
     assert "critical speed of mode 1, order 1.5" in repr(slopes)
