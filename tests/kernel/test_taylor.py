@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import scipy.special
 from linkages import four_bar
+from rows import one
 
 import lumped as lp
 from lumped import functionals as fun
@@ -240,14 +241,6 @@ def test_all_engines_give_the_same_bits(name):
 
 
 # -- runs ------------------------------------------------------------------------------------------
-
-
-def one(**attributes):
-    """A model that is one component with these equations."""
-    equations = attributes.pop("equations")
-    kind = type("Part", (lp.Component,), {"__doc__": "Under test.", **attributes})
-    kind.equations = equations
-    return kind()
 
 
 def pendulum():

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from rows import assemble_row, assemble_rows, in_a_row, one
+from rows import assemble_one, assemble_row, assemble_rows, in_a_row, one
 
 import lumped as lp
 from lumped.components import BearingFriction, Brake, ElastoBacklash, Fixed, Inertia, Spring, Torque
@@ -45,7 +45,7 @@ def test_both_sides_of_a_jump_of_a_state_are_kept():
         yield lp.when(self.x >= 1.0, {self.x: 0.25 * self.x})
 
     run = lp.simulate(
-        lp.assemble(one(x=lp.var("1", "sawtooth"), equations=equations)), until=3.0, grid=30
+        assemble_one(x=lp.var("1", "sawtooth"), equations=equations), until=3.0, grid=30
     )
     received = [event.time for event in run.events]
     expected = [1.0, 1.75, 2.5]
@@ -69,7 +69,7 @@ def test_values_of_a_when_are_those_just_before_and_chains_run_in_one_instant():
         "b": lp.var("1", "second", start=2.0),
         "count": lp.var("1", "counted"),
     }
-    run = lp.simulate(lp.assemble(one(equations=equations, **quantities)), until=2.0)
+    run = lp.simulate(assemble_one(equations=equations, **quantities), until=2.0)
     received = [run[name][-1] for name in ("a", "b", "count")]
     assert received == [2.0, 1.0, 11.0]
     assert {event.time for event in run.events} == {1.0}
@@ -108,7 +108,7 @@ def test_a_condition_true_from_the_start_does_nothing_one_that_becomes_true_acts
         "held": lp.var("1", "rests", start=2.0),
         "y": lp.var("1", "count"),
     }
-    system = lp.assemble(one(equations=equations, **quantities))
+    system = assemble_one(equations=equations, **quantities)
     run = lp.simulate(system, until=1.0, method=method)
     assert run["y"][-1] == expected
     # "x <= 2" ends at once
@@ -123,7 +123,7 @@ def contradicting(self):
 def test_conditions_that_contradict_themselves_are_named():
     quantities = {"x": lp.var("1", "time"), "y": lp.var("1", "without a value")}
     with pytest.raises(StartError, match="no set of modes fits"):
-        lp.simulate(lp.assemble(one(contradicting, **quantities)), until=2.0)
+        lp.simulate(assemble_one(contradicting, **quantities), until=2.0)
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,7 @@ def test_limits_and_changes_that_make_no_sense_are_refused(kind, law, text):
 
     quantities = {"x": lp.var("1", "speed"), "y": lp.var("1", "reaction or follower")}
     with pytest.raises(kind, match=text):
-        lp.assemble(one(equations, **quantities))
+        assemble_one(equations, **quantities)
 
 
 class RodSlider(lp.Component):
@@ -226,7 +226,7 @@ def test_functions_of_time_tell_the_pieces_before_and_after():
         yield lp.der(self.z) == pulses
 
     quantities = {name: lp.var("1", name) for name in "xyz"}
-    run = lp.simulate(lp.assemble(one(equations=equations, **quantities)), until=1.1)
+    run = lp.simulate(assemble_one(equations=equations, **quantities), until=1.1)
     told = [(round(e.time, 9), e.kind, e.before, e.after) for e in run.events]
     assert told == [
         (0.25, "time", "time >= 0 and time < 0.25", "time >= 0.25 and time < 1"),

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import assemble_rows, one
+from rows import assemble_one, assemble_rows
 
 import lumped as lp
 from lumped import functionals as fun
@@ -20,7 +20,7 @@ def counting(first, second, **quantities):
         yield lp.when(second(self), {self.x: self.x * 10})
 
     given = {"x": lp.var("1", "set", 1.0), "angle": lp.var("1", "rises with the time")}
-    return lp.assemble(one(equations=equations, **given, **quantities))
+    return assemble_one(equations=equations, **given, **quantities)
 
 
 SAME = {
@@ -95,7 +95,7 @@ def test_in_ensembles_the_variants_with_two_settings_fail():
         yield lp.when(lp.time >= self.late, {self.x: self.x * 10})
 
     quantities = {"x": lp.var("1", "set", 1.0), "late": lp.param("s", "instant", 1.0)}
-    system = lp.assemble(one(equations=equations, **quantities))
+    system = assemble_one(equations=equations, **quantities)
     over = {"late": np.repeat([0.5, 1.0, 1.5], 8)}  # more than are run side by side
     found = lp.ensemble(system, over=over, until=2.0, of={"x": fun.final("x")})
     expected = np.repeat([1 * 10 + 1, np.nan, (1 + 1) * 10], 8)
