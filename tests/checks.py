@@ -10,9 +10,20 @@ STEP = 1e-30j
 
 def worst(received, expected):
     """Largest difference, relative to the largest expected value."""
-    error = np.abs(received - expected).max() / max(np.abs(expected).max(), 1e-300)
+    error = np.abs(np.asarray(received) - expected).max() / max(np.abs(expected).max(), 1e-300)
     print(f"error over range {error:.2e}")
     return error
+
+
+def apart(received, expected):
+    """Largest difference over the range of what is expected."""
+    return float(np.abs(received - expected).max() / (np.ptp(expected) or np.abs(expected).max()))
+
+
+def assert_close(received, expected, rtol, what):
+    error = np.abs(received - expected).max() / np.abs(expected).max()
+    print(f"{what}: largest error {error:.1e} of the largest value")
+    assert error <= rtol
 
 
 def by_complex_step(function, point):

@@ -1,6 +1,6 @@
 """Derivatives by central differences."""
 
-_WEIGHTS = {4: (8 / 12, -1 / 12), 6: (3 / 4, -3 / 20, 1 / 60)}
+_WEIGHTS = {2: (1 / 2,), 4: (8 / 12, -1 / 12), 6: (3 / 4, -3 / 20, 1 / 60)}
 
 
 def slope(value, x, h, order=6):

@@ -9,8 +9,8 @@ import lumped as lp
 def in_rows(*rows, **parts):
     """A model of these parts, of which those named in each row are joined one to the next.
 
-    Of lists of parts, ``shaft/wheel``, one of each follows the other. The ports of a row such as
-    ``one.y two.u`` are joined to each other.
+    A row may name ports instead of parts, ``battery.n ground.pin``, or signals alone,
+    ``sensor.w control.u``. Of lists of parts, ``shaft/wheel``, one of each follows the other.
     """
 
     def named(m, word):
@@ -22,7 +22,10 @@ def in_rows(*rows, **parts):
     def connect(m):
         for row in rows:
             ends = [end for word in row.split() for end in named(m, word)]
-            yield from [lp.connect(*ends)] if "." in row else lp.chain(*ends)
+            if isinstance(ends[0], lp.Component | lp.Port):
+                yield from lp.chain(*ends)
+            else:
+                yield lp.connect(*ends)
 
     return lp.compose(**parts, connections=connect)
 
@@ -42,17 +45,12 @@ def assemble_row(keep=(), **parts):
     return lp.assemble(in_a_row(**parts), keep=keep)
 
 
-def in_turn(bodies, springs):
-    """A model of bodies, each joined to the next one by one of the springs."""
-
-    def connections(model):
-        pairs = zip(model.bodies, model.springs, strict=False)
-        yield from lp.chain(*(part for pair in pairs for part in pair), model.bodies[-1])
-
-    return lp.compose(bodies=bodies, springs=springs, connections=connections)
-
-
 def one(equations, **declared):
     """A component, called One, with these equations and what else is declared."""
     body = {"equations": equations, "__doc__": "See equations.", **declared}
     return type("One", (lp.Component,), body)()
+
+
+def assemble_one(equations, keep=(), **declared):
+    """Assemble a component with these equations and what else is declared."""
+    return lp.assemble(one(equations, **declared), keep=keep)

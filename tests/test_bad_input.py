@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from refusals import message
+from checks import refused
 from rows import in_rows
 
 import lumped as lp
@@ -25,7 +25,7 @@ def test_a_bound_parameter_out_of_range_is_named():
         rotor: Inertia = Inertia(J=1 - x)
 
     system = lp.assemble(Rig(x=0.5))
-    text = message(lambda: lp.simulate(system, until=1, parameters={"x": 2.0}), ParameterError)
+    text = refused(ParameterError, lambda: lp.simulate(system, until=1, parameters={"x": 2.0}))
     assert "rotor.J = -1" in text
 
 
@@ -36,12 +36,12 @@ def test_unknown_names_get_the_nearest_ones(two_mass):
         "a.phi": lambda: lp.modes(system).shape("a.ph"),
     }
     for expected, call in calls.items():
-        assert expected in message(call, UnknownNameError)
+        refused(UnknownNameError, call, expected)
 
 
 def test_what_was_left_out_is_said_when_asked_for(two_mass):
     system = lp.assemble(two_mass, of=["a.w"])
-    text = message(lambda: lp.linearise(system, outputs=["b.phi"]), UnknownNameError)
+    text = refused(UnknownNameError, lambda: lp.linearise(system, outputs=["b.phi"]))
     assert "left out" in text
     assert "keep=['b.phi']" in text
 
@@ -79,7 +79,7 @@ def test_what_was_left_out_is_said_when_asked_for(two_mass):
     ],
 )
 def test_options_that_make_no_sense_are_refused(two_mass, options, hint):
-    assert hint in message(lambda: lp.simulate(lp.assemble(two_mass), **options), OptionError)
+    refused(OptionError, lambda: lp.simulate(lp.assemble(two_mass), **options), hint)
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def test_options_that_make_no_sense_are_refused(two_mass, options, hint):
     ],
 )
 def test_texts_that_are_no_times_are_refused(two_mass, options, hint):
-    assert hint in message(lambda: lp.simulate(lp.assemble(two_mass), **options), UnitError)
+    refused(UnitError, lambda: lp.simulate(lp.assemble(two_mass), **options), hint)
 
 
 def test_times_may_have_units(two_mass):
@@ -154,7 +154,6 @@ def test_a_failed_run_keeps_what_it_computed(part, method):
     early = partial.t < 0.9
     expected = 1 / (1 - partial.t) if isinstance(part, Explodes) else 1 - partial.t
     error = np.abs(partial["part.x"] / expected - 1)[early].max()
-    print(f"reached t = {partial.t[-1]:.9f} of 1, relative error up to 0.9 s {error:.2e}")
     assert partial.t[-1] == pytest.approx(1.0, abs=1e-5)
     assert error < 1e-5
     assert "part." in str(caught.value)
@@ -170,7 +169,7 @@ def test_a_run_that_takes_too_many_steps_says_so(two_mass):
 def test_a_loop_of_signals_of_gain_one_is_told_as_such():
     parts = {"first": Gain(k=0.5), "second": Gain(k=2.0)}
     rig = in_rows("first.y second.u", "second.y first.u", **parts)
-    text = message(lambda: lp.start_point(lp.assemble(rig))["first.y"], SingularModelError)
+    text = refused(SingularModelError, lambda: lp.start_point(lp.assemble(rig))["first.y"])
     assert "first, second form a loop of signals whose gain is 1" in text
     assert "Filter" in text
     other = lp.assemble(rig.with_({"first.k": 3.0}))

@@ -110,7 +110,6 @@ def test_sines_are_right_to_two_units_in_the_last_place(name, symbols):
         for found, angle in zip(received, (number, -number), strict=True):
             true = getattr(np, name)(np.longdouble(angle))
             worst = max(worst, float(abs(found - true) / np.spacing(abs(float(true)))))
-    print(f"{name}: {worst:.2f} units in the last place")
     assert worst < 2.0
     for number in (1e7, -3e15, 1e300):
         arguments = ([number, 0.0], [number / 3], 0.0, [0.0])

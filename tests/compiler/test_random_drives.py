@@ -85,7 +85,6 @@ def check(seed):
 def test_random_drives_move_as_their_projected_matrices_say(first):
     found = [check(seed) for seed in range(first, first + SHARE)]
     worst = {name: max(e[name] for e in found) for name in LIMITS}
-    print(", ".join(f"{name} {value:.1e}" for name, value in worst.items()))
     assert all(worst[name] < limit for name, limit in LIMITS.items())
 
 

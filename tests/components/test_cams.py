@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped.components import CamSwitch, HarmonicTorque, Inertia, PeriodicTorque, PulseTorque, Speed
 
 
 def turned(part: lp.Component, w: float = 1.0, **options: object) -> lp.Trajectory:
-    model = in_a_row(drive=Speed(w=w), part=part)
-    system = lp.assemble(model, keep=["drive.flange.phi"])
+    system = assemble_row(drive=Speed(w=w), part=part, keep=["drive.flange.phi"])
     return lp.simulate(system, until=4 * np.pi, rtol=1e-10, **options)
 
 
@@ -55,16 +54,14 @@ class TestPulseTorque:
 
 def torques(part: lp.Component, angles: np.ndarray) -> np.ndarray:
     """Torque of a load at given angles."""
-    model = in_a_row(turn=Speed(w=1.0), part=part)
-    system = lp.assemble(model, keep=["turn.flange.phi"])
+    system = assemble_row(turn=Speed(w=1.0), part=part, keep=["turn.flange.phi"])
     name = system.state_names[0]
     return np.array([lp.start_point(system, start={name: a})["part.tau"] for a in angles])
 
 
 def flywheel(part: lp.Component, until: float, w: float = 30.0) -> lp.Trajectory:
     """A flywheel of 2 kg.m2 under a load."""
-    model = in_a_row(wheel=Inertia(J=2.0, w=w), part=part)
-    system = lp.assemble(model, keep=["wheel.phi"])
+    system = assemble_row(wheel=Inertia(J=2.0, w=w), part=part, keep=["wheel.phi"])
     return lp.simulate(system, until=until, rtol=1e-10, grid=400)
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_rows
 from scipy.integrate import solve_ivp
 
 import lumped as lp
@@ -155,15 +156,13 @@ def test_it_holds_a_body_on_a_slope_up_to_the_friction_angle():
 @pytest.mark.parametrize("mu", [0.6, 1.0, 2.0])
 def test_it_jams_beyond_the_cone_of_friction(mu):
     """Braking grows without limit where ``J (mu |tan(psi)| - 1) = m s'^2`` for a flywheel J."""
-    model = lp.compose(
+    model = in_rows(
+        "fly.flange_a crank",
+        "crank.slider guide",
+        "crank.guide guide.load",
         fly=Inertia(J=2.0, w=5.0),
         crank=CrankSlider(r=R, L=1.1 * R, m=M),
         guide=translation.GuideFriction(mu=mu),
-        connections=lambda m: (
-            lp.connect(m.fly.flange_a, m.crank.flange),
-            lp.connect(m.crank.slider, m.guide.flange_a),
-            lp.connect(m.crank.guide, m.guide.load),
-        ),
     )
     with pytest.raises(SolverError) as caught:
         lp.simulate(lp.assemble(model), until=1.0, rtol=1e-9, grid=100_000)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -115,20 +116,18 @@ class TestFloatingArm:
 
     def test_hub_takes_what_acts_on_the_pin(self):
         arm = Eccentric(radius=0.5)
-        model = lp.compose(
+        model = in_rows(
+            "hold arm",
+            "hub_x arm.hub_x",
+            "hub_y arm.hub_y",
+            "arm.pin_x side",
+            "arm.pin_y down",
             arm=arm,
             hold=Position(phi=0.3),
             hub_x=translation.Fixed(),
             hub_y=translation.Fixed(),
             side=translation.Force(f=3.0),
             down=translation.Force(f=-4.0),
-            connections=lambda m: (
-                lp.connect(m.hold.flange, m.arm.flange),
-                lp.connect(m.hub_x.flange, m.arm.hub_x),
-                lp.connect(m.hub_y.flange, m.arm.hub_y),
-                lp.connect(m.arm.pin_x, m.side.flange),
-                lp.connect(m.arm.pin_y, m.down.flange),
-            ),
         )
         at = lp.start_point(lp.assemble(model))
         received = at["hub_x.flange.f"], at["hub_y.flange.f"], at["hold.flange.tau"]
@@ -141,16 +140,14 @@ class TestPlaneSpring:
         """At constant speed on a circle the tension is ``m v^2 / r``, damped or not."""
         m, c, length0, r = 2.0, 300.0, 0.8, 1.1
         v = np.sqrt(c * (r - length0) * r / m)
-        model = lp.compose(
+        model = in_rows(
+            "centre spring.a_x spring.a_y",
+            "spring.b_x x",
+            "spring.b_y y",
             centre=translation.Fixed(),
             spring=PlaneSpring(c=c, d=5.0, length0=length0),
             x=translation.Mass(m=m, s=r, v=0.0),
             y=translation.Mass(m=m, s=0.0, v=v),
-            connections=lambda k: [
-                lp.connect(k.centre.flange, k.spring.a_x, k.spring.a_y),
-                lp.connect(k.spring.b_x, k.x.flange_a),
-                lp.connect(k.spring.b_y, k.y.flange_a),
-            ],
         )
         found = lp.simulate(lp.assemble(model, keep=["x.s", "y.s"]), until=3.0, rtol=1e-11)
         turned = v / r * found.t

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import assemble_row
+from rows import assemble_row, in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -81,14 +81,12 @@ def test_a_body_coasts_as_the_law_of_its_load_says(name, given, begin, speed):
 def eddy(temperature, speed, alpha=0.004):
     """Braking torque at a speed and temperature, and the heat."""
     brake = EddyCurrentBrake(tau_max=100.0, w_nominal=10.0, alpha=alpha, T_ref=300.0, e=0.5)
-    model = lp.compose(
+    model = in_rows(
+        "source brake",
+        "brake.heat air.port",
         source=Speed(w=speed),
         brake=brake,
         air=FixedTemperature(T=temperature),
-        connections=lambda m: [
-            lp.connect(m.source.flange, m.brake.flange),
-            lp.connect(m.brake.heat, m.air.port),
-        ],
     )
     point = lp.start_point(lp.assemble(model))
     return point["brake.tau"], -point["brake.heat.Q"]
@@ -155,18 +153,15 @@ def test_a_vehicle_slows_as_its_drag_and_its_rolling_resistance_say():
 
 def test_planetary_torques_follow_the_ratio():
     k = 2.5
-    model = lp.compose(
+    model = in_rows(
+        "drive sun gear.sun",
+        "gear.carrier carrier",
+        "gear.ring ring",
         gear=Planetary(ratio=k),
         sun=Inertia(J=0.1),
         carrier=Inertia(J=0.7),
         ring=Inertia(J=0.4),
         drive=Torque(tau=3.0),
-        connections=lambda m: [
-            lp.connect(m.drive.flange, m.sun.flange_a),
-            lp.connect(m.sun.flange_b, m.gear.sun),
-            lp.connect(m.gear.carrier, m.carrier.flange_a),
-            lp.connect(m.gear.ring, m.ring.flange_a),
-        ],
     )
     point = lp.start_point(lp.assemble(model))
     # Lagrange: minimise kinetic energy's rate over accelerations of sun and ring

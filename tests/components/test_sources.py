@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -19,8 +19,7 @@ STEP = lp.ops.where(lp.time >= 0.1, 2.0, 0.0)
 
 
 def moved(source):
-    model = in_a_row(source=source, body=Inertia(J=3.0))
-    return lp.assemble(model, keep=["body.phi", "source.flange.tau"])
+    return assemble_row(source=source, body=Inertia(J=3.0), keep=["body.phi", "source.flange.tau"])
 
 
 def test_a_filtered_position_follows_a_step_as_two_equal_lags_do():
@@ -30,7 +29,6 @@ def test_a_filtered_position_follows_a_step_as_two_equal_lags_do():
     z = corner * np.maximum(run.t - 0.1, 0)
     expected = 2.0 * (1 - (1 + z) * np.exp(-z))
     error = np.abs(run["body.phi"] - expected).max()
-    print(f"step of a filtered position: {error:.1e}")
     assert error < 1e-8
     # the torque is that of the acceleration, twice the corner squared just after the step
     after = run.t > 0.1

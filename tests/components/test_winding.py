@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import in_a_row, in_rows
 from scipy.optimize import brentq
 
 import lumped as lp
@@ -130,15 +130,13 @@ class TestStrip:
     def test_a_line_at_even_speed_is_stretched_by_what_the_growing_coil_winds_beyond_it(self):
         """``T = c h (w t)^2 / (4 pi)``, and the mandrel bears ``R T``."""
         w, c = 20.0, 4e5
-        model = lp.compose(
+        model = in_rows(
+            "line.flange strip coil.strip",
+            "coil mandrel",
             line=translation.Speed(v=w * r),
             strip=Strip(c=c),
             coil=COIL,
             mandrel=Speed(w=w),
-            connections=lambda m: [
-                *lp.chain(m.line.flange, m.strip, m.coil.strip),
-                lp.connect(m.coil.flange, m.mandrel.flange),
-            ],
         )
         run = lp.simulate(lp.assemble(model), until=3.0, rtol=1e-11)
         angle = w * run.t

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from rows import assemble_rows
 
 import lumped as lp
 from lumped.components import ElasticCoupling, Engine, Inertia, Shaft, Solid, Torque, ViscousDamper
@@ -34,7 +35,9 @@ CATALOGUE = {  # torque N.m and stiffness N.m/rad, relative damping
 def genset(misfire=(), load=-RATED):
     degrees, megapascals = np.loadtxt(TABLE, delimiter=",", skiprows=1).T
     pressure = list(zip(np.radians(degrees), 1e6 * megapascals, strict=True))
-    model = lp.compose(
+    return assemble_rows(
+        "damper engine.front",
+        "engine.rear flywheel coupling shaft alternator load",
         damper=ViscousDamper(J_ring=0.06, d=25.0),
         engine=Engine(pressure=pressure, misfire=dict(misfire), **ENGINE),
         flywheel=Inertia(J=2.075),
@@ -42,13 +45,7 @@ def genset(misfire=(), load=-RATED):
         shaft=Shaft(sections=[Solid(d=0.085, L=0.3)], material="steel"),
         alternator=Inertia(J=6.0),
         load=Torque(tau=load),
-        connections=lambda m: [
-            lp.connect(m.damper.flange, m.engine.front),
-            lp.connect(m.engine.rear, m.flywheel.flange_a),
-            *lp.chain(m.flywheel, m.coupling, m.shaft, m.alternator, m.load),
-        ],
     )
-    return lp.assemble(model)
 
 
 def report(path, parameters=None):

@@ -3,10 +3,10 @@
 import re
 from operator import attrgetter
 
+from drive_chains import in_turn
 from genset import genset
 from linkages import FourBar
 from random_drives import RandomDrive
-from rows import in_turn
 
 import lumped as lp
 from lumped import components as lib
@@ -61,7 +61,9 @@ class Gearbox(lp.Component):
 
 def long_chain(count: int) -> lp.Component:
     """So many bodies with shafts between them."""
-    return in_turn([Inertia() for _ in range(count)], [SpringDamper() for _ in range(count - 1)])
+    return in_turn(
+        bodies=[Inertia() for _ in range(count)], springs=[SpringDamper() for _ in range(count - 1)]
+    )
 
 
 CHAINS = {

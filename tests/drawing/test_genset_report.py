@@ -79,7 +79,6 @@ def test_the_genset_has_the_modes_of_its_constant_inertias(hall):
     scale = 1 / np.sqrt(inertias)
     hertz = np.sqrt(np.linalg.eigvalsh(scale[:, None] * K * scale)[1:]) / (2 * np.pi)
     rows = np.array(after(cells, *FREQUENCIES)[:35], dtype=float).reshape(7, 5)
-    print(f"{np.abs(rows[:, 4] / hertz - 1).max():.1e}")
     assert rows[:, 4] == pytest.approx(hertz, rel=1e-5)
     # dampers take some of the frequency, as the ring that the oil drags along does
     assert (np.abs(rows[:, 1] / hertz - 1) < 0.02).all()

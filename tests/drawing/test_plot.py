@@ -5,8 +5,9 @@ import sys
 
 import numpy as np
 import pytest
+from drive_chains import in_turn
 from matplotlib.figure import Figure
-from rows import assemble_row, in_turn
+from rows import assemble_row
 from scipy.linalg import eigh
 
 import lumped as lp
@@ -42,7 +43,7 @@ def legend(axis) -> list[str]:
 
 def chain_of(count: int) -> lp.System:
     bodies = [Inertia(J=1.0 + 0.1 * i) for i in range(count)]
-    return lp.assemble(in_turn(bodies, [Spring(c=1e3) for _ in range(count - 1)]))
+    return lp.assemble(in_turn(bodies=bodies, springs=[Spring(c=1e3) for _ in range(count - 1)]))
 
 
 def test_trajectory_has_one_panel_for_each_unit_of_the_states(run: lp.Trajectory):

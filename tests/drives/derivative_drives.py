@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rows import in_a_row
+from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped import functionals as fun
@@ -63,7 +63,9 @@ def brake_with_a_ramp():
 
 @drive
 def stick_slip_with_stribeck():
-    model = lp.compose(
+    model = in_rows(
+        "push motor shaft body bearing",
+        "ground feed motor",
         feed=Damper(d=3.0),
         ground=Fixed(),
         motor=Inertia(J=2.0, w=2.0),
@@ -71,10 +73,6 @@ def stick_slip_with_stribeck():
         shaft=SpringDamper(c=60.0, d=0.2),
         body=Inertia(J=0.7, w=0.0),
         bearing=BearingFriction(characteristic=Stribeck(2.0, 5.0, 3.0, 0.1)),
-        connections=lambda m: [
-            *lp.chain(m.push, m.motor, m.shaft, m.body, m.bearing),
-            *lp.chain(m.ground, m.feed, m.motor),
-        ],
     )
     of = [
         fun.final("body.w"),
@@ -110,16 +108,12 @@ def play_with_rigid_flanks():
 
 @drive
 def load_that_is_picked_up():
-    model = lp.compose(
+    model = in_a_row(
         push=Torque(tau=5.0),
         motor=Inertia(J=0.4, w=3.0),
         shaft=SpringDamper(c=300.0, d=1.0),
         arm=Inertia(J=0.3, w=3.0),
         body=PickUp(J=0.6, u=where(lp.time > 0.4, 1, 0)),
-        connections=lambda m: [
-            *lp.chain(m.push, m.motor, m.shaft, m.arm),
-            lp.connect(m.arm.flange_b, m.body.flange),
-        ],
     )
     of = [fun.final("arm.w"), fun.highest("shaft.tau"), fun.loss("body"), fun.final("body.w")]
     to = ["push.tau", "motor.J", "arm.J", "body.J", "shaft.c"]
@@ -152,10 +146,9 @@ def dog_clutch_at_an_instant():
 
 @drive
 def mass_between_two_stops():
-    model = lp.compose(
+    model = in_a_row(
         push=translation.Force(f=30.0 * cos(5.0 * lp.time)),
         body=MassWithStops(m=2.0, s_min=-0.5, s_max=0.4, restitution=0.6, s=0.0, v=0.3),
-        connections=lambda m: [lp.connect(m.push.flange, m.body.flange_a)],
     )
     of = [
         fun.final("body.s"),
@@ -184,17 +177,13 @@ def elastic_play_with_damped_flanks():
 
 @drive
 def overload_of_a_slip_coupling():
-    model = lp.compose(
+    model = in_a_row(
         push=Torque(tau=20.0),
         motor=Inertia(J=0.5, w=90.0),
         coupling=SlipCoupling(kinetic=30.0, static=48.0, u=1.0),
         gear=IdealGear(ratio=3.0),
         load=Inertia(J=4.0),
         jam=Torque(tau=where(lp.time > 0.2, where(lp.time < 0.5, -330.0, -60.0), -60.0)),
-        connections=lambda m: [
-            *lp.chain(m.push, m.motor, m.coupling, m.gear, m.load),
-            lp.connect(m.load.flange_b, m.jam.flange),
-        ],
     )
     of = [
         fun.final("load.w"),
@@ -208,7 +197,7 @@ def overload_of_a_slip_coupling():
 
 @drive
 def two_masses_and_a_stop():
-    model = lp.compose(
+    model = in_a_row(
         ground=Fixed(),
         spring=SpringDamper(c=20.0, d=0.3),
         a=Inertia(J=0.6, phi=-0.5, w=0.0),
@@ -216,7 +205,6 @@ def two_masses_and_a_stop():
         b=Inertia(J=0.9, phi=0.3),
         back=SpringDamper(c=8.0, phi_rel0=-0.3),
         wall=Fixed(),
-        connections=lambda m: [*lp.chain(m.ground, m.spring, m.a, m.stop, m.b, m.back, m.wall)],
     )
     of = [
         fun.final("a.w"),
@@ -274,15 +262,13 @@ def elastic_play_without_damping():
 
 @drive
 def mass_that_falls_on_an_elastic_gap():
-    model = lp.compose(
+    model = in_rows(
+        "ground gap body",
+        "weight body.flange_b",
         body=translation.Mass(m=1.0, v=-1.0, s=0.1),
         gap=ElastoGap(c=1e3, d=20.0, s_rel0=0.02),
         ground=translation.Fixed(),
         weight=translation.Force(f=-5.0),
-        connections=lambda m: [
-            *lp.chain(m.ground, m.gap, m.body),
-            lp.connect(m.weight.flange, m.body.flange_b),
-        ],
     )
     of = [fun.final("body.v"), fun.final("body.s"), fun.lowest("gap.f"), fun.rms("gap.f")]
     to = ["body.m", "gap.c", "gap.d", "gap.s_rel0", "weight.f"]

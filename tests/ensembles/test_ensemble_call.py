@@ -48,7 +48,6 @@ def test_runs_that_fail_are_set_apart_with_their_reasons(fussy):
     found = lp.ensemble(fussy, over=over, until=1.0, of=of, rtol=1e-9)
     expected = np.where([1, 1, 0, 1, 0], 1 / (1 - found["k"]), np.nan)
     error = np.nanmax(np.abs(found["x"] / expected - 1))
-    print(f"largest error {error:.1e}")
     assert error < 1e-7
     assert (np.isnan(found["x"]) == np.isnan(expected)).all()
     assert set(found.failures) == {2, 3, 4}

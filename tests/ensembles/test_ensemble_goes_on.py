@@ -31,7 +31,6 @@ def whole(system):
     """An ensemble that nothing disturbs, right to its tolerance."""
     found = ran(system)
     error = np.abs(found["x"] - closed_form(MANY)).max()
-    print(f"largest error {error:.1e}")
     assert error < 1e-6
     return found
 
@@ -283,7 +282,6 @@ def test_a_cluster_of_two_processes_gives_the_same_bits_even_if_one_dies(
     killer.start()
     there = ran(system, client=client, store=store, **over)
     killer.join()
-    print(f"killed after {killed[0]} of {chunks(store)} chunks")
     assert killed[0] < chunks(store)
     assert_equal(there, here)
 

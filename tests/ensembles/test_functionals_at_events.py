@@ -339,5 +339,4 @@ def test_a_switch_at_the_top_of_each_tooth_misses_none():
     of = {"switched": fun.count("Toothed")}
     found = lp.ensemble(lp.assemble(Toothed()), over={"teeth": teeth}, until=until, of=of)
     missed = expected - found["switched"]
-    print(f"{int(missed.sum())} of {int(expected.sum())} events missed")
     assert not missed.any()

@@ -140,7 +140,6 @@ def test_harmonics_of_a_sine_between_its_steps(rtol, limit):
     system = lp.assemble(Harmonics())
     found = lp.ensemble(system, over={"rate": rate}, until=until, of=of, rtol=rtol)
     error = np.abs(found.values - np.array(expected).T).max(axis=0)
-    print(f"rtol {rtol:g}: {dict(zip(of, [f'{e:.0e}' for e in error], strict=True))}")
     assert error.max() < limit
 
 
@@ -170,5 +169,4 @@ def test_a_quantity_that_no_state_feels(method):
         expected = [np.sqrt(np.trapezoid(y**2, t)), np.abs(y[len(t) // 2 :]).max(), y.min()]
         error.append(np.abs(found.values[k] - expected))
     worst = np.max(error, axis=0)
-    print(f"{method}: errors of {list(of)}: {worst}")
     assert worst.max() < 1e-3

@@ -19,7 +19,6 @@ def check(what, found, expected, limit):
     assert (np.isnan(found) == missing).all(), f"{what}: {found} instead of {expected}"
     size = max(np.abs(expected[~missing]).max(initial=0.0), 1e-3)
     error = np.abs(found - expected)[~missing].max(initial=0.0) / size
-    print(f"{what}: {error:.1e}")
     assert error < limit, f"{what}: {found} instead of {expected}"
 
 

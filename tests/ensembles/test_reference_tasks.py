@@ -75,7 +75,6 @@ def test_clutches_of_the_first_variants_lock_at_the_instants_of_the_figures(rtol
     """Speeds are straight lines of time, so any tolerance gives them up to rounding."""
     of = {f"t{k}": fun.instant(f"clutch[{k}]", "stuck") for k in range(3)}
     error = np.abs(ran("b", slice(3), of, rtol=rtol).values - first_of("b")).max(axis=0)
-    print(f"rtol {rtol:g}: errors of the instants {error} s")
     assert error.max() < 1e-13
 
 
@@ -97,7 +96,6 @@ def assert_statistics(values, figures, within):
     found = {"mean": values.mean(), "std": values.std(ddof=1)}
     found |= {name: np.quantile(values, q) for name, q in QUANTILES.items()}
     error = {name: abs(value / figures[name] - 1) for name, value in found.items()}
-    print({name: f"{e:.1e}" for name, e in error.items()})
     assert max(error.values()) < within
 
 
@@ -123,7 +121,6 @@ def test_heat_of_all_clutches_is_that_of_the_figures(chain):
 def test_momentum_of_the_clutches_is_that_of_the_torque(chain):
     J, w = np.array([1.0, 1.5, 0.8, 2.0]), np.array(STARTS)
     error = np.abs(chain["end"] * J.sum() - J @ w - 2.0 * TASKS["b"].until).max()
-    print(f"largest error of the momentum {error:.1e} N.m.s of {J @ w + 10:.3g}")
     assert error < 1e-11
     assert set(chain.names) == {f"clutch[{k}].f_max" for k in range(len(CLUTCHES))}
 
@@ -185,7 +182,6 @@ def modal():
 def test_the_modal_solution_gives_the_figures():
     found = [max(greatest(torques(point), 2.0)) for point in TASKS["a"].points[:3]]
     error = worst(np.array(found), np.array(FIGURES["a"]["peak_torque"]["first"]))
-    print(f"modal solution against the figures: {error:.1e}")
     assert error < 1e-12
 
 
@@ -193,7 +189,6 @@ def test_the_modal_solution_gives_the_figures():
 def test_peaks_of_shaft_torques_are_those_of_the_modal_solution(modal, rtol, limit):
     rows, expected = modal
     error = worst(ran("a", rows, rtol=rtol).values, expected)
-    print(f"30 variants, rtol {rtol:g}: largest relative errors {error}")
     assert error.max() < limit
 
 

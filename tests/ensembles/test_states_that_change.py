@@ -85,7 +85,6 @@ def test_runs_with_many_dead_centres_are_those_of_simulate(pendulum, method):
         rtol=1e-8,
     )
     counts = [changes(run) for run in runs]
-    print(counts)
     assert min(counts) > 8
 
 

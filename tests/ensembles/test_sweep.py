@@ -25,7 +25,6 @@ def test_a_grid_agrees_with_the_closed_form_whoever_works(system, workers):
     expected = closed_form(C[:, None], J[None, :])
     assert found.shape == (7, 3)
     error = np.abs(found["x"].reshape(found.shape) - expected).max()
-    print("largest error:", error)
     assert error < 1e-9
     assert not found.failures
     alone = lp.simulate(system, until=0.7, rtol=1e-10, parameters={"shaft.c": 75.0, "body.J": 4.0})

@@ -73,7 +73,6 @@ def test_derivatives_of_the_start(tmp_path, name, version):
     )
     size = np.abs(found).max(axis=0) + 1e-3 * np.abs(unit.get(unknown)).max()
     rough = (np.abs(found - slopes.T) / size).max()
-    print(f"{error:.1e}, by differences {rough:.1e}")
     assert scale.min() < scale.max()
     assert error < 1e-10
     assert rough < 1e-6

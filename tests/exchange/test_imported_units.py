@@ -22,7 +22,6 @@ def test_a_controller_as_a_unit_does_what_its_equations_do(exported, version, ki
     run = lp.simulate(system, **options)
     expected = lp.simulate(drive(PI(wanted=10.0), held=True), **options)
     error = np.abs(run["rotor.w"] - expected["rotor.w"]).max()
-    print(f"{version} {kind}: largest deviation {error:.1e} rad/s")
     assert error < 1e-9
     assert system.quantity("pi.M").unit == "N.m"
     assert system.quantity("pi.measured").unit == "rad/s"
@@ -77,7 +76,6 @@ def test_a_run_goes_on_where_its_unit_was(exported, kind):
     rest = lp.simulate(point.system, start=point, until=1.0, rtol=1e-12)
     last = lp.simulate(point.system, start=rest.point(0.8), until=1.0, rtol=1e-12)
     errors = [abs(run["rotor.w"][-1] - whole["rotor.w"][-1]) for run in (rest, last)]
-    print("deviation of runs that go on:", errors)
     assert max(errors) < 1e-9
     late = [
         lp.simulate(s, begin=1.0, until=1.5)["rotor.w"][-1]

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rows import assemble_row, in_turn
+from drive_chains import in_turn
+from rows import assemble_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
@@ -226,6 +227,6 @@ def test_sliders_are_those_with_most_effect(two_mass, driven_mass):
 def test_no_more_than_ten_sliders_at_first():
     bodies = [Inertia(J=100.0), *(Inertia(J=1.0) for _ in range(11))]
     shafts = [SpringDamper(c=50.0, d=0.0) for _ in range(11)]
-    found = most_effective(study(in_turn(bodies, shafts)))
+    found = most_effective(study(in_turn(bodies=bodies, springs=shafts)))
     assert len(found) == 10
     assert all(each.default for each in found)

@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from rows import assemble_rows
 
 import lumped as lp
 from lumped import functionals as fun
@@ -17,17 +18,13 @@ W, Z = 3.0, 0.05
 @pytest.fixture(scope="module")
 def swinging():
     """A damped swing, ``x(t)`` known in closed form."""
-    return lp.assemble(
-        lp.compose(
-            wall=Fixed(),
-            spring=Spring(c=W**2),
-            damper=Damper(d=2 * Z * W),
-            a=Inertia(J=1.0, phi=1.0),
-            connections=lambda m: [
-                lp.connect(m.wall.flange, m.spring.flange_a, m.damper.flange_a),
-                lp.connect(m.a.flange_a, m.spring.flange_b, m.damper.flange_b),
-            ],
-        )
+    return assemble_rows(
+        "wall spring.flange_a damper",
+        "a.flange_a spring.flange_b damper.flange_b",
+        wall=Fixed(),
+        spring=Spring(c=W**2),
+        damper=Damper(d=2 * Z * W),
+        a=Inertia(J=1.0, phi=1.0),
     )
 
 

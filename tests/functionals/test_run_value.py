@@ -4,7 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
-from rows import assemble_row
+from rows import assemble_row, assemble_rows
 
 import lumped as lp
 from lumped import functionals as fun
@@ -18,20 +18,16 @@ UNTIL = 3.0
 @pytest.fixture(scope="module")
 def bouncing():
     """A body is pulled to a stop, with a spring beside it."""
-    return lp.assemble(
-        lp.compose(
-            a=Inertia(J=1.0, phi=1.0),
-            pull=Torque(tau=-1.0),
-            stop=Stop(phi_min=0.0, restitution=0.5),
-            wall=Fixed(),
-            spring=Spring(c=0.3),
-            damper=Damper(d=0.02),
-            connections=lambda m: [
-                lp.connect(m.a.flange_a, m.pull.flange, m.stop.flange_b, m.spring.flange_b),
-                lp.connect(m.a.flange_a, m.damper.flange_b),
-                lp.connect(m.wall.flange, m.spring.flange_a, m.damper.flange_a),
-            ],
-        )
+    return assemble_rows(
+        "a.flange_a pull.flange stop.flange_b spring.flange_b",
+        "a.flange_a damper.flange_b",
+        "wall spring.flange_a damper",
+        a=Inertia(J=1.0, phi=1.0),
+        pull=Torque(tau=-1.0),
+        stop=Stop(phi_min=0.0, restitution=0.5),
+        wall=Fixed(),
+        spring=Spring(c=0.3),
+        damper=Damper(d=0.02),
     )
 
 

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 from checks import by_complex_step, refused
-from rows import one
+from rows import assemble_one
 
 import lumped as lp
 from lumped import functionals as fun
@@ -44,10 +44,6 @@ class Brake(lp.Component):
         yield self.J * lp.der(self.w) == -self.tau
         M = self.M
         yield lp.hold(self.tau, self.w, forward=M, backward=-M, upper=M, lower=-M)
-
-
-def assembled(equations, **declared):
-    return lp.assemble(one(equations, **declared))
 
 
 def both(system, of, to, until, **options):
@@ -146,7 +142,7 @@ def touched(rate):
         yield lp.der(self.v) == -4 * self.x
         yield lp.der(self.y) == rate(self)
 
-    return assembled(
+    return assemble_one(
         equations,
         a=(a := lp.param("m", "amplitude", 1.0)),
         b=lp.param("m", "border", 1.0),
@@ -178,7 +174,7 @@ def test_the_end_of_the_run_can_be_varied():
     def equations(self):
         yield lp.der(self.x) == -self.k * self.x
 
-    system = assembled(
+    system = assemble_one(
         equations,
         k=lp.param("1/s", "rate", 0.7),
         x=lp.var("1", "what decays", start=2.0, state="always"),
@@ -209,7 +205,7 @@ def test_steps_do_not_hide_what_is_fast_beside_what_is_slow():
         yield lp.der(self.phi) == self.w
         yield self.y == (1 + self.a * self.phi) * sin(37.0 * self.phi)
 
-    system = assembled(
+    system = assemble_one(
         equations,
         w=lp.param("rad/s", "speed", 1.0),
         a=lp.param("1", "growth", 0.03),
@@ -236,7 +232,7 @@ def test_a_start_value_that_others_determine_is_refused():
         yield self.top == self.bottom + self.length
         yield lp.der(self.bottom) == -self.bottom
 
-    system = assembled(
+    system = assemble_one(
         equations,
         length=lp.param("m", "length", 1.0),
         bottom=lp.var("m", "lower end", state="always"),
@@ -287,7 +283,7 @@ def test_changes_that_coincide_but_for_rounding_coincide():
         yield lp.der(self.y) == first
 
     for other in (0.3, 0.1 + 0.2, 3 * 0.1):
-        gate = assembled(
+        gate = assemble_one(
             equations,
             a=lp.param("1/s", "rate", 0.3),
             b=lp.param("1/s", "rate", other),

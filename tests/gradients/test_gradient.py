@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from checks import by_complex_step, refused
-from rows import assemble_row, one
+from rows import assemble_one, assemble_row, assemble_rows
 
 import lumped as lp
 from lumped import functionals as fun
@@ -48,14 +48,12 @@ def oscillator():
         yield lp.der(self.x) == self.v
         yield lp.der(self.v) == -self.k * self.x - self.d * self.v
 
-    return lp.assemble(
-        one(
-            equations,
-            k=lp.param("1/s2", "stiffness over mass", 4.0),
-            d=lp.param("1/s", "damping over mass", 0.3),
-            x=lp.var("m", "position", start=1.5),
-            v=lp.var("m/s", "velocity", start=2.0),
-        )
+    return assemble_one(
+        equations,
+        k=lp.param("1/s2", "stiffness over mass", 4.0),
+        d=lp.param("1/s", "damping over mass", 0.3),
+        x=lp.var("m", "position", start=1.5),
+        v=lp.var("m/s", "velocity", start=2.0),
     )
 
 
@@ -158,7 +156,6 @@ def test_the_machines_agree_with_differences_of_sixth_order(scene):
     step, limit = (1e-4, 1e-7) if scene is piercing else (1e-3, 1e-8)
     error = (found.derivatives - by_differences(values, point, step)) * point
     error = np.abs(error / found.values[:, None])
-    print(f"\n{scene.__name__}: largest error of p/y dy/dp {error.max():.1e}, of")
     print(np.abs(found.relative).max(axis=1))
     assert error.max() < limit
 
@@ -225,14 +222,13 @@ def test_what_cannot_be_differentiated_is_named(oscillator):
 
 
 def test_a_functional_that_nothing_changes_spoils_no_other():
-    system = lp.assemble(
-        lp.compose(
-            a=Inertia(J=1.0, w=2.0),
-            load=Torque(tau=1.0),
-            b=Inertia(J=3.0, w=1.0),
-            brake=Torque(tau=-1.0),
-            connections=lambda m: (*lp.chain(m.load, m.a), *lp.chain(m.brake, m.b)),
-        )
+    system = assemble_rows(
+        "load a",
+        "brake b",
+        a=Inertia(J=1.0, w=2.0),
+        load=Torque(tau=1.0),
+        b=Inertia(J=3.0, w=1.0),
+        brake=Torque(tau=-1.0),
     )
     found = lp.gradient(
         system, of=[fun.final("a.w"), fun.final("b.w")], by=["a.J", "load.tau"], until=1.0
@@ -249,15 +245,13 @@ def test_events_that_coincide_without_touching_each_other_have_a_gradient():
         first = where(self.x >= self.first, 1, 0)
         yield lp.der(self.y) == first + where(self.x <= self.second, 1, 0)
 
-    system = lp.assemble(
-        one(
-            equations,
-            a=lp.param("1/s", "rate", 1.0),
-            first=lp.param("1", "border", 0.5),
-            second=lp.param("1", "border", 0.5),
-            x=lp.var("1", "position"),
-            y=lp.var("1", "what switches"),
-        )
+    system = assemble_one(
+        equations,
+        a=lp.param("1/s", "rate", 1.0),
+        first=lp.param("1", "border", 0.5),
+        second=lp.param("1", "border", 0.5),
+        x=lp.var("1", "position"),
+        y=lp.var("1", "what switches"),
     )
     to = ["first", "second", "a"]
     found = lp.gradient(system, of=[fun.final("y")], by=to, until=1.0)

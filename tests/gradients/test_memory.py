@@ -98,7 +98,6 @@ def test_memory_does_not_grow_with_the_states_of_all_steps(sparing):
             sparing(200_000, 100_000)
         found[bound] = [peak(lambda t=until: differentiate(t)) for until in (30.0, 120.0)]
     growth = {bound: (late - early) / states for bound, (early, late) in found.items()}
-    print(f"\npeak of {found} bytes; growth over that of the states {growth}")
     assert growth["large"] > 1.0
     assert growth["small"] < 0.35
 

@@ -33,7 +33,6 @@ def test_gradients_are_those_of_the_closed_form(kept, monkeypatch):
     assert any(piece.ends is not None for piece in found.run.pieces) == bool(kept)
     shares = by_complex_step(end, POINT) * POINT
     error = np.abs(found.derivatives * POINT - shares).max(axis=1) / np.abs(shares).max(axis=1)
-    print(f"\nerrors relative to the largest share: {error}")
     assert error.max() < 1e-7
 
 

@@ -114,12 +114,10 @@ def test_a_border_that_is_crossed_moves_the_instant_and_what_comes_after_it():
 
 def test_a_body_that_friction_stops_comes_to_rest_whatever_its_start():
     J, w, mu = 2.0, 6.0, 5.0
-    system = lp.assemble(
-        in_a_row(
-            push=Torque(tau=0.5),
-            body=Inertia(J=J, w=w),
-            bearing=BearingFriction(characteristic=((0.0, mu),)),
-        ),
+    system = assemble_row(
+        push=Torque(tau=0.5),
+        body=Inertia(J=J, w=w),
+        bearing=BearingFriction(characteristic=((0.0, mu),)),
         keep=["body.phi"],
     )
     found = lp.sensitivity(system, of=["body.w", "body.phi"], by=["body.w", "push.tau"], until=4.0)

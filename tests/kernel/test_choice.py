@@ -184,7 +184,6 @@ def test_leaps_without_instants_are_explicit_and_follow_scipy(method):
         if name == method:
             assert used(run) == [EXPLICIT[method], "implicit", *3 * [EXPLICIT[method], "implicit"]]
             error = np.abs(run["x"] - expected).max()
-    print(steps, f"error {error:.1e}")
     assert steps[method] < 0.8 * steps["implicit"]
     assert error < 1e-5
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from ensemble_runs import Alone, assert_same_bits, ran
 from numpy.polynomial import Polynomial
+from rows import assemble_one
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
-from test_taylor import one
 
 import lumped as lp
 from lumped import functionals as fun
@@ -236,7 +236,6 @@ def test_many_roots_in_a_step():
     expected = np.sort(np.concatenate([turns + a, turns + 2 * np.pi - a])) / 7
     expected = expected[expected < 6.0]
     error = np.abs(np.array([event.time for event in run.events]) - expected).max()
-    print(f"{len(expected)} events, off by {error:.1e} s")
     assert len(expected) == 13
     assert error < 1e-10
 
@@ -251,7 +250,7 @@ def test_margins_without_series_are_enclosed():
         yield lp.der(self.n) == lp.ops.where(lp.ops.sin(3 * self.phi) > border, 1.0, 0.0)
 
     phi, n = lp.var("rad", "angle", start=0.1), lp.var("1", "counted", start=0.0)
-    system = lp.assemble(one(phi=phi, n=n, equations=equations))
+    system = assemble_one(phi=phi, n=n, equations=equations)
     run = lp.simulate(system, until=6.0, rtol=1e-10, method="taylor")
     curve = CubicSpline(knots, heights, bc_type="periodic")
 
@@ -273,7 +272,7 @@ def test_a_margin_with_a_root_at_zero_is_enclosed():
         yield lp.der(self.n) == lp.ops.where(lp.ops.sqrt(self.x) > 0.5, 1.0, 0.0)
 
     x, n = lp.var("1", "time", start=0.0), lp.var("1", "counted", start=0.0)
-    system = lp.assemble(one(x=x, n=n, equations=equations))
+    system = assemble_one(x=x, n=n, equations=equations)
     run = lp.simulate(system, until=1.0, rtol=1e-10, method="taylor")
     assert [e.time for e in run.events] == [pytest.approx(0.25, rel=1e-12)]
     assert run["n"][-1] == pytest.approx(0.75, rel=1e-12)
@@ -288,7 +287,6 @@ def test_random_hybrid_drives_have_the_events_of_dop853(seed):
     series, steps = ([event[:2] for event in events] for events in told)
     assert series == steps
     apart = [abs(a[2] - b[2]) for a, b in zip(*told, strict=True)]
-    print(f"{len(apart)} events, {max(apart, default=0):.1e} s apart")
     assert max(apart, default=0) < 1e-6
 
 

@@ -54,7 +54,6 @@ def test_the_reserve_and_what_blocks_it_are_those_of_another_solver(seed):
     shares = Shares(seed)
     reserve, carried, blocks = shares.found()
     expected, prices, owner, A, b = shares.expected()
-    print(f"reserve {reserve:.6g}, off by {reserve - expected:.1e}")
     assert reserve == pytest.approx(expected, rel=1e-9, abs=1e-9)
     if expected < 0.1:  # above that, both limits of one constraint may block
         blocking = {o for o, price in zip(owner, prices, strict=True) if price < -1e-6}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from linkages import double_rocker, four_bar
 from machine_scenes import SCENES, by_engines
-from rows import assemble_row
+from rows import assemble_row, assemble_rows
 
 import lumped as lp
 from benchmarks.hybrid import Coupled, rubbing
@@ -138,21 +138,18 @@ def test_jumps_of_states():
 
 
 def test_sampled_control():
-    model = lp.compose(
+    system = assemble_rows(
+        "control.y motor.tau",
+        "motor body.flange_a speed",
+        "speed.w control.measured",
+        "body friction wall",
         control=SampledPI(k=2.0, T_i=0.4, T_s=0.05, wanted=1.0),
         motor=Torque(),
         body=Inertia(J=0.5),
         speed=SpeedSensor(),
         friction=Damper(d=0.3),
         wall=Fixed(),
-        connections=lambda m: [
-            lp.connect(m.control.y, m.motor.tau),
-            lp.connect(m.motor.flange, m.body.flange_a, m.speed.flange),
-            lp.connect(m.speed.w, m.control.measured),
-            *lp.chain(m.body, m.friction, m.wall),
-        ],
     )
-    system = lp.assemble(model)
     a, b = by_engines(lambda: lp.simulate(system, method="steps", until=2.0, rtol=1e-8))
     assert len(a.events) >= 40
     assert_same(a, b)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import scipy.special
 from linkages import four_bar
+from rows import one
 
 import lumped as lp
 from lumped import functionals as fun
@@ -213,7 +214,6 @@ def test_the_error_of_a_step_falls_with_its_order_and_is_told():
         errors.append(abs(new[0] - 1 / (1 + h)))
         told.append(error * (run.atol[0] + run.rtol))
     order = np.log2(errors[0] / errors[1])
-    print(f"order {run.order}, error falls with {order:.2f}, told {np.divide(told, errors)}")
     assert order == pytest.approx(run.order + 1, abs=0.6)
     assert (np.abs(np.log2(np.divide(told, errors))) < 1).all()
 
@@ -241,14 +241,6 @@ def test_all_engines_give_the_same_bits(name):
 
 
 # -- runs ------------------------------------------------------------------------------------------
-
-
-def one(**attributes):
-    """A model that is one component with these equations."""
-    equations = attributes.pop("equations")
-    kind = type("Part", (lp.Component,), {"__doc__": "Under test.", **attributes})
-    kind.equations = equations
-    return kind()
 
 
 def pendulum():

@@ -4,9 +4,9 @@ import casadi as ca
 import numpy as np
 import pytest
 from ensemble_runs import Alone, all_functionals, assert_same_bits, drive, ran
-from rows import in_a_row
+from rows import assemble_one, in_a_row
 from scipy.linalg import expm
-from test_taylor import one, pendulum
+from test_taylor import pendulum
 
 import lumped as lp
 from lumped import functionals as fun
@@ -67,7 +67,7 @@ def test_a_short_dip_before_another_event_in_a_long_step():
 
     names = {name: lp.var("1", "counted", start=0.0) for name in "xynk"}
     run = lp.simulate(
-        lp.assemble(one(**names, equations=equations)), until=1.0, rtol=1e-9, method="taylor"
+        assemble_one(**names, equations=equations), until=1.0, rtol=1e-9, method="taylor"
     )
     x = np.poly1d([1 / 3, -0.1, 1e-3, 0.0])
     crossings = sorted(r.real for r in (x + 5e-6).roots if abs(r.imag) < 1e-9 and 0 < r.real < 1)
@@ -83,7 +83,7 @@ def test_a_root_at_zero_is_passed_in_another_way():
         yield lp.der(self.v) == -(self.x**1.5)
 
     x, v = lp.var("m", "position", start=0.0), lp.var("m/s", "velocity", start=1.0)
-    system = lp.assemble(one(x=x, v=v, equations=equations))
+    system = assemble_one(x=x, v=v, equations=equations)
     run = lp.simulate(system, until=1.0, method="taylor", rtol=1e-9)
     np.testing.assert_allclose(run["v"] ** 2 / 2 + run["x"] ** 2.5 / 2.5, 0.5, rtol=1e-8)
     of = [fun.final("x"), fun.peak("v"), fun.rms("v")]
@@ -102,7 +102,7 @@ def test_a_switch_that_no_coefficient_shows_is_not_jumped_over():
     def equations(self):
         yield lp.der(self.x) == 1 + lp.ops.tanh(1e3 * (lp.time - 1.0))
 
-    system = lp.assemble(one(x=lp.var("m", "position", start=0.0), equations=equations))
+    system = assemble_one(x=lp.var("m", "position", start=0.0), equations=equations)
     run = lp.simulate(system, until=2.0, method="taylor", rtol=1e-8)
     print(run.statistics)
     assert run["x"][-1] == pytest.approx(2.0, rel=1e-8)
@@ -162,7 +162,6 @@ def test_a_long_run_goes_on_by_series():
     size = PUSH / (W**2 - SWING**2)
     exact = size * np.sin(SWING * t) + (1 - size * SWING) / W * np.sin(W * t)
     errors = [np.abs(run["spring.phi_rel"] - exact).max() for run in runs]
-    print([(r.statistics.method, r.statistics.steps) for r in runs], errors)
     assert [run.statistics.method for run in runs] == [*["explicit then taylor"] * 2, "explicit"]
     assert 50_000 < runs[0].statistics.steps < 0.7 * runs[2].statistics.steps
     np.testing.assert_array_equal(*(run["spring.phi_rel"] for run in twice))

@@ -152,7 +152,6 @@ def slider(part, names, motion):
 def test_the_right_hand_side_costs_at_most_a_fifth_more_than_one_written_by_hand(model, by_hand):
     received = lp.assemble(model).rhs.n_instructions()
     expected = by_hand.n_instructions()
-    print(f"{received} operations, by hand {expected}: {received / expected:.2f}")
     assert received <= 1.2 * expected
 
 

@@ -48,7 +48,6 @@ def test_the_band_holds_the_true_line_as_often_as_it_says():
         low, high = found.band(at)
         line = 10 ** (6.0 - 5.0 * np.log10(at / 100e6))
         held += bool(((low <= line) & (line <= high)).all())
-    print("bands that hold the line:", held)
     # over all amplitudes from zero to infinity 450; over those of the tests a little more
     assert 435 <= held <= 480
 

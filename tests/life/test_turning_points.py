@@ -27,7 +27,6 @@ def test_a_free_vibration_turns_where_its_formula_does(swinging, method):
     run = lp.simulate(swinging, until=10.0, grid=None, rtol=1e-9, method=method)
     found = turning_points(run, "spring.phi_rel", rtol=1e-8)
     wanted = 0.5 * (-DECAY) ** np.arange(32)
-    print(method, len(run.t), np.abs(found[:-1] - wanted).max())
     assert found[:-1] == pytest.approx(wanted, abs=1e-8)
     assert found[-1] == pytest.approx(run["spring.phi_rel"][-1], abs=1e-8)
 
@@ -37,7 +36,6 @@ def test_a_grid_need_not_meet_them(swinging, grid):
     run = lp.simulate(swinging, until=10.0, grid=grid, rtol=1e-9)
     found = turning_points(run, "spring.phi_rel")
     error = np.abs(found[:-1] - 0.5 * (-DECAY) ** np.arange(32)).max()
-    print(grid, error)
     assert error < 1e-6
     recorded = rainflow(run["spring.phi_rel"])
     assert recorded.ranges.max() < rainflow(found).ranges.max()

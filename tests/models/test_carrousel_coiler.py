@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from closeness import apart
+from checks import apart
 from references import columns
 
 from lumped.models.carrousel_coiler import drive as coiler
@@ -192,7 +192,6 @@ class TestWindingRun:
         # both sides of this jump are 1e-9 s apart in the file; they have a test of their own
         smooth = np.abs(self.file["t_s"] - 144.467299849) > 1e-6
         found = apart(signal(run)[smooth], self.file[column][smooth])
-        print(f"{column}: {found:.1e} of the range")
         assert found < 1e-9
 
     def test_both_sides_of_the_jump_when_slowing_down(self):
@@ -221,7 +220,6 @@ class TestTensionDeviation:
     def test_reference_file(self, column, options):
         received = scenes.tension_deviation(self.file["R_m"], **options)
         found = apart(received, self.file[column])
-        print(f"{column}: {found:.1e} of the range")
         assert found < 1e-9
 
     def test_the_text_counts_the_momentum_of_the_strip_twice(self):

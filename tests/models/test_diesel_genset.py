@@ -138,7 +138,6 @@ def test_the_coupling_vibrates_as_two_masses_behind_it():
         twist = np.diff(np.linalg.solve(matrix, [gas, 0.0]))[0]
         expected.append(abs(stiff * twist))
     received = found.magnitude("coupling.tau", 0.5)
-    print(received, expected)
     assert received == pytest.approx(expected, rel=0.005)
 
 
@@ -156,7 +155,6 @@ def test_the_start_gains_the_work_of_the_gas():
     inertia = sum(INERTIAS) + J_RING + J_GENERATOR
     slope = np.diff(np.interp(cycle, t, w)) / np.diff(cycle)
     expected = 6 * FUEL * harmonic(0)[0] / inertia
-    print(slope, expected)
     assert slope.mean() == pytest.approx(expected, rel=0.01)
     # order 3 passes the natural frequency of the coupling in the first half second
     torque = np.abs(run["coupling.tau"])

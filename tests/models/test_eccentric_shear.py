@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from closeness import apart
+from checks import apart
 from shear_by_hand import DEGREES, data, nearest
 
 import lumped as lp

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from closeness import apart
+from checks import apart
 from shear_by_hand import DEGREES, data, nearest
 
 from lumped.models import eccentric_shear

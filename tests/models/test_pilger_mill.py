@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from closeness import apart
+from checks import apart
 from pilger_turns import L1, L, R, data, turn
 from scipy.optimize import linprog
 

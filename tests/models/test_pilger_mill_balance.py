@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from closeness import apart
+from checks import apart
 from pilger_by_hand import ByHand, golden
 from scipy.optimize import minimize
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from closeness import apart
+from checks import apart
 from pilger_turns import E, L, R, data, turn
 
 import lumped as lp

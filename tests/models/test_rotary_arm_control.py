@@ -48,7 +48,6 @@ def test_it_follows_the_reference_file_from_its_second_line_on():
     row = [np.abs(run.t - t).argmin() for t in reference[:, 0] - t0]
     values = reference[:, 1:6]
     errors = deviations(run, row, values, np.ptp(values, axis=0)).max(axis=0)
-    print("of the ranges:", *(f"{e:.1e}" for e in errors))
     assert errors.max() < 1e-6
     near, put = run["near.y"][row] == 1, run["arm.put_down.y"][row] == 1
     mode = np.select([near, put, run["arm.carried.y"][row] == 1], [4, 3, 1], 0)

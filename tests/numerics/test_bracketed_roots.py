@@ -46,7 +46,6 @@ def test_a_root_of_higher_order_is_closed_in(power):
     root = find_bracketed_roots(
         function, 0 * one, one, -(0.7**power) * one, 0.3**power * one, 1e-9 * one
     )
-    print(f"power {power}: error {abs(root[0] - 0.7):.1e}")
     assert abs(root[0] - 0.7) < 1e-7
 
 

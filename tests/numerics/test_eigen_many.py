@@ -45,7 +45,6 @@ def test_values_are_those_of_each_matrix_alone(kind):
         alone, own = (v[np.argsort(np.abs(v))] for v in (alone, own))
         assert len(alone) == len(own)
         errors.append(np.abs(own / alone - 1).max())
-    print(f"{kind}: {max(errors):.1e}")
     assert max(errors) < (1e-13 if kind == "twists" else 1e-7)
 
 
@@ -59,7 +58,6 @@ def test_vectors_solve_their_equations():
     off_left = np.abs(
         np.einsum("nji,nj->ni", blocks, left.conj()) - values[:, None] * left.conj()
     ).max(axis=1)
-    print(f"right {(off_right / size).max():.1e}, left {(off_left / size / scale).max():.1e}")
     assert (off_right / size).max() < 1e-13
     assert (off_left / size / scale).max() < 1e-13
     assert np.abs((left.conj() * right).sum(axis=1) - 1).max() < 1e-12

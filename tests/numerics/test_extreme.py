@@ -93,7 +93,6 @@ def test_bodies_of_any_inertia_ratio_vibrate_against_each_other(ratio):
     assert within(4 * EPS, lp.modes(system).hertz[0] * TURN, w, "mode")
     run = lp.simulate(system, until=20 * TURN / w, start={"a.w": 1.0}, rtol=1e-9)
     mean, wave = 1 / (1 + ratio), np.cos(w * run.t)
-    print(cost(run))
     assert within(1e-7, run["a.w"], mean * (1 + ratio * wave), "speed of a")
     assert within(1e-7, run["b.w"], mean * (1 - wave), "speed of b")
     assert within(1e-7, run["shaft.phi_rel"], -np.sin(w * run.t) / w, "twist")
@@ -107,7 +106,6 @@ def test_ten_thousand_periods_keep_amplitude_phase_and_energy():
     wave = -(rate + 1j * w * twist) * np.exp(-1j * w * run.t)
     energy = run["a.w"] ** 2 + run["b.w"] ** 2 / 2 + 150 * twist**2
     limit = rtol * run.steps
-    print(cost(run), f"energy drifts by {energy[-1] / energy[0] - 1:.1e}")
     assert within(limit, np.abs(wave), 1.0, "amplitude")
     assert within(limit, np.angle(wave), 0.0, "phase, rad", scale=1.0)
     assert within(limit, energy, 1.0, "energy")
@@ -149,7 +147,6 @@ def test_elliptical_gears_keep_energy_ratio_and_time_of_a_turn(e, method):
         system, until=until, start={"a.phi": np.pi, "a.w": 1.0}, rtol=rtol, method=method
     )
     limit = rtol * max(run.steps, 100)
-    print(cost(run))
     assert within(20 * EPS / (1 - e), -run["b.w"] / run["a.w"] / ratio(run["a.phi"]), 1, "ratio")
     assert within(limit, (J_a * run["a.w"] ** 2 + J_b * run["b.w"] ** 2) / 2, energy, "energy")
     assert within(limit, run["a.phi"][-1] - np.pi, turns * TURN, "angle after ten turns")
@@ -216,7 +213,6 @@ def test_a_piston_pressed_beside_its_dead_centre_falls_and_keeps_its_energy():
     system = crank_drive(3.0, force=-10.0)
     run = lp.simulate(system, until=20.0, start={"crank.phi": 1e-9}, rtol=rtol)
     energy = (run["crank.w"] ** 2 + 3 * run["piston.v"] ** 2) / 2 + 10 * run["piston.s"]
-    print(cost(run))
     assert run["crank.phi"].max() > 1.0
     assert within(rtol * run.steps * 10, energy, 10 * 2.0, "energy")
 
@@ -254,7 +250,6 @@ def test_a_driven_vibration_is_the_same_on_any_scale_of_time(period, method):
         system, until=20 * period, rtol=1e-9, atol=min(1e-12, 1e-15 / w_0**2), method=method
     )
     expected = (np.sin(w * run.t) - 0.8 * np.sin(w_0 * run.t)) / (w_0**2 - w**2)
-    print(cost(run))
     assert within(1e-7, run["body.phi"], expected, "angle")
 
 
@@ -265,7 +260,6 @@ def test_a_braked_body_of_any_size_runs_out(J, d, times):
     system = assemble_row(body=Inertia(J=J, w=1.0), brake=Damper(d=d), wall=Fixed())
     decay = J / d
     run = lp.simulate(system, until=times * decay, rtol=1e-9)
-    print(cost(run))
     assert within(1e-7, run["body.w"], np.exp(-run.t / decay), "speed")
     assert run.steps < 1000
 
@@ -278,7 +272,6 @@ def test_free_vibrations_are_exact_for_parameters_over_eighteen_decades(J_a, J_b
     w = np.sqrt(c / J_a + c / J_b)
     assert within(4 * EPS, lp.modes(system).hertz[0] * TURN, w, "mode")
     run = lp.simulate(system, until=3 * TURN / w, start={"a.w": 1.0}, rtol=1e-9)
-    print(cost(run))
     assert within(1e-7, run["shaft.phi_rel"] * w, -np.sin(w * run.t), "twist")
 
 
@@ -308,7 +301,6 @@ def test_damped_modes_are_exact_for_parameters_over_eighteen_decades():
             # The slow one is the difference of numbers as large as the fast one.
             assert errors[1] <= 100 * EPS * (fast / w) ** 2
             worst["decay"] = max(worst["decay"], errors[0])
-    print(worst)
     assert max(worst.values()) < 1e-13
 
 

@@ -26,7 +26,6 @@ def test_rows_between_those_computed_are_theirs(law, most):
     found = interpolate_rows(row, PLACES)
     wanted = np.array([law(x) for x in PLACES])
     error = np.abs(found - wanted) / np.abs(wanted).max(axis=0)
-    print(f"{len(asked)} of {len(PLACES)}, {error.max():.1e}")
     assert error.max() < 1e-9
     assert len(asked) == len(set(asked)) <= most
 

@@ -24,7 +24,6 @@ def test_many_single_amplitudes_are_the_smallest_roots():
         a, b = grid[falls[0]], grid[falls[0] + 1]
         root = scipy.optimize.brentq(lambda x, r=r: follows(x, r) - x, a, b, xtol=1e-15)
         worst = max(worst, abs(found / root - 1))
-    print(f"{worst:.1e}, several roots in {several} cases")
     assert several >= 10
     assert worst < 10 * SETTLED
     assert missed.max() <= SETTLED

@@ -38,6 +38,5 @@ def combined(h, weights):
 def test_the_linear_estimate_of_the_error_is_of_order_seven():
     """Half the step gives less than a 100th: the order is above log2(100) = 6.6."""
     coarse, fine = (np.abs(combined(h, dop853.E6)).max() for h in (0.05, 0.025))
-    print(f"{coarse:.1e}, {fine:.1e}: order {np.log2(coarse / fine):.2f}")
     assert 1e-16 < fine < coarse / 100
     assert coarse < 1e-11

@@ -1,7 +1,7 @@
 """Drives whose optimal designs are known in closed form."""
 
 import numpy as np
-from rows import assemble_row, in_a_row
+from rows import assemble_row, in_rows
 
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia, Position, Spring, SpringDamper, Torque
@@ -12,16 +12,14 @@ PERIOD = 2 * np.pi / W
 
 def shaken(c=10.0):
     """Body, spring and damper to ground that a drive shakes: ``tau = J phi'' + d phi' + c phi``."""
-    model = lp.compose(
+    model = in_rows(
+        "drive body.flange_a spring.flange_a oil",
+        "spring oil.flange_b ground",
         drive=Position(phi=A * lp.ops.sin(W * lp.time)),
         body=Inertia(J=J),
         spring=Spring(c=c),
         oil=Damper(d=D),
         ground=Fixed(),
-        connections=lambda m: [
-            lp.connect(m.drive.flange, m.body.flange_a, m.spring.flange_a, m.oil.flange_a),
-            lp.connect(m.spring.flange_b, m.oil.flange_b, m.ground.flange),
-        ],
     )
     return lp.simulate(lp.assemble(model), until=PERIOD, grid=400)
 
@@ -45,7 +43,6 @@ def two_bodies():
 
 def pushed(torque, **body):
     """Body in oil under a torque: ``J w' + d w == tau``."""
-    model = in_a_row(
+    return assemble_row(
         motor=Torque(tau=torque), body=Inertia(J=J, **body), oil=Damper(d=D), ground=Fixed()
     )
-    return lp.assemble(model)

@@ -37,7 +37,6 @@ def test_the_objective_told_is_that_of_the_run_however_few_the_intervals(interva
         intervals=intervals,
     )
     expected = torque_rms(found.parameters["a.J"], found.parameters["s.d"])
-    print(f"{found.objective / expected - 1:.1e}, told of the programme: {found.error:.1e}")
     assert found.objective == pytest.approx(expected, rel=1e-9)
     assert found.values[fun.rms("s.tau")] == found.objective
     # what is told is the distance of the programme, scaled by the start, from the run

@@ -15,18 +15,16 @@ NOISE = 0.02
 
 def pushed():
     """``J w' == tau``: the speed is linear in the torque and in the start value."""
-    model = in_a_row(motor=Torque(tau=2.0), body=Inertia(J=0.5))
-    return lp.assemble(model)
+    return assemble_row(motor=Torque(tau=2.0), body=Inertia(J=0.5))
 
 
 def drive():
-    model = in_a_row(
+    return assemble_row(
         motor=Torque(tau=3.0),
         a=Inertia(J=1.0),
         shaft=SpringDamper(c=400.0, d=1.0),
         b=Inertia(J=0.5),
     )
-    return lp.assemble(model)
 
 
 TRUTH = {"shaft.c": 520.0, "shaft.d": 0.7, "b.J": 0.6}
@@ -129,7 +127,6 @@ def test_the_95_percent_hold_at_uneven_instants_of_a_fast_vibration():
         held += low <= d <= high
         assert found.doubts == ()
         spread = (high - low) / d / (2 * norm.ppf(0.975))
-    print(f"{held} of 5 hold; mean of the damping over the truth {np.mean(ratios):.4f}")
     # of 5 intervals of 95 % at most 2 miss, but for a chance of 1e-3; the mean is that of 5
     assert held >= 3
     assert abs(np.mean(ratios) - 1) < 3.5 * spread / np.sqrt(5)

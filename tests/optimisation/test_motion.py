@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia, SpringDamper, SwingingMass, Torque
@@ -15,8 +15,7 @@ def rig(d=0.0, keep=("load.phi",)):
     parts = {"motor": Torque(tau=0), "load": Inertia(J=J)}
     if d:
         parts |= {"oil": Damper(d=d), "housing": Fixed()}
-    model = lp.compose(**parts, connections=lambda m: lp.chain(*(getattr(m, k) for k in parts)))
-    return lp.start_point(lp.assemble(model, keep=keep))
+    return lp.start_point(assemble_row(**parts, keep=keep))
 
 
 def least(point, functional=lp.functionals.rms, **options):

@@ -5,6 +5,7 @@ import inspect
 import numpy as np
 import pytest
 import scipy
+from differences import slope
 from robust_drives import BREAKS, LOAD, SPREAD, STRENGTH, WEAKER, Bar, oscillator, pushed
 from rows import in_a_row, in_rows
 
@@ -78,10 +79,11 @@ def test_the_derivative_of_beta_is_that_of_its_closed_form():
 
     design = {"d": 0.055, "T": 5500.0}
     ((value, slopes),) = DesignProbability(limit, scene).betas(design)
-    h = 1e-6
     for name, received in zip(names, slopes, strict=True):
-        up, down = (beta(**design | {name: design[name] * (1 + side * h)}) for side in (1, -1))
-        assert received == pytest.approx((up - down) / (2 * h * design[name]), rel=1e-6)
+        expected = slope(
+            lambda x, name=name: beta(**design | {name: x}), design[name], 1e-6 * design[name], 2
+        )
+        assert received == pytest.approx(expected, rel=1e-6)
     assert value == pytest.approx(beta(**design), rel=1e-9)
 
 
@@ -239,15 +241,14 @@ def test_the_quantile_is_that_of_harrell_and_davis():
     aim = lp.tolerances.quantile(fun.final("y"), 0.9, over={})
     expected = scipy.stats.mstats.hdquantiles(values, prob=[0.9])[0]
     slopes = np.random.default_rng(4).standard_normal((300, 2))
-    received, slope = aim.of_sample(values, slopes)
+    received, by = aim.of_sample(values, slopes)
     assert received == pytest.approx(expected, rel=1e-12)
-    h = 1e-7
     for k in range(2):
-        up, down = (
-            scipy.stats.mstats.hdquantiles(values + side * h * slopes[:, k], prob=[0.9])[0]
-            for side in (1, -1)
-        )
-        assert slope[k] == pytest.approx((up - down) / (2 * h), rel=1e-6)
+
+        def moved(x, k=k):
+            return scipy.stats.mstats.hdquantiles(values + x * slopes[:, k], prob=[0.9])[0]
+
+        assert by[k] == pytest.approx(slope(moved, 0.0, 1e-7, 2), rel=1e-6)
 
 
 def test_a_search_ends_where_values_of_a_quantile_change_places():

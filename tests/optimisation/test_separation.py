@@ -34,7 +34,6 @@ def test_a_critical_speed_leaves_the_range_of_operation(response):
     )
     (soft,) = found.parameters.values()
     speed = critical_of(soft, CUBIC)
-    print(f"from {begin:.3f} to {speed:.9f} rad/s, {speed / (1.1 * BETWEEN[1]) - 1:.1e}")
     # a softer beginning of the characteristic has the steeper slope at the mean torque
     assert speed == pytest.approx(1.1 * BETWEEN[1], rel=1e-8)
     assert found.values[APART] == pytest.approx(0.1, rel=1e-7)

@@ -45,7 +45,6 @@ def test_one_search_stays_in_its_valley_and_several_find_the_deeper_one(system):
     alone = lp.optimise(system, **options)
     assert alone.parameters["p"] == pytest.approx(place[1], abs=1e-4)
     best = lp.optimise(system, **options, searches=4)
-    print("error of the place:", best.parameters["p"] - place[0])
     assert best.parameters["p"] == pytest.approx(place[0], abs=1e-4)
     assert best.parameters["q"] == pytest.approx(0.5, abs=1e-4)
     assert best.objective == pytest.approx(height[0], abs=1e-9)

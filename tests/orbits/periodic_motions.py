@@ -1,6 +1,7 @@
 """Bodies whose periodic motions are known by hand or by a calculation of their own."""
 
 import numpy as np
+from rows import assemble_one
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -10,12 +11,6 @@ from lumped.ops import cos, sin
 TURN = {"phi": 2 * np.pi}
 X = {"x": lp.var("m", "position"), "v": lp.var("m/s", "velocity")}
 G, W = 9.81, 2 * np.pi
-
-
-def one(equations, **quantities):
-    """Assemble one component."""
-    body = {"equations": equations, "__doc__": "One component: see equations.", **quantities}
-    return lp.assemble(type("One", (lp.Component,), body)(), keep=[*quantities.get("kept", ())])
 
 
 def driven(d=0.3, c=2.0, cubic=0.0, pumped=0.0, F=1.5, T=2 * np.pi / 1.1):
@@ -32,7 +27,7 @@ def driven(d=0.3, c=2.0, cubic=0.0, pumped=0.0, F=1.5, T=2 * np.pi / 1.1):
     values = {"d": d, "c": c, "cubic": cubic, "pumped": pumped, "F": F}
     parameters = {name: lp.param("1", name, value) for name, value in values.items()}
     period = lp.param("s", "period", T)
-    return one(equations, **parameters, T=period, **X, E=lp.var("J", "loss"))
+    return assemble_one(equations, **parameters, T=period, **X, E=lp.var("J", "loss"))
 
 
 class Rotor(lp.Component):

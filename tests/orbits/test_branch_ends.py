@@ -52,7 +52,6 @@ def test_a_branch_ends_where_states_change_places():
     highest = []
     for i in (0, len(x) // 2, len(x) - 1):
         missed, angle = swing(x[i], u[i], branch.values[i])
-        print(missed, np.sin(angle) - branch["x"].highest[i])
         assert np.abs(missed).max() < 1e-7
         assert branch["x"].highest[i] == pytest.approx(np.sin(angle), abs=1e-6)
         highest.append(angle)
@@ -68,7 +67,6 @@ def test_a_branch_keeps_the_period_for_which_a_parameter_is_free():
     for G in (0.0, 7.0, 20.0):
         (found,) = branch.at(G)
         wanted = torque_for(period, G=G)
-        print(found.free["tau"] / wanted - 1)
         assert found.free["tau"] == pytest.approx(wanted, rel=1e-9)
         assert found.mean("w") == pytest.approx(12.0, rel=1e-9)
     assert branch.at(0.0)[0].free["tau"] == pytest.approx(0.5 * 12.0, rel=1e-10)

@@ -28,7 +28,6 @@ def test_a_brake_shoe_sticks_and_slips_up_to_a_speed():
     branch = lp.orbits.branch(orbit, along={"u": (0.05, 4.0)})
     exact = brentq(stuck_again, 0.1, 3.0, xtol=1e-14)
     (point,) = branch.points
-    print(f"{point.value / exact - 1:.1e}")
     assert (point.kind, point.component) == ("sticking", "Slider")
     assert point.value == pytest.approx(exact, rel=1e-8)
     assert branch.values.max() == point.value
@@ -94,7 +93,6 @@ def test_an_axis_with_play_oscillates_nearly_as_its_describing_function_says(osc
         rows.append((k, 2 * np.pi / period / w - 1, twist / amplitude - 1))
     gains, frequency, size = np.abs(rows).T
     high = gains > 17  # where the loop is nearly linear, so that harmonics fade
-    print(frequency.max(), size.max(), frequency[high].max(), size[high].max())
     assert branch.stable.all()
     assert frequency.max() < 0.05
     assert size.max() < 0.08

@@ -32,7 +32,6 @@ def test_differences_are_those_of_turns_over_the_angle(rotor):
     linear = 2j / (0.5 + 1j * SPEEDS)  # J der(w) + d w == -G sin(phi), sin = Re(-j e^(j phi))
     exact = np.array([first_order(w) for w in SPEEDS])
     wanted = np.abs(linear - exact) / np.abs(exact)
-    print(f"{wanted}, {np.abs(check.values[:, 0, 0] / exact - 1).max():.1e}")
     assert rotor["w"][:, 0] == pytest.approx(linear, rel=1e-9)
     assert check.values[:, 0, 0] == pytest.approx(exact, rel=1e-7)
     assert check.differences[:, 0, 0] == pytest.approx(wanted, abs=1e-7)
@@ -56,7 +55,6 @@ def test_what_the_response_expects_to_leave_out_is_what_motions_have():
         told = response.linearity
         check = lp.orbits.check_orders(response, speeds=[told.speed])
         o = int(np.flatnonzero(orders == told.order)[0])
-        print(f"told {told.share:.3f}, motion {check.differences[0, o, 0]:.3f}")
         assert check.differences[0, o, 0] == pytest.approx(told.share, rel=0.1)
         assert told.share > 0.1
         assert check.exceeding[0][2] == told.order

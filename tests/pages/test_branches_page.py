@@ -20,7 +20,6 @@ def test_teeth_part_where_the_page_says_and_a_sweep_jumps_between_the_same_steps
     rattle, system = names["rattle"], names["gears"]
     parting = [point.value for point in rattle.points if "x > 1" in point.words]
     folds = sorted(point.value for point in rattle.named("fold"))
-    print(parting, folds)
     assert len(parting) == 2
     assert len(folds) == 2
 

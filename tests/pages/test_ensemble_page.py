@@ -26,5 +26,4 @@ def test_the_page_runs_and_its_runs_are_those_of_simulate(names):
         assert found["skids"][i] == len(skids)
         assert found["first skid"][i] == pytest.approx(skids[0], rel=1e-6)
         errors.append(found["peak"][i] / np.abs(run["upper.spindle.tau"]).max() - 1)
-    print("largest error of a peak:", np.abs(errors).max())
     assert np.abs(errors).max() < 2e-5

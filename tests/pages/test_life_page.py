@@ -40,7 +40,6 @@ def test_the_damage_of_a_coil_is_that_of_recorded_torques_counted_by_hand(names)
     coil, scale = np.concatenate(passes), names["stress"]
     wanted = damage_by_hand(np.tile(coil, 4), scale) - damage_by_hand(np.tile(coil, 3), scale)
     error = names["worn"].damage / wanted - 1
-    print("damage of a coil against recorded torques:", error)
     assert abs(error) < 1e-4
     assert names["worn"].worst == "between cases"
 

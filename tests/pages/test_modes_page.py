@@ -17,7 +17,6 @@ def test_the_page_runs_and_agrees_with_matrices_written_here(names):
     for value, row in zip(locus.values[::20], locus.eigenvalues[::20], strict=True):
         expected = eigenvalues(value)
         errors += [np.abs(expected - root).min() / 250 for root in row]
-    print("largest error of a root:", max(errors))
     assert max(errors) < 1e-8
     w, slope = names["w"], names["slope"]
     numbers = {"spindle.c": C[1], "motor.J": J[0], "gearbox.J": J[1], "rolls.J": J[2]}

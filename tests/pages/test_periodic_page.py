@@ -81,5 +81,4 @@ def test_derivatives_along_the_orbit_agree_with_differences(names):
     instants = np.array([event.time for event in orbit.run.events])
     smooth = np.abs(orbit.run.t[:, None] - instants).min(axis=1) > 0.02
     error = np.abs(quotient - exact)[smooth[: len(quotient)]].max() / np.abs(exact[smooth]).max()
-    print(error)
     assert error < 1e-3

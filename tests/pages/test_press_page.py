@@ -65,5 +65,4 @@ def test_the_press_has_less_than_40_lines_and_follows_a_second_formulation(names
         rate, (t[0], t[-1]), [phi[0], w[0]], "DOP853", t, rtol=1e-9, atol=1e-9, max_step=1e-3
     ).y
     error = np.abs(w - expected[1]).max()
-    print(f"speed: error {error:.1e} rad/s of {w.max():.2f}")
     assert error < 1e-5

@@ -63,5 +63,4 @@ def test_the_page_runs_and_agrees_with_matrices_written_here(names):
         ).derivatives[0, 0]
         for changed in (1.01 * J, 0.99 * J)
     )
-    print(names["second"], (after - before) / (0.02 * J))
     assert names["second"][0, 0] == pytest.approx((after - before) / (0.02 * J), rel=1e-3)

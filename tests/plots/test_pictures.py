@@ -5,11 +5,11 @@ import sys
 import matplotlib as mpl
 import numpy as np
 import pytest
+from drive_chains import in_turn
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 from matplotlib.text import Text
-from rows import in_turn
 
 import lumped as lp
 from lumped.components import Inertia, SpringDamper
@@ -223,7 +223,9 @@ def test_no_text_covers_another(results, kind, monkeypatch):
 
 def test_no_text_covers_another_in_pictures_of_a_long_drive(monkeypatch):
     bodies = [Inertia(J=1.0 + 0.1 * i) for i in range(40)]
-    system = lp.assemble(in_turn(bodies, [SpringDamper(c=1e3, d=0.1) for _ in range(39)]))
+    system = lp.assemble(
+        in_turn(bodies=bodies, springs=[SpringDamper(c=1e3, d=0.1) for _ in range(39)])
+    )
     run = lp.simulate(system, until=0.5, grid=100, start={"bodies[0].w": 1.0})
     course = run.plot()
     for figure in (course, lp.modes(system).plot(modes=range(5))):

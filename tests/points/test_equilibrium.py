@@ -22,17 +22,13 @@ from lumped.errors import SolverError, StartError
 
 def loaded(**load):
     """Motor torque, elastic shaft, gear and loaded body."""
-    return lp.compose(
+    return in_a_row(
         motor=Torque(tau=30.0),
         a=Inertia(J=0.5, w=100.0),
         shaft=SpringDamper(c=400.0, d=0.2),
         gear=IdealGear(ratio=4.0),
         b=Inertia(J=2.0, phi=0.4),
         **load,
-        connections=lambda m: [
-            *lp.chain(m.motor, m.a, m.shaft, m.gear, m.b),
-            *lp.chain(m.b, *(getattr(m, name) for name in load)),
-        ],
     )
 
 

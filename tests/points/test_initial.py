@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from drives_at_points import Steady
-from rows import assemble_row, in_a_row, in_rows
+from rows import assemble_row, assemble_rows, in_a_row
 
 import lumped as lp
 from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, Torque, translation
@@ -12,12 +12,11 @@ from lumped.errors import OptionError, StartError
 
 def hanging(**changes):
     """A mass on a spring with its weight; it starts at rest."""
-    return lp.compose(
+    return in_a_row(
         wall=translation.Fixed(),
         spring=translation.Spring(c=2e3),
         body=translation.Mass(m=4.0),
         weight=translation.Force(f=-4.0 * 9.81),
-        connections=lambda m: lp.chain(m.wall, m.spring, m.body, m.weight),
         **changes,
     )
 
@@ -171,14 +170,13 @@ def test_start_values_and_initial_equations_pass_through_gears():
 
 def test_a_thousand_initial_equations_of_one_class_are_lowered_once():
     count = 1000
-    model = in_rows(
+    system = assemble_rows(
         "wall spring/body drive",
         wall=Fixed(),
         spring=[Spring(c=1e3) for _ in range(count)],
         body=[Steady(J=1.0) for _ in range(count)],
         drive=Torque(tau=2.0),
     )
-    system = lp.assemble(model)
     assert [len(group.nodes) for group in system.structure.flat.initial] == [count]
     point = lp.start_point(system)
     twists = [point[f"spring[{i}].phi_rel"] for i in (0, 500, 999)]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from linkages import double_rocker
-from rows import assemble_row, assemble_rows, in_a_row
+from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -146,12 +146,8 @@ def test_a_linearisation_that_is_not_finite_is_refused():
 
 def test_a_point_of_a_run_is_where_it_is_linearised():
     """A swinging arm on a spring: its frequency at an angle is that of the tangent there."""
-    system = assemble_rows(
-        "spring arm",
-        "ground spring",
-        arm=SwingingMass(m=2.0, R=0.5, g=9.81),
-        ground=Fixed(),
-        spring=Spring(c=3.0),
+    system = assemble_row(
+        ground=Fixed(), spring=Spring(c=3.0), arm=SwingingMass(m=2.0, R=0.5, g=9.81)
     )
     run = lp.simulate(system, until=2.0, start={"arm.flange.phi": 0.4}, rtol=1e-9)
     for time in (0.0, 0.7, 2.0):
@@ -185,13 +181,7 @@ class Soft(lp.Component):
 
 
 def test_a_preferred_state_leads_although_what_it_makes_is_steep():
-    system = assemble_rows(
-        "push body",
-        "body tyre",
-        push=Torque(tau=5.0),
-        body=Inertia(J=1.0),
-        tyre=Soft(),
-    )
+    system = assemble_row(push=Torque(tau=5.0), body=Inertia(J=1.0), tyre=Soft())
     run = lp.simulate(system, until=1.0, rtol=1e-9, grid=[1.0])
     assert run.events == ()
     assert {piece.system for piece in run.pieces} == {system}

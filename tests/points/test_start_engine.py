@@ -122,6 +122,5 @@ def engine_torque():
 def test_the_filtered_torque_of_an_engine_starts_at_its_torque():
     expected = engine_torque()
     point = lp.start_point(lp.assemble(engine(), keep=["load.phi"]))
-    print(f"torque {expected:.6g} N.m, filtered {point['lag.y']:.6g} N.m, {point.residual:.1e}")
     assert abs(point["sensor.tau"]) == pytest.approx(abs(expected), rel=1e-5)
     assert point["lag.y"] == pytest.approx(point["sensor.tau"], rel=1e-9)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from drives_at_points import Steady
-from rows import in_a_row
+from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -25,14 +25,12 @@ from lumped.ops import where
 
 def filtered(limit=1.0, given=3.0):
     """A signal that fades, a limiter and a lag that shall start steadily."""
-    return lp.compose(
+    return in_rows(
+        "first.y limiter.u",
+        "limiter.y lag.u",
         first=Filter(T=1.0, u=0.0, x=given),
         limiter=Limiter(y_min=-limit, y_max=limit),
         lag=Filter(T=0.1),
-        connections=lambda m: [
-            lp.connect(m.first.y, m.limiter.u),
-            lp.connect(m.limiter.y, m.lag.u),
-        ],
         initial_equations=lambda m: [lp.der(m.lag.x) == 0],
     )
 
@@ -168,16 +166,14 @@ class Step(lp.Component):
 def test_a_condition_on_what_follows_from_states_is_taken_as_it_is(phi):
     from lumped.components import AngleSensor
 
-    model = lp.compose(
+    model = in_rows(
+        "body angle",
+        "angle.phi step.u",
+        "step.y lag.u",
         body=Inertia(J=1.0, w=10.0, phi=phi),
         angle=AngleSensor(),
         step=Step(),
         lag=Filter(T=0.1),
-        connections=lambda m: [
-            lp.connect(m.body.flange_b, m.angle.flange),
-            lp.connect(m.angle.phi, m.step.u),
-            lp.connect(m.step.y, m.lag.u),
-        ],
         initial_equations=lambda m: [lp.der(m.lag.x) == 0],
     )
     point = lp.start_point(lp.assemble(model))

@@ -79,18 +79,16 @@ def test_one_given_speed_turns_what_stretches_in_metres_too():
     """A belt turns its pulleys as the radii say, a planetary set its carrier as the teeth."""
     belt = {"r_a": 0.1, "r_b": 0.25, "EA": 1e5, "distance": 1.0, "F_0": 1e3}
     mesh = {"ratio": 2.0, "n": 3, "r_s": 0.05, "c_s": 1e8, "c_r": 1e8, "J_p": 1e-3}
-    model = lp.compose(
+    model = in_rows(
+        "motor belt pulley set.sun",
+        "set.carrier load",
+        "set.ring housing",
         motor=Inertia(J=0.1),
         belt=Belt(**belt),
         pulley=Inertia(J=0.5),
         set=ElasticPlanetary(**mesh),
         load=Inertia(J=3.0),
         housing=Fixed(),
-        connections=lambda m: [
-            *lp.chain(m.motor, m.belt, m.pulley, m.set.sun),
-            lp.connect(m.set.carrier, m.load.flange_a),
-            lp.connect(m.set.ring, m.housing.flange),
-        ],
     )
     point = lp.start_point(lp.assemble(model), start={"motor.w": 30.0}, together=True)
     received = [point[n] for n in ("pulley.w", "load.w")]
@@ -99,18 +97,16 @@ def test_one_given_speed_turns_what_stretches_in_metres_too():
 
 
 def test_a_train_that_moves_together_charges_no_capacitor():
-    model = lp.compose(
+    model = in_rows(
+        "source.p before.p",
+        "before.n store.p",
+        "store.n after.p",
+        "after.n source.n ground.pin",
         source=VoltageSource(v=6.0),
         before=Resistor(R=1.0),
         store=Capacitor(C=1.0),
         after=Resistor(R=2.0),
         ground=Ground(),
-        connections=lambda m: [
-            lp.connect(m.source.p, m.before.p),
-            lp.connect(m.before.n, m.store.p),
-            lp.connect(m.store.n, m.after.p),
-            lp.connect(m.after.n, m.source.n, m.ground.pin),
-        ],
     )
     point = lp.start_point(lp.assemble(model), together=True)
     assert [point["store.v"], point["store.i"]] == pytest.approx([0.0, 6.0 / 3.0], abs=1e-12)

@@ -79,7 +79,6 @@ def test_a_differential_with_unequal_loads_turns_a_hundred_times_without_drift(m
     assert np.allclose(run.t, np.linspace(0, end, n + 1), rtol=1e-12)
     names = ["left.phi", "right.phi", "left.w", "right.w"]
     error = np.abs(run.table(names) - expected[:, :4]).max(axis=0)
-    print(f"errors {error} of {np.abs(expected[:, :4]).max(axis=0)}")
     assert (error < 1e-8 * np.abs(expected[:, :4]).max(axis=0)).all()
 
     w_left, w_right, w_cage = run["left.w"], run["right.w"], run["cage.w"]
@@ -88,7 +87,6 @@ def test_a_differential_with_unequal_loads_turns_a_hundred_times_without_drift(m
     loss = d_left * w_left**2 + d_right * w_right**2 + d_slip * (w_left - w_right) ** 2
     lost = simpson(loss, x=run.t)
     balance = kinetic[-1] - kinetic[0] + lost - given[-1]
-    print(f"energy given {given[-1]:.1f} J, lost {lost:.1f} J, balance {balance:.1e} J")
     assert abs(balance) < 1e-9 * given[-1]
 
 
@@ -118,7 +116,6 @@ def test_a_car_in_a_curve_closes_a_rigid_loop_over_its_differential():
     assert len(system.state_names) == 2
     run = lp.simulate(system, until=40.0, rtol=1e-9, grid=2000)
     assert run["cage.phi"][-1] > TURNS * 2 * np.pi
-    print(f"{run['cage.phi'][-1] / 2 / np.pi:.0f} turns, drift {drift(run):.1e}")
     assert drift(run) < 1e-9
     check_torques(run)
     scale = np.abs(run["car.phi"]).max()
@@ -140,7 +137,6 @@ def test_elastic_half_shafts_keep_the_loop_and_the_energy():
     stored = sum(run[f"{name}.tau"] ** 2 / (2 * c) for name, c in (("one", 900), ("two", 400)))
     balance = kinetic + stored - 6.0 * run["cage.phi"]
     error = np.abs(balance - balance[0]).max() / kinetic.max()
-    print(f"{turns:.0f} turns, drift {drift(run):.1e}, energy {error:.1e}")
     assert turns > TURNS
     assert drift(run) < 1e-9
     assert error < 1e-9

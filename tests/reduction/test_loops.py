@@ -26,14 +26,11 @@ def test_a_four_bar_turns_a_hundred_times_without_drift(method):
         np.cos(a) + 3 * np.cos(q) - 3.2 - 2.5 * np.cos(b),
         np.sin(a) + 3 * np.sin(q) - 2.5 * np.sin(b),
     )
-    print(f"largest gap of the linkage {gap.max():.1e} m")
     assert gap.max() < 1e-12
     expected = rocker_angle(a)
     assert np.abs((b - expected + np.pi) % (2 * np.pi) - np.pi).max() < 1e-12
     energy = run["crank.w"] ** 2 + 1.5 * run["rocker.w"] ** 2
-    drift = np.abs(energy / energy[0] - 1).max()
-    print(f"relative drift of the energy {drift:.1e}")
-    assert drift < 1e-5
+    assert energy == pytest.approx(energy[0], rel=1e-5)
 
 
 def test_a_four_bar_accelerates_as_lagrange_says():
@@ -83,7 +80,6 @@ def test_a_linkage_passes_the_dead_centres_of_its_crank(method):
     )
     energy = run["crank.w"] ** 2 + 1.5 * run["rocker.w"] ** 2
     drift = np.abs(energy / energy[0] - 1).max()
-    print(f"gap {gap.max():.1e} m, drift of the energy {drift:.1e}")
     assert gap.max() < 1e-12
     assert drift < 1e-5
     assert (np.diff(np.sign(run["crank.w"])) != 0).sum() > 10  # dead centres passed
@@ -102,7 +98,6 @@ def test_a_pendulum_in_cartesian_coordinates_turns_over_and_keeps_its_period():
     drift = np.abs(energy - energy[0]).max() / (2 * g * length)
     angle = np.unwrap(np.arctan2(x, y)) / (2 * np.pi)
     turns = angle[-1]
-    print(f"{turns:.1f} turns, {len(run.events)} changes, radius {radius:.1e}, energy {drift:.1e}")
     assert turns > 10
     assert radius < 1e-12
     assert drift < 1e-6

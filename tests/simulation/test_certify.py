@@ -5,7 +5,7 @@ from importlib import import_module
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import assemble_row, assemble_rows, in_a_row
 from scipy.integrate import simpson
 from scipy.linalg import expm
 
@@ -49,13 +49,11 @@ def test_the_estimate_is_the_true_error(two_mass, method, grid):
 
 def test_both_sides_of_a_jump_and_events_do_not_count():
     """A body under dry friction and an alternating torque, piece by piece by hand."""
-    system = lp.assemble(
-        lp.compose(
-            drive=Torque(tau=3 * sin(lp.time)),
-            body=Inertia(J=1.0),
-            rub=BearingFriction(characteristic=((0.0, 1.0),)),
-            connections=lambda m: [lp.connect(m.drive.flange, m.body.flange_a, m.rub.flange_a)],
-        )
+    system = assemble_rows(
+        "drive body.flange_a rub",
+        drive=Torque(tau=3 * sin(lp.time)),
+        body=Inertia(J=1.0),
+        rub=BearingFriction(characteristic=((0.0, 1.0),)),
     )
     run = lp.simulate(system, until=3.0, rtol=1e-4, certify=True)
     start = np.arcsin(1 / 3)
@@ -83,30 +81,22 @@ def test_a_second_run_that_fails_leaves_the_first(two_mass, monkeypatch):
 
 
 def test_a_system_without_states_has_a_certificate():
-    class Moved(lp.Component):
-        push: Torque = Torque(tau=2.0)
-        wall: Fixed = Fixed()
 
-        def connections(self):
-            yield lp.connect(self.push.flange, self.wall.flange)
-
-    run = lp.simulate(lp.assemble(Moved()), until=1.0, certify=True)
+    run = lp.simulate(assemble_row(push=Torque(tau=2.0), wall=Fixed()), until=1.0, certify=True)
     assert np.isnan(run.certificate.error)
     assert run.certificate["wall.flange.tau"].relative == 0.0
 
 
-class Braked(lp.Component):
+def braked():
     """A motor torque, two bodies on a damped shaft, a brake: three parts that store, two others."""
-
-    drive: Torque = Torque(tau=where(lp.time >= 0.7, -2.0, 5.0))
-    a: Inertia = Inertia(J=2.0, w=3.0)
-    shaft: SpringDamper = SpringDamper(c=300.0, d=0.5, phi_rel0=0.01)
-    b: Inertia = Inertia(J=1.0)
-    brake: Damper = Damper(d=1.5)
-    wall: Fixed = Fixed()
-
-    def connections(self):
-        yield from lp.chain(self.drive, self.a, self.shaft, self.b, self.brake, self.wall)
+    return assemble_row(
+        drive=Torque(tau=where(lp.time >= 0.7, -2.0, 5.0)),
+        a=Inertia(J=2.0, w=3.0),
+        shaft=SpringDamper(c=300.0, d=0.5, phi_rel0=0.01),
+        b=Inertia(J=1.0),
+        brake=Damper(d=1.5),
+        wall=Fixed(),
+    )
 
 
 def balanced(system, **options):
@@ -135,7 +125,7 @@ def test_the_energy_balance_is_that_of_the_matrix_exponential(method):
     work = 5 * simpson(w_a[:7001], x=t[:7001]) - 2 * simpson(w_a[7000:], x=t[7000:])
     work -= simpson(1.5 * w_b**2, x=t)
     energy = 150 * (twist - 0.01) ** 2 + w_a**2 + w_b**2 / 2
-    _, audit = balanced(lp.assemble(Braked()), until=2.0, rtol=1e-8, method=method)
+    _, audit = balanced(braked(), until=2.0, rtol=1e-8, method=method)
     assert audit.components == ("a", "shaft", "b")
     assert audit.supplied == pytest.approx(work, rel=1e-6)
     assert audit.dissipated == pytest.approx(loss, rel=1e-6)

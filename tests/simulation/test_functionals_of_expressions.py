@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from checks import by_complex_step
 from ensemble_runs import Alone, assert_same_bits, ran
+from rows import in_rows
 
 import lumped as lp
 from lumped import functionals as fun
@@ -211,16 +212,13 @@ def test_copies_are_equal_and_watch_the_same(system):
 
 def braked():
     """A motor turns a body that a brake holds at first."""
-    return lp.compose(
+    return in_rows(
+        "drive motor shaft load brake",
         motor=Inertia(J=0.5),
         drive=Torque(tau=ops.minimum(lp.time * 100, 60.0)),
         shaft=SpringDamper(c=2e3, d=1.0),
         load=Inertia(J=1.5),
         brake=Brake(f_max=20.0, u=1.0, characteristic=((0.0, 1.0),)),
-        connections=lambda m: [
-            lp.connect(m.drive.flange, m.motor.flange_a),
-            *lp.chain(m.motor, m.shaft, m.load, m.brake),
-        ],
     )
 
 

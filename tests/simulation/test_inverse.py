@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from checks import refused, worst
+from rows import assemble_rows, in_a_row
 
 import lumped as lp
 from lumped import profiles
@@ -29,11 +30,7 @@ FRICTION = ((0.0, 5.0), (10.0, 6.0))
 
 def drive(**named):
     """A torque and what it drives, one after the other."""
-    return lp.compose(
-        motor=Torque(tau=0.0),
-        connections=lambda m: lp.chain(m.motor, *(getattr(m, n) for n in named)),
-        **named,
-    )
+    return in_a_row(motor=Torque(tau=0.0), **named)
 
 
 def two_masses(**replaced):
@@ -94,20 +91,13 @@ def test_the_torque_found_brings_about_the_motion():
 
 
 def test_several_motions_have_several_drives():
-    class Cross(lp.Component):
-        """Two driven inertias and a spring between them."""
-
-        left: Torque = Torque(tau=0.0)
-        right: Torque = Torque(tau=0.0)
-        a: Inertia = Inertia(J=J_A)
-        shaft: Spring = Spring(c=C)
-        b: Inertia = Inertia(J=J_B)
-
-        def connections(self):
-            yield from lp.chain(self.left, self.a, self.shaft, self.b)
-            yield lp.connect(self.right.flange, self.b.flange_b)
-
-    model = Cross()
+    model = in_a_row(
+        left=Torque(tau=0.0),
+        a=Inertia(J=J_A),
+        shaft=Spring(c=C),
+        b=Inertia(J=J_B),
+        right=Torque(tau=0.0),
+    )
     run = lp.inverse(
         lp.assemble(model),
         motion={model.a.phi: sin(2 * lp.time), model.b.phi: cos(3 * lp.time)},
@@ -146,19 +136,13 @@ def test_friction_adds_its_torque_against_the_motion():
 
 def test_a_voltage_is_found_as_well():
     k, R, L, J = 0.4, 0.5, 0.01, 0.02
-
-    class Servo(lp.Component):
-        """A motor at a voltage."""
-
-        supply: VoltageSource = VoltageSource(v=0.0)
-        ground: Ground = Ground()
-        motor: DCMotor = DCMotor(J=J, k=k, R=R, L=L)
-
-        def connections(self):
-            yield lp.connect(self.supply.p, self.motor.p)
-            yield lp.connect(self.supply.n, self.motor.n, self.ground.pin)
-
-    system = lp.assemble(Servo())
+    system = assemble_rows(
+        "supply.p motor.p",
+        "supply.n motor.n ground.pin",
+        supply=VoltageSource(v=0.0),
+        ground=Ground(),
+        motor=DCMotor(J=J, k=k, R=R, L=L),
+    )
     run = lp.inverse(system, motion={"motor.w": sin(5 * lp.time)}, drive="supply.v", until=1.0)
     # i = J w' / k; v = R i + L i' + k w
     s, c = np.sin(5 * run.t), np.cos(5 * run.t)
@@ -230,20 +214,11 @@ def test_a_motion_that_is_not_smooth_enough_is_refused_where_it_kinks():
 
 
 def test_a_drive_that_does_not_act_on_the_motion_is_refused():
-    class Two(lp.Component):
-        """Two drives without a connection."""
-
-        motor: Torque = Torque(tau=0.0)
-        a: Inertia = Inertia(J=1.0)
-        other: Torque = Torque(tau=3.0)
-        b: Inertia = Inertia(J=1.0)
-
-        def connections(self):
-            yield from lp.chain(self.motor, self.a)
-            yield from lp.chain(self.other, self.b)
-
+    parts = {"motor": Torque(tau=0.0), "a": Inertia(J=1.0)}
+    parts |= {"other": Torque(tau=3.0), "b": Inertia(J=1.0)}
+    apart = assemble_rows("motor a", "other b", **parts)
     words = "motor.tau cannot bring about a prescribed b.w", "other.tau = 3"
-    refuses(SingularModelError, lp.assemble(Two()), {"b.w": 1.0}, "motor.tau", *words)
+    refuses(SingularModelError, apart, {"b.w": 1.0}, "motor.tau", *words)
 
 
 @pytest.mark.parametrize(

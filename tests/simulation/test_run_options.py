@@ -5,6 +5,7 @@ import inspect
 import numpy as np
 import pytest
 from public_names import FUNCTIONS
+from rows import assemble_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -28,15 +29,9 @@ class Pushed(lp.Component):
         yield lp.connect(self.push.flange, self.body.flange_a)
 
 
-class Swinging(lp.Component):
+def swinging():
     """``w = cos(10 t)``."""
-
-    wall: Fixed = Fixed()
-    shaft: Spring = Spring(c=100.0)
-    body: Inertia = Inertia(J=1.0, w=1.0)
-
-    def connections(self):
-        yield from lp.chain(self.wall, self.shaft, self.body)
+    return assemble_row(wall=Fixed(), shaft=Spring(c=100.0), body=Inertia(J=1.0, w=1.0))
 
 
 def sampled(system, function, **options):
@@ -156,7 +151,7 @@ def test_derivatives_refuse_what_they_do_not_follow(made, pushed, options):
 
 @each()
 def test_the_absolute_tolerance_counts(made):
-    system, expected = lp.assemble(Swinging()), np.cos(20.0)
+    system, expected = swinging(), np.cos(20.0)
     loose, tight = (
         abs(made(system, until=2.0, atol=atol, method="explicit") - expected)
         for atol in (1.0, 1e-12)
@@ -177,13 +172,13 @@ def test_the_absolute_tolerance_counts(made):
 )
 @each()
 def test_a_limit_that_is_passed_or_makes_no_sense_is_named(made, options, text):
-    system = lp.assemble(Swinging())
+    system = swinging()
     with pytest.raises(LumpedError, match=text):
         made(system, **({"until": 2.0, "method": "explicit"} | options))
 
 
 @each()
 def test_a_point_of_another_system_is_refused(made, pushed):
-    other = lp.start_point(lp.assemble(Swinging()))
+    other = lp.start_point(swinging())
     with pytest.raises(OptionError, match="belongs to another system"):
         made(pushed, until=2.0, start=other)

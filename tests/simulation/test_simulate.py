@@ -49,7 +49,6 @@ def test_the_error_falls_with_the_order_of_the_method(two_mass, method, order):
         errors.append(abs(run["shaft.phi_rel"][-1] + np.sin(w * 2.0) / w) * w)
         steps.append(run.steps)
     slope = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    print(f"observed order {slope:.1f} from errors {errors} in {steps} steps")
     assert slope > order
 
 

@@ -1,7 +1,7 @@
 """Quantities asked for as parameters that are none."""
 
+from checks import refused
 from rows import assemble_rows
-from test_wrong_calls import message
 
 import lumped as lp
 from lumped.components import Inertia, Speed, Torque
@@ -29,7 +29,7 @@ def test_what_is_no_parameter_is_told_why():
     )
 
     def free(name):
-        return message(lambda: lp.start_point(system, free=[name]), UnknownNameError)
+        return refused(UnknownNameError, lambda: lp.start_point(system, free=[name]))
 
     text = free("load.tau")
     assert "'load.tau' is no parameter, as it is given as the expression 3 * sin(time)" in text

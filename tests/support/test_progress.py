@@ -144,7 +144,6 @@ def test_an_interrupt_is_told_wherever_it_comes(certify):
     del error
     gc.collect()
     assert not progress._open
-    print(f"{len(places)} places of {lines}: {empty} before, {some} with a part of the run")
     assert empty
     assert some
 

@@ -96,7 +96,6 @@ def test_a_run_in_two_pieces_is_the_run_in_one(model, name, method, middle):
     first = lp.simulate(system, until=middle, grid=[middle], **options)
     second = lp.simulate(system, until=3.0, start=first.point(middle), grid=late, **options)
     error = np.abs(second[name] - whole[name][1:]).max()
-    print(f"{name}: pieces differ by {error:.1e}; {len(whole.events)} events")
     assert error < 1e-8 * max(1.0, np.abs(whole[name]).max())
     told = [(e.component, e.after) for run in (first, second) for e in run.events]
     assert told == [(e.component, e.after) for e in whole.events]

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from public_names import CLASSES
-from rows import in_a_row
+from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped import functionals as fun
@@ -72,16 +72,13 @@ class Drive(lp.Component):
 
 def turning():
     """A rotor under a torque that repeats twice a turn, which a free load balances."""
-    return lp.compose(
+    return in_rows(
+        "gas load.flange rotor.flange_a oil ground",
         rotor=Inertia(J=2.0),
         gas=HarmonicTorque(harmonics=((2, 3.0, 0.0),), mean=40.0),
         load=Torque(tau=-40.0),
         oil=Damper(d=0.1),
         ground=Fixed(),
-        connections=lambda m: [
-            lp.connect(m.gas.flange, m.load.flange, m.rotor.flange_a, m.oil.flange_a),
-            lp.connect(m.oil.flange_b, m.ground.flange),
-        ],
     )
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import assemble_row
+from rows import assemble_row, in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -48,15 +48,13 @@ def test_freewheels_that_face_each_other_make_two_shafts_one(reverse):
     wheels = {"one": OneWayClutch(u=0.0), "two": OneWayClutch(u=0.0)}
     if reverse:
         wheels = dict(reversed(wheels.items()))
-    model = lp.compose(
+    model = in_rows(
+        "a.flange_a one.flange_a two.flange_b drive",
+        "b.flange_a one.flange_b two",
         a=Inertia(J=1.3, w=2.0),
         b=Inertia(J=0.7, w=-1.0),
         **wheels,
         drive=Torque(tau=5.0 * lp.ops.sin(9.0 * lp.time)),
-        connections=lambda m: [
-            lp.connect(m.a.flange_a, m.one.flange_a, m.two.flange_b, m.drive.flange),
-            lp.connect(m.b.flange_a, m.one.flange_b, m.two.flange_a),
-        ],
     )
     run = lp.simulate(lp.assemble(model), until=2.0, grid=200)
     expected = (1.3 * 2.0 - 0.7 + 5.0 / 9.0 * (1 - np.cos(9.0 * run.t))) / 2.0
@@ -67,18 +65,15 @@ def test_freewheels_that_face_each_other_make_two_shafts_one(reverse):
 
 def test_a_brake_at_rest_beside_a_freewheel_holds_until_its_limit():
     """The freewheel bears no torque that opens it: the brake alone holds up to 2 N.m."""
-    model = lp.compose(
+    model = in_rows(
+        "drive body brake",
+        "body wheel.flange_b",
+        "wall wheel",
         drive=Torque(tau=lp.time),
         body=Inertia(J=1.0),
         brake=Brake(characteristic=((0.0, 1.0),), f_max=2.0, u=1.0),
         wheel=OneWayClutch(u=0.0),
         wall=Fixed(),
-        connections=lambda m: [
-            lp.connect(m.drive.flange, m.body.flange_a),
-            *lp.chain(m.body, m.brake),
-            lp.connect(m.body.flange_b, m.wheel.flange_b),
-            lp.connect(m.wall.flange, m.wheel.flange_a),
-        ],
     )
     run = lp.simulate(lp.assemble(model), until=4.0)
     (opens,) = [e.time for e in run.events if e.component == "brake" and e.after == "forward"]
@@ -165,7 +160,11 @@ def test_plays_that_throw_each_other_open_come_to_rest():
     """Two plays without restitution, against Moreau's time stepping."""
     J, c, d, free = (1.4, 1.6), 110.0, 1.5, -0.06
     plays, push = (0.32, 0.015), (-14.6, 12.6, 5.8)
-    model = lp.compose(
+    model = in_rows(
+        "b spring a",
+        "wall outer a load",
+        "b.flange_a inner",
+        "a inner.flange_b",
         a=Inertia(J=J[0], w=-3.4, phi=0.0),
         b=Inertia(J=J[1], w=1.6, phi=0.0),
         spring=SpringDamper(c=c, d=d, phi_rel0=free),
@@ -173,12 +172,6 @@ def test_plays_that_throw_each_other_open_come_to_rest():
         outer=Backlash(b=plays[0]),
         inner=Backlash(b=plays[1]),
         load=Torque(tau=push[0] + push[1] * lp.ops.sin(push[2] * lp.time)),
-        connections=lambda m: [
-            *lp.chain(m.b, m.spring, m.a),
-            *lp.chain(m.wall, m.outer, m.a, m.load),
-            lp.connect(m.b.flange_a, m.inner.flange_a),
-            lp.connect(m.a.flange_b, m.inner.flange_b),
-        ],
     )
     run = lp.simulate(lp.assemble(model, keep=["a.phi", "b.phi"]), until=1.0)
     assert len(run.events) < 200

@@ -7,7 +7,7 @@ import casadi as ca
 import fmpy
 import numpy as np
 import pytest
-from rows import assemble_row
+from rows import assemble_row, assemble_rows
 from scipy.integrate import quad, solve_ivp
 
 import lumped as lp
@@ -60,7 +60,6 @@ def test_a_torque_of_time_has_the_integral_of_quadrature(name):
     )
     for method in METHODS:
         run = lp.simulate(turned(expression), until=2.0, method=method, rtol=1e-9)
-        print(f"{name}, {method}: {run['rotor.w'][-1] - expected:.1e}")
         assert run["rotor.w"][-1] == pytest.approx(expected, abs=3e-8), method
 
 
@@ -91,18 +90,14 @@ def test_a_wave_reaches_a_condition_through_other_components():
         def equations(self):
             yield self.y == ops.sin(1000.0 * t)
 
-    system = lp.assemble(
-        lp.compose(
-            wave=Wave(),
-            compare=Comparator(),
-            torque=Torque(),
-            rotor=Inertia(J=1.0),
-            connections=lambda m: [
-                lp.connect(m.wave.y, m.compare.u),
-                lp.connect(m.compare.y, m.torque.tau),
-                *lp.chain(m.torque, m.rotor),
-            ],
-        )
+    system = assemble_rows(
+        "wave.y compare.u",
+        "compare.y torque.tau",
+        "torque rotor",
+        wave=Wave(),
+        compare=Comparator(),
+        torque=Torque(),
+        rotor=Inertia(J=1.0),
     )
     assert len(lp.simulate(system, until=2.0).events) == int(2000 / np.pi)
 
@@ -147,13 +142,8 @@ SWING = 2.0 * ops.sin(3.0 * t)
 
 def braked(law, tau=SWING, w=-0.8):
     load = law if isinstance(law, lp.Component) else Law(law=law)
-    return lp.assemble(
-        lp.compose(
-            torque=Torque(tau=tau),
-            rotor=Inertia(J=1.0, w=w),
-            load=load,
-            connections=lambda m: [lp.connect(m.torque.flange, m.rotor.flange_a, m.load.flange)],
-        )
+    return assemble_rows(
+        "torque rotor.flange_a load", torque=Torque(tau=tau), rotor=Inertia(J=1.0, w=w), load=load
     )
 
 
@@ -172,7 +162,6 @@ def test_a_torque_of_the_speed_follows_scipy(name):
     expected = follow(function, 4, 2e-3)
     for method in METHODS[1:]:
         run = lp.simulate(braked(law), until=4.0, method=method, rtol=1e-9)
-        print(f"{name}, {method}: {run['rotor.w'][-1] - expected:.1e}, {len(run.events)} events")
         assert run["rotor.w"][-1] == pytest.approx(expected, abs=2e-6), method
 
 

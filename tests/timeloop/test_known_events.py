@@ -11,7 +11,7 @@ from checks import in_all_engines
 from ensemble_runs import Alone, assert_same_bits, ran
 from known_cases import PULSES, Known, families
 from known_events import METHODS, Count, by_runs, in_lanes
-from rows import assemble_row
+from rows import assemble_row, in_rows
 from scipy.integrate import quad
 
 import lumped as lp
@@ -158,11 +158,8 @@ def test_a_root_of_high_order_is_found_where_it_is(method, order):
 def test_a_body_lifts_where_its_force_turns(method, order):
     """``s'' = (t - 1)**n`` from 1 s on: ``s(3) = 2**(n + 2) / ((n + 1) (n + 2))``."""
     force = tr.Force(f=(t - 1.0) ** order)
-    model = lp.compose(
-        m=tr.Mass(m=1.0, s=0.0, v=0.0),
-        stop=tr.Stop(),
-        g=force,
-        connections=lambda m: [lp.connect(m.m.flange_a, m.stop.flange_b, m.g.flange)],
+    model = in_rows(
+        "m.flange_a stop.flange_b g", m=tr.Mass(m=1.0, s=0.0, v=0.0), stop=tr.Stop(), g=force
     )
     run = lp.simulate(lp.assemble(model, keep=["m.s"]), until=3.0, method=method)
     assert [event.time for event in run.events] == [pytest.approx(1.0, rel=1e-12)]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import one
+from rows import assemble_one, assemble_rows
 
 import lumped as lp
 from lumped import functionals as fun
@@ -20,7 +20,7 @@ def counting(first, second, **quantities):
         yield lp.when(second(self), {self.x: self.x * 10})
 
     given = {"x": lp.var("1", "set", 1.0), "angle": lp.var("1", "rises with the time")}
-    return lp.assemble(one(equations=equations, **given, **quantities))
+    return assemble_one(equations=equations, **given, **quantities)
 
 
 SAME = {
@@ -80,10 +80,7 @@ def test_settings_of_two_components_are_told_by_both():
             yield self.seen == self.u
             yield lp.when(lp.time >= self.t_0, {self.u: 0.0})
 
-    model = lp.compose(
-        a=Pulse(t_0=1.0), b=Reset(t_0=1.0), connections=lambda m: [lp.connect(m.a.y, m.b.u)]
-    )
-    system = lp.assemble(model)
+    system = assemble_rows("a.y b.u", a=Pulse(t_0=1.0), b=Reset(t_0=1.0))
     with pytest.raises(SolverError, match=r"meet: a when time >= .*, and b when time >= "):
         lp.simulate(system, until=2.0)
     run = lp.simulate(system, until=2.0, parameters={"b.t_0": 1.5})
@@ -98,7 +95,7 @@ def test_in_ensembles_the_variants_with_two_settings_fail():
         yield lp.when(lp.time >= self.late, {self.x: self.x * 10})
 
     quantities = {"x": lp.var("1", "set", 1.0), "late": lp.param("s", "instant", 1.0)}
-    system = lp.assemble(one(equations=equations, **quantities))
+    system = assemble_one(equations=equations, **quantities)
     over = {"late": np.repeat([0.5, 1.0, 1.5], 8)}  # more than are run side by side
     found = lp.ensemble(system, over=over, until=2.0, of={"x": fun.final("x")})
     expected = np.repeat([1 * 10 + 1, np.nan, (1 + 1) * 10], 8)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from checks import in_all_engines
-from rows import one
+from rows import assemble_one
 
 import lumped as lp
 
@@ -24,7 +24,7 @@ def counter():
         "turns": lp.var("1", "turns counted"),
         "odd": lp.var("1", "no binary fraction", 0.1),
     }
-    return lp.assemble(one(equations=equations, **quantities))
+    return assemble_one(equations=equations, **quantities)
 
 
 @pytest.mark.parametrize("method", ["explicit", "implicit", "steps", "taylor"])

@@ -4,7 +4,8 @@ import re
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from checks import refused
+from rows import assemble_row, in_a_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, Torque
@@ -33,13 +34,12 @@ class Rubber(lp.Component):
 
 def swing(begin=0.0, push=0.0, **rubber):
     """A rotor of inertia 1 on rubber of stiffness 100: 10 rad/s."""
-    model = in_a_row(
+    return assemble_row(
         wall=Fixed(),
         rubber=Rubber(c=100.0, phi_rel=begin, **rubber),
         rotor=Inertia(J=1.0),
         torque=Torque(tau=push),
     )
-    return lp.assemble(model)
 
 
 METHODS = ["explicit", "implicit", "taylor"]
@@ -66,16 +66,14 @@ def test_a_run_that_leaves_the_range_is_refused(grid, method):
 
 
 def test_a_run_that_begins_outside_is_refused():
-    with pytest.raises(SolverError, match=r"twist = -0\.3 rad at t = 0 s"):
-        lp.simulate(swing(-0.3), until=1.0)
+    refused(SolverError, lambda: lp.simulate(swing(-0.3), until=1.0), "twist = -0.3 rad at t = 0 s")
 
 
 def test_points_outside_are_refused():
     with pytest.raises(SolverError, match=r"twist = 0\.25 rad at the equilibrium"):
         lp.equilibrium(swing(push=25.0))
     assert lp.equilibrium(swing(push=19.9))["rubber.phi_rel"] == pytest.approx(0.199)
-    with pytest.raises(SolverError, match=r"twist = 0\.3 rad at the operating point"):
-        lp.modes(swing(0.3))
+    refused(SolverError, lambda: lp.modes(swing(0.3)), "twist = 0.3 rad at the operating point")
 
 
 def test_runs_of_an_ensemble_that_leave_the_range_fail():
@@ -131,8 +129,7 @@ def test_a_range_of_a_quantity_of_another_component_is_refused():
             yield Fixed().flange.phi, 0, 1, "rad", "twist", "Do not"
 
     model = in_a_row(wall=Fixed(), rubber=Stray(c=100.0), rotor=Inertia(J=1.0))
-    with pytest.raises(EquationError, match="rubber"):
-        lp.assemble(model)
+    refused(EquationError, lambda: lp.assemble(model), "rubber")
 
 
 @pytest.mark.parametrize("given", [None, (1.0, 2.0), ("phi_rel", 0, 1, "rad", "twist", "Do not")])

@@ -148,7 +148,6 @@ def test_statistics_of_three_masses_are_those_of_a_hundred_thousand_runs():
     n = 100_000
     mean_error = figures["std"] / np.sqrt(n)
     own = found["first"].mean_error
-    print(both.mean(), figures["mean"], mean_error, own)
     assert abs(both.mean() - figures["mean"]) < 1.96 * np.hypot(mean_error, own)
     std_error = np.hypot(figures["std"] / np.sqrt(2 * n), found["first"].std_error)
     assert abs(both.std() - figures["std"]) < 1.96 * std_error

@@ -93,7 +93,6 @@ def test_gradients_do_the_work_of_several_runs():
     both = fit_expansion([NORMAL] * 5, z, y, y[:, None] * slope)
     values = fit_expansion([NORMAL] * 5, z, y)
     errors = [abs(one.mean / expected - 1) for one in (both, values)]
-    print(f"errors of the mean: with gradients {errors[0]:.1e}, without {errors[1]:.1e}")
     assert errors[0] < 1e-3
     assert errors[0] < 0.3 * errors[1]
     variance = np.exp(square) * (np.exp(square) - 1)
@@ -124,7 +123,6 @@ def test_standard_errors_hold_in_repetitions():
         found = fit_expansion([NORMAL] * 2, z, np.abs(z[:, 0]) + 0.5 * z[:, 1])
         off = np.array([found.mean - mean, np.sqrt(found.variance) - deviation])
         missed += np.abs(off) > 1.96 * np.array(found.standard_errors)
-    print(f"{missed} of {count} outside of 95 %")
     assert (missed <= 0.16 * count).all()
     assert (missed >= 0.01 * count).all()
 
@@ -155,5 +153,4 @@ def test_the_standard_error_of_a_quantile_holds_in_repetitions():
         values = found.values(many)
         level = float(np.quantile(values, 0.95))
         missed += abs(level - expected) > 1.96 * found.error_near(many, values, level)
-    print(f"{missed} of {count} outside of 95 %")
     assert 0.01 * count <= missed <= 0.14 * count

@@ -16,7 +16,6 @@ def test_intervals_of_quantiles_hold_the_true_one_in_95_percent(n, q):
         inside += found.low <= true <= found.high
         wide += found.low <= np.quantile(row, q) <= found.high
     share = inside / len(samples)
-    print(f"n = {n}, q = {q}: {share:.4f} of the intervals hold the true quantile")
     # at least 95 %, and not much more: ranks are whole numbers
     assert 0.95 - 3 * np.sqrt(0.05 * 0.95 / 3000) < share < 0.98
     assert wide == len(samples)

@@ -54,7 +54,6 @@ def test_the_distance_of_a_plane_is_that_of_geometry(side):
     (point,) = form(limit)
     size = np.hypot(3, 2)
     sign = 1 if side == "above" else -1
-    print(point.beta - sign * 11 / size)
     assert point.beta == pytest.approx(sign * 11 / size, rel=1e-12)
     assert point.u == pytest.approx(11 / size * np.array([3, -2]) / size, rel=1e-12)
     assert point.x @ [3, -1] == pytest.approx(36, rel=1e-12)
@@ -75,7 +74,6 @@ def test_a_design_point_is_the_one_that_another_method_finds(seed):
         constraints={"type": "eq", "fun": lambda u: scene.formula(u[None])[0, 0] - level},
         options={"ftol": 1e-14, "maxiter": 500},
     )
-    print(len(points), points[0].beta - np.sqrt(other.fun))
     assert points[0].beta == pytest.approx(np.sqrt(other.fun), abs=1e-6)
     assert [p.beta for p in points] == sorted(p.beta for p in points)
 
@@ -91,7 +89,6 @@ def test_a_search_that_swings_with_the_plain_method_ends():
     (search,) = search_together(slopes, [np.zeros(2)])
     angle = np.linspace(0, 2 * np.pi, 2001)
     ring = 2.2983 * np.column_stack([np.cos(angle), np.sin(angle)])
-    print(np.linalg.norm(search.u), search.count)
     assert search.is_found
     assert search.count < 20
     # the ring of the printed distance touches the limit: it is nowhere far inside
@@ -122,7 +119,6 @@ def test_two_planes_are_joined_as_quadrature_joins_them(angle):
         return norm.pdf(x) * norm.sf((2.3 - b[0] * x) / b[1])
 
     exact = norm.sf(2.0) + integrate.quad(second, -10, 2.0, epsabs=1e-13)[0]
-    print(join_points(points) / exact - 1)
     assert join_points(points) == pytest.approx(exact, rel=1e-8)
 
 
@@ -297,7 +293,6 @@ def test_levels_that_do_not_rise_are_told():
     # steps that do rise are counted right
     counts = numbers(lambda x: np.floor(x[0]), lambda x: np.zeros(2), [0, 0], [1, 1])
     found = [subset(Limit(counts, above=2.5), 500, seed).probability for seed in range(10)]
-    print(np.mean(found) / norm.sf(3.0) - 1)
     assert np.mean(found) == pytest.approx(norm.sf(3.0), rel=0.3)
 
 
@@ -307,5 +302,4 @@ def test_samples_around_a_point_that_is_not_the_nearest_say_so():
     with pytest.raises(LumpedError):  # only the saddle between both points
         points_of(limit, search_all(limit, searches=1))
     found = around(limit, centres(limit, search_all(limit, searches=1)), 2000, 0)
-    print(found.remarks)
     assert "nearer than the design point at 4" in found.remarks[0]

@@ -28,7 +28,6 @@ def test_moments_are_those_of_all_combinations():
     mean = w @ y
     expected = mean, w @ (y - mean) ** 2, w @ (y - mean) ** 3
     found = quadratic_moments(1.5, slope, curvature, central)[:3]
-    print("errors:", np.abs(np.array(found) / expected - 1))
     assert found == pytest.approx(expected, rel=1e-12)
 
 
@@ -50,6 +49,5 @@ def test_moments_of_distributions(given, expected):
         for k in range(7)
     ]
     scale = expected.std() ** np.arange(7)
-    print("errors:", np.abs(central - true) / scale)
     assert mean == pytest.approx(expected.mean(), rel=1e-6)
     assert np.abs((central - true) / scale).max() < 2e-5

@@ -44,7 +44,6 @@ def test_the_share_that_breaks_is_that_of_the_means(part, damage):
     exact = scipy.stats.norm.sf((ULTIMATE - MIDDLE) / SCATTER)
     share = spread.share(above=1e12)
     broken = found.points[:, 0] > ULTIMATE
-    print(f"{share.value:.4f}, exactly {exact:.4f}")
     assert share.low < exact < share.high
     np.testing.assert_array_equal(np.isinf(found.values[:, 0]), broken)
     assert spread.missing.value == 0

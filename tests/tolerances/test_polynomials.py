@@ -62,7 +62,6 @@ def test_triangular_parameters_have_polynomials_of_their_own():
         integral(lambda x, i=i, j=j: polynomial(i, x) * polynomial(j, x)) - (i == j)
         for i, j in pairs
     ]
-    print(f"largest error of orthonormality {np.abs(error).max():.1e}")
     assert np.abs(error).max() < 1e-5
 
 

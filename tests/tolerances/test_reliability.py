@@ -75,7 +75,6 @@ def test_a_speed_that_is_linear_in_normal_torques(pull):
     mean, std = MEANS.sum() / 2, np.linalg.norm(STDS) / 2
     beta = (12 - mean) / std
     print(found)
-    print("error of beta:", found.beta / beta - 1)
     assert found.beta == pytest.approx(beta, rel=1e-6)
     assert found.probability == pytest.approx(norm.sf(beta), rel=1e-5)
     at = MEANS + (24 - MEANS.sum()) * STDS**2 / (STDS @ STDS)
@@ -198,7 +197,6 @@ def test_second_order_meets_the_share_of_many_samples(torsion, monte_carlo):
         print(method, one.probability / share - 1, "+-", error)
     assert "compare with search='sorm'" in repr(found["form"])
     bent = found["sorm"].second_order[0]
-    print(found["sorm"])
     assert bent.source == "second derivatives"
     assert (np.abs(bent.curvatures) > 1e-3).all()
     assert abs(found["sorm"].probability / share - 1) < 0.03
@@ -207,7 +205,6 @@ def test_second_order_meets_the_share_of_many_samples(torsion, monte_carlo):
     sampled = lp.reliability(
         torsion, fun.frequency(0), above=5.0, over=over, search="importance", runs=400
     )
-    print(sampled)
     assert sampled.interval[0] < share < sampled.interval[1]
     assert sampled.evaluations > 400 > sampled.gradients
 
@@ -235,7 +232,6 @@ def test_second_order_of_a_run_has_the_curvature_of_its_closed_form(pull):
     )
     plain = lp.reliability(pull, fun.final("a.w"), **common)
     off = [one.probability / exact - 1 for one in (plain, found)]
-    print(bent.curvatures / kappa - 1, off, found.gradients - plain.gradients)
     assert bent.source == "gradients around it"
     assert bent.curvatures == pytest.approx([kappa], rel=1e-4)
     assert found.gradients - plain.gradients == 2

@@ -11,7 +11,6 @@ from .catalogue import CASES, CATALOGUE, answer, catalogue
 @pytest.mark.parametrize("case", CASES, ids=lambda c: c.name)
 def test_a_wrong_model_is_answered_in_words_of_the_model(case):
     error = answer(case)
-    print(f"\n{type(error).__name__}: {error}")
     assert type(error) is case.error
     for word in case.words:
         assert word in str(error)

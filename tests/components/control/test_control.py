@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from closeness import assert_close
+from checks import assert_close
 from scipy.integrate import solve_ivp
 
 import lumped as lp

@@ -63,7 +63,6 @@ def test_a_block_of_several_signals_runs_as_lsim_does():
     u = np.tile([1.0, 2.0], (len(t), 1))
     _, y, _ = scipy.signal.lsim((A, B, C, D), u, t, X0=[0.3, -0.7])
     error = max(np.abs(run[f"b.{name}"] - y[:, i]).max() for i, name in enumerate("pqr"))
-    print(f"error {error:.1e}")
     assert error < 1e-11
 
 
@@ -86,7 +85,6 @@ def test_the_step_of_a_transfer_function_is_that_of_scipy(above, below):
     else:
         expected = scipy.signal.step((above, below), T=t)[1]
     error = np.abs(run["b.y"] - expected).max()
-    print(f"error {error:.1e}")
     assert error < 1e-10
 
 
@@ -153,7 +151,6 @@ def test_a_sampled_block_computes_what_a_loop_does():
         rows.append(C @ x + D @ u)
         x = SAMPLED @ x + B @ u
     error = max(np.abs(run[f"b.{m}"] - np.array(rows)[:, i]).max() for i, m in enumerate("pqr"))
-    print(f"error {error:.1e}")
     assert error < 1e-12
 
 

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from rows import assemble_rows, in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -112,29 +113,25 @@ def test_an_integrator_integrates():
 
 def test_a_ring_within_one_instant_is_solved_as_a_loop():
     """``y = y / 2 + 1 + t`` at each sample."""
-    model = lp.compose(
-        sum=Sum(b=1.0 + lp.time, k_a=0.5),
-        hold=SampleHold(T_s=0.1),
-        connections=lambda m: [lp.connect(m.sum.y, m.hold.u), lp.connect(m.hold.y, m.sum.a)],
+    model = in_rows(
+        "sum.y hold.u", "hold.y sum.a", sum=Sum(b=1.0 + lp.time, k_a=0.5), hold=SampleHold(T_s=0.1)
     )
     t = between(0.1, 1.0)
     run = lp.simulate(lp.assemble(model), until=1.0, grid=t)
     assert run["hold.y"] == pytest.approx(2 * (1 + np.floor(t / 0.1) * 0.1), rel=1e-12)
 
 
-class Loop(lp.Component):
+def loop():
     """A body of 2 kg.m2 that is brought to 10 rad/s by a sampled controller."""
-
-    controller: SampledPI = SampledPI(k=20.0, T_i=0.4, T_s=0.05, wanted=10.0)
-    drive: Torque = Torque()
-    body: Inertia = Inertia(J=2.0)
-    sensor: SpeedSensor = SpeedSensor()
-
-    def connections(self):
-        yield lp.connect(self.drive.flange, self.body.flange_a)
-        yield lp.connect(self.body.flange_b, self.sensor.flange)
-        yield lp.connect(self.sensor.w, self.controller.measured)
-        yield lp.connect(self.controller.y, self.drive.tau)
+    return assemble_rows(
+        "drive body sensor",
+        "sensor.w controller.measured",
+        "controller.y drive.tau",
+        controller=SampledPI(k=20.0, T_i=0.4, T_s=0.05, wanted=10.0),
+        drive=Torque(),
+        body=Inertia(J=2.0),
+        sensor=SpeedSensor(),
+    )
 
 
 def stepped(k, T_i, T_s, J, until):
@@ -150,9 +147,7 @@ def stepped(k, T_i, T_s, J, until):
 
 def test_derivatives_by_gains_and_sampling_time_are_those_of_the_difference_equations():
     rated = {"controller.k": 20.0, "controller.T_i": 0.4, "controller.T_s": 0.05, "body.J": 2.0}
-    found = lp.sensitivity(
-        lp.assemble(Loop()), of=["body.w"], by=list(rated), until=0.52, rtol=1e-10
-    )
+    found = lp.sensitivity(loop(), of=["body.w"], by=list(rated), until=0.52, rtol=1e-10)
     for i, name in enumerate(rated):
         moved = [value + 1e-20j * (i == j) for j, value in enumerate(rated.values())]
         expected = stepped(*moved, 0.52).imag / 1e-20

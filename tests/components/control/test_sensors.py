@@ -1,7 +1,7 @@
 """Sensors against the quantities that they measure."""
 
 import numpy as np
-from closeness import assert_close
+from checks import assert_close
 
 import lumped as lp
 from lumped import components as rotation

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import scipy
-from rows import in_a_row
+from rows import assemble_row, assemble_rows, in_a_row
 from torsional_cases import RPM, columns
 
 import lumped as lp
@@ -33,29 +33,25 @@ FAN = QuadraticTorque(tau_nominal=RATED[0], w_nominal=RATED[1])
 def drive(motor=FAN, **coupling):
     """Two inertias and a coupling under torques on both sides."""
     given = {"stiffness": ROWS, "psi": 0.8, "w_loss": 90.0, **coupling}
-    model = lp.compose(
+    return assemble_rows(
+        "engine coupling load brake",
+        "engine.flange_a motor.flange gas",
         engine=Inertia(J=J1),
         coupling=ElasticCoupling(**given),
         load=Inertia(J=J2),
         motor=motor,
         gas=Torque(tau=0.0),
         brake=Torque(tau=0.0),
-        connections=lambda m: [
-            *lp.chain(m.engine, m.coupling, m.load, m.brake),
-            lp.connect(m.engine.flange_a, m.motor.flange, m.gas.flange),
-        ],
     )
-    return lp.assemble(model)
 
 
 def wound(**coupling):
     """A coupling that a source of speed winds up."""
-    model = in_a_row(
+    return assemble_row(
         wall=Fixed(),
         part=ElasticCoupling(**{"stiffness": ROWS, "psi": 0.8, "w_loss": 90.0, **coupling}),
         drive=Speed(w=0.0),
     )
-    return lp.assemble(model)
 
 
 def twisted(angle, **coupling):

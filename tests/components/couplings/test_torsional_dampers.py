@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from rows import assemble_rows
 from torsional_cases import columns
 
 import lumped as lp
@@ -17,18 +18,15 @@ from lumped.errors import OptionError, ParameterError
 
 def drive(damper, torque=0.0):
     """An inertia of 1 on a spring of 1 to the ground, with a damper."""
-    model = lp.compose(
+    return assemble_rows(
+        "torque main spring ground",
+        "main.flange_a damper",
         main=Inertia(J=1.0),
         damper=damper,
         spring=Spring(c=1.0),
         ground=Fixed(),
         torque=Torque(tau=torque),
-        connections=lambda m: [
-            *lp.chain(m.torque, m.main, m.spring, m.ground),
-            lp.connect(m.main.flange_a, m.damper.flange),
-        ],
     )
-    return lp.assemble(model)
 
 
 def shaken(damper, g, order=1):

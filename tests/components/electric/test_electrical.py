@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from closeness import assert_close
+from checks import assert_close
 
 import lumped as lp
 from lumped.components import (

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy
+from checks import refused
 from rows import in_a_row
 
 import lumped as lp
@@ -117,7 +118,6 @@ def three_phase(x, x_d=X_D, x_q=X_Q):
 def test_without_resistance_a_three_phase_fault_has_line_frequency_and_saliency(th0):
     received = torque(Turned(), th0, X)
     error = np.abs(received - three_phase(X)).max()
-    print(f"three phases: largest deviation {error:.1e} pu")
     assert error < 1e-6
 
 
@@ -125,7 +125,6 @@ def test_without_resistance_a_three_phase_fault_has_line_frequency_and_saliency(
 def test_without_resistance_a_line_to_line_fault_follows_the_closed_form(th0):
     received = torque(Isolated(gen=without_resistance()), th0, X, free=["gen.v_f"])
     error = np.abs(received - two_phase(X, th0)).max()
-    print(f"line to line from {th0:.2f} rad: largest deviation {error:.1e} pu")
     assert error < 1e-6
 
 
@@ -302,9 +301,7 @@ def test_base_values_are_those_of_the_rated_machine():
     ],
 )
 def test_standard_parameters_that_do_not_fit_are_refused(changed, text):
-    with pytest.raises(ParameterError) as found:
-        standard_parameters(BASE, **(STANDARD | changed))
-    assert text in str(found.value)
+    refused(ParameterError, lambda: standard_parameters(BASE, **(STANDARD | changed)), text)
 
 
 @pytest.mark.parametrize("name", ["S", "V", "f", "pairs"])
@@ -329,9 +326,7 @@ def test_a_base_of_zero_is_refused(name):
     ],
 )
 def test_a_model_that_makes_no_sense_is_refused_by_name(changed, kind, text):
-    with pytest.raises(kind) as found:
-        lp.assemble(Turned(**changed))
-    assert text in str(found.value)
+    refused(kind, lambda: lp.assemble(Turned(**changed)), text)
 
 
 def test_parts_without_wires_are_refused():

@@ -3,7 +3,7 @@ import itertools
 import numpy as np
 import pytest
 import scipy
-from rows import in_a_row
+from rows import assemble_rows, in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -220,13 +220,8 @@ def test_an_engine_is_its_parts():
         w = {name: W for name in system.state_names if name.endswith(".w")}
         return lp.simulate(system, until=0.1, grid=100, rtol=1e-10, start=w)
 
-    engine = lp.compose(
-        engine=Engine(**DATA, misfire={3: "no gas"}),
-        **after,
-        connections=lambda m: [
-            lp.connect(m.engine.rear, m.shaft_2.flange_a),
-            *lp.chain(m.shaft_2, m.wheel),
-        ],
+    engine = in_rows(
+        "engine.rear shaft_2 wheel", engine=Engine(**DATA, misfire={3: "no gas"}), **after
     )
     parts = lp.compose(
         **by_hand("exact", ("none", "none", "no gas", "none")),
@@ -247,12 +242,7 @@ def test_an_engine_is_its_parts():
 
 
 def test_parameters_of_an_engine_are_those_of_its_parts():
-    model = lp.compose(
-        engine=Engine(**DATA),
-        wheel=Inertia(J=1.0),
-        connections=lambda m: [lp.connect(m.engine.rear, m.wheel.flange_a)],
-    )
-    system = lp.assemble(model)
+    system = assemble_rows("engine.rear wheel", engine=Engine(**DATA), wheel=Inertia(J=1.0))
     assert system.parameters["engine.throw[2].J"] == 0.032
     assert system.parameters["engine.shaft[1].d"] == 9.0
     assert "engine.bore" in system.parameters

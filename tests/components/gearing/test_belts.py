@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import assemble_rows
 from scipy.spatial import ConvexHull
 
 import lumped as lp
@@ -35,17 +36,14 @@ def drive(belt, **parts):
 
 def twisted(belt, angle):
     """Pulley b held, pulley a turned to an angle that may depend on the time."""
-    model = lp.compose(
+    return assemble_rows(
+        "turn belt wall",
+        "belt.support base",
         turn=Position(phi=angle),
         belt=belt,
         wall=Fixed(),
         base=Fixed(),
-        connections=lambda m: (
-            *lp.chain(m.turn, m.belt, m.wall),
-            lp.connect(m.belt.support, m.base.flange),
-        ),
     )
-    return lp.assemble(model)
 
 
 class TestLinear:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_rows
 
 import lumped as lp
 from lumped.components import BevelDifferential, BevelGear, Fixed, Inertia, Speed, Torque
@@ -43,18 +44,16 @@ class TestBevelDifferential:
 @pytest.mark.parametrize("ratio", [3.5, -3.5])
 def test_housing_of_a_bevel_gear_takes_each_torque_about_its_own_axis(ratio):
     """Moments about the axis of each shaft, of all torques on the housing and on the shafts."""
-    model = lp.compose(
+    model = in_rows(
+        "drive gear body load",
+        "gear.support_a at_a",
+        "gear.support_b at_b",
         drive=Speed(w=1.0),
         gear=BevelGear(ratio=ratio),
         body=Inertia(J=1.0),
         load=Torque(tau=-7.0),
         at_a=Fixed(),
         at_b=Fixed(),
-        connections=lambda m: (
-            *lp.chain(m.drive, m.gear, m.body, m.load),
-            lp.connect(m.gear.support_a, m.at_a.flange),
-            lp.connect(m.gear.support_b, m.at_b.flange),
-        ),
     )
     point = lp.start_point(lp.assemble(model))
     into_a, into_b = -point["drive.flange.tau"], -7.0
@@ -66,15 +65,13 @@ def test_housing_of_a_bevel_gear_takes_each_torque_about_its_own_axis(ratio):
 
 def test_housing_of_a_bevel_gear_that_turns_about_one_axis_turns_the_other_shaft():
     """The pinion rolls on the held crown wheel while the housing turns about the crown's axis."""
-    model = lp.compose(
+    model = in_rows(
+        "crown gear.flange_b",
+        "swing gear.support_b",
+        "pinion.flange_a gear",
         gear=BevelGear(ratio=3.0),
         crown=Fixed(),
         swing=Speed(w=2.0),
         pinion=Inertia(J=1.0),
-        connections=lambda m: (
-            lp.connect(m.crown.flange, m.gear.flange_b),
-            lp.connect(m.swing.flange, m.gear.support_b),
-            lp.connect(m.pinion.flange_a, m.gear.flange_a),
-        ),
     )
     assert abs(lp.start_point(lp.assemble(model))["pinion.w"] + 6.0) < 1e-14

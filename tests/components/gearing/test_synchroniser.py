@@ -32,7 +32,6 @@ def test_cones_bring_the_speeds_together_with_momentum_kept(w_a):
     common = (J_A * w_a + J_B * w_b) / (J_A + J_B)
     instant = abs(w_b - w_a) * J_A * J_B / (J_A + J_B) / GRIP
     locks = [e for e in run.events if "position**2" in e.after]
-    print(f"locks at {1e3 * locks[0].time:.4f} ms, by hand {1e3 * instant:.4f} ms")
     assert locks[0].time == pytest.approx(instant, rel=1e-9)
     assert all(event.loss == pytest.approx(0.0, abs=1e-9) for event in run.events)
     after = run.t > instant

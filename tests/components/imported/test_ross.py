@@ -48,7 +48,6 @@ def test_frequencies_are_those_of_torsional_modes_and_matrices(name):
         np.abs(received / np.array(expected) - 1).max()
         for expected in (np.sqrt(squares[1:]), found["torsional_rad_per_s"])
     ]
-    print("errors", *(f"{error:.1e}" for error in errors))
     assert errors[0] < 1e-9
     assert errors[1] < 1e-7  # of the whole matrix with its bending modes
 

@@ -35,7 +35,6 @@ def test_as_many_elements_as_a_frequency_limit_needs(fixed, accuracy):
     errors = 1 - found[: len(continuous)] / continuous
     n = len(found)
     x = np.pi * continuous * L_BAR / SPEED / n
-    print(f"{n} elements: error up to {errors.max():.2e} of {accuracy}")
     assert errors == pytest.approx(1 - np.sin(x) / x, rel=1e-6, abs=1e-9)
     assert 0 < errors.max() <= accuracy / 2
 
@@ -61,7 +60,6 @@ def test_the_limit_holds_with_a_body_at_the_end(share):
         )
         received = lp.modes(lp.assemble(model)).hertz
         errors.append((1 - received[np.abs(received - exact).argmin()] / exact) / accuracy)
-    print(f"body of {share:g} bars: {errors[0]:.2f} and {errors[1]:.2f} of the error allowed")
     assert 0 < min(errors) < max(errors) < 1
     if share >= 10:
         assert errors[0] > 0.7

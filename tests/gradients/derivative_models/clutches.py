@@ -1,5 +1,7 @@
 """Cases with clutches."""
 
+from rows import in_rows
+
 import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Inertia, OneWayClutch, SlipCoupling, SpringDamper, Torque
@@ -74,17 +76,14 @@ def gear_shift(p):
 @case
 def one_way_clutch(p):
     d = given(p)
-    model = lp.compose(
+    model = in_rows(
+        "push a clutch body drag",
         **d,
         push=Torque(tau=d["M0"] * cos(d["Om"] * lp.time)),
         a=Inertia(J=d["J1"], w=d["w0"]),
         clutch=OneWayClutch(u=0.0),
         body=Inertia(J=d["J2"], w=d["w0"]),
         drag=Drag(d=d["d"]),
-        connections=lambda m: [
-            *lp.chain(m.push, m.a, m.clutch, m.body),
-            lp.connect(m.body.flange_b, m.drag.flange),
-        ],
     )
     of = {
         "t_over_1": fun.instant("clutch", "forward", number=0),
@@ -158,7 +157,10 @@ def zero_influence(p):
             yield self.flange.tau == self.push + self.tau
             yield rub(self.tau, self.w, self.mu_b * 1000.0, engaged=lp.time > 100.0)
 
-    model = lp.compose(
+    model = in_rows(
+        "idle alone",
+        "push a shaft b clutch body",
+        "b rest",
         **d,
         push=Torque(tau=d["M"]),
         a=Inertia(J=d["J1"], phi=d["phi0"]),
@@ -169,11 +171,6 @@ def zero_influence(p):
         rest=Rest(mu_b=d["mu_b"], cs=d["cs"], phi_s=d["phi_s"]),
         alone=Inertia(J=d["J4"], w=3.0, phi=d["phi0"]),
         idle=Torque(tau=0.0),
-        connections=lambda m: [
-            lp.connect(m.idle.flange, m.alone.flange_a),
-            *lp.chain(m.push, m.a, m.shaft, m.b, m.clutch, m.body),
-            lp.connect(m.b.flange_b, m.rest.flange),
-        ],
     )
     system = lp.assemble(model, keep=["b.phi"])
     of = {

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components.translation import Force, Mass
@@ -119,16 +120,12 @@ def test_a_contact_that_separates_takes_an_impact_without_being_entered():
             yield self.flange_a.f == -self.f
             yield lp.hold(self.f, self.v, gap=self.gap, restitution=0.5)
 
-    def connections(m):
-        yield from lp.chain(m.a, m.first, m.b, m.second, m.c)
-
-    model = lp.compose(
+    model = in_a_row(
         a=Mass(m=5.0, s=0.0, v=10.0),
         first=Pair(),
         b=Mass(m=1.0, s=0.0, v=0.0),
         second=Pair(),
         c=Mass(m=1.0, s=0.0, v=0.1),
-        connections=connections,
     )
     run = lp.simulate(lp.assemble(model), until=1.0)
     assert run["second.gap"].min() >= -1e-12

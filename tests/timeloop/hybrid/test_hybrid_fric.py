@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Inertia, OneWayClutch, Torque
@@ -25,11 +26,7 @@ class Rub(lp.Component):
 @pytest.mark.parametrize("J", [0.25, 1.0, 4.0])
 def test_the_compliance_of_a_held_shaft_never_meets_its_inertia(J):
     """A constraint that yields against its reaction keeps the sign of what it holds."""
-    model = lp.compose(
-        body=Inertia(J=J, w=2.0),
-        rub=Rub(),
-        connections=lambda m: [lp.connect(m.body.flange_b, m.rub.flange_a)],
-    )
+    model = in_a_row(body=Inertia(J=J, w=2.0), rub=Rub())
     run = lp.simulate(lp.assemble(model), until=3 * J)
     (event,) = run.events
     assert event.time == pytest.approx(2 * J, rel=1e-12)
@@ -37,15 +34,7 @@ def test_the_compliance_of_a_held_shaft_never_meets_its_inertia(J):
 
 
 def test_a_quantity_is_computed_once_however_often_the_run_changed_its_mode(monkeypatch):
-    model = lp.compose(
-        drive=Torque(tau=3 * lp.ops.sin(20 * lp.time)),
-        body=Inertia(J=1.0),
-        rub=Rub(),
-        connections=lambda m: [
-            lp.connect(m.drive.flange, m.body.flange_a),
-            lp.connect(m.body.flange_b, m.rub.flange_a),
-        ],
-    )
+    model = in_a_row(drive=Torque(tau=3 * lp.ops.sin(20 * lp.time)), body=Inertia(J=1.0), rub=Rub())
     system = lp.assemble(model)
     run = lp.simulate(system, until=2.0)
     made = []

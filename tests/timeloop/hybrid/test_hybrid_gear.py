@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 from scipy.optimize import brentq
 
 import lumped as lp
@@ -125,11 +126,7 @@ def test_conditions_are_followed_where_nothing_but_the_time_changes(grid):
     ids=["position", "speed", "speed from rest"],
 )
 def test_friction_reverses_with_a_prescribed_motion(source):
-    model = lp.compose(
-        source=source,
-        bearing=Bearing(),
-        connections=lambda m: [lp.connect(m.source.flange, m.bearing.flange_a)],
-    )
+    model = in_a_row(source=source, bearing=Bearing())
     run = lp.simulate(lp.assemble(model), until=10.0, grid=1000)
     w = run["bearing.w"]
     moving = np.abs(w) > 1e-3

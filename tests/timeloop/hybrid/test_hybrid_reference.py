@@ -107,7 +107,6 @@ def test_the_reference_is_what_time_stepping_converges_to(seed):
     assert all(c.peak == 1 for c in drive.contacts)
     expected = drive.run(np.linspace(0, END, 2))[-1]
     coarse, fine = (np.abs(stepped(drive, n) - expected).max() for n in (400, 800))
-    print(f"{len(drive.events)} events, errors {coarse:.1e} and {fine:.1e}")
     assert fine < 0.6 * coarse < 0.03
 
 
@@ -174,7 +173,6 @@ STORMS = [
 @pytest.mark.parametrize("case", marked(STORMS, FAILING_STORMS))
 def test_storms_of_impacts_end_at_rest_with_their_energy_lost(case, patience):
     run, losses, gone, left = Storm(*case).run()
-    print(f"{len(losses)} instants, {sum(losses)} of {gone} J lost, {left:.1e} rad/s left")
     assert run.t[-1] == 1.0
     assert left < 1e-9
     assert sum(losses) == pytest.approx(gone, rel=1e-6, abs=1e-12)

@@ -77,7 +77,5 @@ def test_the_machines_agree_with_differences_of_sixth_order(scene, oscillating):
     received = np.vstack([found.eigenvalues, found.decays]) * [point.parameters[n] for n in to]
     expected = np.column_stack([by_differences(point, name, values) for name in to])
     error = np.abs(received - expected) / np.abs(values)[:, None]
-    print(f"largest error of p/l dl/dp {error.max():.1e}, of")
-    print(np.abs(received / values[:, None]).max(axis=1))
     assert np.abs(received).max(axis=0).min() > 0
     assert error.max() < 1e-8

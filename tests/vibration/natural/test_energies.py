@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from drive_chains import Geared, in_turn
-from rows import in_a_row
+from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -90,7 +90,6 @@ def test_translation_and_rotation_count_alike():
     model = lp.compose(
         straight=in_a_row(wall=wall, spring=spring, mass=mass),
         turning=in_a_row(ground=Fixed(), shaft=Spring(c=50.0), body=Inertia(J=1.0)),
-        connections=lambda m: [],
     )
     received = lp.vibration.modal_energies(lp.modes(lp.assemble(model)))
     found = [[x[0][0] for x in received.ranked(i)] for i in range(2)]
@@ -133,7 +132,6 @@ def test_contributions_to_damping_add_up_and_name_who_damps():
     modes = lp.modes(lp.assemble(model))
     received = lp.vibration.modal_energies(modes)
     total = received.damping.sum(axis=1)
-    print("largest error of the sum:", np.abs(total - modes.damping).max())
     assert total == pytest.approx(modes.damping, rel=1e-12)
     place = {name: i for i, name in enumerate(received.components)}
     J = np.array([1.0, 2.0, 3.0])
@@ -192,18 +190,16 @@ def test_participation_is_the_derivative_by_the_diagonal_of_the_state_matrix():
 
 
 def test_a_mode_of_currents_alone_has_no_shares():
-    circuit = lp.compose(
+    circuit = in_rows(
+        "ground.pin coil.n buffer.n",
+        "coil.p buffer.p",
+        "wall shaft body",
         ground=Ground(),
         coil=Inductor(L=0.1),
         buffer=Capacitor(C=1e-3),
         wall=Fixed(),
         shaft=Spring(c=50.0),
         body=Inertia(J=1.0),
-        connections=lambda m: [
-            lp.connect(m.ground.pin, m.coil.n, m.buffer.n),
-            lp.connect(m.coil.p, m.buffer.p),
-            *lp.chain(m.wall, m.shaft, m.body),
-        ],
     )
     modes = lp.modes(lp.assemble(circuit))
     received = lp.vibration.modal_energies(modes)

@@ -19,7 +19,6 @@ def test_a_damped_oscillator_follows_its_circle_and_splits_on_the_axis():
     expected = np.sort_complex(np.array([np.roots([2.0, value, 200.0]) for value in d]))
     received = np.sort_complex(locus.eigenvalues)
     error = np.abs(received - expected).max(axis=1)
-    print("largest error away from the double root:", error[np.abs(d - 40) > 1].max())
     assert error[np.abs(d - 40) > 1].max() < 1e-12 * 30
     assert locus.damping[0] == pytest.approx([0, 0], abs=1e-15)
     assert not locus.unstable.any()

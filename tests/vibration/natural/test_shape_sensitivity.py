@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy
+from checks import refused
 from differences import slope
 from drive_chains import Geared, damped_pair, star
 from rows import assemble_row
@@ -72,7 +73,6 @@ def test_a_damped_geared_drive_agrees_with_differences_of_matrices():
             received = change / shape[top] - shape * change[top] / shape[top] ** 2
             size = np.abs(total).max() + 1e-9 / h
             worst = max(worst, np.abs(received - total).max() / size)
-    print(f"largest error {worst:.1e}")
     assert worst < 1e-7
 
 
@@ -138,19 +138,16 @@ def test_eigenvalues_that_repeat_part_as_perturbation_theory_says():
     shapes = lp.vibration.shape_sensitivity(found.modes, of=["tip[0].phi"], by=["arm[0].c"])
     assert np.isnan(shapes.derivatives[:2]).all()
     assert np.isfinite(shapes.derivatives[2]).all()
-    with pytest.raises(OptionError, match="mode 2 does not repeat"):
-        found.split(2, "arm[0].c")
+    refused(OptionError, lambda: found.split(2, "arm[0].c"), "mode 2 does not repeat")
 
 
 def test_bad_input_is_refused(two_mass):
     modes = lp.modes(lp.assemble(two_mass))
     with pytest.raises(OptionError, match="at least one quantity"):
         lp.vibration.shape_sensitivity(modes, of=[])
-    with pytest.raises(UnknownNameError, match=r"a\.phi"):
-        lp.vibration.shape_sensitivity(modes, of=["a.phy"])
+    refused(UnknownNameError, lambda: lp.vibration.shape_sensitivity(modes, of=["a.phy"]), "a.phi")
     found = lp.vibration.shape_sensitivity(modes, of=["a.phi"], by=["a.J"])
-    with pytest.raises(UnknownNameError, match=r"'b.J' was not asked for"):
-        _ = found["a.phi", "b.J"]
+    refused(UnknownNameError, lambda: found["a.phi", "b.J"], "'b.J' was not asked for")
     free = lp.modes(lp.assemble(lp.compose(body=Inertia(J=1.0))))
     with pytest.raises(OptionError, match="no oscillating mode"):
         lp.vibration.shape_sensitivity(free, of=["body.phi"])
@@ -162,5 +159,4 @@ def test_an_eigenvalue_with_too_few_shapes_has_infinite_derivatives():
     found = lp.vibration.eigen_sensitivity(modes)
     assert found.repeated == (0,)
     assert np.isnan(found.hertz[0]).all()
-    with pytest.raises(SolverError, match="fewer shapes than eigenvalues"):
-        found.split(0, "shaft.c")
+    refused(SolverError, lambda: found.split(0, "shaft.c"), "fewer shapes than eigenvalues")

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 import scipy
+from checks import refused
+from differences import slope
 from rows import assemble_row
 
 import lumped as lp
@@ -44,10 +46,7 @@ def below(phases):
 
 
 def close(received, expected, limit):
-    assert len(received) == len(expected)
-    error = np.abs(np.array(received) / np.array(expected) - 1).max()
-    print(f"{len(expected)} values, largest relative error {error:.1e}")
-    assert error < limit
+    assert np.array(received) == pytest.approx(np.array(expected), rel=limit, abs=0)
 
 
 def test_a_free_and_a_clamped_bar_have_all_their_natural_frequencies():
@@ -150,7 +149,6 @@ def test_a_lumped_section_converges_to_the_continuous_one_with_the_square_of_its
         :2
     ]
     errors = np.array([1 - frequency(n_elements=n) / exact for n in (8, 16, 32)])
-    print(errors)
     np.testing.assert_allclose(errors[:-1] / errors[1:], 4.0, rtol=0.03)
 
 
@@ -174,7 +172,6 @@ def test_a_cone_converges_with_the_square_of_its_pieces():
         cone = Taper(d_a=a, d_b=b, L=length, n_elements=n)
         found = natural(assemble_row(wall=Fixed(), shaft=shaft(cone)), 1.5 * exact).hertz
         errors.append(found[np.abs(found - exact).argmin()] / exact - 1)
-    print(errors)
     assert abs(errors[0]) < 0.02
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
 
@@ -209,12 +206,12 @@ def test_torques_of_the_model_excite_a_continuous_shaft_as_the_wave_equation_say
             abs(value * torque * at) for value, at in zip(map(loaded_angle, w), w, strict=True)
         ]
         close(response.magnitude("load.w", order), expected, 1e-9)
-    slope = lp.vibration.order_sensitivity(
+    found = lp.vibration.order_sensitivity(
         response, "load.w", measure=3.0, speed=420.0, by=["shaft.sections[0].d"]
     )
-    w, h = 3 * 420.0, 1e-6
-    sides = [abs(loaded_angle(w, D + step)) * 25.0 * w for step in (h, -h)]
-    assert slope.derivatives[0] == pytest.approx((sides[0] - sides[1]) / (2 * h), rel=1e-6)
+    w = 3 * 420.0
+    expected = slope(lambda d: abs(loaded_angle(w, d)) * 25.0 * w, D, 1e-6, 2)
+    assert found.derivatives[0] == pytest.approx(expected, rel=1e-6)
 
 
 def test_runs_and_operating_points_have_lumps():
@@ -266,9 +263,7 @@ def test_the_stress_at_the_ends_and_in_the_middle_is_that_of_the_wave():
 def test_a_loss_factor_damps_all_modes_by_half_of_it(eta):
     system = assemble_row(wall=Fixed(), shaft=shaft(BAR, eta=eta, w_loss=100.0), disc=Inertia(J=J))
     found = natural(system)
-    missed = np.abs(found.damping / (eta / 2) - 1).max()
-    print(f"{missed:.1e}, of the order of the square: {missed / eta**2:.1f}")
-    assert missed < 30 * eta**2
+    assert found.damping == pytest.approx(eta / 2, rel=30 * eta**2)
 
 
 def test_a_damper_at_the_end_damps_as_its_share_of_the_energy_says():
@@ -306,16 +301,12 @@ def test_slips_are_named():
             one, inputs=["load.tau"], outputs=["shaft.flange_b.phi"], hertz=[1.0, 600.0]
         )
     plain = assemble_row(a=Inertia(J=1.0), spring=SpringDamper(c=1.0), b=Inertia(J=1.0))
-    with pytest.raises(OptionError, match="no law of the drive depends on the frequency"):
-        natural(plain)
-    with pytest.raises(OptionError, match="up_to = 0 Hz must be above zero"):
-        natural(one, 0.0)
+    refused(OptionError, lambda: natural(plain), "no law of the drive depends on the frequency")
+    refused(OptionError, lambda: natural(one, 0.0), "up_to = 0 Hz must be above zero")
     point = lp.start_point(one)
     with pytest.raises(OptionError, match="when making the operating point"):
         natural(one, 10.0, at=point, parameters={"shaft.G": 7e10})
     with pytest.raises(DeclarationError, match="eta is given, but lumped elements have no loss"):
         assemble_row(shaft=Shaft(sections=[BAR], eta=0.1, w_loss=1.0))
-    with pytest.raises(ParameterError, match="w_loss"):
-        lp.assemble(lp.compose(shaft=shaft(BAR, eta=0.1)))
-    with pytest.raises(ParameterError, match="w_loss"):
-        assemble_row(shaft=shaft(Solid(d=D, L=L, eta=0.1)))
+    refused(ParameterError, lambda: lp.assemble(lp.compose(shaft=shaft(BAR, eta=0.1))), "w_loss")
+    refused(ParameterError, lambda: assemble_row(shaft=shaft(Solid(d=D, L=L, eta=0.1))), "w_loss")
