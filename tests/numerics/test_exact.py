@@ -100,7 +100,7 @@ def test_a_chain_of_five_hundred_bodies_carries_the_torsional_wave():
     for i in (0, 417, n - 1):
         shape = 2 / n * np.cos(k * np.pi / (2 * n)) * np.cos((i + 0.5) * k * np.pi / n)
         expected = 1 / n + np.cos(np.outer(run.t, w)) @ shape
-        error = np.abs(run[f"bodies[{i}].w"] - expected).max()
+        error = np.abs(run[f"body[{i}].w"] - expected).max()
         print(f"body {i}: {error:.1e}")
         assert error < 1e-12
 
