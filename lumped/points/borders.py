@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from lumped.errors import SolverError
 from lumped.flattening.hold_modes import FORWARD
 from lumped.points.moved_equilibrium import MovedPoint
+from lumped.support.arrays import Real
 from lumped.timeloop.holds import hold_words, turn_condition
 from lumped.timeloop.results.operating_point import OperatingPoint
 
-Real = NDArray[np.float64]
 Numbers = NDArray[np.inexact[Any]]
 
 _NEAR = 10.0

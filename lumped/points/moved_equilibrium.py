@@ -9,7 +9,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
@@ -17,10 +16,9 @@ from lumped.errors import OptionError, SolverError
 from lumped.points.steady_directions import unsteady_part
 from lumped.points.target_values import initial_residuals
 from lumped.points.vibrating_states import find_stuck_holds
+from lumped.support.arrays import Real
 from lumped.support.text_table import list_names
 from lumped.timeloop.results.operating_point import Kept, OperatingPoint
-
-Real = NDArray[np.float64]
 
 _STILL = 1e-9
 """Derivatives of states, relative to the terms in them, below which a point is an equilibrium."""

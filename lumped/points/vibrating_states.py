@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
+from lumped.support.arrays import Boolean
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
 
 
-def moving(system: System, point: OperatingPoint) -> NDArray[np.bool_]:
+def moving(system: System, point: OperatingPoint) -> Boolean:
     """States that can vibrate: neither cyclic nor held at the operating point, shape (n,)."""
-    found: NDArray[np.bool_] = ~np.isin(
+    found: Boolean = ~np.isin(
         system.structure.states,
         [*system.structure.cyclic, *system.switching.find_held(point.settings)],
     )
     return found
 
 
-def find_stuck_holds(point: OperatingPoint) -> NDArray[np.bool_]:
+def find_stuck_holds(point: OperatingPoint) -> Boolean:
     """Which holds hold at the operating point, shape (h,)."""
-    found: NDArray[np.bool_] = point.settings[point.system.switching.first_modes] > 0.5
+    found: Boolean = point.settings[point.system.switching.first_modes] > 0.5
     return found
 
 

@@ -11,6 +11,12 @@ from numpy.typing import ArrayLike
 from lumped.errors import OptionError
 
 
+def rank(names: Sequence[str], values: np.ndarray) -> list[tuple[str, float]]:
+    """Names and values, those of the largest size first."""
+    order = np.argsort(-np.abs(values), kind="stable")
+    return [(names[i], float(values[i])) for i in order]
+
+
 def rank_by_size(
     what: str, value: float, names: Sequence[str], relative: np.ndarray
 ) -> list[tuple[str, float]]:
@@ -23,8 +29,7 @@ def rank_by_size(
     """
     if not value:
         raise OptionError(f"{what} is zero; a change relative to it has no meaning.")
-    order = np.argsort(-np.abs(relative), kind="stable")
-    return [(names[i], float(relative[i])) for i in order]
+    return rank(names, relative)
 
 
 def list_largest(pairs: Iterable[tuple[str, Any]], form: str = "{} {:+.4f}", most: int = 4) -> str:

@@ -19,7 +19,7 @@ from lumped.points.moved_equilibrium import find_moved_point, places_to, still_p
 from lumped.points.situation import situation
 from lumped.points.vibrating_states import moving
 from lumped.support.arguments import checked
-from lumped.support.arrays import Complex, Real
+from lumped.support.arrays import Boolean, Complex, Real
 from lumped.support.display_units import Units, choose_units, frequency_unit
 from lumped.support.ranking import list_largest, rank_by_size
 from lumped.support.rich_html import RichHtml
@@ -242,11 +242,11 @@ def _find_repeated(modes: Modes, values: Complex, vectors: Complex) -> NDArray[n
     return np.flatnonzero(alike | critical)
 
 
-def _compare(modes: Modes, values: Complex, vectors: Complex) -> NDArray[np.bool_]:
+def _compare(modes: Modes, values: Complex, vectors: Complex) -> Boolean:
     """Which eigenvalues are the same in the same part of the drive, shape (k, k)."""
     part = modes.parts[np.abs(vectors).argmax(axis=0)]
     close = np.abs(values[:, None] - values[None, :]) <= REPEATED * np.abs(values)[:, None]
-    found: NDArray[np.bool_] = close & (part[:, None] == part[None, :])
+    found: Boolean = close & (part[:, None] == part[None, :])
     return found
 
 
