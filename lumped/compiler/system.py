@@ -273,8 +273,7 @@ class System(Shared, RichHtml):
         width = len(structure.reduced.states)
         own_rows, own = self.jacobian.sparsity_out(0).get_triplet()
         places = np.array(own_rows, dtype=int) * width + np.array(structure.in_use, dtype=int)[own]
-        found: np.ndarray = np.isin(places, (rows * width + columns)[rounding])
-        return found
+        return np.isin(places, (rows * width + columns)[rounding])
 
     def without_foresight(self) -> System:
         """The same system for a run that does not know all instants of functions of time before.

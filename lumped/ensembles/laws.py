@@ -155,8 +155,7 @@ def law_of(distribution: Distribution, of: Parameter) -> Law:
 
 def density(z: Real) -> Real:
     """Of a standard normal variable."""
-    found: Real = np.exp(-0.5 * z * z) / math.sqrt(2 * math.pi)
-    return found
+    return np.exp(-0.5 * z * z) / math.sqrt(2 * math.pi)
 
 
 def probability(value: float) -> float:

@@ -64,8 +64,7 @@ class GradientEnsemble(RichHtml):
             find_place(key, known, "was not differentiated")
             for key, known in zip(pair, (self.of, self.by), strict=True)
         )
-        found: np.ndarray = self.derivatives[:, row, column]
-        return found
+        return self.derivatives[:, row, column]
 
     def __repr__(self) -> str:
         rows = []

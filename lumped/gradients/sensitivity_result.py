@@ -81,8 +81,7 @@ class Sensitivity(RichHtml):
             return float(self.slopes[row, self.by.index(by)])
         of = self.run.system.key(pair[0])  # type: ignore[arg-type]
         places = [self._place(key, known) for key, known in ((of, self.of), (by, self.by))]
-        found: np.ndarray = self.derivatives[:, places[0], places[1]]
-        return found
+        return self.derivatives[:, places[0], places[1]]
 
     def _place(self, key: str, known: tuple[str, ...]) -> int:
         return find_place(key, known, "is not in this sensitivity")

@@ -182,8 +182,7 @@ class _Coupled:
 
     def _c(self, rows: Real) -> Complex:
         scaled = rows * self._scale
-        found: Complex = scaled[..., self._one] @ self._u - 1j * (scaled[..., self._two] @ self._w)
-        return found
+        return scaled[..., self._one] @ self._u - 1j * (scaled[..., self._two] @ self._w)
 
     def _z(self, c: Complex) -> Real:
         found = np.empty((len(c), len(self._scale)))

@@ -240,8 +240,7 @@ def _crests(sizes: np.ndarray) -> list[int]:
     """Where a curve is at least as high as on both sides."""
     high = np.concatenate([[-np.inf], sizes, [-np.inf]])
     inner = high[1:-1]
-    found: list[int] = np.flatnonzero((inner >= high[:-2]) & (inner >= high[2:])).tolist()
-    return found
+    return np.flatnonzero((inner >= high[:-2]) & (inner >= high[2:])).tolist()
 
 
 class Apart:

@@ -108,8 +108,7 @@ class Branch(ByName, RichHtml):
     @property
     def stable(self) -> Boolean:
         """Whether small disturbances do not grow, shape (k,)."""
-        found: Boolean = self.largest <= 1 + ON_CIRCLE
-        return found
+        return self.largest <= 1 + ON_CIRCLE
 
     @property
     def largest(self) -> Real:

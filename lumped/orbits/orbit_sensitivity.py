@@ -63,8 +63,7 @@ class OrbitSensitivity(RichHtml):
             find_place(self.run.system.key(name), known, "was not asked for")
             for name, known in zip(pair, (self.of, self.by), strict=True)
         )
-        found: np.ndarray = self.derivatives[:, row, column]
-        return found
+        return self.derivatives[:, row, column]
 
     def __repr__(self) -> str:
         head = f"{self.run.system.name}: derivatives along a periodic motion, "

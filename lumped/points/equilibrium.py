@@ -261,8 +261,7 @@ class _Equilibrium:
 
 
 def _modes(point: OperatingPoint) -> np.ndarray:
-    found: np.ndarray = point.settings[: len(point.settings) - len(point.system.structure.implicit)]
-    return found
+    return point.settings[: len(point.settings) - len(point.system.structure.implicit)]
 
 
 def _between(begin: OperatingPoint, end: OperatingPoint, share: float) -> OperatingPoint:

@@ -153,8 +153,7 @@ def select_still(point: OperatingPoint, vectors: Real) -> Real:
     moves = slopes[:, system.structure.in_use] @ vectors
     size = np.abs(slopes[:, system.structure.in_use]) @ np.abs(vectors)
     moves[np.abs(moves) <= _MISSED * size] = 0.0
-    found: Real = vectors @ _solve_least_squares(moves, np.zeros((len(moves), 1)))[1]
-    return found
+    return vectors @ _solve_least_squares(moves, np.zeros((len(moves), 1)))[1]
 
 
 def _collect_held(system: System, point: OperatingPoint) -> ca.SX:

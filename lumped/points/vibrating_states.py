@@ -13,11 +13,10 @@ from lumped.timeloop.results.validity import refuse_point_outside
 
 def moving(system: System, point: OperatingPoint) -> Boolean:
     """States that can vibrate: neither cyclic nor held at the operating point, shape (n,)."""
-    found: Boolean = ~np.isin(
+    return ~np.isin(
         system.structure.states,
         [*system.structure.cyclic, *system.switching.find_held(point.settings)],
     )
-    return found
 
 
 def find_stuck_holds(point: OperatingPoint) -> Boolean:

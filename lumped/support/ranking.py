@@ -50,8 +50,7 @@ def ranks(values: np.ndarray) -> np.ndarray:
     """Ranks from 0 on, shape (n,); equal values share the mean of theirs."""
     _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
     ends = np.cumsum(counts)
-    found: np.ndarray = (ends - 0.5 * (counts + 1))[inverse]
-    return found
+    return (ends - 0.5 * (counts + 1))[inverse]
 
 
 def quantiles(values: np.ndarray, q: ArrayLike) -> Any:

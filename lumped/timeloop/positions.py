@@ -56,8 +56,7 @@ def calm_positions(
     """
     run = executable(system).at(theta, time, x, settings)
     _check(system, run, engine.call("calm_positions", run))
-    found: np.ndarray = run.instant.m.copy()
-    return found
+    return run.instant.m.copy()
 
 
 def settle_positions(

@@ -241,8 +241,7 @@ class Scene:
         if not np.isfinite(scaled).all():
             why = next(iter(self.failures.values()), "")
             raise SolverError(f"{self.analysis}: no derivatives beside the point: {why}", None)
-        bent: Real = scaled / np.outer(wide, wide)
-        return bent
+        return scaled / np.outer(wide, wide)
 
     def exact_curvatures(self, x: Real) -> Real | None:
         """The same; None where none are formed (runs, order responses, modes of equilibria)."""

@@ -148,8 +148,7 @@ class Trajectory(Named):
 
     def __getitem__(self, name: Name | list[Name]) -> np.ndarray:
         if isinstance(name, list):
-            table: np.ndarray = self.table(name)
-            return table
+            return self.table(name)
         key = self.system.key(name)
         if key == "time":
             return self.t

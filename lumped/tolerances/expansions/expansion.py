@@ -271,8 +271,7 @@ class _Rows:
     def grams(self) -> Real:
         """Products of the terms over all runs, for each row of a run."""
         parts = self.left.transpose(1, 0, 2)
-        found: Real = parts @ parts.transpose(0, 2, 1)
-        return found
+        return parts @ parts.transpose(0, 2, 1)
 
     def fits(self) -> list[_Fit]:
         """Fits with sets of terms that contain each other."""

@@ -61,8 +61,7 @@ class Family:
         With it as a weight, derivatives of different polynomials are orthogonal for normal,
         uniform and beta laws, and those of degree one are orthogonal to all others for any law.
         """
-        found: Real = np.interp(z, self.grid, self.kernel)
-        return found
+        return np.interp(z, self.grid, self.kernel)
 
     def values(self, z: Real, degree: int) -> tuple[Real, Real]:
         """Polynomials and their derivatives, shape (degree + 1, n) each."""
