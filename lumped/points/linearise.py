@@ -16,13 +16,14 @@ from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.points.control_systems import control_names
 from lumped.points.situation import one_sided, situation
 from lumped.points.start import point_or_start
-from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
+from lumped.support.arrays import Boolean
 from lumped.support.made_once import made_once
 from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.timeloop.results.validity import refuse_point_outside
 
 _MOST = 500
 _GROWS = 1e-7
@@ -270,3 +271,32 @@ def growth(system: System, point: OperatingPoint) -> tuple[float, str]:
 def sparse_state_matrix(system: System, point: OperatingPoint) -> scipy.sparse.csc_array:
     """A as a sparse matrix."""
     return system.state_matrix((point.x, point.theta, point.time, point.settings))
+
+
+def moving(system: System, point: OperatingPoint) -> Boolean:
+    """States that can vibrate: neither cyclic nor held at the operating point, shape (n,)."""
+    return ~np.isin(
+        system.structure.states,
+        [*system.structure.cyclic, *system.switching.find_held(point.settings)],
+    )
+
+
+def finite(point: OperatingPoint) -> OperatingPoint:
+    """The point itself.
+
+    Raises
+    ------
+    SolverError
+        If a state or parameter is no number there, or equations of a component do not hold.
+    """
+    p = point.system.structure.parameters
+    names = [*point.system.state_names, *(p.names[i] for i in p.free)]
+    values = np.append(point.x, point.theta)
+    bad = np.flatnonzero(~np.isfinite(values))
+    if len(bad):
+        raise SolverError(
+            f"{point.system.name}: the operating point is not finite: {names[bad[0]]} = "
+            f"{values[bad[0]]}. Take one from start_point, equilibrium or a run."
+        )
+    refuse_point_outside(point, "at the operating point")
+    return point

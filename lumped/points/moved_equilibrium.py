@@ -15,8 +15,7 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.points.steady_directions import unsteady_part
 from lumped.points.target_values import initial_residuals
-from lumped.points.vibrating_states import find_stuck_holds
-from lumped.support.arrays import Real
+from lumped.support.arrays import Boolean, Real
 from lumped.support.text_table import list_names
 from lumped.timeloop.results.operating_point import Kept, OperatingPoint
 
@@ -144,7 +143,7 @@ def find_moved_point(point: OperatingPoint, places: list[int]) -> MovedPoint | N
 def select_still(point: OperatingPoint, vectors: Real) -> Real:
     """Those combinations of columns of states in which nothing moves that is held."""
     system = point.system
-    if not find_stuck_holds(point).any() or not vectors.shape[1]:
+    if not _find_stuck_holds(point).any() or not vectors.shape[1]:
         return vectors
     slopes = _slopes(point, _collect_held(system, point), [])
     lost = np.setdiff1d(np.arange(slopes.shape[1]), system.structure.in_use)
@@ -163,7 +162,7 @@ def _collect_held(system: System, point: OperatingPoint) -> ca.SX:
     """
     switching, values, reduced = system.switching, system.structure.values, system.structure.reduced
     found = [ca.SX(0, 1)]
-    for hold in np.flatnonzero(find_stuck_holds(point)).tolist():
+    for hold in np.flatnonzero(_find_stuck_holds(point)).tolist():
         node = switching.speeds[hold]
         if node < 0:
             continue
@@ -283,7 +282,7 @@ def _is_equilibrium(point: OperatingPoint, change: scipy.sparse.csc_array) -> bo
 def _none_near(point: OperatingPoint, place: int) -> str:
     system = point.system
     p, switching = system.structure.parameters, system.switching
-    held = list(dict.fromkeys(np.array(switching.names)[find_stuck_holds(point)].tolist()))
+    held = list(dict.fromkeys(np.array(switching.names)[_find_stuck_holds(point)].tolist()))
     staying = (
         f" while {list_names(held)} {'stays' if len(held) == 1 else 'stay'} held" if held else ""
     )
@@ -293,3 +292,9 @@ def _none_near(point: OperatingPoint, place: int) -> str:
         f"{p.names[p.free[place]]} changes{staying}{given}. Leave it out of `by`, or let a load "
         "depend on the speed."
     )
+
+
+def _find_stuck_holds(point: OperatingPoint) -> Boolean:
+    """Which holds hold at the operating point, shape (h,)."""
+    found: Boolean = point.settings[point.system.switching.first_modes] > 0.5
+    return found

@@ -14,10 +14,9 @@ from lumped.compiler.structure import Name
 from lumped.errors import OptionError, SolverError
 from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import tornado
-from lumped.points.linearise import sparse_state_matrix
+from lumped.points.linearise import moving, sparse_state_matrix
 from lumped.points.moved_equilibrium import find_moved_point, places_to, still_point
 from lumped.points.situation import situation
-from lumped.points.vibrating_states import moving
 from lumped.support.arguments import checked
 from lumped.support.arrays import Boolean, Complex, Real
 from lumped.support.display_units import Units, choose_units, frequency_unit

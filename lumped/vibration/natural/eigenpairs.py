@@ -17,8 +17,7 @@ from lumped.errors import OptionError, SolverError
 from lumped.numerics.eigen import nonzero
 from lumped.numerics.singular_factors import factors_of
 from lumped.numerics.skew_scaling import balance
-from lumped.points.linearise import sparse_state_matrix
-from lumped.points.vibrating_states import moving
+from lumped.points.linearise import moving, sparse_state_matrix
 from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import frequency_unit
 from lumped.support.rich_html import RichHtml

@@ -9,10 +9,9 @@ from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.eigen import eigenpairs
 from lumped.numerics.eigen_near import eigenpairs_near
-from lumped.points.linearise import sparse_state_matrix
+from lumped.points.linearise import finite, moving, sparse_state_matrix
 from lumped.points.moved_equilibrium import select_still
 from lumped.points.start import point_or_start
-from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.natural.modes import Modes

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from lumped.compiler.system import Changes
 from lumped.numerics.eigen import eigenvalues_of_many, vectors_of_many
 from lumped.points.equilibrium import equilibrium
+from lumped.points.linearise import moving
 from lumped.points.moved_equilibrium import find_moved_point
 from lumped.points.start import start_point
-from lumped.points.vibrating_states import moving
 from lumped.support.arrays import Complex, Real
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.operating_point import Kept, OperatingPoint

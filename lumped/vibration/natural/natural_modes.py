@@ -11,10 +11,9 @@ from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.bracketed_roots import find_bracketed_roots
-from lumped.points.linearise import sparse_state_matrix
+from lumped.points.linearise import finite, sparse_state_matrix
 from lumped.points.situation import situation
 from lumped.points.start import point_or_start
-from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
 from lumped.support.arrays import Integer, Real
 from lumped.support.ranking import list_largest

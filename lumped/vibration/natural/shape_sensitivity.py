@@ -11,9 +11,8 @@ import scipy
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
-from lumped.points.linearise import sparse_state_matrix
+from lumped.points.linearise import moving, sparse_state_matrix
 from lumped.points.moved_equilibrium import find_moved_point, still_point
-from lumped.points.vibrating_states import moving
 from lumped.support.arguments import checked
 from lumped.support.arrays import Complex
 from lumped.support.by_name import find_place
