@@ -105,9 +105,7 @@ class Linearisation(RichHtml):
             for name, row in zip(self.states, self.A[:10, :8], strict=False)
         ]
         point = self.point
-        rates = np.abs(
-            point.system.rhs(point.x, point.theta, point.time, point.settings).toarray().ravel()
-        )
+        rates = np.abs(point.system.rhs(*point.inputs).toarray().ravel())
         text = f"{point.system.name}: exact at t = {point.time:g} s"
         if len(rates):
             fastest = int(rates.argmax())
@@ -257,7 +255,7 @@ def growth(system: System, point: OperatingPoint) -> tuple[float, str]:
         return np.nan, ""
     if not len(own):
         return 0.0, ""
-    matrix = sparse_state_matrix(system, point).toarray()[own][:, own]
+    matrix = system.state_matrix(point.inputs).toarray()[own][:, own]
     balanced = scipy.linalg.matrix_balance(matrix, permute=False)[0]
     values, vectors = scipy.linalg.eig(balanced)
     first = int(values.real.argmax())
@@ -266,11 +264,6 @@ def growth(system: System, point: OperatingPoint) -> tuple[float, str]:
         return 0.0, ""
     most = int(np.abs(vectors[:, first]).argmax())
     return float(values.real[first]), system.state_names[own[most]]
-
-
-def sparse_state_matrix(system: System, point: OperatingPoint) -> scipy.sparse.csc_array:
-    """A as a sparse matrix."""
-    return system.state_matrix((point.x, point.theta, point.time, point.settings))
 
 
 def moving(system: System, point: OperatingPoint) -> Boolean:

@@ -122,10 +122,9 @@ def find_moved_point(point: OperatingPoint, places: list[int]) -> MovedPoint | N
     free, count = list(kept.free), len(system.structure.reduced.states)
     end, chosen = count + len(free), [*free, *places]
     rates = _slopes(point, system.rates, chosen)
-    inputs = (point.x, point.theta, point.time, point.settings)
     # what cancels in it is exactly zero there, and nothing depends on states that are left out
     rates[:, :count] = 0.0
-    rates[:, system.structure.in_use] = system.state_matrix(inputs).toarray()
+    rates[:, system.structure.in_use] = system.state_matrix(point.inputs).toarray()
     given = _slopes(point, _collect_given(system, kept), chosen)
     held = _slopes(point, _collect_held(system, point), chosen)
     hard = np.vstack([change @ rates, held, *([given] if free else [])])
@@ -273,9 +272,8 @@ def _solve_least_squares(matrix: Real, right: Real, size: float = 0.0) -> tuple[
 def _is_equilibrium(point: OperatingPoint, change: scipy.sparse.csc_array) -> bool:
     """Whether the derivatives vanish at the point, steady motion apart."""
     system = point.system
-    inputs = (point.x, point.theta, point.time, point.settings)
-    rates = np.abs(change @ np.asarray(system.rhs(*inputs)).ravel())
-    terms = abs(change @ system.state_matrix(inputs)) @ (np.abs(point.x) + 1e-3)
+    rates = np.abs(change @ np.asarray(system.rhs(*point.inputs)).ravel())
+    terms = abs(change @ system.state_matrix(point.inputs)) @ (np.abs(point.x) + 1e-3)
     return bool((rates <= _STILL * (terms + 1e-9)).all())
 
 

@@ -210,6 +210,11 @@ class OperatingPoint(Named):
         p = self.system.structure.parameters
         return {p.names[i]: float(v) for i, v in zip(p.free, self.theta, strict=True)}
 
+    @property
+    def inputs(self) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
+        """States, parameters, time and settings: values of the inputs of the system's functions."""
+        return self.x, self.theta, self.time, self.settings
+
     @cached_property
     def whole(self) -> OperatingPoint:
         """The same with the states that were left out, if they are known."""
@@ -238,7 +243,7 @@ class OperatingPoint(Named):
             if self.again is None:
                 raise
             return self.whole[name]
-        return float(function(self.x, self.theta, self.time, self.settings))
+        return float(function(*self.inputs))
 
     def __repr__(self) -> str:
         rows = [

@@ -14,7 +14,7 @@ from lumped.compiler.structure import Name
 from lumped.errors import OptionError, SolverError
 from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import tornado
-from lumped.points.linearise import moving, sparse_state_matrix
+from lumped.points.linearise import moving
 from lumped.points.moved_equilibrium import find_moved_point, places_to, still_point
 from lumped.points.situation import situation
 from lumped.support.arguments import checked
@@ -270,7 +270,7 @@ def derive_split(modes: Modes, together: list[int], place: int) -> Complex:
     system, point = modes.system, modes.point
     own = modes.own_part(modes.vectors[:, together[0]])
     own = own[moving(system, point)[own]]
-    block = scipy.sparse.csc_array(sparse_state_matrix(system, point))[own][:, own].astype(complex)
+    block = scipy.sparse.csc_array(system.state_matrix(point.inputs))[own][:, own].astype(complex)
     value = modes.eigenvalues[together[0]]
     factors = factors_beside(block, value)
     left = np.random.default_rng(3).standard_normal((len(own), len(together))).astype(complex)

@@ -14,7 +14,6 @@ from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.plots.draw import Canvas, draw
-from lumped.points.linearise import sparse_state_matrix
 from lumped.points.situation import situation
 from lumped.points.start import point_at, start_point
 from lumped.support.arguments import checked
@@ -180,7 +179,7 @@ def root_locus(
         else:
             point = start_point(system, parameters={name: value})
         situations[situation(point)] = None
-        matrix = sparse_state_matrix(system, point).toarray()[used][:, used]
+        matrix = system.state_matrix(point.inputs).toarray()[used][:, used]
         if not np.isfinite(matrix).all():
             raise SolverError(
                 f"{system.name}: the linearisation at {name} = {value:g} is not finite."

@@ -11,7 +11,7 @@ import scipy
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
-from lumped.points.linearise import moving, sparse_state_matrix
+from lumped.points.linearise import moving
 from lumped.points.moved_equilibrium import find_moved_point, still_point
 from lumped.support.arguments import checked
 from lumped.support.arrays import Complex
@@ -126,11 +126,10 @@ def shape_sensitivity(
         orders.append(row - reference)
     depth = np.array(orders)
     outputs = ca.vertcat(system.rates, system.structure.values.of(rows))
-    inputs = (point.x, point.theta, point.time, point.settings)
-    C = ca.Function("C", system.inputs, [ca.jacobian(outputs, system.inputs[0])])(*inputs)
+    C = ca.Function("C", system.inputs, [ca.jacobian(outputs, system.inputs[0])])(*point.inputs)
     C = scipy.sparse.csr_array(C.sparse())[len(point.x) :]
     along = Along(point, outputs, moved)
-    matrix = scipy.sparse.csc_array(sparse_state_matrix(system, point)).astype(complex)
+    matrix = scipy.sparse.csc_array(system.state_matrix(point.inputs)).astype(complex)
     left, mobile = modes.left_vectors, moving(system, point)
     signs = system.structure.reduced.aliases.signs[np.array(unknowns)[alive]][:, None]
     values = np.zeros((len(modes.eigenvalues), len(wanted), len(places)), dtype=complex)
