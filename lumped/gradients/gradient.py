@@ -111,7 +111,8 @@ class Gradient(ByName, RichHtml):
             If it was not differentiated.
         """
         row = self._row(of)
-        return rank_by_size(of, self.values[row], self.by, self.relative[row])
+        changes = self.derivatives[row] * read_varied_values(self.run, self.by)
+        return rank_by_size(of, self.values[row], self.by, changes)
 
     @checked
     def plot(self, of: str | None = None, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:

@@ -111,10 +111,8 @@ class Sensitivity(RichHtml):
             self.run.check_instant(at)
         k = len(t) - 1 if at is None else int(np.abs(t - at).argmin())
         value = float(self.run[name][k])
-        slopes = self.derivatives[k, place]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            relative = slopes * read_varied_values(self.run, self.by) / value
-        return rank_by_size(f"{name} at t = {self.run.t[k]:g} s", value, self.by, relative)
+        changes = self.derivatives[k, place] * read_varied_values(self.run, self.by)
+        return rank_by_size(f"{name} at t = {self.run.t[k]:g} s", value, self.by, changes)
 
     @checked
     def plot(

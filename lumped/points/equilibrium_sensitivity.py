@@ -61,11 +61,9 @@ class EquilibriumSensitivity(RichHtml):
         OptionError
             If the quantity is zero, to which nothing is relative.
         """
-        row, known = self._row(of), self.point.parameters
-        varied = np.array([known[name] for name in self.by])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            relative = self.derivatives[row] * varied / self.values[row]
-        return rank_by_size(self.of[row], self.values[row], self.by, relative)
+        row, point = self._row(of), self.point
+        changes = self.derivatives[row] * point.theta[point.system.places(self.by)]
+        return rank_by_size(self.of[row], self.values[row], self.by, changes)
 
     @checked
     def plot(self, of: Name | None = None, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:

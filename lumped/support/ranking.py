@@ -18,9 +18,9 @@ def rank(names: Sequence[str], values: np.ndarray) -> list[tuple[str, float]]:
 
 
 def rank_by_size(
-    what: str, value: float, names: Sequence[str], relative: np.ndarray
+    what: str, value: float, names: Sequence[str], changes: np.ndarray
 ) -> list[tuple[str, float]]:
-    """Names and relative sensitivities, the largest first.
+    """Names and changes relative to a value, the largest first.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def rank_by_size(
     """
     if not value:
         raise OptionError(f"{what} is zero; a change relative to it has no meaning.")
-    return rank(names, relative)
+    return rank(names, changes / value)
 
 
 def list_largest(pairs: Iterable[tuple[str, Any]], form: str = "{} {:+.4f}", most: int = 4) -> str:

@@ -79,8 +79,7 @@ class EigenSensitivity(RichHtml):
 
     @property
     def _values(self) -> Real:
-        known = self.modes.point.parameters
-        return np.array([known[name] for name in self.by])
+        return self.modes.point.theta[self.modes.system.places(self.by)]
 
     @checked
     def ranked(self, mode: int) -> list[tuple[str, float]]:
@@ -99,7 +98,8 @@ class EigenSensitivity(RichHtml):
                 "Take `split` for one parameter, or change one a little to part the modes."
             )
         what = f"frequency of mode {mode}"
-        return rank_by_size(what, self.modes.hertz[mode], self.by, self.relative[mode])
+        changes = self.hertz[mode] * self._values
+        return rank_by_size(what, self.modes.hertz[mode], self.by, changes)
 
     @checked
     def split(self, mode: int, parameter: Name) -> Complex:

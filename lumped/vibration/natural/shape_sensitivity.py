@@ -57,11 +57,11 @@ class ShapeSensitivity(RichHtml):
         return self.derivatives[:, row, column]
 
     def __repr__(self) -> str:
-        theta = self.modes.point.parameters
+        varied = self.modes.point.theta[self.modes.system.places(self.by)]
         names = [f"{of} by {by}" for of in self.of for by in self.by]
         rows = []
         for slopes in self.derivatives[:12]:
-            change = slopes * [theta[name] for name in self.by]
+            change = slopes * varied
             text = "repeated: no derivatives"
             if np.isfinite(change).all():
                 text = list_largest(zip(names, np.abs(change).flat, strict=True), "{} {:.4f}")
