@@ -333,7 +333,7 @@ class System(Shared, RichHtml):
     def parameters(self) -> dict[str, float]:
         """Parameters that can be changed, and their values in the model."""
         p = self.structure.parameters
-        return {p.names[i]: float(v) for i, v in zip(p.free, p.defaults, strict=True)}
+        return dict(zip(p.free_names, p.defaults.tolist(), strict=True))
 
     def names(self) -> list[str]:
         """Names of all quantities."""

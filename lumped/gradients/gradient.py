@@ -228,8 +228,8 @@ def gradient_of(
     """The gradient of a run with options that were checked (see `gradient`)."""
     wanted, rtol = tuple(of), plan.rtol
     plan = plan.by_steps("gradient", are_followed=True).at(tighten(rtol))
-    p = system.structure.parameters
-    names = [p.names[i] for i in p.free] if by is None else [resolve_name(system, n) for n in by]
+    free = system.structure.parameters.free_names
+    names = [*free] if by is None else [resolve_name(system, name) for name in by]
     check(system, wanted, names, "gradient")
     system = plan.watching(system, wanted)
     own = [name for name in names if name != END]

@@ -379,5 +379,4 @@ def _refusal(problem: OrbitProblem, shot: Shot) -> SolverError:
 def _parameter(problem: OrbitProblem) -> str:
     """Name of the unknown parameter."""
     assert problem.parameter is not None
-    parameters = problem.system.structure.parameters
-    return parameters.names[parameters.free[problem.parameter]]
+    return problem.system.structure.parameters.free_names[problem.parameter]

@@ -240,10 +240,10 @@ class EquilibriumSearch:
         if not self.places:
             return
         open_ = np.abs(scipy.linalg.null_space(scaled)).max(axis=1, initial=0.0)
-        p = self.system.structure.parameters
+        free = self.system.structure.parameters.free_names
         lost = np.array(self.places)[open_[-len(self.places) :] > 1e-6]
         if len(lost):
-            names = ", ".join(p.names[p.free[place]] for place in lost)
+            names = ", ".join(free[place] for place in lost)
             raise StartError(
                 f"{self.system.name}: the equilibrium does not determine the free parameters "
                 f"{names}. Give more start values, for example a speed, or free fewer."

@@ -12,12 +12,13 @@ import scipy
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
-from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
+from lumped.errors import OptionError, SolverError
 from lumped.points.control_systems import control_names
 from lumped.points.situation import one_sided, situation
 from lumped.points.start import point_or_start
 from lumped.support.arguments import checked
 from lumped.support.arrays import Boolean
+from lumped.support.by_name import find_place
 from lumped.support.made_once import made_once
 from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
@@ -230,17 +231,13 @@ def linear_matrices(
     system: System, point: OperatingPoint, inputs: Iterable[Name], outputs: Iterable[Name]
 ) -> tuple[Matrices, tuple[str, ...], tuple[str, ...]]:
     """A, B, C and D, and the full names of inputs and outputs."""
-    p = system.structure.parameters
-    place = {p.names[i]: k for k, i in enumerate(p.free)}
+    free = system.structure.parameters.free_names
     given = tuple(system.key(name) for name in inputs)
     observed = tuple(system.key(name) for name in outputs)
     for name in given:
         if given.count(name) > 1:
             raise OptionError(f"{system.name}: the input {name} is named twice.")
-        if name not in place:
-            raise UnknownNameError(
-                f"'{name}' is not a parameter that can vary. {nearest(name, place)}"
-            )
+        find_place(name, free, "is not a parameter that can vary")
     return Matrices(point, given, observed), given, observed
 
 
@@ -282,8 +279,7 @@ def finite(point: OperatingPoint) -> OperatingPoint:
     SolverError
         If a state or parameter is no number there, or equations of a component do not hold.
     """
-    p = point.system.structure.parameters
-    names = [*point.system.state_names, *(p.names[i] for i in p.free)]
+    names = [*point.system.state_names, *point.system.structure.parameters.free_names]
     values = np.append(point.x, point.theta)
     bad = np.flatnonzero(~np.isfinite(values))
     if len(bad):

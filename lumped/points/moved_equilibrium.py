@@ -59,10 +59,10 @@ def places_to(point: OperatingPoint, by: Iterable[Name] | None) -> tuple[list[st
         If the equilibrium determines one of them.
     """
     system = point.system
-    p = system.structure.parameters
     free = set() if point.kept is None else set(point.kept.free)
     if by is None:
-        names = [p.names[i] for place, i in enumerate(p.free) if place not in free]
+        every = enumerate(system.structure.parameters.free_names)
+        names = [name for place, name in every if place not in free]
     else:
         names = [system.key(name) for name in by]
     places = system.places(names)
@@ -279,15 +279,15 @@ def _is_equilibrium(point: OperatingPoint, change: scipy.sparse.csc_array) -> bo
 
 def _none_near(point: OperatingPoint, place: int) -> str:
     system = point.system
-    p, switching = system.structure.parameters, system.switching
-    held = list(dict.fromkeys(np.array(switching.names)[_find_stuck_holds(point)].tolist()))
+    name = system.structure.parameters.free_names[place]
+    held = list(dict.fromkeys(np.array(system.switching.names)[_find_stuck_holds(point)].tolist()))
     staying = (
         f" while {list_names(held)} {'stays' if len(held) == 1 else 'stay'} held" if held else ""
     )
     given = " and the given start values hold" if point.kept is not None and point.kept.free else ""
     return (
         f"{system.name}: there is no equilibrium near the operating point when "
-        f"{p.names[p.free[place]]} changes{staying}{given}. Leave it out of `by`, or let a load "
+        f"{name} changes{staying}{given}. Leave it out of `by`, or let a load "
         "depend on the speed."
     )
 

@@ -207,8 +207,8 @@ class OperatingPoint(Named):
     @property
     def parameters(self) -> dict[str, float]:
         """Parameters that can be changed, and their values here."""
-        p = self.system.structure.parameters
-        return {p.names[i]: float(v) for i, v in zip(p.free, self.theta, strict=True)}
+        names = self.system.structure.parameters.free_names
+        return dict(zip(names, self.theta.tolist(), strict=True))
 
     @property
     def inputs(self) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:

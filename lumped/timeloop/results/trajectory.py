@@ -303,7 +303,7 @@ class Trajectory(Named):
             {name: self[name] for name in chosen},
             {name: quantity.unit for name, quantity in quantities.items()},
             {name: quantity.text for name, quantity in quantities.items()},
-            {p.names[i]: float(v) for i, v in zip(p.free, self.theta, strict=True)},
+            dict(zip(p.free_names, self.theta.tolist(), strict=True)),
             {p.names[i]: p.declared[i].unit for i in p.free},
             system.name,
             fingerprint(system),

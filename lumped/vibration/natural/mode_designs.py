@@ -33,12 +33,12 @@ _CHUNK = 4_000_000
 def equilibrium_again(point: OperatingPoint, parameters: Changes) -> OperatingPoint:
     """The equilibrium of other parameters, found as that of a point was."""
     system, kept = point.system, point.kept or Kept()
-    p = system.structure.parameters
+    names = system.structure.parameters.free_names
     return equilibrium(
         system,
         parameters=parameters,
         start=kept.start,
-        free=[p.names[p.free[place]] for place in kept.free],
+        free=[names[place] for place in kept.free],
         rest=kept.rest,
         time=point.time,
     )
